@@ -63,6 +63,11 @@ class Ball:
     E: float
     radius: float
 
+    @property
+    def reduced(self) -> float:
+        """Return E / (1 - nu^2) [MPa]."""
+        return self.E / (1.0 - RUBBER_POISSON**2)
+
     def fruit(self, tilt: tuple[float, float] = (0.0, 0.0)) -> PressedFruit:
         """Return the ball as it is pressed, tilted by angles [deg]."""
         return PressedFruit(

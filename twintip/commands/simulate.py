@@ -20,7 +20,16 @@ from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.told import as_data
 from pipeline.study.workers import shown_progress
 from sensor.design.reading import Reading
-from sensor.quantity import LENGTH, MODULUS, Bounds, InputError, report_field, validation_error, written_number
+from sensor.quantity import (
+    COVERAGE,
+    LENGTH,
+    MODULUS,
+    Bounds,
+    InputError,
+    report_field,
+    validation_error,
+    written_number,
+)
 from sensor.theory.relaxation import FORM, Relaxation
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 
@@ -209,8 +218,8 @@ def _commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> I
         if "ball" in paths:
             ball = usual_ball(report)
             percent = (report.design.reading or Reading()).ball_percent
-            words += ["--ball", str(paths["ball"]), "--ball-modulus", f"{ball.E:.6g}"]
-            words += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{percent:g}"]
+            words += ["--ball", str(paths["ball"]), "--ball-reduced-modulus", f"{ball.reduced:.6g}"]
+            words += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{COVERAGE * percent:.3g}"]
         unit = "unit.toml"
         yield shlex.join([*words, "--out", unit])
     if "out" in paths and (unit is not None or not set(paths) - {"out"}):

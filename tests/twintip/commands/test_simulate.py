@@ -1,6 +1,7 @@
 """`pipeline simulate` from the command line: its files, what it refuses, what it says, and the exit code of a proof."""
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from measured_units import MeasuredDesign
 from instrument.proof import ProvedReading, judged
 from instrument.simulate.press import PressCurve
 from twintip.cli import main
-from twintip.commands import read, simulate
+from twintip.commands import calibrate, read, simulate
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +23,7 @@ def report():
 @pytest.fixture
 def folder(report, monkeypatch, tmp_path):
     """Name a folder whose report is that of mango, and work beside it."""
-    for command in (simulate, read):
+    for command in (simulate, read, calibrate):
         monkeypatch.setattr(command, "read_report", lambda _: report)
     monkeypatch.chdir(tmp_path)
     return "outputs/mango"
@@ -59,14 +60,30 @@ def test_all_files_of_one_unit(folder, capsys):
     assert main(["simulate", folder, *names, "--presses", "2", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["files"] == ["w.csv", "p.csv", "b.csv", "press.csv"]
-    calibrate, reading = told["commands"]
-    assert calibrate.startswith("pipeline calibrate outputs/mango w.csv --plate p.csv --ball b.csv --ball-modulus ")
+    calibration, reading = told["commands"]
+    assert calibration.startswith(
+        "pipeline calibrate outputs/mango w.csv --plate p.csv --ball b.csv --ball-reduced-modulus "
+    )
     assert reading == "pipeline read outputs/mango press.csv --unit unit.toml --fruit-presses 0"
     head, *_ = Path("w.csv").read_text(encoding="utf-8").splitlines()
     assert head == "tip,weight_g,deflection_mm,counts_1,counts_2,counts_3,counts_4"
     log = Path("press.csv").read_text(encoding="utf-8")
     assert main(["simulate", folder, *names, "--presses", "2", "--seed", "2"]) == 0
     assert Path("press.csv").read_text(encoding="utf-8") != log
+
+
+@pytest.mark.slow
+def test_a_drawn_unit_is_calibrated_and_read_by_the_commands_that_are_told(folder, capsys):
+    """Its springs and domes are off, and its channels have noise: the bar holds the truth."""
+    names = ["--weights", "w.csv", "--plate", "p.csv", "--ball", "b.csv", "--out", "press.csv"]
+    assert main(["simulate", folder, *names, "--E", "1.2", "--noise", "--seed", "3", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    for command in told["commands"]:
+        assert main([*shlex.split(command)[1:], "--json"]) == 0
+    *_, line = capsys.readouterr().out.splitlines()
+    found = json.loads(line)
+    assert found["flags"] == []
+    assert abs(1.2 / found["E_MPa"] - 1.0) < 0.01 * found["u_percent"]
 
 
 @QUICK
