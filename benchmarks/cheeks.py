@@ -17,9 +17,10 @@ from scipy.interpolate import CubicSpline
 
 from instrument.press.contrast_press import press_reading
 from instrument.press.touches import PressSamples
+from instrument.simulate.unit import domes_of
 from reference import pressed_solids
 from solve.presses import pressing
-from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.presses.bodies import EllipsoidFruit
 from tests.measured_units import MeasuredDesign
 
 SOLVED = 10  # samples of a press
@@ -35,12 +36,6 @@ class DrawnPress:
     fruit: EllipsoidFruit
     thickness: float
     drift: np.ndarray
-
-
-def sensor_of(design, K):
-    """Return the sensor of a design with springs K [N/mm]."""
-    positions = np.array([(position.x, position.y) for position in design.tips.places_mm])
-    return SprungDomes(dome_radius=design.tips.dome_radius_mm, positions=positions, K=K)
 
 
 def in_disc(rng, radius):
@@ -96,7 +91,7 @@ def main() -> int:
     asked = parser.parse_args()
     measured = MeasuredDesign(asked.design)
     unit = measured.measuring()
-    sensor = sensor_of(measured.design, measured.K)
+    sensor = domes_of(measured.design, measured.K)
     rng = np.random.default_rng(asked.seed)
     presses = [drawn_press(measured.design, rng) for _ in range(asked.count)]
     print(HEADS, flush=True)

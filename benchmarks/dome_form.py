@@ -14,10 +14,9 @@ import numpy as np
 
 from benchmarks.harness import table
 from benchmarks.one_press import BALL_RADIUS, Bench
-from cad.parts.pin import tip_accuracy_mm
 from instrument.press.measuring import MeasuringUnit
-from sensor.theory.dome_form import CAPS
-from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from instrument.simulate.unit import drawn_form
+from solve.presses.bodies import EllipsoidFruit
 
 NEAR = 0.02  # of E, on a fruit of the radius of the ball
 HEADS = ["presses", "inside the bar", "rms error %", "farthest, in bars"]
@@ -28,17 +27,8 @@ class Unit:
 
     def __init__(self, bench: Bench) -> None:
         """Draw the form, by half the accuracy of the process as one standard deviation of outlines."""
-        design, rng = bench.design, bench.rng
-        outline = 0.5 * tip_accuracy_mm(design.tips, design.process)
-        radius = bench.sensor.dome_radius
-        rim = radius - math.sqrt(radius**2 - min(0.5 * design.tips.side_mm, radius) ** 2)
-        cap, height = float(rng.choice(CAPS)), float(rng.normal(0.0, outline))
         self.bench = bench
-        self.sensor: SprungDomes = replace(
-            bench.sensor,
-            dome_radius=radius * (1.0 + rng.normal(0.0, outline / rim)),
-            form=lambda r: height * np.maximum(1.0 - np.square(r / cap), 0.0) ** 2,
-        )
+        self.sensor = drawn_form(bench.design, bench.sensor, bench.rng)
 
     def error(self, fruit: EllipsoidFruit, by: MeasuringUnit) -> tuple[float, float]:
         """Return the error and the bar of a reading of a fruit by a unit [1]."""

@@ -16,13 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.cheeks import sensor_of
 from instrument.calibrate.ball import RUBBER_POISSON, ReferenceBall, correction_of
 from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.touches import PressSamples
+from instrument.simulate.unit import domes_of
 from sensor.design.fruits import FRUITS
 from solve.presses.bodies import EllipsoidFruit as Fruit
 from solve.presses.bodies import FleshOnStone
@@ -66,8 +66,7 @@ class Bench:
         unit = measured.measuring(percent=1.0, gain_percent=0.1)
         by = "plate" if self.design.reading.on_plate else "weights"
         self.unit = self.before_ball = replace(unit, unit=replace(unit.unit, calibrated_by=by))
-        ends = 0.5 * self.design.tips.side_mm
-        self.sensor = replace(sensor_of(measured.design, measured.K), rim=ends)
+        self.sensor = domes_of(measured.design, measured.K)
         self.rng = np.random.default_rng(seed)
         if self.design.reading.calibrated_by == "ball":
             self.unit = self.after_ball(self.sensor, self.design.reading.ball_percent)

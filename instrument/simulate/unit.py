@@ -13,6 +13,7 @@ import numpy as np
 from cad.parts.pin import tip_accuracy_mm
 from pipeline.report.report import Report
 from sensor.arrays import Floats
+from sensor.design.parameters import Design
 from sensor.design.reading import WEIGHED_AFTER_S, Reading
 from sensor.quantity import validation_error
 from solve.presses.bodies import SprungDomes
@@ -88,7 +89,7 @@ def designed_unit(report: Report) -> SimulatedUnit:
     K = 1.0 / np.diag(report.read_out.springs_mm_per_N)
     tips = len(K)
     return SimulatedUnit(
-        domes=_domes(report, K),
+        domes=domes_of(report.design, K),
         heights=np.zeros(tips),
         creep=0.0,
         weighed_s=WEIGHED_AFTER_S,
@@ -116,7 +117,7 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
         per_N, zeros, saturation = np.diag(1.0 / np.array(unit.gain)), designed.zeros, None
     return replace(
         designed,
-        domes=_domes(report, factor * K),
+        domes=domes_of(report.design, factor * K),
         creep=math.log10(1.0 + unit.creep_or(report.creep).per_decade),
         weighed_s=unit.weighed_after_s,
         per_mm=per_N * K,
@@ -147,7 +148,7 @@ def drawn_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     accuracy = 0.5 * tip_accuracy_mm(design.tips, process)
     return replace(
         designed,
-        domes=_drawn_domes(report, factor * nominal, rng),
+        domes=drawn_form(design, domes_of(design, factor * nominal), rng),
         heights=rng.normal(0.0, accuracy, tips),
         creep=math.log10(1.0 + creep),
         per_mm=np.diag(counts_per_mm),
@@ -157,21 +158,18 @@ def drawn_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     )
 
 
-def _domes(report: Report, K: Floats) -> SprungDomes:
+def domes_of(design: Design, K: Floats) -> SprungDomes:
     """Return the domes of a design on springs [N/mm]."""
-    positions = np.array([(tip.x_mm, tip.y_mm) for tip in report.tips])
-    tips = report.design.tips
+    tips = design.tips
     radius = tips.dome_radius_mm or 0.0
-    return SprungDomes(dome_radius=radius, positions=positions, K=K, rim=min(0.5 * tips.side_mm, radius))
+    return SprungDomes(dome_radius=radius, positions=np.array(tips.places_mm), K=K, rim=min(0.5 * tips.side_mm, radius))
 
 
-def _drawn_domes(report: Report, K: Floats, rng: np.random.Generator) -> SprungDomes:
+def drawn_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> SprungDomes:
     """Return domes whose radius is off, with a cap on them that is flat or pointed; all domes are printed alike."""
-    tips = report.design.tips
-    outline = 0.5 * tip_accuracy_mm(tips, report.design.process)
-    domes = _domes(report, K)
+    outline = 0.5 * tip_accuracy_mm(design.tips, design.process)
     radius = domes.dome_radius
-    half = min(0.5 * tips.side_mm, radius)
+    half = min(0.5 * design.tips.side_mm, radius)
     rim = radius - math.sqrt(radius**2 - half**2)
     cap, height = float(rng.choice(_CAPS)), float(rng.normal(0.0, outline))
     return replace(
