@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.press.signals import count_keys
-from instrument.simulate.fruit import PressedFruit, range_of_moduli, usual_fruit
+from instrument.simulate.fruit import PressedFruit, designed_radii, range_of_moduli
 from instrument.simulate.unit import SimulatedUnit
 from pipeline.report.report import Report
 from sensor.arrays import Floats
@@ -82,8 +82,8 @@ class Ball:
 
 def usual_ball(report: Report) -> Ball:
     """Return a ball as round as the fruit of a design, which presses as flesh of the middle of its moduli."""
-    usual = usual_fruit(report)
-    radius = 2.0 / (1.0 / usual.radii[0] + 1.0 / usual.radii[1])
+    first, second = designed_radii(report)
+    radius = 2.0 / (1.0 / first + 1.0 / second)
     least, largest = range_of_moduli(report)
     E = math.sqrt(least * largest) * (1.0 - RUBBER_POISSON**2) / (1.0 - report.design.fruit.poisson**2)
     return Ball(E=E, radius=max(radius, _LEAST_RADIUS * report.design.tips.spacing_mm))

@@ -74,12 +74,15 @@ class PressedFruit:
 
 
 def usual_fruit(report: Report) -> PressedFruit:
-    """Return the fruit of a design, of the middle of its moduli, pressed level on its apex."""
-    fruit = report.design.fruit
+    """Return the fruit of a design, of the middle of its moduli and radii, pressed level on its apex."""
+    fruit, reading = report.design.fruit, report.design.reading or Reading()
     least, largest = range_of_moduli(report)
+    radii = designed_radii(report)
+    if reading.radius_mm is not None and reading.radius_across_mm is not None:
+        radii = (0.5 * sum(reading.radius_mm), 0.5 * sum(reading.radius_across_mm))
     return PressedFruit(
         E=math.sqrt(least * largest),
-        radii=(min(fruit.radii_mm[0], _FLAT), min(fruit.radii_mm[1], _FLAT)),
+        radii=radii,
         azimuth=fruit.azimuth_deg or 0.0,
         thickness=fruit.depth_mm,
         poisson=fruit.poisson,
@@ -169,8 +172,7 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     """Yield what of a fruit and its place lies outside the ranges of a design."""
     reading, of_design = report.design.reading or Reading(), report.design.fruit
     least, largest = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
-    usual = usual_fruit(report).radii
-    radii: list[Vector] = [(least * radius, largest * radius) for radius in usual]
+    radii: list[Vector] = [(least * radius, largest * radius) for radius in designed_radii(report)]
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         radii = [reading.radius_mm, reading.radius_across_mm]
     thickness = reading.thickness_mm or (of_design.depth_mm, of_design.depth_mm)
@@ -188,6 +190,12 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     for name, value, least, largest, unit in rows:
         if not least * (1.0 - _AT_THE_EDGE) <= value <= largest * (1.0 + _AT_THE_EDGE):
             yield f"{name} {value:.4g} {unit} is outside {least:.4g} to {largest:.4g} {unit}, the range of the design"
+
+
+def designed_radii(report: Report) -> Vector:
+    """Return the principal radii of the fruit for which a design is solved [mm]."""
+    first, second = report.design.fruit.radii_mm
+    return min(first, _FLAT), min(second, _FLAT)
 
 
 def range_of_moduli(report: Report) -> Vector:
