@@ -35,6 +35,7 @@ from tests.measured_units import MeasuredDesign
 MODULI = (0.7, 2.5)  # MPa, well inside the range of the mango
 WAY = np.linspace(0.3, 1.0, 10)  # of the travel: 24 samples move E by 1 %
 CELLS = 20  # of a grid, each way: 32 move E by 0.1 %
+HOLLOW_CELLS = 32  # where a contact in a hollow reaches the rim of its dome, coarser grids do not come to fit it
 PRESS_S = 3.0
 FLESH = ((0.25, 5.0), (0.33, 120.0))  # relaxing flesh: 42 % are left, as of Tarocco oranges
 TURNS = (0.0, 90.0, 45.0)  # [deg] of three presses of a fruit
@@ -68,6 +69,7 @@ class Bench:
         self.unit = self.before_ball = replace(unit, unit=replace(unit.unit, calibrated_by=by))
         self.sensor = domes_of(measured.design, measured.K)
         self.rng = np.random.default_rng(seed)
+        self.cells = CELLS
         if self.design.reading.calibrated_by == "ball":
             self.unit = self.after_ball(self.sensor, self.design.reading.ball_percent)
 
@@ -113,9 +115,9 @@ class Bench:
         part = WAY if way is None else way
         travels = self.design.press.travel_mm * part
         if t is None:
-            forces = press(sensor, fruit, travels, CELLS)
+            forces = press(sensor, fruit, travels, self.cells)
         else:
-            forces = press_over_time(sensor, fruit, travels, t, FLESH, CELLS)
+            forces = press_over_time(sensor, fruit, travels, t, FLESH, self.cells)
         touching = (forces > self.unit.least_forces).all(axis=1)
         times = PRESS_S * part if t is None else t
         forces, times = forces[touching], times[touching]
@@ -299,6 +301,7 @@ def shapes(bench: Bench, count: int) -> Iterator[Read]:
     """Presses on skins with terms of third and fourth order; those that are hollow under a tip are a row apart."""
     hollow: list[Read] = []
     pressed = 0
+    bench.cells = HOLLOW_CELLS
     while pressed < count:
         fruit = bench.drawn(bumps=odd_shape(bench.rng))
         found = bench.against(fruit.E, bench.read(fruit))
@@ -307,6 +310,7 @@ def shapes(bench: Bench, count: int) -> Iterator[Read]:
         else:
             pressed += 1
             yield found
+    bench.cells = CELLS
     if hollow:
         print_many("shapes, hollow under a tip", hollow)
 
