@@ -27,7 +27,9 @@ def write_step(bodies: Sequence[NamedSolid], path: Path, name: str) -> None:
     if not transferred:
         msg = f"STEP: the CAD kernel cannot translate the solids of {path}; check that there is free memory"
         raise MachineError(msg)
-    header = OCP.APIHeaderSection.APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
+    model = writer.ChangeWriter().Model()
+    _name_instances(model, [body.name for instances in by_shape(bodies) for body in instances])
+    header = OCP.APIHeaderSection.APIHeaderSection_MakeHeader(model)
     header.SetName(_ascii(name))
     header.SetTimeStamp(_ascii(file_date().strftime("%Y-%m-%dT%H:%M:%S")))
     header.SetAuthorValue(1, _ascii("twintip"))
@@ -76,6 +78,20 @@ def _document(bodies: Sequence[NamedSolid], name: str) -> OCP.TDocStd.TDocStd_Do
         OCP.TDataStd.TDataStd_Name.Set_s(assembly, _unicode(name))
         shapes.UpdateAssemblies()
     return document
+
+
+def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]) -> None:
+    """Name the instances of an assembly in the order in which they were added; of one body there are none.
+
+    OCCT names each for the first instance whose shape lies as it does. An instance that lies as its product was drawn
+    lies as any of them, so that it would take the name of another, which is left without one.
+    """
+    entities = (model.Value(number + 1) for number in range(model.NbEntities()))
+    kind = OCP.StepRepr.StepRepr_NextAssemblyUsageOccurrence
+    instances = [entity for entity in entities if isinstance(entity, kind)]
+    if instances:
+        for instance, name in zip(instances, names, strict=True):
+            instance.SetName(_ascii(name))
 
 
 def by_shape(bodies: Sequence[NamedSolid]) -> list[list[NamedSolid]]:

@@ -116,3 +116,18 @@ def test_equal_bodies_are_instances_of_one_product(tmp_path):
     assert boxes == sorted([(-1, -1), (0, 5), (0, 10), (10, 5), (10, 10)])
     children = cq.Assembly.importStep(str(tmp_path / "many.step")).children
     assert {child.name for child in children} == {"dome", *(washer.name for washer in washers)}
+
+
+@pytest.mark.parametrize("drawn", [0, 1, 2])
+def test_instance_that_lies_as_it_was_drawn_has_its_name_too(tmp_path, drawn):
+    """By its place: OCCT gave its name to another one, and left it without any."""
+    boxes = []
+    for number in range(3):
+        place = cq.Location(cq.Vector(10.0 * (number - drawn), 0, 0))
+        shape = BOX.shape if number == drawn else BOX.shape.moved(place)
+        boxes.append(NamedSolid(name=f"box {number}", shape=shape, colour=(1, 0, 0)))
+    write_step([DOME, *boxes], tmp_path / "many.step", "many")
+    children = cq.Assembly.importStep(str(tmp_path / "many.step")).children
+    places = {child.name: child.toCompound().Center().x for child in children}
+    expected = {box.name: 0.5 + 10.0 * (number - drawn) for number, box in enumerate(boxes)}
+    assert places == pytest.approx({"dome": 0.0, **expected}, abs=1e-9)
