@@ -1,7 +1,8 @@
 """The public names of the product, for `import twintip`: docs/python.md lists them with examples.
 
 Units are mm, N and MPa. `__init__.pyi` has the module of each name, for editors and type checkers as for this file. A
-name is imported when it is first asked for, so that `import twintip` costs nothing.
+name is imported when it is first asked for, so that `import twintip` costs nothing. `__version__` is the version of the
+installed package.
 """
 
 import ast
@@ -19,6 +20,8 @@ __all__ = sorted(_MODULE_OF)
 
 
 def __getattr__(name: str) -> object:
+    if name == "__version__":
+        return import_module("importlib.metadata").version(__name__)
     if name not in _MODULE_OF:
         msg = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(msg)
@@ -26,4 +29,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return [*__all__]
+    return ["__version__", *__all__]

@@ -35,3 +35,5 @@ from sensor.theory.two_spring_law import force_ratio as force_ratio
 from sensor.theory.two_spring_law import fruit_stiffness as fruit_stiffness
 from sensor.theory.two_spring_law import size_springs as size_springs
 from sensor.verdict import Verdict as Verdict
+
+__version__: str

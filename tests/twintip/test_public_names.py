@@ -35,10 +35,16 @@ def test_name_is_documented_where_it_is_defined_and_on_the_page(name):
 
 
 def test_page_and_editors_know_all_names_and_no_others():
-    assert set(re.findall(r"\btwintip\.(\w+)", PAGE)) == set(twintip.__all__) == set(dir(twintip))
+    names = {*twintip.__all__, "__version__"}
+    assert set(re.findall(r"\btwintip\.(\w+)", PAGE)) == names == set(dir(twintip))
     assert sorted(twintip.__all__) == twintip.__all__
     with pytest.raises(AttributeError, match="springs_of"):
         _ = twintip.springs_of
+
+
+def test_version_is_that_of_the_command(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.split()[:2] == ["twintip", twintip.__version__]
 
 
 def test_names_are_those_of_the_pipeline():
