@@ -7,8 +7,10 @@ from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.making.fields import write_fields
 from pipeline.making.solids import SolidMaker
 from pipeline.options import RunOptions, refuse_unmakeable
+from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import refuse_folder_of_a_run, write_outputs
 from pipeline.report.page.page import prepare_page
+from pipeline.report.report import report_data
 from pipeline.result import SensorResult, with_solids
 from pipeline.sensor import Sensor
 from pipeline.storage.folder import output_folder
@@ -101,7 +103,8 @@ def look(sensor: Sensor) -> SensorResult:
 @in_turn
 def evaluate(design: Design, options: RunOptions | None = None) -> SensorResult:
     """Return every number, verdict and error of a design but the verdicts on its files; raises as `run`."""
-    return evaluated(Sensor(design=design, options=options or RunOptions()))
+    result = evaluated(Sensor(design=design, options=options or RunOptions()))
+    return replace(result, report=report_data(report_of_result(result)))
 
 
 def evaluated(sensor: Sensor) -> SensorResult:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pipeline.errors.records import LevelTargets
 from pipeline.errors.sensor_errors import SensorErrors
 from pipeline.errors.targets import SceneTargets
+from pipeline.notebook import answer_html
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
@@ -40,7 +41,7 @@ class SensorResult(Record):
     for flesh that does not relax. `reached` are P_max and NL. `paper` are the verdicts on the paper's own springs, None
     where fruit or tips are not the paper's. `read_out` is what a finished sensor is read by. `left_out` says what could
     not be solved or written after the verdicts. `seconds` are wall and processor seconds by stage. `report` are the
-    data of report.json, empty where nothing was written.
+    data of report.json, also where nothing was written.
     """
 
     options: RunOptions
@@ -68,6 +69,18 @@ class SensorResult(Record):
         outcomes = [verdict.passed for verdict in self.verdicts]
         counts = ", ".join(f"{outcomes.count(passed)} {word}" for passed, word in OUTCOMES.items())
         return f"{type(self).__name__}({self.design.name!r}: {counts})"
+
+    def _repr_html_(self) -> str:
+        """Return the answer, the verdicts, the springs and P over the modulus, as notebooks ask for it."""
+        response = self.errors.reading.response
+        return answer_html(
+            self.design.name,
+            self.verdicts,
+            self.springs.springs,
+            response.E[1:],  # the first modulus stands for the softest fruit, a limit and no fruit
+            response.P[1:, -1],
+            self.design.fruit.E_MPa,
+        )
 
     @property
     def design(self) -> Design:

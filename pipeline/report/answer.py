@@ -7,9 +7,9 @@ from rich.console import RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from pipeline.report.verdict_rule import is_on_the_part, not_passed
 from pipeline.report.verdict_table import OUTCOME, reasons, verdict_table
 from pipeline.storage.digests import Json
+from pipeline.verdicts.in_words import is_on_the_part, not_passed
 from sensor.verdict import Verdict, all_passed
 from sensor.words import OUTCOMES, shown, with_bar
 

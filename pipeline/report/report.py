@@ -12,8 +12,11 @@ from enum import Enum
 from pathlib import Path
 from typing import get_origin, get_type_hints
 
+import numpy as np
+
 from cad.parts.housing import Housing
 from pipeline.errors.records import LevelTargets, ScatterBands, UncertaintyBudget
+from pipeline.notebook import answer_html
 from pipeline.reading.read_out import ReadingConstants
 from pipeline.report.parts import (
     AccuracyReport,
@@ -37,6 +40,7 @@ from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS
 from sensor.quantity import InputError, report_field, validation_error
+from sensor.record import Record
 from sensor.theory.creep import CreepLaw
 from sensor.verdict import Verdict
 from solve.fruit.compliance import FruitCompliance
@@ -67,8 +71,8 @@ class ListedFile:
         return inside and has_digest(path, self.sha256)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Report:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Report(Record):
     """All that a run says in numbers. Tips have the order of all forces and of the compliance.
 
     A field with `level` may be asked for in a study; it names what must be solved for it.
@@ -162,6 +166,11 @@ class Report:
         if self.housing is not None and len(self.deflections_mm) != len(self.housing.arms):
             bound = f"one number for each of {len(self.housing.arms)} springs"
             raise validation_error("deflections_mm", list(self.deflections_mm), "mm", bound, "run the design again")
+
+    def _repr_html_(self) -> str:
+        """Return the answer, the verdicts, the springs and P over the modulus, as notebooks ask for it."""
+        E, P = (np.array(values, dtype=np.float64) for values in (self.curve.E_MPa, self.curve.P))
+        return answer_html(self.design.name, self.verdicts, self.flexures, E, P, self.design.fruit.E_MPa)
 
     @property
     def creep(self) -> CreepLaw:

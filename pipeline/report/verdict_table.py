@@ -8,7 +8,7 @@ from rich.console import Console, RenderableType
 from rich.markup import escape
 from rich.table import Column, Table
 
-from pipeline.report.verdict_rule import (
+from pipeline.verdicts.in_words import (
     ERRORS_IN_WORDS,
     UNREAD,
     as_read,

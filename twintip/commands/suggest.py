@@ -6,9 +6,9 @@ from argparse import Namespace
 from typing import TYPE_CHECKING
 
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design, setting_text
-from pipeline.report.verdict_rule import as_read, limit_text, measured
 from pipeline.storage.digests import Json
 from pipeline.storage.files import refuse_taken, write_files
+from pipeline.verdicts.in_words import as_read, limit_text, measured
 from sensor.design.design_file import design_as_mapping, design_as_toml, every_key
 from sensor.design.parameters import Design
 from sensor.gone import refuse_gone

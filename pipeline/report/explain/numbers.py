@@ -5,7 +5,7 @@ from pathlib import Path
 from pipeline.report.explain.entries import Entry
 from pipeline.report.keys import value_at
 from pipeline.report.report import read_report
-from pipeline.report.verdict_rule import as_read, measured
+from pipeline.verdicts.in_words import as_read, measured
 from sensor.verdict import Verdict
 from sensor.words import OUTCOMES, shown, with_bar
 

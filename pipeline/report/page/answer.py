@@ -1,15 +1,14 @@
 """The answer in words."""
 
 import csv
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import fields
 from pathlib import Path
 from typing import NamedTuple
 
 from cad.fabrication.templates import EACH
 from pipeline.report.report import Report
-from pipeline.report.verdict_rule import measured
+from pipeline.verdicts.in_words import measured
 from sensor.verdict import Verdict
 
 BILL = "bom.csv"
@@ -24,16 +23,6 @@ class Dimension(NamedTuple):
     name: str
     size: str
     meaning: str
-
-
-def headline(name: str, verdicts: Sequence[Verdict]) -> str:
-    """Return the answer on a design of a name in one sentence."""
-    counts = Counter(verdict.passed for verdict in verdicts)
-    if counts[False]:
-        return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts in the scene asked for."
-    if counts[None]:
-        return f"Not decided: {counts[None]} of {len(verdicts)} verdicts of {name} lie within their own error bars."
-    return f"Yes: {name} passes all {len(verdicts)} verdicts in the scene asked for."
 
 
 def brief(verdict: Verdict) -> str:

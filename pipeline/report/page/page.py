@@ -11,10 +11,10 @@ from pipeline.report.page.bodies import assembly_body, flexure_body, loaded_half
 from pipeline.report.page.tables import page_tables
 from pipeline.report.page.template import BODIES, FIGURES, load_templates, pack_bytes, render_page
 from pipeline.report.report import Report, report_data
-from pipeline.report.verdict_rule import as_read, is_on_the_part, not_passed
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
 from pipeline.storage.told import as_data
+from pipeline.verdicts.in_words import as_read, headline, is_on_the_part, not_passed
 from sensor.quantity import COVERAGE
 from sensor.verdict import all_passed
 from solve.linear import SolveError
@@ -71,7 +71,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         report=report,
         command=result.options.command,
         passed=all_passed(verdicts),
-        headline=answer.headline(report.design.name, verdicts),
+        headline=headline(report.design.name, verdicts),
         has_housing=report.design.tips.tip_layout.has_housing,
         not_passed=wrong,
         numbers=[*wrong, *(one for _, one in targets if one.passed)][:_FIRST_NUMBERS],

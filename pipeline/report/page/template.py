@@ -6,7 +6,7 @@ import zlib
 from pathlib import Path
 
 from cad.templates import template_environment
-from pipeline.report import verdict_rule
+from pipeline.verdicts import in_words
 from sensor import words
 
 FIGURES = ("libraries/d3.min.js", "libraries/plot.min.js", "figures.js")
@@ -15,7 +15,7 @@ BODIES = ("libraries/model-viewer.min.js", "still.js", "bodies.js")
 
 _HERE = Path(__file__).parent
 _ENVIRONMENT = template_environment(_HERE, autoescape=True)
-_ENVIRONMENT.globals |= {"words": words, "rule": verdict_rule}
+_ENVIRONMENT.globals |= {"words": words, "rule": in_words}
 
 
 def render_page(

@@ -16,9 +16,9 @@ import pipeline
 from pipeline import options
 from pipeline.options import RunOptions
 from pipeline.report.outputs import write_outputs
-from pipeline.report.verdict_rule import as_read, fails_unread, measured
 from pipeline.report.verdict_table import WIDTH, print_parts, verdict_parts
 from pipeline.storage.folder import output_folder
+from pipeline.verdicts.in_words import as_read, fails_unread, measured
 from sensor.design.parameters import Design, GivenSprings
 from sensor.verdict import Verdict
 from twintip.cli import main

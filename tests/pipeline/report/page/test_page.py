@@ -12,12 +12,12 @@ from stand_ins import result_of
 
 from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
-from pipeline.report.page.answer import brief, closest_to_limit, headline
+from pipeline.report.page.answer import brief, closest_to_limit
 from pipeline.report.page.page import page_of
 from pipeline.report.page.template import finite
 from pipeline.report.report import read_data
-from pipeline.report.verdict_rule import limit_text, not_passed
 from pipeline.storage.digests import file_digest
+from pipeline.verdicts.in_words import headline, limit_text, not_passed
 from sensor.design.fruit import Fruit
 from sensor.design.fruits import FRUITS
 from sensor.design.parameters import Design

@@ -1,6 +1,7 @@
 """A verdict in words: its numbers as text, with the sign of a limit that bounds its value on one side."""
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +13,16 @@ ERRORS_IN_WORDS = "± holds 95 %"
 """What stands once over everything that a person reads; files keep standard uncertainties."""
 UNREAD = "some poses have no reading"
 """Why a verdict on readings fails whose value keeps the limit: the value is that of the other poses."""
+
+
+def headline(name: str, verdicts: Sequence[Verdict]) -> str:
+    """Return the answer on a design of a name in one sentence."""
+    counts = Counter(verdict.passed for verdict in verdicts)
+    if counts[False]:
+        return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts in the scene asked for."
+    if counts[None]:
+        return f"Not decided: {counts[None]} of {len(verdicts)} verdicts of {name} lie within their own error bars."
+    return f"Yes: {name} passes all {len(verdicts)} verdicts in the scene asked for."
 
 
 def is_on_the_part(verdict: Verdict) -> bool:

@@ -1,0 +1,152 @@
+"""The answer on a sensor as a notebook shows it: one sentence, the verdicts, the springs, and P over the modulus.
+
+Everything is HTML with an SVG inside, which need no network and no other package.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+
+import numpy as np
+
+from pipeline.springs.spring import Spring
+from pipeline.verdicts.in_words import (
+    ERRORS_IN_WORDS,
+    as_read,
+    headline,
+    is_on_the_part,
+    limit_text,
+    measured,
+    not_passed,
+    tolerance_text,
+)
+from sensor.arrays import Flags, Floats
+from sensor.verdict import Verdict
+from sensor.words import OUTCOMES, round_below, with_bar
+
+_COLOURS = {True: "#2e7d32", False: "#c62828", None: "#b26a00"}
+_SIZE = (420, 240)  # of the plot, with its margins [px]
+_MARGINS = (48, 12, 12, 38)  # left, top, right, bottom
+_FEW = 5  # ticks of an axis, at least
+_BLUE = "#1f6fb2"
+
+
+def answer_html(
+    name: str, verdicts: Sequence[Verdict], springs: Mapping[str, Spring], E: Floats, P: Floats, moduli: Iterable[float]
+) -> str:
+    """Return the answer on a design of a name as HTML.
+
+    P is the force ratio at full travel on fruit of the moduli E [MPa], nan where a tip is off. The moduli of the design
+    [MPa] are dots on that curve.
+    """
+    parts = [f"<p><strong>{escape(headline(name, verdicts))}</strong></p>", _verdict_table(verdicts)]
+    reasons = [
+        f"<li>{_outcome(one)} {escape(f'{one.name}: {one.remedy or one.reference}')}</li>"
+        for one in not_passed(verdicts)
+    ]
+    parts += [f"<ul>{''.join(reasons)}</ul>"] if reasons else []
+    parts += [_spring_table(springs)] if springs else []
+    parts += _plot(E, P, list(moduli))
+    return f"<div>{''.join(parts)}</div>"
+
+
+def _verdict_table(verdicts: Sequence[Verdict]) -> str:
+    """Return the verdicts on targets and readings as a table, with one row for all on the part and its print."""
+    rows = []
+    for verdict in verdicts:
+        if not is_on_the_part(verdict):
+            shown = as_read(verdict)
+            cells = (shown.name, measured(shown), limit_text(shown, shown.unit), tolerance_text(shown))
+            rows.append(f"{_cells(cells)}<td>{_outcome(verdict)}</td>")
+    others = [verdict.passed for verdict in verdicts if is_on_the_part(verdict)]
+    if others:
+        rows.append(_cells((f"{len(others)} on geometry and print", "", "", "", f"{others.count(True)} passed")))
+    return _table(("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", ""), rows)
+
+
+def _spring_table(springs: Mapping[str, Spring]) -> str:
+    """Return the springs with their leaves as a table."""
+    rows = []
+    for name, spring in springs.items():
+        leaf = spring.flexure
+        size = "" if leaf is None else f"{leaf.length:g} x {leaf.thickness:g} x {leaf.depth:g} mm"
+        rows.append(_cells((name, with_bar(1e3 * spring.stiffness, 1e3 * spring.error, "N/m"), size)))
+    return _table(("spring", f"stiffness, {ERRORS_IN_WORDS}", "leaves"), rows)
+
+
+def _table(heads: Iterable[str], rows: Iterable[str]) -> str:
+    header = "".join(f"<th>{escape(head)}</th>" for head in heads)
+    return f"<table><tr>{header}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
+
+
+def _cells(texts: Iterable[str]) -> str:
+    return "".join(f"<td>{escape(text)}</td>" for text in texts)
+
+
+def _outcome(verdict: Verdict) -> str:
+    return f'<span style="color:{_COLOURS[verdict.passed]}">{OUTCOMES[verdict.passed]}</span>'
+
+
+def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
+    """Yield the plot of P over the modulus as SVG; nothing where no P is known.
+
+    The curve is broken where a tip is off the fruit.
+    """
+    known = np.isfinite(P)
+    if np.count_nonzero(known) < 2:  # noqa: PLR2004 - ends of a line
+        return
+    x_ticks, y_ticks = _ticks(0.0, float(E.max())), _ticks(float(P[known].min()), float(P[known].max()))
+    width, height = _SIZE
+    left, top, right, bottom = _MARGINS
+
+    def x_of(values: Floats) -> Floats:
+        share = (values - x_ticks[0]) / (x_ticks[-1] - x_ticks[0])
+        return np.asarray(left + share * (width - left - right))
+
+    def y_of(values: Floats) -> Floats:
+        share = (values - y_ticks[0]) / (y_ticks[-1] - y_ticks[0])
+        return np.asarray(height - bottom - share * (height - top - bottom))
+
+    yield (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
+        'font-family="sans-serif" font-size="11" fill="currentColor" role="img">'
+        "<title>force ratio P over the modulus of the fruit</title>"
+    )
+    for tick, x in zip(x_ticks, x_of(x_ticks), strict=True):
+        yield _line((x, top), (x, height - bottom))
+        yield f'<text x="{x:.1f}" y="{height - bottom + 14}" text-anchor="middle">{tick:g}</text>'
+    for tick, y in zip(y_ticks, y_of(y_ticks), strict=True):
+        yield _line((left, y), (width - right, y))
+        yield f'<text x="{left - 6}" y="{y + 4.0:.1f}" text-anchor="end">{tick:g}</text>'
+    middle = 0.5 * (left + width - right)
+    yield f'<text x="{middle:.1f}" y="{height - 6}" text-anchor="middle">modulus E of the fruit [MPa]</text>'
+    turned = f"translate(12 {0.5 * (top + height - bottom):.1f}) rotate(-90)"
+    yield f'<text transform="{turned}" text-anchor="middle">force ratio P [1]</text>'
+    for run in _runs(known):
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(x_of(E[run]), y_of(P[run]), strict=True))
+        yield f'<polyline points="{points}" fill="none" stroke="{_BLUE}" stroke-width="2"/>'
+    dots = np.asarray(moduli, dtype=np.float64)
+    for x, y in zip(x_of(dots), y_of(np.interp(dots, E, P)), strict=True):
+        if np.isfinite(y):
+            yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{_BLUE}"/>'
+    yield "</svg>"
+
+
+def _runs(known: Flags) -> Iterator[slice]:
+    """Yield the longest slices in which all is known, in their order."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(int), [0]])))
+    for start, end in edges.reshape(-1, 2).tolist():
+        yield slice(start, end)
+
+
+def _line(start: tuple[float, float], end: tuple[float, float]) -> str:
+    (x1, y1), (x2, y2) = start, end
+    ends = f'x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"'
+    return f'<line {ends} stroke="currentColor" stroke-opacity="0.15"/>'
+
+
+def _ticks(low: float, high: float) -> Floats:
+    """Return round numbers with equal steps, of which the first and last enclose two values that may be equal."""
+    span = high - low or abs(high) or 1.0
+    step = round_below(span / (_FEW - 1))
+    first, last = np.floor(low / step), np.ceil(high / step)
+    return np.arange(first, max(last, first + 1.0) + 0.5) * step

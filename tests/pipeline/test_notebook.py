@@ -1,0 +1,95 @@
+"""What a notebook shows of a result and of a report: the answer, the verdicts, the springs and a plot."""
+
+import dataclasses
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from stand_ins import result_of, springs_of, stored_report
+
+from pipeline import main_job
+from pipeline.notebook import answer_html
+from pipeline.report.of_result import report_of_result
+from sensor.design.parameters import Design
+from sensor.words import OUTCOMES
+
+SVG = "{http://www.w3.org/2000/svg}"
+E = np.linspace(0.5, 3.5, 7)  # [MPa]
+
+
+def points_of(line):
+    return [tuple(map(float, pair.split(","))) for pair in line.get("points").split()]
+
+
+def drawn(P, moduli=()):
+    return ET.fromstring(answer_html("mine", [], {}, E, np.asarray(P), moduli))
+
+
+def test_result_shows_what_its_report_shows():
+    result = result_of()
+    assert report_of_result(result)._repr_html_() == result._repr_html_()
+
+
+def test_verdicts_springs_and_moduli_of_a_result_are_shown_and_no_options():
+    result = result_of()
+    first, *rest = result.verdicts
+    result = dataclasses.replace(result, verdicts=(dataclasses.replace(first, passed=False, remedy="<b>"), *rest))
+    shown = ET.fromstring(result._repr_html_())
+    verdicts, springs = shown.findall("table")
+    on_target = [verdict for verdict in result.verdicts if verdict.row.group == "target"]
+    *rows, others = verdicts.findall("tr")[1:]
+    assert [row.find("td").text for row in rows] == [verdict.name for verdict in on_target]
+    assert [row.findall("td")[-1].find("span").text for row in rows] == [OUTCOMES[one.passed] for one in on_target]
+    assert int(others.find("td").text.split()[0]) == len(result.verdicts) - len(on_target)
+    assert [item.find("span").tail for item in shown.iter("li")] == [f" {first.name}: <b>"]
+    assert [row.find("td").text for row in springs.findall("tr")[1:]] == ["low", "high"]
+    assert len(list(shown.iter(f"{SVG}circle"))) == len(result.design.fruit.E_MPa)
+    assert "RunOptions" not in result._repr_html_()
+
+
+def test_curve_is_to_scale():
+    """P = 2 E is a straight line in every scale, through the dots of the design's moduli."""
+    shown = drawn(2.0 * E, [1.0, 3.0])
+    (line,) = shown.iter(f"{SVG}polyline")
+    x, y = np.transpose(points_of(line))
+    rounding = 0.1  # [px] of one decimal, at both ends
+    np.testing.assert_allclose(x, np.linspace(x[0], x[-1], E.size), atol=rounding)
+    np.testing.assert_allclose(y, np.linspace(y[0], y[-1], E.size), atol=rounding)
+    assert y[-1] < y[0]
+    for modulus, dot in zip((1.0, 3.0), shown.iter(f"{SVG}circle"), strict=True):
+        assert float(dot.get("cx")) == pytest.approx(np.interp(modulus, E, x), abs=rounding)
+        assert float(dot.get("cy")) == pytest.approx(np.interp(modulus, E, y), abs=rounding)
+
+
+@pytest.mark.parametrize(
+    ("P", "lengths"),
+    [
+        ([1.0, 2.0, np.nan, 3.0, 4.0, 5.0, 6.0], [2, 4]),
+        ([np.nan, np.nan, 2.0, 3.0, 4.0, np.nan, np.nan], [3]),
+        ([3.0] * 7, [7]),
+        ([np.nan] * 7, []),
+    ],
+)
+def test_curve_is_broken_where_a_tip_is_off(P, lengths):
+    shown = drawn(P, [1.5])
+    assert [len(points_of(line)) for line in shown.iter(f"{SVG}polyline")] == lengths
+    assert len(list(shown.iter(f"{SVG}circle"))) == int(np.isfinite(P[2]))
+
+
+def test_springs_that_are_not_made_and_names_of_a_user_are_shown():
+    shown = ET.fromstring(answer_html("<b>", [], springs_of(Design(), made=False).springs, E, E, []))
+    assert "<b>" in shown.find("p/strong").text
+    assert [row.findall("td")[-1].text for row in shown.findall("table")[-1].findall("tr")[1:]] == [None, None]
+
+
+def test_evaluated_design_has_a_report(monkeypatch):
+    result = result_of()
+    monkeypatch.setattr(main_job, "evaluated", lambda _: result)
+    assert main_job.evaluate(Design()).report == stored_report(result)
+
+
+def test_report_is_printed_on_one_screen():
+    """Of 24 lines with 80 letters; all its numbers have 30,000."""
+    shown = repr(report_of_result(result_of()))
+    assert shown.startswith("Report(")
+    assert len(shown) <= 24 * 80
