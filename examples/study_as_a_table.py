@@ -1,28 +1,28 @@
 """A study as a table: many designs that differ from one base, each solved once, as columns in NumPy.
 
-The study in springs.toml varies the targets in every print process. `pandas.read_csv` can read its table too.
+The study in springs.toml varies the targets in every print process. `pandas.DataFrame` takes its table too.
 """
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 
-STUDY = Path(__file__).with_name("springs.toml")
-OUT = Path("outputs/springs")
-TABLE = Path("outputs/springs.csv")
+import twintip
 
-OUT.parent.mkdir(exist_ok=True)
-command = [sys.executable, "-m", "twintip", "study", STUDY, "--out", OUT, "--export", TABLE, "--force"]
-subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+study = twintip.read_study(Path(__file__).with_name("springs.toml"))
+with twintip.process_engine(processes=2) as engine:
+    solved = twintip.run_study(study, Path("outputs/springs"), engine)
 
-table = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars="")
-print(f"{len(table)} designs, columns: {', '.join(table.dtype.names)}\n")
+table = {name: np.array(column) for name, column in solved.table().items()}
+print(f"{solved.points} designs, columns: {', '.join(table)}\n")
 process = table["print.process"]
 length = table["springs.beam_law_leaves_mm.0"]  # of the leaves of the low spring
-printable = table["verdicts.printable.low.passed"] & table["verdicts.printable.high.passed"]
+# None stands for undecided, which is not printable yet.
+low, high = (table[f"verdicts.printable.{spring}.passed"].astype(bool) for spring in ("low", "high"))
 for name in np.unique(process):
     rows = process == name
-    made = f"{np.sum(rows & printable):2} of {rows.sum()} can be printed"
+    made = f"{np.sum(rows & low & high):2} of {rows.sum()} can be printed"
     print(f"{name:12} {made}, low leaves {length[rows].min():.1f} to {length[rows].max():.1f} mm")
+
+best = solved.best  # the first of the wanted keys is the least: the low spring is the softest
+print(f"\nsoftest low spring: {best['springs.K_l_N_per_m']:.0f} N/m, point {best['number']} in {best['print.process']}")

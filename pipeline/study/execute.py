@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 from pipeline.study.points import Point, point_count, points_of
-from pipeline.study.store import StudyStore, study_store
+from pipeline.study.store import StudyStore, stored_study, study_store
 from pipeline.study.study_file import Study
+from pipeline.study.table import table_columns, table_rows
 from pipeline.study.tasks import lost_points, solve_points
 from pipeline.study.workers import Engine, ProgressReport, completed_items
 from sensor.turns import in_turn
@@ -21,7 +23,10 @@ _TASKS = 16  # at least, for each worker: the last ones end at nearly the same t
 
 @dataclass(frozen=True, kw_only=True)
 class StudySummary:
-    """How many points a study has and how each of them ended; seconds of this run, and the points it `solved`."""
+    """How many points a study has and how each of them ended; seconds of this run, and the points it `solved`.
+
+    `table` and `best` read the folder each time, so that a study needs no memory for its points.
+    """
 
     folder: Path
     points: int
@@ -30,6 +35,25 @@ class StudySummary:
     failed: int
     solved: int
     seconds: float
+
+    def table(self) -> dict[str, list[Any]]:
+        """Return every point as columns: number, status, each key that varies or is wanted, and error.
+
+        What a point has no value for is None. The columns are lists of one length, as `pandas.DataFrame` takes them.
+        Raises InputError where the folder has no study any more.
+        """
+        with stored_study(self.folder) as store:
+            return table_columns(store)
+
+    @property
+    def best(self) -> dict[str, Any] | None:
+        """Return the point with the least number of the first wanted key, as a row of the table; None without one.
+
+        It is the first of the best designs of study.html. Raises InputError where the folder has no study any more.
+        """
+        with stored_study(self.folder) as store:
+            key = store.wanted[0]
+            return next(table_rows(store, store.best(key, 1)), None) if store.span(key) else None
 
 
 @in_turn

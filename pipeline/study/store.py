@@ -104,6 +104,20 @@ class StudyStore:
             rows = self._connection.execute(query, (json.dumps(numbers),))
         yield from map(_result, rows)
 
+    @property
+    def wanted(self) -> tuple[str, ...]:
+        """Return the keys that the study of this store wants of each point."""
+        return self._names("wanted")
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Return the keys that vary and those that are wanted, each once."""
+        return tuple(dict.fromkeys((*self._names("order"), *self.wanted)))
+
+    def _names(self, fact: str) -> tuple[str, ...]:
+        ((names,),) = self._connection.execute("SELECT value FROM study WHERE key = ?", (fact,))
+        return tuple(json.loads(names))
+
     def counts(self) -> dict[str, int]:
         """Return the numbers of points that are done, refused and failed."""
         counts = dict(self._connection.execute("SELECT status, COUNT(*) FROM points GROUP BY status").fetchall())

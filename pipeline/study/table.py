@@ -1,13 +1,14 @@
-"""The table of a study as CSV: a row for each point, a column for each key that varies or is wanted."""
+"""The table of a study: a row for each point, a column for each key that varies or is wanted."""
 
 import csv
 import json
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.store import StudyStore
-from pipeline.study.study_file import Study
 from sensor.quantity import validation_error
 
 FLAG = "--export"
@@ -22,20 +23,43 @@ def refuse_export(path: Path, folder: Path, *, force: bool) -> None:
     refuse_taken([path], FLAG, force=force)
 
 
-def export_table(store: StudyStore, study: Study, path: Path, *, force: bool = False) -> None:
+def export_table(store: StudyStore, path: Path, *, force: bool = False) -> None:
     """Write the table of a study to a CSV file; raises InputError as `write_files`."""
-    write_files({path: partial(_write_csv, store, study)}, FLAG, force=force)
+    write_files({path: partial(_write_csv, store)}, FLAG, force=force)
 
 
-def _write_csv(store: StudyStore, study: Study, path: Path) -> None:
+def table_rows(store: StudyStore, numbers: Sequence[int] | None = None) -> Iterator[dict[str, Any]]:
+    """Yield points of some numbers, all by default, one at a time: number, status, every key, and why it has no values.
+
+    What a point has no value for is None.
+    """
+    keys = store.keys
+    for point in store.rows(numbers):
+        values = {**point.settings, **point.values}
+        of_keys = {key: values.get(key) for key in keys}
+        yield {"number": point.number, "status": point.status, **of_keys, "error": point.error}
+
+
+def table_columns(store: StudyStore) -> dict[str, list[Any]]:
+    """Return the columns of the table of a study by their names, each as long as the study has points."""
+    columns: dict[str, list[Any]] = {name: [] for name in _names(store)}
+    for row in table_rows(store):
+        for name, value in row.items():
+            columns[name].append(value)
+    return columns
+
+
+def _write_csv(store: StudyStore, path: Path) -> None:
     """Write one point at a time, numbers with all their digits, as JSON does; an empty cell stands for nothing."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("number", "status", *study.keys, "error"))
-        for point in store.rows():
-            values = {**point.settings, **point.values}
-            cells = [_cell(values.get(key)) for key in study.keys]
-            writer.writerow((point.number, point.status, *cells, point.error))
+        writer = csv.DictWriter(file, _names(store), lineterminator="\n")
+        writer.writeheader()
+        for row in table_rows(store):
+            writer.writerow({name: _cell(value) for name, value in row.items()})
+
+
+def _names(store: StudyStore) -> tuple[str, ...]:
+    return ("number", "status", *store.keys, "error")
 
 
 def _cell(value: object) -> object:

@@ -32,7 +32,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     with stored_study(folder) as store:
         written = [store.path]
         if arguments.export is not None:
-            export_table(store, study, arguments.export, force=arguments.force)
+            export_table(store, arguments.export, force=arguments.force)
             written.append(arguments.export)
         if arguments.html:
             written.append(write_page(store, study, force=arguments.force))

@@ -30,10 +30,10 @@ wanted = ["springs.K_l_N_per_m", "contact.K_m_over_E_mm", "verdicts.P_max.value"
 """
 
 
-def table(study_path, folder):
+def table(folder):
     target = folder.parent / f"{folder.name}.csv"
     with stored_study(folder) as store:
-        export_table(store, read_study(study_path), target)
+        export_table(store, target)
     return target.read_bytes()
 
 
@@ -59,7 +59,7 @@ def whole(tmp_path_factory):
     path.write_text(TEXT, encoding="utf-8")
     with process_engine(1) as engine:
         assert run_study(read_study(path), folder / "out", engine).done == POINTS
-    return table(path, folder / "out")
+    return table(folder / "out")
 
 
 @pytest.mark.parametrize("count", [0, MOST_PROCESSES + 1])
@@ -143,7 +143,7 @@ def test_study_that_is_ended_goes_on_to_the_same_table(start, written, whole, tm
     assert "Traceback" not in complaint
     code, _, complaint = start(*words_of(path, folder, "--processes", "2")).ended()
     assert (code, complaint) == (0, "")
-    assert table(path, folder) == whole
+    assert table(folder) == whole
 
 
 @pytest.mark.slow
@@ -158,7 +158,7 @@ def test_killed_workers_are_replaced(start, written, whole, tmp_path):
                 os.kill(worker, signal.SIGKILL)
     code, _, complaint = run.ended()
     assert code == 0, complaint
-    assert table(path, folder) == whole
+    assert table(folder) == whole
 
 
 def assert_same_numbers(one, other):
@@ -181,7 +181,7 @@ def test_cluster_agrees_and_a_lost_one_is_one_line(start, written, whole, dask_c
     os.kill(cluster.workers()[0], signal.SIGKILL)  # its nanny starts another
     code, _, complaint = run.ended()
     assert (code, complaint) == (0, "")
-    assert_same_numbers(table(path, tmp_path / "dask"), whole)
+    assert_same_numbers(table(tmp_path / "dask"), whole)
     run = start(*words_of(path, folder, "--scheduler", address))
     run.wait_for(lambda: stored_count(folder) >= 1)
     cluster.clear()
