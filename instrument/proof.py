@@ -27,13 +27,15 @@ from pipeline.report.report import Report
 from pipeline.tables.rows import Rows
 from sensor.arrays import Floats
 from sensor.design.reading import Reading
-from sensor.quantity import BOUNDED, report_field
+from sensor.quantity import BOUNDED, InputError, report_field
 
 OUTSIDE = 0.05
 """Of honest readings, the share outside bars that hold 95 %."""
 POINT = 0.99  # of the binomial distribution: an honest design has more outside once in a hundred times
 _LEAST_PERCENT = 1e-6  # of a spring: none is known exactly
 _BEFORE_BENCHES_PERCENT = 1.0  # of a spring in reports that do not say what calibration leaves
+MOST_DRAWS = 5
+"""Of one press: of a unit that cannot be calibrated, or a press without a solution, another one is drawn."""
 MOST_BARS = 2.0
 MOST_FLAGGED = 0.1
 
@@ -77,6 +79,9 @@ class ProvedDesign:
         "1", "largest distance from the truth over the bar, of readings without a flag; at most 2"
     )
     flagged: int = report_field("1", "readings with a flag that speaks against E; at most a tenth")
+    drawn_again: int = report_field(
+        "1", "presses that were drawn again: their unit could not be calibrated, or they had no solution"
+    )
     passed: bool = report_field("", "whether all three hold")
     readings: tuple[ProvedReading, ...] = report_field("", "truth and answer of each press")
 
@@ -96,17 +101,27 @@ class ProvedDesign:
 def prove(report: Report, count: int, seed: int, progress: Callable[[int], None] = lambda _: None) -> ProvedDesign:
     """Return the proof of a design by so many presses, each of another unit on another fruit.
 
-    `progress` hears how many are read. Raises InputError for a press that has no solution.
+    `progress` hears how many are read. A press without a solution is drawn again, and so is one whose unit cannot be
+    calibrated. Raises InputError if that does not help.
     """
-    readings = []
+    readings, again = [], 0
     for number in range(count):
-        readings.append(_proved(report, np.random.default_rng([seed, number])))
+        for attempt in range(MOST_DRAWS):
+            try:
+                readings.append(
+                    _proved(report, np.random.default_rng([seed, number] if not attempt else [seed, number, attempt]))
+                )
+                break
+            except InputError:
+                if attempt + 1 == MOST_DRAWS:
+                    raise
+                again += 1
         progress(number + 1)
-    return judged(report.design.name, seed, readings)
+    return judged(report.design.name, seed, readings, again)
 
 
-def judged(design: str, seed: int, readings: Iterable[ProvedReading]) -> ProvedDesign:
-    """Return the proof that readings make."""
+def judged(design: str, seed: int, readings: Iterable[ProvedReading], again: int = 0) -> ProvedDesign:
+    """Return the proof that readings make, of which some had to be drawn `again`."""
     readings = tuple(readings)
     bars = [each.bars for each in readings if not each.is_flagged]
     proof = ProvedDesign(
@@ -117,6 +132,7 @@ def judged(design: str, seed: int, readings: Iterable[ProvedReading]) -> ProvedD
         most_outside=int(binom.ppf(POINT, len(readings), OUTSIDE)),
         farthest=max(bars, default=0.0),
         flagged=len(readings) - len(bars),
+        drawn_again=again,
         passed=False,
         readings=readings,
     )

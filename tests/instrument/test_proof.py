@@ -6,6 +6,7 @@ import pytest
 
 from instrument.press.measuring import MeasuringUnit
 from instrument.proof import ProvedReading, judged, prove
+from sensor.quantity import InputError
 
 
 def reading(bars=0.5, *flags, told=1.0):
@@ -51,6 +52,26 @@ def test_a_press_is_held_to_the_truth(mango):
     assert heard == [1]
     assert found.told == pytest.approx(found.E, rel=2.0 * found.u)
     assert found.error == pytest.approx(found.told / found.E - 1.0)
+
+
+@pytest.mark.parametrize(("refused", "again"), [(0, 0), (2, 2), (5, None)])
+def test_a_press_without_a_solution_is_drawn_again(refused, again, mango, monkeypatch):
+    draws = []
+
+    def proved(_, rng):
+        draws.append(rng.random())
+        if len(draws) <= refused:
+            msg = "no solution"
+            raise InputError(msg)
+        return reading()
+
+    monkeypatch.setattr("instrument.proof._proved", proved)
+    if again is None:
+        with pytest.raises(InputError):
+            prove(mango.report, 3, 1)
+        return
+    assert prove(mango.report, 3, 1).drawn_again == again
+    assert len(set(draws)) == len(draws) == 3 + again
 
 
 @pytest.mark.slow
