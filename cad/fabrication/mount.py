@@ -9,6 +9,7 @@ import cadquery as cq
 
 from cad.parts.assembly import WASHER_THICKNESS_MM, grip
 from cad.parts.housing import largest_tilt
+from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
 from cad.parts.sensor import SensorSolids
 
 FLANGE_CIRCLE_MM = 50.0  # ISO 9409-1-50-4-M6
@@ -67,6 +68,20 @@ def mount_solid(sensor: SensorSolids) -> cq.Solid:
     if (window := _window(sensor)) is not None:
         body = body.cut(cq.Workplane(obj=window))
     return body.findSolid().Solids()[0]
+
+
+def mount_part(sensor: SensorSolids) -> Part:
+    """Return the bracket in its place with the faces `seat`, on the sensor, and `flange`, and with those of its holes.
+
+    They are `mounting_holes` for the screws of the sensor and `flange_holes` for those of the flange.
+    """
+    faces: dict[str, FaceTest] = {
+        "seat": on_plane(1, back_of(sensor)),
+        "flange": on_plane(2, sensor.housing.top_level + HEAD_ROOM_MM + PLATE_MM),
+        "mounting_holes": lambda face: is_hole(face, sensor.housing.hole_diameter),
+        "flange_holes": lambda face: is_hole(face, FLANGE_HOLE_MM),
+    }
+    return named_part("mount", mount_solid(sensor), faces)
 
 
 def _window(sensor: SensorSolids) -> cq.Solid | None:

@@ -8,6 +8,7 @@ round the press axis. So low and high change sides, and springs of one kind stan
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import cadquery as cq
@@ -46,9 +47,29 @@ def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     return cut_magnet_pockets(part, housing, seats)
 
 
-def on_workplane(part: Part) -> cq.Workplane:
-    """Return a part [mm] on a workplane of CadQuery, to be cut and joined further."""
-    return cq.Workplane(part.shape)
+def on_workplane(shape: cq.Shape, faces: Mapping[str, tuple[int, ...]]) -> cq.Workplane:
+    """Return a shape [mm] on a workplane of CadQuery, to be cut and joined further, its named faces as tags."""
+    plane = cq.Workplane(shape)
+    every = shape.Faces()
+    for name, places in faces.items():
+        plane.newObject([every[place] for place in places]).tag(name)
+    return plane
+
+
+def assembly_of(sensor: SensorSolids) -> cq.Assembly:
+    """Return the bodies of assembly.step as an assembly of CadQuery, each with its colour and its named faces as tags.
+
+    A name has underscores for spaces: CadQuery finds no other in `front_cover?rim`.
+    """
+    faces = dict.fromkeys(("housing", "plate"), sensor.part.faces)
+    if sensor.housing.mount == "covers":
+        faces["cover"] = cover_part(sensor.housing, sensor.seats).faces
+    assembly = cq.Assembly(name="sensor")
+    for body in assembly_bodies(sensor):
+        named = next((faces[word] for word in body.name.split() if word in faces), {})
+        name = body.name.replace(" ", "_")
+        assembly.add(on_workplane(body.shape, named), name=name, color=cq.Color(*body.colour))
+    return assembly
 
 
 def sensor_of(design: Design, housing: Housing) -> SensorSolids:

@@ -20,6 +20,8 @@ from sensor.turns import in_turn
 if TYPE_CHECKING:
     import cadquery as cq
 
+    from cad.parts.sensor import SensorSolids
+
 _SHAPES = ("name", "fruit", "tips", "press")  # tables of the design that solids and their checks depend on
 
 
@@ -28,15 +30,68 @@ def housing(result: SensorResult) -> cq.Workplane:
     """Return the housing of a result [mm] on a CadQuery workplane.
 
     It is the solid of housing.step, of a square one of its two equal plates. The axis x runs along the tips, whose
-    faces lie at z = 0, and z points away from the fruit. Raises InputError where the springs are not made.
+    faces lie at z = 0, and z points away from the fruit. Its faces `low_tip`, `high_tip`, `mounting_holes` and
+    `side_faces` are tags. Raises InputError where the springs are not made.
     """
+    part = _solids_of(result).part
+    from cad.parts.assembly import on_workplane  # it loads the CAD kernel, which workers have
+
+    return on_workplane(part.shape, part.faces)
+
+
+@in_turn
+def cover(result: SensorResult) -> cq.Workplane:
+    """Return the cover behind the housing of a result [mm] on a CadQuery workplane, in the frame of `housing`.
+
+    It is the solid of cover.step, printed twice; the one in front is turned half round. Its faces `rim` and
+    `mounting_holes` are tags. Raises InputError where the springs are not made.
+    """
+    sensor = _solids_of(result)
+    from cad.parts.assembly import on_workplane
+    from cad.parts.cover_solid import cover_part
+
+    part = cover_part(sensor.housing, sensor.seats)
+    return on_workplane(part.shape, part.faces)
+
+
+@in_turn
+def mount(result: SensorResult) -> cq.Workplane:
+    """Return the bracket that carries the sensor of a result [mm] on a CadQuery workplane, in the frame of `assembly`.
+
+    It is the solid of mount.step. Its faces `seat`, on the sensor, `flange`, `mounting_holes` and `flange_holes` are
+    tags. Raises InputError where the springs are not made.
+    """
+    sensor = _solids_of(result)
+    from cad.fabrication.mount import mount_part
+    from cad.parts.assembly import on_workplane
+
+    part = mount_part(sensor)
+    return on_workplane(part.shape, part.faces)
+
+
+@in_turn
+def assembly(result: SensorResult) -> cq.Assembly:
+    """Return the sensor of a result over its fruit [mm], before the press, as a CadQuery assembly.
+
+    Its parts are those of assembly.step, with underscores for spaces in their names: `housing` or `plate_1` and
+    `plate_2`, `front_cover`, `screw_1`, `fruit`. Faces of housing and covers are tags. Raises InputError where the
+    springs are not made.
+    """
+    sensor = _solids_of(result)
+    from cad.parts.assembly import assembly_of
+
+    return assembly_of(sensor)
+
+
+def _solids_of(result: SensorResult) -> SensorSolids:
+    """Return the sensor of a result with its housing as a solid; raises InputError where its springs are not made."""
     made = result.springs.housing
     if made is None:
         hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"
         raise validation_error("housing", result.design.name, "", "of a design whose springs are made", hint)
-    from cad.parts.assembly import on_workplane, sensor_of  # they load the CAD kernel, which workers have
+    from cad.parts.assembly import sensor_of  # it loads the CAD kernel, which workers have
 
-    return on_workplane(sensor_of(result.design, made).part)
+    return sensor_of(result.design, made)
 
 
 class SolidMaker:

@@ -16,6 +16,18 @@ QUICK = ("two_spring_law",)
 OWN_PACKAGES = {"sensor", "cad", "mesh", "solve", "pipeline", "instrument", "reference", "tests"}
 
 
+@pytest.mark.slow
+def test_editor_that_gives_show_object_is_shown_the_assembly(tmp_path, monkeypatch):
+    """As CQ-editor does."""
+    monkeypatch.chdir(tmp_path)
+    shown = []
+    given = {"show_object": lambda assembly, name: shown.append((name, [part.name for part in assembly.children]))}
+    runpy.run_path(str(GALLERY.EXAMPLES / "cut_into_an_assembly.py"), init_globals=given)
+    ((name, parts),) = shown
+    assert name == "sensor"
+    assert {"housing", "front_cover", "mount", "arm"} <= set(parts)
+
+
 def test_gallery_has_every_example():
     assert sorted(GALLERY.ORDER) == sorted(path.stem for path in (ROOT / "examples").glob("*.py"))
     assert len(GALLERY.ORDER) == 10

@@ -65,10 +65,52 @@ def test_cut_takes_its_volume_from_the_housing():
     assert cut.solids().size() == 1
 
 
-def test_housing_that_is_not_made_is_refused():
+TAGS = {
+    "housing": {"low_tip", "high_tip", "mounting_holes", "side_faces"},
+    "cover": {"rim", "mounting_holes"},
+    "mount": {"seat", "flange", "mounting_holes", "flange_holes"},
+}
+
+
+@pytest.mark.parametrize("name", [*TAGS, "assembly"])
+def test_solids_of_a_housing_that_is_not_made_are_refused(name):
     with pytest.raises(twintip.InputError) as raised:
-        twintip.housing(result_of(made=False))
+        getattr(twintip, name)(result_of(made=False))
     assert raised.value.field == "housing"
+
+
+def test_parts_are_solids_whose_named_faces_are_tags():
+    """The bracket stands behind the cover, and its flange lies above the frame by the room for heads of M6."""
+    result = result_of()
+    parts = {name: getattr(twintip, name)(result) for name in TAGS}
+    assert {name: set(part.ctx.tags) for name, part in parts.items()} == TAGS
+    assert [part.solids().size() for part in parts.values()] == [1, 1, 1]
+    frame = result.springs.housing
+    back = parts["cover"].val().BoundingBox().ymax
+    assert parts["mount"].faces(tag="seat").val().Center().y == pytest.approx(back, abs=1e-9)
+    assert parts["mount"].faces(tag="flange").val().Center().z == pytest.approx(frame.top_level + 8.0 + 5.0, abs=1e-9)
+    for name in TAGS:
+        assert parts[name].faces(tag="mounting_holes").size() == len(frame.holes)
+
+
+def test_assembly_has_the_parts_of_the_file_and_takes_constraints_on_their_tags(tmp_path):
+    """A plate is put on the front cover by its rim, without a name that CadQuery cannot read."""
+    result = result_of()
+    assembly = twintip.assembly(result)
+    names = [part.name for part in assembly.children]
+    assert {"housing", "front_cover", "back_cover", "screw_1", "fruit"} <= set(names)
+    assert len(set(names)) == len(names)
+    depth = result.springs.housing.depth
+    for name, y in (("front_cover", -0.5 * depth), ("back_cover", 0.5 * depth)):
+        assert assembly.objects[name].obj.faces(tag="rim").val().Center().y == pytest.approx(y, abs=1e-9)
+    plate = cq.Workplane().box(5.0, 5.0, 1.0)
+    plate.faces("<Z").tag("under")
+    assembly.add(plate, name="plate").constrain("housing", "Fixed")
+    assembly.constrain("housing?low_tip", "plate?under", "Plane").solve()
+    assert assembly.objects["plate"].loc.toTuple()[0][2] == pytest.approx(-0.5, abs=1e-5)  # its middle, of casadi
+    assembly.export(str(tmp_path / "sensor.step"))
+    again = cq.Assembly.load(str(tmp_path / "sensor.step"))
+    assert {part.name for part in again.children} >= {"housing", "front_cover", "fruit"}
 
 
 def presses():

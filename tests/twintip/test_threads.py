@@ -57,7 +57,10 @@ def test_one_thread_at_a_time_is_inside_and_may_call_itself():
 
 @pytest.mark.parametrize(
     "name",
-    ["run", "evaluate", "housing", "read_press", "calibrate", "c_header", "micropython", "modulus", "run_study"],
+    [
+        *("run", "evaluate", "housing", "cover", "mount", "assembly"),
+        *("read_press", "calibrate", "c_header", "micropython", "modulus", "run_study"),
+    ],
 )
 def test_what_computes_takes_turns(name):
     """By the lock of `in_turn`: while another thread is inside, a call of any of them waits."""

@@ -8,7 +8,15 @@ import cadquery as cq
 import pytest
 from squares import GENTLE, RESIN, square_housing, square_sensor
 
-from cad.parts.assembly import assembly_bodies, dowel_length, finished_part, grip, screw_length, turned_twin
+from cad.parts.assembly import (
+    assembly_bodies,
+    assembly_of,
+    dowel_length,
+    finished_part,
+    grip,
+    screw_length,
+    turned_twin,
+)
 from cad.parts.pose import in_place
 from sensor.design.parameters import Print
 
@@ -103,3 +111,20 @@ def test_plates_between_washers_have_no_covers_and_pins_stand_in_both_plates():
     names = {body.name for body in assembly_bodies(square_sensor(design=design))}
     assert {"plate 1", "plate 2", "low pin 1", "low pin 2", "high pin 1", "high pin 2"} <= names
     assert not {"front cover", "back cover"} & names
+
+
+def test_named_faces_of_both_plates_and_covers_lie_in_their_places(square):
+    """On both plates the tips of a kind on opposite sides, and the rim of each cover on its plate."""
+    assembly = assembly_of(square)
+    assert [part.name for part in assembly.children] == [
+        body.name.replace(" ", "_") for body in assembly_bodies(square)
+    ]
+    parts = assembly.objects
+    for kind in ("low", "high"):
+        one, two = (parts[name].obj.faces(tag=f"{kind}_tip").val().Center() for name in ("plate_1", "plate_2"))
+        assert (one + two).x == pytest.approx(0.0, abs=KERNEL)
+        assert (one + two).y == pytest.approx(0.0, abs=KERNEL)
+        assert abs(one.x) > 1.0
+    for name, sign in (("front_cover", -1.0), ("back_cover", 1.0)):
+        rim = parts[name].obj.faces(tag="rim").val()
+        assert rim.Center().y == pytest.approx(sign * 0.5 * square.housing.stack, abs=KERNEL)
