@@ -24,7 +24,7 @@ from sensor.quantity import InputError
 from sensor.verdict import row_of
 from sensor.words import rounded
 
-PRESETS = ("apple", "avocado", "kiwi", "mango", "peach", "tomato")
+PRESETS = ("apple", "avocado", "kiwi", "mango", "orange", "peach", "pear", "tomato")
 """Sensors of single fruits, all of which pass."""
 
 MOST_TRIALS = 30
@@ -57,6 +57,7 @@ def fruit_of(design: Design) -> FruitRange:
     asked = design.reading or Reading()
     along, across = own.radii_mm
     return FruitRange(
+        name=own.name,
         radius_mm=asked.radius_mm or (along, along),
         radius_across_mm=asked.radius_across_mm or (across, across),
         thickness_mm=asked.thickness_mm or (own.depth_mm, own.depth_mm),

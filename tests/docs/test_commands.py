@@ -55,6 +55,8 @@ OTHER_FRUIT = [
     "pipeline run --design peach",
     "pipeline run --design avocado",
     "pipeline run --design tomato",
+    "pipeline run --design orange",
+    "pipeline run --design pear",
 ]
 
 

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.find.fruit_design import PRESETS
 from pipeline.find.fruit_range import bruise_limit
 from pipeline.options import load_design
 from pipeline.verdicts.hints import least_travel
 
 ROOT = Path(__file__).parents[2]
-FRUITS = ("kiwi", "apple", "peach", "avocado", "tomato")
+FRUITS = tuple(name for name in PRESETS if name != "mango")
 RANGES = ("radius_mm", "radius_across_mm", "thickness_mm")
 MANGO = load_design("mango")
 
@@ -38,7 +39,7 @@ def test_limits_are_no_wider_than_those_of_the_law_and_the_mango(name):
     assert design.press.travel_mm >= least_travel(design)
 
 
-@pytest.mark.parametrize("name", [*FRUITS, "mango"])
+@pytest.mark.parametrize("name", PRESETS)
 def test_page_gives_the_ranges_of_each(name):
     """The row of radii, flesh and moduli in docs/presets.md is what the file says."""
     page = (ROOT / "docs" / "presets.md").read_text(encoding="utf-8")

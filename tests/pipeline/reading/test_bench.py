@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pipeline.find.fruit_design import PRESETS
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.bench import left_by_bench
 from pipeline.sensor import Sensor
@@ -175,7 +176,7 @@ def test_a_stiffness_that_the_design_gives_passes_as_given():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["apple", "avocado", "kiwi", "mango", "peach", "tomato"])
+@pytest.mark.parametrize("name", PRESETS)
 def test_presets_are_calibrated_on_the_default_bench_and_not_on_a_kitchen_s(name):
     for bench, passes in ((KITCHEN, False), ({}, True), (LABORATORY, True)):
         uncertainty, calibration, _ = judged(name, bench)
