@@ -45,6 +45,24 @@ def run(
     With files and `beside`, solids are made in a process of their own beside the solves. Raises InputError
     for a scene or a folder that cannot be used, MeshError or SolveError where a solve is not to be believed.
     `progress` is called with the stage that is worked on.
+
+    Parameters
+    ----------
+    design : Design
+        What `load_design` returns.
+    options : RunOptions, optional
+        The folder of the files, and how exactly to solve.
+    beside : bool
+        Whether a process of its own makes the solids beside the solves.
+    progress : callable
+        Called with the name of each stage when it begins.
+
+    Examples
+    --------
+    >>> options = twintip.RunOptions(out=Path("outputs/rough"), look=True, tolerance=0.02)
+    >>> result = twintip.run(twintip.load_design("paper"), options)
+    >>> (options.out / "report.json").is_file()
+    True
     """
     options = options or RunOptions()
     timed = Stopwatch(progress)
@@ -102,7 +120,22 @@ def look(sensor: Sensor) -> SensorResult:
 
 @in_turn
 def evaluate(design: Design, options: RunOptions | None = None) -> SensorResult:
-    """Return every number, verdict and error of a design but the verdicts on its files; raises as `run`."""
+    """Return every number, verdict and error of a design but the verdicts on its files; raises as `run`.
+
+    Parameters
+    ----------
+    design : Design
+        What `load_design` returns.
+    options : RunOptions, optional
+        How exactly to solve.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> K_l = next(one for one in result.verdicts if one.name == "K_l")
+    >>> round(K_l.value / K_l.limit, 2)
+    1.0
+    """
     result = evaluated(Sensor(design=design, options=options or RunOptions()))
     return replace(result, report=report_data(report_of_result(result)))
 

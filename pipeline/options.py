@@ -137,6 +137,20 @@ def load_design(
 
     A setting of None or "" unsets its key. A file that gives no name is named for itself. Raises InputError,
     which calls the design by `name`.
+
+    Parameters
+    ----------
+    design : str or Path
+        A preset, such as "mango", or a design file.
+    settings : mapping, optional
+        Values of `table.key`, as `{"targets.NL": 0.06}`.
+    name : str
+        What an error calls the design.
+
+    Examples
+    --------
+    >>> twintip.load_design("paper", {"targets.NL": 0.06}).targets.NL
+    0.06
     """
     return design_tables(design, settings, name).design()
 

@@ -161,6 +161,24 @@ def calibrate(
 
     `after_s` is the time from the hanging of a weight to its reading [s] where the table has no times. `counts_as` is
     as in `read_press`. Raises InputError for a table that is no measurement of this design's springs.
+
+    Parameters
+    ----------
+    report : Report
+        What `read_report` returns.
+    weights : str or Path
+        A table of weights.
+    after_s : float, optional
+        Time from the hanging of a weight to its reading [s].
+    counts_as : "unsigned" or "offset", optional
+        How counts without signs are written.
+
+    Examples
+    --------
+    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> calibration = twintip.calibrate(report, "weights.csv")
+    >>> len(calibration.unit.K_N_per_m)  # of each tip
+    2
     """
     check_weighed_after("after_s", after_s)
     table = measured_print(weights, report, counts_as=counts_as)

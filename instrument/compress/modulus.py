@@ -96,6 +96,20 @@ def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]
 
     Raises InputError for a file that holds no force over travel, and for a curve that is no compression of a fruit.
     Raises SolveError where the force of such a body cannot be solved.
+
+    Parameters
+    ----------
+    file : str or Path
+        A table of force over travel.
+    geometry : TestGeometry
+        What was pressed, and between what.
+
+    Examples
+    --------
+    >>> fruit = twintip.Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
+    >>> [test] = twintip.modulus("fruit-1.csv", twintip.TestGeometry(body=fruit))
+    >>> round(test.E_MPa, 1)
+    0.7
     """
     return [measured_modulus(specimen, geometry) for specimen in read_specimens(Path(file))]
 

@@ -39,6 +39,20 @@ def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> st
     """Return the read-out of a unit as a C99 header, as `pipeline read --c-header` writes it.
 
     `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
+
+    Parameters
+    ----------
+    report : Report
+        What `read_report` returns.
+    unit : PrintedUnit, str or Path, optional
+        A calibrated unit or its unit.toml.
+
+    Examples
+    --------
+    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> header = twintip.c_header(report)
+    >>> "twintip_end" in header
+    True
     """
     return header_text(MeasuringUnit.from_report(report, unit))
 
@@ -48,6 +62,20 @@ def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) ->
     """Return the read-out of a unit as a MicroPython module, as `pipeline read --micropython` writes it.
 
     `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
+
+    Parameters
+    ----------
+    report : Report
+        What `read_report` returns.
+    unit : PrintedUnit, str or Path, optional
+        A calibrated unit or its unit.toml.
+
+    Examples
+    --------
+    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> module = twintip.micropython(report)
+    >>> "class" in module
+    True
     """
     return module_text(MeasuringUnit.from_report(report, unit))
 

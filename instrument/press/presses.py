@@ -39,6 +39,24 @@ def read_press(
     `unit` is that of a calibration, or the path of its unit.toml. Without it the springs are taken as designed. Forces
     that tell no modulus give a reading with flags and without E. `counts_as` says how counts without signs are written.
     Raises InputError for a file that is no signal of the sensor.
+
+    Parameters
+    ----------
+    report : Report
+        What `read_report` returns.
+    file : str or Path
+        A table of forces or counts.
+    unit : PrintedUnit, str or Path, optional
+        A calibrated unit or its unit.toml.
+    counts_as : "unsigned" or "offset", optional
+        How counts without signs are written.
+
+    Examples
+    --------
+    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> [reading] = twintip.read_press(report, "press.csv")
+    >>> reading.E > 0.0  # [MPa]
+    True
     """
     signal = Signal(rows_of(Path(file)), len(report.tips))
     return list(readings_of(MeasuringUnit.from_report(report, unit), signal, counts_as=counts_as))

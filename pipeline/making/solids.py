@@ -32,6 +32,18 @@ def housing(result: SensorResult) -> cq.Workplane:
     It is the solid of housing.step, of a square one of its two equal plates. The axis x runs along the tips, whose
     faces lie at z = 0, and z points away from the fruit. Its faces `low_tip`, `high_tip`, `mounting_holes` and
     `side_faces` are tags. Raises InputError where the springs are not made.
+
+    Parameters
+    ----------
+    result : SensorResult
+        What `run` or `evaluate` returned.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> housing = twintip.housing(result)
+    >>> housing.faces(tag="mounting_holes").size()
+    4
     """
     part = _solids_of(result).part
     from cad.parts.assembly import on_workplane  # it loads the CAD kernel, which workers have
@@ -45,6 +57,17 @@ def cover(result: SensorResult) -> cq.Workplane:
 
     It is the solid of cover.step, printed twice; the one in front is turned half round. Its faces `rim` and
     `mounting_holes` are tags. Raises InputError where the springs are not made.
+
+    Parameters
+    ----------
+    result : SensorResult
+        What `run` or `evaluate` returned.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> twintip.cover(result).solids().size()
+    1
     """
     sensor = _solids_of(result)
     from cad.parts.assembly import on_workplane
@@ -60,6 +83,17 @@ def mount(result: SensorResult) -> cq.Workplane:
 
     It is the solid of mount.step. Its faces `seat`, on the sensor, `flange`, `mounting_holes` and `flange_holes` are
     tags. Raises InputError where the springs are not made.
+
+    Parameters
+    ----------
+    result : SensorResult
+        What `run` or `evaluate` returned.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> twintip.mount(result).faces(tag="flange_holes").size()
+    4
     """
     sensor = _solids_of(result)
     from cad.fabrication.mount import mount_part
@@ -76,6 +110,18 @@ def assembly(result: SensorResult) -> cq.Assembly:
     Its parts are those of assembly.step, with underscores for spaces in their names: `housing` or `plate_1` and
     `plate_2`, `front_cover`, `screw_1`, `fruit`. Faces of housing and covers are tags. Raises InputError where the
     springs are not made.
+
+    Parameters
+    ----------
+    result : SensorResult
+        What `run` or `evaluate` returned.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> assembly = twintip.assembly(result)
+    >>> [part.name for part in assembly.children][:3]
+    ['housing', 'front_cover', 'back_cover']
     """
     sensor = _solids_of(result)
     from cad.parts.assembly import assembly_of

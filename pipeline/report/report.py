@@ -200,7 +200,19 @@ def report_data(report: Report) -> Plain:
 
 
 def read_report(folder: Path) -> Report:
-    """Return the report of an output folder; raises InputError, in one line, where it holds none as it was written."""
+    """Return the report of an output folder; raises InputError, in one line, where it holds none as it was written.
+
+    Parameters
+    ----------
+    folder : Path
+        The output folder of a run.
+
+    Examples
+    --------
+    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report.design.tips.layout
+    'pair'
+    """
     return report_of(folder, written_data(folder))
 
 

@@ -61,6 +61,25 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressRepo
     """Solve every point of a study that its folder does not hold yet, and return how all of them ended.
 
     Raises InputError where the folder cannot be used; a point that is refused or fails is kept with its message.
+
+    Parameters
+    ----------
+    study : Study
+        What `read_study` returns.
+    folder : Path
+        The folder of its store, which may hold some of its points.
+    engine : Engine
+        Where its points are solved: `process_engine`.
+    progress : callable, optional
+        Called with the numbers of points that ended, and of all.
+
+    Examples
+    --------
+    >>> study = twintip.read_study(Path("springs.toml"))
+    >>> with twintip.process_engine(processes=2) as engine:
+    ...     solved = twintip.run_study(study, Path("outputs/springs"), engine)
+    >>> sorted(solved.table())[:3]
+    ['error', 'number', 'springs.K_l_N_per_m']
     """
     start = time.perf_counter()
     points = point_count(study)

@@ -211,7 +211,18 @@ def front_number(value: object) -> object:
 
 
 def read_study(path: Path) -> Study:
-    """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one."""
+    """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one.
+
+    Parameters
+    ----------
+    path : Path
+        A study file.
+
+    Examples
+    --------
+    >>> twintip.read_study(Path("springs.toml")).how
+    'grid'
+    """
     data = read_toml(path, "FILE.toml")
     folder = path.parent  # of the files that it names
     file = record_of(StudyFile, data, _CONVERTER)

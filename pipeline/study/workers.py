@@ -136,6 +136,19 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
     """Give processes of this machine, one for each core if no number is given; each computes on one thread.
 
     Raises InputError for a number that is none.
+
+    Parameters
+    ----------
+    processes : int, optional
+        How many; as many as there are cores by default.
+
+    Examples
+    --------
+    >>> study = twintip.read_study(Path("springs.toml"))
+    >>> with twintip.process_engine(processes=2) as engine:
+    ...     solved = twintip.run_study(study, Path("outputs/springs"), engine)
+    >>> solved.points
+    4
     """
     count = available_cores() if processes is None else processes
     if not 1 <= count <= MOST_PROCESSES:

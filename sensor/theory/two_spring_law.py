@@ -64,7 +64,23 @@ def spring_give(K: float, K_m: FloatOrArray, travel: FloatOrArray) -> FloatOrArr
 
 
 def force_ratio(springs: Springs, K_m: float, stiffness_ratio: float = 1.0) -> float:
-    """Return P = F_h / F_l at fruit stiffness K_m [1], (3)."""
+    """Return P = F_h / F_l at fruit stiffness K_m [1], (3).
+
+    Parameters
+    ----------
+    springs : Springs
+        The two springs [N/mm].
+    K_m : float
+        Stiffness of the fruit under the low tip [N/mm].
+    stiffness_ratio : float
+        Fruit stiffness under the high tip over that under the low tip [1].
+
+    Examples
+    --------
+    >>> springs = twintip.size_springs(P_max=5.0, NL=0.05, K_m_max=4.629)
+    >>> round(twintip.force_ratio(springs, K_m=2.0), 3)
+    2.927
+    """
     return series_ratio(springs.K_l, springs.K_h, K_m, stiffness_ratio * K_m)
 
 
@@ -77,6 +93,21 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
     """Return the fruit stiffness K_m at which the force ratio is P, (4), whether P is linear or not [N/mm].
 
     Raises ValueError unless stiffness_ratio < P < K_h / K_l, the range that the springs can show.
+
+    Parameters
+    ----------
+    springs : Springs
+        The two springs [N/mm].
+    P : float
+        Force ratio F_h / F_l [1].
+    stiffness_ratio : float
+        Fruit stiffness under the high tip over that under the low tip [1].
+
+    Examples
+    --------
+    >>> springs = twintip.size_springs(P_max=5.0, NL=0.05, K_m_max=4.629)
+    >>> round(twintip.fruit_stiffness(springs, P=3.0), 3)
+    2.083
     """
     K_l = springs.K_l
     K_h = springs.K_h
@@ -162,6 +193,27 @@ def size_springs(
     Either gives r in closed form, and r gives K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`, as in
     `nonlinearity`, r is a root: NL rises with r from what the skin alone makes under rigid springs.
     Raises ValueError outside P_max > stiffness_ratio, 0 < NL < 0.5, K_m_max > 0, and for an NL that a skin exceeds.
+
+    Parameters
+    ----------
+    P_max : float
+        Force ratio on the firmest fruit [1].
+    NL : float
+        Nonlinearity of P over the stiffness of the fruit [1].
+    K_m_max : float
+        Stiffness of the firmest fruit [N/mm].
+    definition : "mid-range" or "largest"
+        Where NL is taken.
+    stiffness_ratio : float
+        Fruit stiffness under the high tip over that under the low tip [1].
+    stiffening : sequence of float
+        How the skin stiffens the fruit, as in `nonlinearity`.
+
+    Examples
+    --------
+    >>> springs = twintip.size_springs(P_max=5.0, NL=0.05, K_m_max=4.629)
+    >>> round(springs.K_l, 3), round(springs.K_h, 2)
+    (0.906, 20.83)
     """
     ratio = P_max / stiffness_ratio
     if not (ratio > 1.0 and 0.0 < NL < _NL_LIMIT and 0.0 < K_m_max < math.inf):
