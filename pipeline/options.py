@@ -49,6 +49,11 @@ class RunOptions:
     stiffness of both springs. `fields` adds displacement and stress to the VTU files, `fabrication` what a maker needs.
     Files that are not of the last run make the folder refused; with `force` they are kept as NAME.bak. A `look` makes
     no solid and no file of a part.
+
+    Examples
+    --------
+    >>> twintip.RunOptions(tolerance=0.02, look=True).rough
+    True
     """
 
     out: Path | None = None

@@ -42,6 +42,14 @@ class SensorResult(Record):
     where fruit or tips are not the paper's. `read_out` is what a finished sensor is read by. `left_out` says what could
     not be solved or written after the verdicts. `seconds` are wall and processor seconds by stage. `report` are the
     data of report.json, also where nothing was written.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> result.design.name
+    'paper'
+    >>> list(result.springs.springs)
+    ['low', 'high']
     """
 
     options: RunOptions

@@ -20,6 +20,14 @@ class InputError(ValueError):
     """An input that cannot be used; the message is one line: what is wrong, with value and bound; what to do.
 
     `field`, `value` and `bound` say the same to code; they are empty where the error is about no single field.
+
+    Examples
+    --------
+    >>> try:
+    ...     twintip.load_design("paper", {"targets.NL": 0.9})
+    ... except twintip.InputError as error:
+    ...     print(error.field)
+    targets.NL
     """
 
     def __init__(self, message: str, *, field: str = "", value: object = None, bound: str = "") -> None:

@@ -81,7 +81,15 @@ def row_of(name: str) -> VerdictRow:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One target, what came out, and whether it passed; None where the error bar or a failed check leaves it open."""
+    """One target, what came out, and whether it passed; None where the error bar or a failed check leaves it open.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> K_l = next(one for one in result.verdicts if one.name == "K_l")
+    >>> K_l.unit
+    'N/m'
+    """
 
     name: str = report_field("", "name of the verdict, see [verdicts](words.md#verdicts)")
     value: float | None = report_field("as in `unit`", "the number that is judged; null where there is no number")

@@ -90,6 +90,13 @@ class Calibration:
     Each field but the last two is a key of the answer. `nominal` are the stiffnesses of the design [N/mm]. `trims` are
     by how much longer leaves must be to have them [mm], for each tip, None where its error holds its target. `assumed`
     is what was taken for granted, `error_by` says what the errors of the table count.
+
+    Examples
+    --------
+    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> calibration = twintip.calibrate(report, "weights.csv")
+    >>> [round(K) for K in calibration.unit.K_N_per_m]
+    [1000, 22000]
     """
 
     unit: PrintedUnit = report_field(

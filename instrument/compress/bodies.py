@@ -23,7 +23,20 @@ _MEASURE = "measure it on the fruit"
 
 @dataclass(frozen=True, kw_only=True)
 class Plunger:
-    """A plunger that presses from above: a rod of a radius [mm] whose end is flat, or a ball of that radius."""
+    """A plunger that presses from above: a rod of a radius [mm] whose end is flat, or a ball of that radius.
+
+    Parameters
+    ----------
+    radius_mm : float
+        Radius of the rod, or of the ball [mm].
+    ball : bool
+        Whether the end is a ball.
+
+    Examples
+    --------
+    >>> twintip.Plunger(radius_mm=4.0).ball
+    False
+    """
 
     radius_mm: float = quantity("mm", LENGTH, hint="measure the plunger")
     ball: bool = False
@@ -97,7 +110,23 @@ class CompressedBody:
 
 @dataclass(frozen=True, kw_only=True)
 class Ellipsoid(CompressedBody):
-    """A ball, an ellipsoid, any convex fruit: two radii of curvature where a tool touches it, alike above and below."""
+    """A ball, an ellipsoid, any convex fruit: two radii of curvature where a tool touches it, alike above and below.
+
+    Parameters
+    ----------
+    height_mm : float
+        Height between the plates [mm].
+    radius_mm : float
+        Radius of curvature where a tool touches it, in one plane [mm].
+    radius_across_mm : float
+        That in the plane across [mm].
+
+    Examples
+    --------
+    >>> fruit = twintip.Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
+    >>> fruit.height_mm
+    70.0
+    """
 
     kind: ClassVar[str] = "ellipsoid"
     height_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
@@ -137,7 +166,20 @@ class Ellipsoid(CompressedBody):
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderOnSide(CompressedBody):
-    """A cylinder between plates along it: plane strain, but for its ends, which are free."""
+    """A cylinder between plates along it: plane strain, but for its ends, which are free.
+
+    Parameters
+    ----------
+    radius_mm : float
+        Radius [mm].
+    length_mm : float
+        Length along the plates [mm].
+
+    Examples
+    --------
+    >>> twintip.CylinderOnSide(radius_mm=7.5, length_mm=30.0).length_mm
+    30.0
+    """
 
     kind: ClassVar[str] = "cylinder-side"
     takes_plunger: ClassVar[bool] = False
@@ -162,7 +204,20 @@ class CylinderOnSide(CompressedBody):
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderOnEnd(CompressedBody):
-    """A cylinder pressed along its axis, as a plug from a cork borer."""
+    """A cylinder pressed along its axis, as a plug from a cork borer.
+
+    Parameters
+    ----------
+    height_mm : float
+        Height between the plates [mm].
+    radius_mm : float
+        Radius [mm].
+
+    Examples
+    --------
+    >>> twintip.CylinderOnEnd(height_mm=10.0, radius_mm=7.5).radius_mm
+    7.5
+    """
 
     kind: ClassVar[str] = "cylinder-end"
     height_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
@@ -185,6 +240,20 @@ class RectangularBlock(CompressedBody):
 
     That is exact between slippery plates. Of all ends of an area, plates that grip hold the round one most, which the
     part of friction holds.
+
+    Parameters
+    ----------
+    height_mm : float
+        Height between the plates [mm].
+    width_mm : float
+        Width of its end [mm].
+    length_mm : float
+        Length of its end [mm].
+
+    Examples
+    --------
+    >>> twintip.RectangularBlock(height_mm=10.0, width_mm=15.0, length_mm=20.0).width_mm
+    15.0
     """
 
     kind: ClassVar[str] = "block"

@@ -32,6 +32,12 @@ class TestGeometry:
     rigid seat. `poisson_error` is how far Poisson's ratio may be off. `strains_percent`, of the height, are those of
     secant and tangent, the first that of the paper's modulus. `compliance_um_per_N` is that of frame and load cell,
     which is taken off the travel; `compliance_error_um_per_N` is how far that may be off.
+
+    Examples
+    --------
+    >>> fruit = twintip.Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
+    >>> twintip.TestGeometry(body=fruit, poisson=0.35).plates
+    2
     """
 
     __test__ = False  # no class of tests, though its name begins so

@@ -45,6 +45,13 @@ class CompressionResult:
 
     Scatter, force curve and Poisson's ratio add in the root of their squares. The other shares add to that, as bounds
     that a test may well reach together.
+
+    Examples
+    --------
+    >>> fruit = twintip.Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
+    >>> [test] = twintip.modulus("fruit-1.csv", twintip.TestGeometry(body=fruit))
+    >>> 0.0 < test.u_percent < 100.0  # half width of E_MPa at 95 %
+    True
     """
 
     file: str = report_field("", "file, with the name of its sheet")

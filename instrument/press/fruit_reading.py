@@ -64,6 +64,13 @@ class FruitReading:
     Each field is a key of the answer; fractions [1] are told in per cent. `others` are moduli [MPa] by other read-outs
     of the same forces. `noise` is None if it is unknown, `firmness` if the unit has no scale. `zero_left` is that of
     the tip where it is the largest fraction of the least force of a touch.
+
+    Examples
+    --------
+    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> [reading] = twintip.read_press(report, "press.csv")
+    >>> reading.E * reading.u > 0.0  # half width of E [MPa]
+    True
     """
 
     t: float | None = report_field(

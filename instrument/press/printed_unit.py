@@ -59,6 +59,13 @@ class PrintedUnit:
     `force_bend` is the error of the slope by which counts tell a force, over the slope [1], at no force, and
     `force_bend_per_N` its change with the force. `deflection_bend` is that of the compliances, 1 / K. They are None
     where all lines are straight. `ball` is the correction by a reference ball, None without one.
+
+    Examples
+    --------
+    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> unit = twintip.calibrate(report, "weights.csv").unit
+    >>> unit.tips
+    ('low', 'high')
     """
 
     design: str

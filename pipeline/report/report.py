@@ -76,6 +76,12 @@ class Report(Record):
     """All that a run says in numbers. Tips have the order of all forces and of the compliance.
 
     A field with `level` may be asked for in a study; it names what must be solved for it.
+
+    Examples
+    --------
+    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> [tip.name for tip in report.tips]
+    ['low', 'high']
     """
 
     schema: int = report_field("1", f"version of this layout, {SCHEMA}", default=SCHEMA)

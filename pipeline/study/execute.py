@@ -26,6 +26,14 @@ class StudySummary:
     """How many points a study has and how each of them ended; seconds of this run, and the points it `solved`.
 
     `table` and `best` read the folder each time, so that a study needs no memory for its points.
+
+    Examples
+    --------
+    >>> study = twintip.read_study(Path("springs.toml"))
+    >>> with twintip.process_engine(processes=2) as engine:
+    ...     solved = twintip.run_study(study, Path("outputs/springs"), engine)
+    >>> solved.points, solved.done, solved.best["targets.P_max"]
+    (4, 4, 7)
     """
 
     folder: Path

@@ -136,7 +136,14 @@ class StudyFile(StudyKeys):
 
 @dataclass(frozen=True, kw_only=True)
 class Study(StudyKeys):
-    """A study with the tables of its base, which may need what varies to be a design, and the rows of its points."""
+    """A study with the tables of its base, which may need what varies to be a design, and the rows of its points.
+
+    Examples
+    --------
+    >>> study = twintip.read_study(Path("springs.toml"))
+    >>> list(study.vary), study.wanted
+    (['targets.P_max'], ('springs.K_l_N_per_m',))
+    """
 
     name: str
     base: DesignTables

@@ -189,6 +189,11 @@ class Design:
 
     Without targets the springs are given, and P_max and NL are facts; with a reading it is judged by what it reads.
     `printer` is a process of one's own, which `print.process` then names.
+
+    Examples
+    --------
+    >>> twintip.load_design("mango").tips.layout
+    'square'
     """
 
     name: str = "paper"

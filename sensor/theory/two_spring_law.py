@@ -25,7 +25,20 @@ _STIFFEST = -14.0  # ln(K_m,max / K_h) of a high spring that is as good as rigid
 
 @dataclass(frozen=True, kw_only=True)
 class Springs:
-    """The low and the high spring stiffness [N/mm]."""
+    """The low and the high spring stiffness [N/mm].
+
+    Parameters
+    ----------
+    K_l : float
+        Stiffness of the low spring [N/mm].
+    K_h : float
+        Stiffness of the high spring [N/mm].
+
+    Examples
+    --------
+    >>> twintip.Springs(K_l=0.753, K_h=17.3).stiffnesses
+    (0.753, 17.3)
+    """
 
     K_l: float
     K_h: float
