@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 
 from pipeline.storage.interrupts import ended_by
 from sensor.gone import refuse_gone
-from sensor.quantity import InputError, unknown_name
+from sensor.quantity import InputError, unknown_name, validation_error
 from twintip.commands.console import (
     EXIT_CODES,
     FAILED,
@@ -30,6 +30,8 @@ from twintip.commands.console import (
     reason_of,
 )
 from twintip.flags import COMMANDS
+
+_COMPLETION = "--completion"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -109,9 +111,22 @@ def _help(words: list[str]) -> str | None:
         from importlib.metadata import version
 
         return f"twintip {version('twintip')}\n"
+    if first.partition("=")[0] == _COMPLETION:
+        return completion(words)
     if first in COMMANDS and not {"-h", "--help"}.isdisjoint(words):
         return command_parser(first).format_help()
     return None
+
+
+def completion(words: list[str]) -> str:
+    """Return the script of a shell that completes commands and flags; raises InputError for another shell."""
+    from twintip.completion import SHELLS, CompletedParser, completion_script
+
+    shell = words[0].partition("=")[2] or "".join(words[1:])
+    if shell not in SHELLS:
+        hint = f'for instance: eval "$(pipeline {_COMPLETION} bash)"'
+        raise validation_error(_COMPLETION, shell, "", f"one of {', '.join(SHELLS)}", hint)
+    return completion_script(front_parser(CompletedParser), shell)
 
 
 def _parsed(first: str, rest: list[str]) -> argparse.Namespace:
@@ -120,7 +135,9 @@ def _parsed(first: str, rest: list[str]) -> argparse.Namespace:
     Raises InputError for an unknown command or flag, with the nearest known one, and for a flag that is gone.
     """
     if first not in COMMANDS:
-        kind, known = ("flag", ["--help", "--version"]) if first.startswith("-") else ("command", [*COMMANDS])
+        kind, known = (
+            ("flag", ["--help", "--version", _COMPLETION]) if first.startswith("-") else ("command", [*COMMANDS])
+        )
         raise unknown_name(kind, _flag(first), known)
     parser = command_parser(first)
     refuse_gone(*(f"{parser.prog} {_flag(word)}" for word in rest))
@@ -172,13 +189,16 @@ def command_parser(name: str) -> _Parser:
     return parser
 
 
-def front_parser() -> _Parser:
-    """Return the parser whose help lists the commands."""
+def front_parser(of_command: type[argparse.ArgumentParser] | None = None) -> _Parser:
+    """Return the parser whose help lists the commands, on request with the flags of each in a parser of that class."""
     example = "pipeline run --nl 0.05 --p-max 5      each command has its own -h"
     purpose = "Design a two-spring tactile sensor for fruit and prove it by finite elements."
     parser = _Parser("pipeline", purpose, example)
     parser.add_argument("--version", action="store_true", help="print the version")
-    commands = parser.add_subparsers(metavar="COMMAND", parser_class=argparse.ArgumentParser)
+    parser.add_argument(_COMPLETION, metavar="SHELL", help="print what completes words by Tab in bash, zsh or fish")
+    commands = parser.add_subparsers(metavar="COMMAND", parser_class=of_command or argparse.ArgumentParser)
     for name, command in COMMANDS.items():
-        commands.add_parser(name, help=command.purpose)
+        added = commands.add_parser(name, help=command.purpose)
+        if of_command is not None:
+            command.add_flags(added)
     return parser
