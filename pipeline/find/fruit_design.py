@@ -24,7 +24,7 @@ from sensor.quantity import InputError
 from sensor.verdict import row_of
 from sensor.words import rounded
 
-PRESETS = ("apple", "avocado", "kiwi", "mango", "orange", "peach", "pear", "tomato")
+PRESETS = ("apple", "avocado", "kiwi", "mango", "orange", "peach", "pear", "plum", "tomato")
 """Sensors of single fruits, all of which pass."""
 
 MOST_TRIALS = 30

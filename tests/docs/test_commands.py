@@ -57,6 +57,7 @@ OTHER_FRUIT = [
     "pipeline run --design tomato",
     "pipeline run --design orange",
     "pipeline run --design pear",
+    "pipeline run --design plum",
 ]
 
 
