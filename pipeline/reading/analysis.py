@@ -30,7 +30,7 @@ from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
 from sensor.quantity import BOUNDED, Estimate
 from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
-from sensor.theory.contrast_rise import RiseReading
+from sensor.theory.contrast_rise import RiseError, RiseReading
 from solve.contact.poses import Pose
 from solve.halfspace.layered import base_compliance
 
@@ -160,9 +160,13 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
     )
     if any(level is None for level, *_ in found):
         return analysis
+    try:
+        moduli = _by_modulus(sensor, model, presses, channels, found)
+    except RiseError:  # the slopes of a press that hardly has a modulus lead to one that has none
+        return analysis
     return replace(
         analysis,
-        moduli=_by_modulus(sensor, model, presses, channels, found),
+        moduli=moduli,
         full_scale=tuple(presses.full_scale.tolist()),
         flesh=max(map(model.change, presses.F[:, 0], presses.flesh[:, 0])) if presses.flesh.any() else 0.0,
     )
