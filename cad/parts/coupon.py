@@ -16,6 +16,8 @@ WEIGHT_HOLE_MM = 2.5
 CLAMP_HOLE_MM = 3.4
 CLAMP_INSET_MM = 6.0  # of a clamp hole from the side of the block
 BEYOND_LEAF_MM = 0.5 * PAD_MM  # from the end of a leaf to the middle of the weight's hole
+FARTHEST_SAG = 0.09
+"""Of the length to the weight: farther down a leaf is more than 1 % stiffer than by the law of small deflections."""
 
 
 def modulus_factor(flexure: Flexure) -> float:
@@ -39,5 +41,10 @@ def modulus_factor(flexure: Flexure) -> float:
 
 
 def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
-    """Return the force [N] that strains the root of a leaf of modulus E [MPa] to the given strain [1]."""
-    return strain * E * flexure.depth * flexure.thickness**2 / (6.0 * (flexure.length + BEYOND_LEAF_MM))
+    """Return the largest force [N] on a leaf of modulus E [MPa].
+
+    It strains the root to the given strain [1], or lets the hole sink as far as E is read to 1 %.
+    """
+    to_hole = flexure.length + BEYOND_LEAF_MM
+    by_strain = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * to_hole)
+    return min(by_strain, FARTHEST_SAG * to_hole * E / modulus_factor(flexure))
