@@ -258,10 +258,10 @@ def _lines(proof: ProvedDesign) -> Iterator[str]:
 
 
 def _cells(each: ProvedReading) -> tuple[str, ...]:
-    """Return the cells of a press."""
+    """Return the cells of a press; error and bar are parts of the true modulus."""
     told = ("-", "-", "-")
     if each.told is not None and each.error is not None and each.u is not None:
-        told = (f"{each.told:.3f}", f"{100.0 * each.error:+.1f} %", f"{100.0 * each.u:.1f} %")
+        told = (f"{each.told:.3f}", f"{100.0 * each.error:+.1f} %", f"{100.0 * each.u * each.told / each.E:.1f} %")
     beyond = "outside" if each.bars > 1.0 and not each.is_flagged else ""
     thickness = "-" if each.thickness is None else f"{each.thickness:.1f}"
     return (

@@ -122,8 +122,8 @@ def _of_fruit(fruit: NamedFruit) -> Entry:
     least, most = fruit.bruise_limit_MPa
     meaning = (
         f"A fruit of {fruit.in_words} [mm, MPa]. It bruises at a mean pressure of {least:g} to {most:g} MPa, and ripe "
-        f"flesh relaxes to {100.0 * fruit.relaxes_to:g} % of a force. `pipeline suggest --fruit {fruit.name}` finds a "
-        "sensor for it."
+        f"flesh relaxes to {100.0 * fruit.relaxes_to:g} % of a force. `pipeline suggest --fruit {fruit.name}` searches "
+        "a sensor for it."
     )
     source = "; ".join(f"{key}: {text}" for key, text in fruit.sources)
     return Entry(name=fruit.name, meaning=meaning, formula="", source=source, is_verdict=False)
