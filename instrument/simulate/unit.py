@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cad.parts.pin import tip_accuracy_mm
+from cad.parts.dome_form import CAPS, form_deviations
 from pipeline.report.report import Report
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
@@ -25,8 +25,6 @@ _SENSITIVITY = 0.03  # scatter of Hall sensors and magnets, one standard deviati
 _ZERO = 0.02  # of the range of the converter, within which a zero lies at first: likewise
 _FULL_COUNTS = 0.25  # of that range, at full scale of a design without a read-out
 _SOFTEST = 0.5  # of its design: no print is softer, and none is stiffer than twice that
-_CAPS = (2.0, 3.0)
-"""Radii of caps [mm] that stand out of printed domes, as the error analysis takes them."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -145,7 +143,7 @@ def drawn_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     # A Hall sensor shows the deflection, whatever the spring.
     counts_per_mm = counts_per_N * nominal * (1.0 + _SENSITIVITY * rng.normal(size=tips))
     creep = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)
-    accuracy = 0.5 * tip_accuracy_mm(design.tips, process)
+    accuracy, _ = form_deviations(design.tips, process)
     return replace(
         designed,
         domes=drawn_form(design, domes_of(design, factor * nominal), rng),
@@ -167,14 +165,11 @@ def domes_of(design: Design, K: Floats) -> SprungDomes:
 
 def drawn_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> SprungDomes:
     """Return domes whose radius is off, with a cap on them that is flat or pointed; all domes are printed alike."""
-    outline = 0.5 * tip_accuracy_mm(design.tips, design.process)
-    radius = domes.dome_radius
-    half = min(0.5 * design.tips.side_mm, radius)
-    rim = radius - math.sqrt(radius**2 - half**2)
-    cap, height = float(rng.choice(_CAPS)), float(rng.normal(0.0, outline))
+    outline, of_radius = form_deviations(design.tips, design.process)
+    cap, height = float(rng.choice(CAPS)), float(rng.normal(0.0, outline))
     return replace(
         domes,
-        dome_radius=radius * (1.0 + float(rng.normal(0.0, outline / rim))),
+        dome_radius=domes.dome_radius * (1.0 + float(rng.normal(0.0, of_radius))),
         form=lambda r: height * np.maximum(1.0 - np.square(r / cap), 0.0) ** 2,
     )
 

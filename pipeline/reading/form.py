@@ -5,30 +5,25 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cad.parts.pin import tip_accuracy_mm
+from cad.parts.dome_form import CAPS, form_deviations
 from pipeline.reading.measurement import RiseModel
 from pipeline.reading.rise import Curvatures, rolling_domes
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
-from sensor.theory.dome_form import CAPS
 
 
 def moved_by_form(design: Design, model: RiseModel, press: Floats, curvatures: Curvatures | None = None) -> Floats:
     """Return by which fraction of E each error of the form of domes moves a reading, one standard deviation [1].
 
     They are of a press (samples, tips) [N], with their signs. The first is that of the radius, the others are those of
-    caps, each of an equal share. Outlines are off by half the accuracy of their process, one standard deviation. The
-    radius is that of a round face whose rim is off by as much. All domes are taken to be off alike, as they are printed
-    alike. Tips without domes have no such error.
+    caps, each of an equal share. All domes are taken to be off alike, as they are printed alike. Tips without domes
+    have no such error.
     """
     rolling = rolling_domes(design, model.law.contrast.weights, curvatures)
     if rolling is None:
         return np.empty(0)
-    outline = 0.5 * tip_accuracy_mm(design.tips, design.process)
-    radius = rolling.dome_radius
-    half = min(0.5 * design.tips.side_mm, radius)
-    rim = radius - math.sqrt(radius**2 - half**2)
-    deviations = np.array([outline / rim, *(len(CAPS) * [outline / math.sqrt(len(CAPS))])])
+    outline, of_radius = form_deviations(design.tips, design.process)
+    deviations = np.array([of_radius, *(len(CAPS) * [outline / math.sqrt(len(CAPS))])])
     return deviations * model.form(press, rolling, CAPS)
 
 

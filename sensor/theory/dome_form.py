@@ -16,12 +16,6 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-CAPS = (2.0, 3.0)
-"""Radii of caps [mm] that are equally likely: a judgement, from five lines of a print to the width of a contact.
-
-A narrower cap lies beside the middle of a contact on a round fruit, where this law does not hold.
-"""
-
 
 def felt_cap(cap_radius: float, contact_radius: Floats) -> Floats:
     """Return the height on which a dome stands over that of its cap at the apex [1], for contact radii [mm]."""

@@ -8,6 +8,7 @@ import pytest
 from flat_square import square_design
 from squares import GENTLE
 
+from cad.parts.dome_form import CAPS
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.form import moved_by_form, of_middle
 from pipeline.reading.measurement import RiseModel
@@ -19,7 +20,6 @@ from sensor.quantity import BOUNDED, InputError
 from sensor.theory.contrast_law import contrast_weights
 from sensor.theory.contrast_rise import RiseError
 from sensor.theory.creep import CreepLaw
-from sensor.theory.dome_form import CAPS
 
 # As of level domes with springs of 0.15 and 1.4 N/mm on flesh of 2 MPa, whose low tips carry a sixth of the high ones.
 PRESS = np.linspace(0.1, 1.0, 16)[:, None] ** 1.3 * np.array([0.04, 0.26, 0.04, 0.26])

@@ -4,41 +4,24 @@ import dataclasses
 
 import numpy as np
 import pytest
-from stored_presses import square
+from mango_square import SQUARE, TRAVELS, on_cheek
 
-from sensor.theory.contrast_rise import RollingDomes, form_slopes, rise_modulus, rise_of
-from sensor.theory.dome_form import CAPS
-from solve.presses.bodies import EllipsoidFruit
+from cad.parts.dome_form import CAPS
+from sensor.theory.contrast_rise import form_slopes, rise_modulus, rise_of
 from solve.presses.pressing import press
 
-SQUARE = square(side=6.3, K_low=0.056, K_high=0.635, dome_radius=9.8)
-WEIGHTS = (-0.5, 0.5, -0.5, 0.5)
-TRAVELS = 1.13 * np.arange(1, 17) / 16.0
 MODULI = [1.4, *(pytest.param(E, marks=pytest.mark.slow) for E in (0.5, 3.5))]
-
-
-def of_fruit(E):
-    """Return a fruit, the domes on it, and their law."""
-    fruit = EllipsoidFruit(E=E, R1=47.0, R2=110.0, azimuth=30.0)
-    domes = RollingDomes(
-        positions=tuple(map(tuple, SQUARE.positions.tolist())),
-        weights=WEIGHTS,
-        dome_radius=SQUARE.dome_radius,
-        mean_curvature=0.5 * (1.0 / fruit.R1 + 1.0 / fruit.R2),
-        poisson=fruit.poisson,
-    )
-    return fruit, domes, domes.law(np.diag(1.0 / SQUARE.K).tolist())
 
 
 def slopes(E):
     """Return the slopes of the law over radius and caps."""
-    fruit, domes, law = of_fruit(E)
+    fruit, domes, law = on_cheek(E)
     return form_slopes(law, rise_of(press(SQUARE, fruit, TRAVELS), 4), domes, CAPS)
 
 
 def log_E(E, **changes):
     """Return ln of the modulus that is read by domes of another form."""
-    fruit, _, law = of_fruit(E)
+    fruit, _, law = on_cheek(E)
     return np.log(rise_modulus(law, rise_of(press(dataclasses.replace(SQUARE, **changes), fruit, TRAVELS), 4)))
 
 

@@ -5,15 +5,11 @@ import functools
 
 import numpy as np
 import pytest
-from stored_presses import square
+from mango_square import SQUARE, TRAVELS, on_cheek
 
-from sensor.theory.contrast_rise import RollingDomes, rise_modulus, rise_of, uneven_slopes
-from solve.presses.bodies import EllipsoidFruit
+from sensor.theory.contrast_rise import rise_modulus, rise_of, uneven_slopes
 from solve.presses.pressing import Pressing, press
 
-SQUARE = square(side=6.3, K_low=0.056, K_high=0.635, dome_radius=9.8)
-WEIGHTS = (-0.5, 0.5, -0.5, 0.5)
-TRAVELS = 1.13 * np.arange(1, 17) / 16.0
 SMALL = 0.002  # [mm] of a wave: half as much changes a slope by some per cent
 USUAL = 0.016 * np.sqrt(2.0)  # [mm], of a wave of 0.016 mm rms
 
@@ -21,15 +17,7 @@ USUAL = 0.016 * np.sqrt(2.0)  # [mm], of a wave of 0.016 mm rms
 @functools.cache
 def even(E):
     """Return the fruit, the forces of a press on it, its law and where its domes touch."""
-    fruit = EllipsoidFruit(E=E, R1=47.0, R2=110.0, azimuth=30.0)
-    domes = RollingDomes(
-        positions=tuple(map(tuple, SQUARE.positions.tolist())),
-        weights=WEIGHTS,
-        dome_radius=SQUARE.dome_radius,
-        mean_curvature=0.5 * (1.0 / fruit.R1 + 1.0 / fruit.R2),
-        poisson=fruit.poisson,
-    )
-    law = domes.law(np.diag(1.0 / SQUARE.K).tolist())
+    fruit, _, law = on_cheek(E)
     return fruit, press(SQUARE, fruit, TRAVELS), law, Pressing(SQUARE, fruit).touch
 
 
