@@ -16,13 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.calibrate.ball import RUBBER_POISSON, ReferenceBall, correction_of
+from instrument.calibrate.ball import ReferenceBall, correction_of
 from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.touches import PressSamples
 from instrument.simulate.unit import domes_of
+from sensor.design.bench import RUBBER_POISSON
 from sensor.design.fruits import FRUITS
 from solve.presses.bodies import EllipsoidFruit as Fruit
 from solve.presses.bodies import FleshOnStone

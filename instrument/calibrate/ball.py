@@ -22,6 +22,7 @@ from pipeline.reading.measurement import RiseModel
 from pipeline.tables import rows
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from sensor.arrays import Floats, rows_of
+from sensor.design.bench import RUBBER_POISSON
 from sensor.design.reading import PRESS_SAMPLES
 from sensor.design.tips import SHOWN_BY_BALL
 from sensor.quantity import BOUNDED, COVERAGE, Bounds, InputError, validation_error
@@ -37,7 +38,6 @@ ERROR = Bounds(at_least=0.1, at_most=50.0)
 """Of the half width that holds 95 % of the modulus [%]: below, a fraction was taken for a percentage."""
 SCATTER = Bounds(at_most=10.0)
 """Of the half width that holds 95 % of the factor by the scatter of presses [%]: the form is not known beyond."""
-RUBBER_POISSON = 0.5
 DEEP = 3.0
 """Of the spacing of the tips: in a smaller ball they would feel its far side. A judgement."""
 MAY_STAND = {"press_over_bruise_limit", "out_of_range"}

@@ -11,14 +11,12 @@ from instrument.simulate.fruit import PressedFruit, designed_radii, range_of_mod
 from instrument.simulate.unit import SimulatedUnit
 from pipeline.report.report import Report
 from sensor.arrays import Floats
-from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench
+from sensor.design.bench import PLATE_AT, PRESSED, RUBBER_POISSON, WEIGHED_AT, Bench, modulus_on_glass
 from sensor.quantity import STANDARD_GRAVITY
 
 G_PER_N = 1e3 / STANDARD_GRAVITY
 BALL_PRESSES = 3
-RUBBER_POISSON = 0.5
 _LEAST_RADIUS = 3.5  # of a ball, over the spacing of the tips: a smaller one feels its far side
-_GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _ROUNDS = 20  # of the flattening of a dome, by which its force is less
 
 
@@ -97,8 +95,7 @@ def ball_presses(ball: Ball, steepest_deg: float, rng: np.random.Generator) -> S
 
 def _on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
     """Return the deflections of springs [mm] whose tips move by travels [mm]: domes are flattened as Hertz has it."""
-    process, radius = report.design.process, report.design.tips.dome_radius_mm or math.inf
-    reduced = 1.0 / ((1.0 - process.poisson**2) / process.E_MPa + 1.0 / _GLASS_MPA)
+    reduced, radius = modulus_on_glass(report.design.process), report.design.tips.dome_radius_mm or math.inf
     deflections = travels
     for _ in range(_ROUNDS):
         flattened = (9.0 * (K * deflections) ** 2 / (16.0 * reduced**2 * radius)) ** (1.0 / 3.0)

@@ -16,7 +16,7 @@ import numpy as np
 
 from pipeline.reading.records import CalibrationLeft
 from sensor.arrays import Floats
-from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench
+from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench, modulus_on_glass
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.quantity import BOUNDED, STANDARD_GRAVITY, validation_error
@@ -27,7 +27,6 @@ LEAST_ERROR = 1e-4
 """Of a stiffness: no dial and no weight is better."""
 _LARGEST_ERROR = 10.0  # [1] of a spring that a bench does not show
 _STEEPEST = 1.5  # E goes at most with this power of all deflections: Hertz
-_GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 
 
 def refuse_bench_that_cannot_weigh(design: Design) -> None:
@@ -57,9 +56,8 @@ def flattening(design: Design, forces: Floats) -> Floats:
     radius = design.tips.dome_radius_mm
     if radius is None:
         return np.zeros(len(forces))
-    process = design.process
-    reduced = 1.0 / ((1.0 - process.poisson**2) / process.E_MPa + 1.0 / _GLASS_MPA)
-    return np.asarray((np.maximum(forces, 0.0) / force_factor(reduced, radius)) ** (2.0 / 3.0))
+    factor = force_factor(modulus_on_glass(design.process), radius)
+    return np.asarray((np.maximum(forces, 0.0) / factor) ** (2.0 / 3.0))
 
 
 def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, span: float) -> Floats:

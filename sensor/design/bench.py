@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass
 
+from sensor.design.processes import Process
 from sensor.quantity import Bounds, check_fields, quantity, validation_error
 
+RUBBER_POISSON = 0.5  # of a reference ball
+_GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _DIGIT = Bounds(at_least=1e-6, at_most=100.0)
 _LOAD = Bounds(at_least=0.1, at_most=1e5)
 PRESSED = 0.9
@@ -51,3 +54,8 @@ class Bench:
         if not self.balance_g < self.balance_max_g:
             bound = f"less than bench.balance_max_g = {self.balance_max_g:g} g"
             raise validation_error("bench.balance_g", self.balance_g, "g", bound, "check the units of both")
+
+
+def modulus_on_glass(process: Process) -> float:
+    """Return the reduced modulus [MPa] of a printed tip that is pressed on a plate of glass."""
+    return 1.0 / ((1.0 - process.poisson**2) / process.E_MPa + 1.0 / _GLASS_MPA)
