@@ -1,6 +1,7 @@
 """`pipeline simulate` from the command line: its files, what it refuses, what it says, and the exit code of a proof."""
 
 import json
+import re
 import shlex
 from pathlib import Path
 
@@ -139,7 +140,10 @@ def test_the_exit_code_of_a_proof(bars, code, folder, monkeypatch, capsys):
     )
     monkeypatch.setattr(simulate, "prove", lambda _, count, seed, __: judged("mango", seed, count * [reading]))
     assert main(["simulate", folder, "--prove", "3"]) == code
-    *_, last = capsys.readouterr().out.splitlines()
+    _, row, *_, last = capsys.readouterr().out.splitlines()
+    # Error and bar are parts of the truth, where the bar that is told is a part of what is told.
+    percents = [float(number) for number in re.findall(r"(\S+) %", row)]
+    assert percents == pytest.approx([-20.0, 10.0 * reading.told / reading.E], abs=0.05)
     assert last.startswith("not proved: 3 of 3 are outside" if code else "proved")
     assert main(["simulate", folder, "--prove", "3", "--json"]) == code
     told = json.loads(capsys.readouterr().out)
