@@ -185,7 +185,8 @@ def fruit_suggestion(
         seen.add(design)
         result = _sized(design)
         candidate = _candidate(changes, result)
-        if candidate.passes:
+        # A preset in the size of the fruit passed whole runs, where the bars of sized springs leave verdicts undecided.
+        if candidate.passes or (not tried and not _is_refused(candidate)):
             progress("runs the design that passes with springs as they were sized")
             runs += 1
             result = _run(preset, candidate)
@@ -261,6 +262,11 @@ def _sized(design: Design) -> Sensor | None:
             raise
         return None
     return sensor
+
+
+def _is_refused(candidate: Candidate) -> bool:
+    """Return whether a verdict on the candidate fails beyond its bar, or it has none."""
+    return candidate.verdicts is None or any(verdict.passed is False for verdict in candidate.verdicts)
 
 
 def _failed(result: Sensor | SensorResult | None) -> set[str]:
