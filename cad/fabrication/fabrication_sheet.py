@@ -17,7 +17,7 @@ from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.housing import DOWEL_MM, Arm
 from cad.parts.pin import tip_accuracy_mm
 from cad.parts.sensor import SensorSolids
-from sensor.design.bench import PRESSED, WEIGHED_AT
+from sensor.design.bench import PRESSED, WEIGHED_AT, Bench
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.design.signal_path import SpringReadOut, SpringToRead
@@ -53,10 +53,20 @@ def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
     }
 
 
-def _jig_press(spring: SpringToRead) -> dict[str, str | float]:
-    """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g]."""
+def _jig_press(spring: SpringToRead, bench: Bench | None) -> dict[str, str | float]:
+    """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g].
+
+    The last digits of dial [mm] and balance [g] are those of the bench, or if there is none those that K to 1 % needs.
+    """
+    deflection = PRESSED * spring.deflection
     grams = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY
-    return {"name": spring.name, "deflection": PRESSED * spring.deflection, "grams": grams}
+    return {
+        "name": spring.name,
+        "deflection": deflection,
+        "grams": grams,
+        "dial": last_digit(deflection) if bench is None else bench.dial_mm,
+        "balance": last_digit(grams) if bench is None else bench.balance_g,
+    }
 
 
 def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLine], read_out: SpringReadOut) -> str:
@@ -104,8 +114,8 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         seats=sensor.seats,
         probe=PROBE,
         ledge_mm=LEDGE_MM,
-        jig_presses=[_jig_press(spring) for spring in read_out.springs],
-        last_digit=last_digit,
+        bench=read_out.bench,
+        jig_presses=[_jig_press(spring, read_out.bench) for spring in read_out.springs],
         K_percent=100.0 * _K_ERROR,
         gravity=STANDARD_GRAVITY,
     )

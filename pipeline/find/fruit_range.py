@@ -18,13 +18,15 @@ BRUISE_EXPONENT = 0.85
 BALL_SPREAD = 0.2  # of the radius of a ball: no fruit is one
 _FORM = (
     "as in 'radius 26, E 0.3 to 2' or 'radius 24 to 31 by 40 to 51, flesh 14 to 27, E 0.3 to 2' [mm, MPa]. It may also "
-    "be a file of pipeline modulus --json that ends in .json, or the name of a fruit, as pear"
+    "be a file of pipeline modulus --json that ends in .json, or the name of a fruit, as pear, also before its own "
+    "ranges: 'pear, radius 26, E 0.3 to 2'"
 )
 _NUMBER = r"(\S+?)"
 _RANGE = rf"{_NUMBER} to {_NUMBER}"
-_BALL = re.compile(rf"\s*radius {_NUMBER}(?: mm)?, E {_RANGE}(?: MPa)?\s*")
+_NAME = r"\s*(?:([a-z]+), )?"
+_BALL = re.compile(rf"{_NAME}radius {_NUMBER}(?: mm)?, E {_RANGE}(?: MPa)?\s*")
 _FLESH = rf"(?:, flesh {_RANGE}(?: mm)?)?"
-_ANY_SHAPE = re.compile(rf"\s*radius {_RANGE} by {_RANGE}(?: mm)?{_FLESH}, E {_RANGE}(?: MPa)?\s*")
+_ANY_SHAPE = re.compile(rf"{_NAME}radius {_RANGE} by {_RANGE}(?: mm)?{_FLESH}, E {_RANGE}(?: MPa)?\s*")
 
 _RADII = 4
 Ends = tuple[float, float]
@@ -36,7 +38,7 @@ class FruitRange:
     """Fruits as they were measured: radii where they are pressed and flesh [mm], softest and firmest flesh [MPa].
 
     A fruit of one `radius_mm` is nearly a ball; with `radius_across_mm` its principal radii and its `thickness_mm` lie
-    anywhere between from and to. A fruit of the table has its `name`.
+    anywhere between from and to. With the `name` of a fruit of the table it bruises as that one does.
     """
 
     name: str | None = None
@@ -82,9 +84,10 @@ class FruitRange:
     def in_words(self) -> str:
         """Return the fruit as `fruit_range` reads it."""
         E = (self.E_min_MPa, self.E_max_MPa)
+        name = "" if self.name is None else f"{self.name}, "
         if not isinstance(self.radius_mm, tuple):
-            return f"radius {self.radius_mm:g}, E {E[0]:g} to {E[1]:g}"
-        return ranges_in_words(*self.radii_mm, self.thickness_mm, E)
+            return f"{name}radius {self.radius_mm:g}, E {E[0]:g} to {E[1]:g}"
+        return name + ranges_in_words(*self.radii_mm, self.thickness_mm, E)
 
 
 def fruit_range(text: str) -> FruitRange:
@@ -98,14 +101,17 @@ def fruit_range(text: str) -> FruitRange:
         return _named_range(text)
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
     found = ball or any_shape
-    words = [] if found is None else [word for word in found.groups() if word is not None]
+    name, *words = (None,) if found is None else (found[1], *(word for word in found.groups()[1:] if word is not None))
     numbers = [written_number(word) for word in words]
     if not numbers or None in numbers:
         raise validation_error("--fruit", text, "", _FORM, "write all numbers")
+    if name is not None:
+        _refuse_unknown(name)
     *lengths, softest, firmest = (number for number in numbers if number is not None)
     if ball is not None:
-        return FruitRange(radius_mm=lengths[0], E_min_MPa=softest, E_max_MPa=firmest)
+        return FruitRange(name=name, radius_mm=lengths[0], E_min_MPa=softest, E_max_MPa=firmest)
     return FruitRange(
+        name=name,
         radius_mm=(lengths[0], lengths[1]),
         radius_across_mm=(lengths[2], lengths[3]),
         thickness_mm=(lengths[4], lengths[5]) if len(lengths) > _RADII else None,
@@ -116,9 +122,7 @@ def fruit_range(text: str) -> FruitRange:
 
 def _named_range(name: str) -> FruitRange:
     """Return the ranges of a fruit of the table; raises InputError for one that is not in it."""
-    if name not in FRUITS:
-        hint = f"did you mean {nearest(name, tuple(FRUITS))}? Or measure it, as in 'radius 26, E 0.3 to 2' [mm, MPa]"
-        raise validation_error("--fruit", name, "", f"one of {', '.join(FRUITS)}", hint)
+    _refuse_unknown(name)
     fruit = FRUITS[name]
     return FruitRange(
         name=name,
@@ -128,6 +132,13 @@ def _named_range(name: str) -> FruitRange:
         E_min_MPa=fruit.E_MPa[0],
         E_max_MPa=fruit.E_MPa[1],
     )
+
+
+def _refuse_unknown(name: str) -> None:
+    """Raise InputError for a fruit that is not in the table."""
+    if name not in FRUITS:
+        hint = f"did you mean {nearest(name, tuple(FRUITS))}? Or measure it, as in 'radius 26, E 0.3 to 2' [mm, MPa]"
+        raise validation_error("--fruit", name, "", f"one of {', '.join(FRUITS)}", hint)
 
 
 def _measured_range(path: Path) -> FruitRange:

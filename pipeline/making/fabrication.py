@@ -44,7 +44,8 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
         "fastest press": fastest_s,
         "folder": folder,
     }
-    read_out = SpringReadOut(springs=to_read, signal=sensor.signal, fastest_s=fastest_s, folder=folder)
+    bench = design.expected_bench
+    read_out = SpringReadOut(springs=to_read, signal=sensor.signal, bench=bench, fastest_s=fastest_s, folder=folder)
     write = partial(write_fabrication_files, design, housing, read_out)
     return begin_files("maker files", inputs, write, executor)
 

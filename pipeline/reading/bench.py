@@ -97,7 +97,7 @@ def left_by_bench(design: Design, full_scale: Floats, stiffnesses: Floats, noise
     `full_scale` are the largest forces [N], `noises` those of one row of counts [N], `stiffnesses` the springs [N/mm],
     all (tips,).
     """
-    reading, bench = design.reading or Reading(), design.bench or Bench()
+    reading, bench = design.reading or Reading(), design.expected_bench or Bench()
     pressed = PRESSED * np.nan_to_num(full_scale)
     left = _by_weights(bench, pressed, stiffnesses, noises)
     if reading.on_plate:

@@ -380,6 +380,11 @@ class Design:
             bound = f"weights or plate: a ball shows {SHOWN_BY_BALL}"
             raise validation_error("reading.calibrated_by", "ball", "", bound, "choose plate")
 
+    @property
+    def expected_bench(self) -> Bench | None:
+        """Return the bench on which a unit will be calibrated; None without `[reading]`, which asks for no accuracy."""
+        return None if self.reading is None else self.bench or Bench()
+
     def _check_bench(self) -> None:
         """Refuse a bench that nothing needs."""
         bench = self.bench

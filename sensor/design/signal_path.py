@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from sensor.design.bench import Bench
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE, Readout
 from sensor.quantity import BOUNDED, report_field
@@ -91,12 +92,14 @@ class SignalPath:
 class SpringReadOut:
     """The springs of a sensor, and how they are read where a read-out is named.
 
-    `fastest_s` is the shortest duration of a press by hand that the path can follow [s], where it is known. `folder` is
-    that of the design's report, as a command names it.
+    `bench` is that on which the design expects its springs to be calibrated, if it expects one. `fastest_s` is the
+    shortest duration of a press by hand that the path can follow [s], where it is known. `folder` is that of the
+    design's report, as a command names it.
     """
 
     springs: Sequence[SpringToRead]
     signal: SignalPath | None = None
+    bench: Bench | None = None
     fastest_s: float | None = None
     folder: str = "OUT"
 

@@ -1,5 +1,6 @@
 """`pipeline calibrate`: what was measured of a printed unit to its springs, its verdict and its unit.toml."""
 
+import shlex
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
@@ -55,7 +56,8 @@ def _answer_coupon(arguments: Namespace, report: Report, table: MeasuredTable) -
     design_MPa = report.design.process.E_MPa
     against = f"{100.0 * (E / design_MPa - 1.0):+.1f} % against the design's"
     printed = f"E as printed {with_bar(E, COVERAGE * modulus.error, 'MPa', in_percent=True)} (95 %), {against}"
-    again = f"print again from: pipeline design --design DESIGN --set print.E_MPa={E:.1f}"
+    words = ["pipeline", "design", "--design", str(arguments.folder / "design.toml"), "--set", f"print.E_MPa={E:.1f}"]
+    again = f"print again from: {shlex.join(words)}"
     data = {"E_MPa": E, "E_percent": modulus.percent, "design_E_MPa": design_MPa}
     return Answer(code=PASSED, data=data, text=f"{printed}\n{again}")
 

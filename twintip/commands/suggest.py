@@ -39,7 +39,7 @@ def run(arguments: Namespace) -> Answer:
     changes = _changes(found)
     lines = _lines(found, changes)
     if fruit is not None and found.changes is None:
-        lines.append(_nearest_text(nearest_fruit, named))
+        lines.append(_nearest_text(nearest_fruit, named, arguments, settings))
     command = None
     if found.changes is not None:
         command = _command(named, settings, changes)
@@ -138,12 +138,20 @@ def _found(
         return found, nearest_demand(fruit, failed, preset, keep | given, progress)
 
 
-def _nearest_text(nearest_fruit: "FruitRange | None", named: str) -> str:
-    """Return which fruit has a sensor where the one that was asked for has none."""
+def _nearest_text(
+    nearest_fruit: "FruitRange | None", named: str, arguments: Namespace, settings: dict[str, str]
+) -> str:
+    """Return which fruit has a sensor where the one that was asked for has none, as the same command for it."""
     if nearest_fruit is None:
         return f"nor was one found for narrower ranges, from the preset {named}"
-    command = shlex.join(["pipeline", "suggest", "--fruit", nearest_fruit.in_words])
-    return f"from the preset {named}, a sensor passes for narrower ranges: {command}"
+    words = ["pipeline", "suggest", "--fruit", nearest_fruit.in_words]
+    for key, text in settings.items():
+        words += ["--set", f"{key}={text}"]
+    for key in arguments.keep:
+        words += ["--keep", key]
+    if arguments.out is not None:
+        words += ["--out", str(arguments.out)]
+    return f"from the preset {named}, a sensor passes for narrower ranges: {shlex.join(words)}"
 
 
 def _lines(found: "Suggestion", changes: list[Json]) -> list[str]:

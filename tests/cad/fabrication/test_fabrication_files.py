@@ -21,6 +21,7 @@ from cad.fabrication.mount_checks import mount_verdicts
 from cad.files.sensor_files import write_sensor
 from cad.files.stl import read_stl
 from cad.parts.coupon import modulus_factor
+from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
@@ -41,10 +42,10 @@ def springs_of(sensor):
     return tuple(SpringToRead(name=arm.name, K=K, deflection=d) for arm, K, d in rows)
 
 
-def sheet_of(sensor, title=TITLE, signal=None, folder="OUT"):
+def sheet_of(sensor, title=TITLE, signal=None, folder="OUT", bench=None):
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
     bill = bill_of_materials(sensor, title.process, masses)
-    read_out = SpringReadOut(springs=springs_of(sensor), signal=signal, folder=folder)
+    read_out = SpringReadOut(springs=springs_of(sensor), signal=signal, bench=bench, folder=folder)
     return fabrication_sheet(sensor, title, bill, read_out)
 
 
@@ -147,6 +148,17 @@ def test_sheet_is_true_to_its_process(name, sensor):
 @pytest.mark.parametrize("mount", MOUNTED)
 def test_sheet_tells_the_mount_that_was_solved(mount, sensor):
     assert_tells(sheet_of(variant(sensor, mount=mount)), MOUNTED[mount])
+
+
+@pytest.mark.parametrize(
+    ("bench", "digits"),
+    [(None, ["0.001", "0.1", "0.0001", "1"]), (Bench(dial_mm=0.02, balance_g=0.5), ["0.02", "0.5", "0.02", "0.5"])],
+    ids=["what K to 1 % needs", "that of the design"],
+)
+def test_sheet_has_the_last_digits_of_the_bench(bench, digits, sensor):
+    """Rows of the low and the high spring, which end with those of dial and balance."""
+    lines = sheet_of(sensor, bench=bench).partition("| balance to g |")[2].splitlines()[2:4]
+    assert [cell for line in lines for cell in line.strip(" |").split(" | ")[-2:]] == digits
 
 
 def test_process_without_a_known_cycle_or_printer_is_told_no_other_ones(sensor):

@@ -32,6 +32,18 @@ def test_fruit_in_words(text):
     assert fruit_range(text) == KIWI
 
 
+def test_fruit_of_a_name_with_ranges_of_its_own():
+    """It bruises as the fruit of the table does."""
+    text = "pear, radius 24 to 31 by 40 to 51, flesh 14 to 27, E 0.3 to 2"
+    fruit = fruit_range(text)
+    assert fruit == dataclasses.replace(fruit_range(text.removeprefix("pear, ")), name="pear")
+    assert fruit.in_words == text
+    changes = scaled_changes(fruit, MANGO)
+    assert changes["fruit.name"] == "pear"
+    assert changes["fruit.bruise_limit_MPa"][0] == bruise_limit(0.3, "pear") != bruise_limit(0.3)
+    assert fruit_range("pear, radius 26, E 0.3 to 2") == dataclasses.replace(KIWI, name="pear")
+
+
 @pytest.mark.parametrize(
     ("text", "field"),
     [
@@ -41,6 +53,7 @@ def test_fruit_in_words(text):
         ("radius 0, E 0.3 to 2", "--fruit.radius_mm"),
         ("radius 26, E 0 to 2", "--fruit.E_min_MPa"),
         ("missing.json", "--fruit"),
+        ("pearr, radius 26, E 0.3 to 2", "--fruit"),
     ],
 )
 def test_wrong_fruit_is_refused(text, field):

@@ -109,6 +109,10 @@ def test_nearest_fruit_that_has_a_sensor_is_told_with_its_command(monkeypatch, c
     assert main(asked) == 1
     command = capsys.readouterr().out.splitlines()[-1].partition(": ")[2]
     assert shlex.split(command) == ["pipeline", "suggest", "--fruit", data["nearest_fruit"]]
+    given = ["--set", "reading.tilt_deg=3", "--keep", "press.travel_mm", "--out", "our fruit/my-fruit.toml"]
+    assert main([*asked, *given]) == 1
+    command = capsys.readouterr().out.splitlines()[-1].partition(": ")[2]
+    assert shlex.split(command) == ["pipeline", "suggest", "--fruit", data["nearest_fruit"], *given]
     monkeypatch.setattr(demand, "nearest_demand", lambda *_: None)
     assert main([*asked, "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["nearest_fruit"] is None
