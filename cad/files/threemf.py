@@ -1,17 +1,18 @@
-"""3MF [mm]: one named object a body; read as slicers do, and strictly by lib3mf for its faults."""
+"""3MF [mm]: one named object a body; read by lib3mf, whose warnings are its faults."""
 
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import lib3mf
+import numpy as np
 import trimesh
 
 from cad.files.file_date import file_date
-from cad.files.package import read_build
+from sensor.arrays import Floats
 
 _XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
 _SCHEMAS = "http://schemas.openxmlformats.org/package/2006"
@@ -28,6 +29,14 @@ _MODEL = (
     "{objects}\n</resources><build>{items}</build></model>\n"
 )
 _UNKNOWN_ATTRIBUTE = 0x80A7  # lib3mf's NMR_ERROR_NAMESPACE_INVALID_ATTRIBUTE
+_MILLIMETRES = {
+    lib3mf.ModelUnit.MicroMeter: 1e-3,
+    lib3mf.ModelUnit.MilliMeter: 1.0,
+    lib3mf.ModelUnit.CentiMeter: 10.0,
+    lib3mf.ModelUnit.Inch: 25.4,
+    lib3mf.ModelUnit.Foot: 304.8,
+    lib3mf.ModelUnit.Meter: 1e3,
+}
 _FIRST_ZIP_DAY = datetime(1980, 1, 1, tzinfo=UTC)  # before it no entry of an archive can be dated
 
 
@@ -66,47 +75,91 @@ def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:
 
 
 def read_3mf(path: Path) -> Package:
-    """Return the content of a 3MF file as slicers read it; raises ValueError when it holds no triangles.
+    """Return the printed content of a 3MF file as lib3mf reads it; raises ValueError when it holds no triangles.
 
     Equal corners within one object are merged, which the standard wants of the file: more than one is a fault.
     """
+    model = lib3mf.get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
     try:
-        build = read_build(path)
-    except ValueError as error:
+        reader.ReadFromFile(str(path))
+        bodies = list(_bodies(model))
+        marked_printable = _marked_printable(path)
+    except (lib3mf.ELib3MFException, zipfile.BadZipFile, ValueError) as error:
         msg = f"3MF: {path.name} cannot be read ({error}); export it again"
         raise ValueError(msg) from error
-    bodies = build.bodies
     if not bodies:
         msg = f"3MF: {path.name} holds no triangles; export it again"
         raise ValueError(msg)
-    faults = _faults(path, build.marked_printable)
-    meshes = []
-    for body in bodies:
-        mesh = trimesh.Trimesh(body.vertices, body.triangles, process=False)
+    faults = _faults(reader, marked_printable)
+    for name, mesh in bodies:
+        read = len(mesh.vertices)
         mesh.merge_vertices()
-        if repeated := len(body.vertices) - len(mesh.vertices):
-            faults.append(f"{repeated} vertices of object {body.name!r} stand on others or in no triangle")
-        meshes.append(mesh)
-    names = tuple(dict.fromkeys(body.name for body in bodies))
+        if repeated := read - len(mesh.vertices):
+            faults.append(f"{repeated} vertices of object {name!r} stand on others or in no triangle")
+    names = tuple(dict.fromkeys(name for name, _ in bodies))
+    meshes = [mesh for _, mesh in bodies]
     corners, triangles = trimesh.util.append_faces([each.vertices for each in meshes], [each.faces for each in meshes])
     return Package(mesh=trimesh.Trimesh(corners, triangles, process=False), names=names, faults=tuple(faults))
 
 
-def _faults(path: Path, marked_printable: int) -> list[str]:
-    """Return the warnings of lib3mf on a file, and its reason where it refuses the file.
+def _bodies(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
+    """Yield the name of each object on the bed with its triangles in their place [mm]; raises ValueError.
+
+    Supports and what is no part of the model are passed over.
+    """
+    items = model.GetBuildItems()
+    while items.MoveNext():
+        item = items.GetCurrent()
+        # Transforms move by lengths in the unit of the file.
+        for name, mesh in _placed(item.GetObjectResource(), _matrix(item.GetObjectTransform())):
+            mesh.vertices *= _MILLIMETRES[model.GetUnit()]
+            yield name, mesh
+
+
+def _placed(found: lib3mf.Object, placement: Floats) -> Iterator[tuple[str, trimesh.Trimesh]]:
+    """Yield the meshes of an object and of its components, each at `placement`, a matrix (4, 4)."""
+    if found.GetType() != lib3mf.ObjectType.Model:
+        return
+    if not found.IsMeshObject():
+        for number in range(found.GetComponentCount()):
+            component = found.GetComponent(number)
+            yield from _placed(component.GetObjectResource(), placement @ _matrix(component.GetTransform()))
+        return
+    if found.GetTriangleCount():
+        corners = np.array([corner.Coordinates[:] for corner in found.GetVertices()], dtype=float)
+        if not np.isfinite(corners).all():
+            msg = f"a vertex of object {found.GetName()!r} is no number"
+            raise ValueError(msg)
+        triangles = np.array([triangle.Indices[:] for triangle in found.GetTriangleIndices()])
+        mesh = trimesh.Trimesh(corners, triangles, process=False)
+        mesh.apply_transform(placement)  # one that mirrors turns the triangles, as slicers do
+        yield found.GetName(), mesh
+
+
+def _matrix(transform: lib3mf.Transform) -> Floats:
+    """Return the matrix (4, 4) of a transform, which has the images of the axes and of the origin as rows."""
+    matrix = np.eye(4)
+    matrix[:3] = np.array([row[:] for row in transform.Fields]).T
+    return matrix
+
+
+def _marked_printable(path: Path) -> int:
+    """Return how many items have the attribute `printable`, which slicers write and the standard does not have."""
+    with zipfile.ZipFile(path) as package:
+        models = [name for name in package.namelist() if name.lower().endswith(".model")]
+        return sum(package.read(name).count(b" printable=") for name in models)
+
+
+def _faults(reader: lib3mf.Reader, marked_printable: int) -> list[str]:
+    """Return the warnings of lib3mf on a file.
 
     It warns of each item with `printable`, which the projects of slicers have and every slicer knows: no faults.
     """
-    reader = lib3mf.get_wrapper().CreateModel().QueryReader("3mf")
-    refused = []
-    try:
-        reader.ReadFromFile(str(path))
-    except lib3mf.ELib3MFException as error:
-        refused = [str(error)]
     faults = []
     for code, text in (reader.GetWarning(i) for i in range(reader.GetWarningCount())):
         if code == _UNKNOWN_ATTRIBUTE and marked_printable > 0:
             marked_printable -= 1
         else:
             faults.append(text)
-    return faults + refused
+    return faults
