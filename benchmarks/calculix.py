@@ -6,14 +6,14 @@ It ends with exit code 0 on some failures, so its text is read and its reactions
 import re
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.deck import Deck, LinearStep
 from benchmarks.usage import ONE_THREAD, resource_usage
+from pipeline.storage.deck import Deck, LinearStep
 from sensor.arrays import Floats
 from solve.linear import SolveError
 
@@ -24,7 +24,7 @@ _TABLE = re.compile(r"^ *(total force|displacements) .*for set (\S+) and time.*$
 
 @dataclass(frozen=True, kw_only=True)
 class StepResult:
-    """Totals of force z by node set [N], and u_z (nodes,) [mm], 0 outside the set that was asked for."""
+    """Totals of force z by node set [N], and u_z (nodes,) [mm], 0 at nodes that the deck does not print."""
 
     forces: dict[str, float]
     displacements: Floats
@@ -38,8 +38,8 @@ def is_installed() -> bool:
 def calculix(deck: Deck) -> tuple[list[StepResult], float]:
     """Return CalculiX's answer to each step of a deck [N, mm from MPa], and its CPU seconds [s].
 
-    The displacements are those of the set that the deck asks for. Raises SolveError when the program is absent, stops,
-    prints an error, or its reactions do not balance.
+    Nodes are numbered as in the deck, with its ground and its means. Raises SolveError when the program is absent,
+    stops, prints an error, or its reactions do not balance.
     """
     program = shutil.which("ccx")
     if program is None:
@@ -55,30 +55,31 @@ def calculix(deck: Deck) -> tuple[list[StepResult], float]:
     if usage.exit_code or error or "Job finished" not in usage.out:
         reason = error.group() if error else "job not finished"
         raise SolveError(_refusal(f"exit code {usage.exit_code}, {reason}"))
-    return _checked_results(printed, deck.steps, deck.elements.nodes.shape[1]), usage.cpu
+    return _checked_results(printed, deck), usage.cpu
 
 
 def _refusal(reason: str) -> str:
     return f"CalculiX: {reason}: must finish its job with reactions that balance; look at its text"
 
 
-def _checked_results(text: str, steps: Sequence[LinearStep], count: int) -> list[StepResult]:
-    """Return the results of each step from the text of a .dat file; displacements are the last table of a step."""
+def _checked_results(text: str, deck: Deck) -> list[StepResult]:
+    """Return the results of each step from the text of a .dat file, where displacements follow the forces."""
     results: list[StepResult] = []
     forces: dict[str, float] = {}
+    displacements = np.zeros(deck.node_count)
     pieces = _TABLE.split(text)[1:]
     for kind, name, body in zip(pieces[::3], pieces[1::3], pieces[2::3], strict=True):
         numbers = np.array(body.split(), dtype=np.float64)
         if kind == "total force":
             forces[name.lower()] = float(numbers[2])
         else:
-            displacements = np.zeros(count)
             displacements[numbers[::4].astype(int) - 1] = numbers[3::4]
-            results.append(StepResult(forces=forces, displacements=displacements))
-            forces = {}
-    if len(results) != len(steps):
-        raise SolveError(_refusal(f"{len(results)} tables of results for {len(steps)} steps"))
-    for result, step in zip(results, steps, strict=True):
+            if name.lower() == deck.printed[-1]:
+                results.append(StepResult(forces=forces, displacements=displacements))
+                forces, displacements = {}, np.zeros(deck.node_count)
+    if len(results) != len(deck.steps):
+        raise SolveError(_refusal(f"{len(results)} tables of results for {len(deck.steps)} steps"))
+    for result, step in zip(results, deck.steps, strict=True):
         check_balance(CALCULIX, result.forces, step)
     return results
 

@@ -10,9 +10,10 @@ from functools import partial
 import numpy as np
 
 from benchmarks.calculix import StepResult
-from benchmarks.deck import LinearStep, SkfemMesh, contact_deck
+from benchmarks.deck import SkfemMesh, contact_deck
 from benchmarks.harness import OURS, Bench, Measurement, Reference, Solved, print_measurements, timed
 from benchmarks.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
+from pipeline.storage.deck import LinearStep
 from reference.direct_fruit import MIDDLE, SIDE, Held, direct_compliance, mesh_compliance
 from reference.fruit_meshes import REFINEMENTS, fruit_mesh, solved_block
 from sensor.arrays import Floats
@@ -106,7 +107,7 @@ def _deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solver: S
 
     def solve() -> Solved:
         results, cpu = solver(deck)
-        return Solved(values=_pair_and_own_of(results), cpu=cpu, dofs=3 * deck.elements.nodes.shape[1])
+        return Solved(values=_pair_and_own_of(results), cpu=cpu, dofs=3 * deck.elements.count)
 
     return BENCH.peer_row(method, name, meshing, solve)
 

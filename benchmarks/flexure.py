@@ -171,10 +171,12 @@ def peer_stiffness(
     `element` names the one of `reference.element_study` whose nodes and loads are taken, and CalculiX's type of
     it; `material` is E [MPa] and Poisson's ratio. Raises SolveError.
     """
-    scene = flexure_deck(mesh, *element, *material)
-    results, cpu = solver(scene.deck)
-    K = tuple(1.0 / float(r.displacements @ force) for r, force in zip(results, scene.forces, strict=True))
-    return Solved(values=K, cpu=cpu, dofs=3 * scene.deck.elements.nodes.shape[1])
+    deck = flexure_deck(mesh, *element, *material)
+    results, cpu = solver(deck)
+    nodes = deck.elements.count
+    pairs = zip(results, deck.means.values(), strict=True)
+    K = tuple(1.0 / float(result.displacements[:nodes] @ mean) for result, mean in pairs)
+    return Solved(values=K, cpu=cpu, dofs=3 * nodes)
 
 
 if __name__ == "__main__":

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.calculix import CALCULIX, StepResult, calculix, check_balance, is_installed
-from benchmarks.deck import Deck, LinearStep, support_nodes
 from benchmarks.usage import ONE_THREAD, resource_usage
+from pipeline.storage.deck import Deck, LinearStep, support_nodes
 from sensor.arrays import Floats
 from solve.linear import SolveError
 
@@ -117,7 +117,7 @@ def _on_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
     answer = peer_answer(peer, deck_task(deck))
     on_set = []
     for result in answer.results:
-        displacements = np.zeros(deck.elements.nodes.shape[1])
+        displacements = np.zeros(deck.node_count)
         if len(result.displacements) not in (0, len(deck.sets[deck.asked])):
             raise _refused(peer, f"{len(result.displacements)} displacements of {len(deck.sets[deck.asked])} nodes")
         if len(result.displacements):

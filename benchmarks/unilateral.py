@@ -13,15 +13,17 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.deck import Deck, LinearStep, SkfemMesh, boundary_sets, peer_elements
+from benchmarks.deck import TETRAHEDRA, SkfemMesh
 from benchmarks.harness import OURS, Bench, Measurement, Reference, Solved, print_measurements, timed
 from benchmarks.peers import GETFEM, Peer, PeerTask, deck_task, peer_answer
 from cad.parts.part import Part
 from mesh.volume import SizeField, volume_mesh
 from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE, ROUGH_TOLERANCE
 from pipeline.response.contact import contact_compliance
+from pipeline.storage.deck import Deck, LinearStep, boundary_sets, elements_of
 from reference.curved_fruit import curved_half
 from reference.direct_fruit import FACES, SIDE
+from reference.element_study import element_basis
 from reference.fruit_meshes import edge_size
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
@@ -73,8 +75,10 @@ def half_mesh(part: Part, scale: float) -> SkfemMesh:
 
 def half_deck(mesh: SkfemMesh) -> Deck:
     """Return the half as a deck; its step says how the tips move."""
-    elements = peer_elements(mesh, "tet P2", "C3D10")
-    sets = boundary_sets(elements, mesh, "tet P2", ("base", SIDE, *FACES))
+    choice, kind = TETRAHEDRA
+    basis = element_basis(mesh, choice)
+    elements = elements_of(basis, kind)
+    sets = boundary_sets(elements, basis, ("base", SIDE, *FACES))
     return Deck(elements=elements, sets=sets, E=E_MPA, poisson=FRUIT.poisson, steps=[STEP], asked="base")
 
 

@@ -23,7 +23,6 @@ from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.stiffness import SPRINGS, tip_face, tip_stiffnesses
 from solve.linear import factorise
 
-VERTICAL = "u^3"
 # Element, and the degree that its quadrature integrates: in a hexahedron 3 means 2^3, 5 means 3^3 Gauss points.
 CHOICES = {
     "hex 20, reduced": (ElementHexS2, 3),
@@ -43,14 +42,6 @@ class ElementStiffness:
     dofs: int
 
 
-@dataclass(frozen=True)
-class FaceLoad:
-    """Nodal forces of 1 N spread evenly over a face: places (3, n) [mm] and forces (n,) [N]."""
-
-    places: Floats
-    forces: Floats
-
-
 def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> ElementStiffness:
     """Return the stiffnesses of the housing, or of its half where a boundary `symmetry` says so [N/mm from MPa, mm].
 
@@ -61,23 +52,9 @@ def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> Elem
     held = basis.get_dofs("mounting_holes").all()
     held = np.union1d(held, basis.get_dofs("symmetry").all("u^2")) if half else held
     factor = factorise(stiffness_matrix(basis, E, poisson), held)
-    mean = np.column_stack([_mean(basis, tip_face(spring)) for spring in SPRINGS])
+    mean = np.column_stack([face_mean(basis, tip_face(spring)) for spring in SPRINGS])
     C = (0.5 if half else 1.0) * (mean.T @ factor.solve(mean))
     return ElementStiffness(K=tip_stiffnesses(C), dofs=int(basis.N))
-
-
-def face_load(mesh: Mesh, choice: str, name: str) -> FaceLoad:
-    """Return the nodal forces of 1 N over a named face; the mean displacement of the face is their work."""
-    basis = element_basis(mesh, choice)
-    mean = _mean(basis, name)
-    dofs = np.flatnonzero(mean)
-    return FaceLoad(np.asarray(basis.doflocs[:, dofs]), mean[dofs])
-
-
-def boundary_places(mesh: Mesh, choice: str, name: str) -> Floats:
-    """Return the places (3, n) [mm] of the nodes of a named boundary."""
-    basis = element_basis(mesh, choice)
-    return np.asarray(basis.doflocs[:, basis.get_dofs(name).all(VERTICAL)])
 
 
 def element_basis(mesh: Mesh, choice: str) -> CellBasis:
@@ -88,8 +65,11 @@ def element_basis(mesh: Mesh, choice: str) -> CellBasis:
     return vector_basis(mesh, element(), order)
 
 
-def _mean(basis: CellBasis, name: str) -> Floats:
-    """Return the vector whose product with the dofs is the mean of u_z over a face."""
+def face_mean(basis: CellBasis, name: str) -> Floats:
+    """Return the vector (dofs,) whose product with displacements is the mean of u_z over a face.
+
+    It is also the load of 1 N that is spread evenly over the face.
+    """
     face = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundaries[name], intorder=4)
     total = np.zeros(basis.N)
     for dofs, field in zip(face.element_dofs, face.basis, strict=True):

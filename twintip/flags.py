@@ -66,7 +66,7 @@ def _add_whole_run(parser: ArgumentParser) -> None:
     stiffnesses = "|".join(FRUIT_STIFFNESSES)
     add("--fruit-stiffness", metavar=stiffnesses, default="contact", help="true contact, or the paper's (6)")
     add("--tol", metavar="TOL", help=f"relative error allowed to both stiffnesses (default {DEFAULT_TOLERANCE:g})")
-    add("--fields", action="store_true", help="write displacement [mm] and stress [MPa] fields too (VTU)")
+    add("--fields", action="store_true", help="write fields in mm and MPa (VTU), and a CalculiX deck")
     add("--verbose", action="store_true", help="print every verdict, error and note, not one screen")
     _add_json(parser)
 

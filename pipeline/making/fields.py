@@ -1,4 +1,7 @@
-"""Meshes and fields as VTU files: the housing under its forces at full travel, the fruit under the tips."""
+"""Meshes and fields as VTU files: the housing under its forces at full travel, the fruit under the tips.
+
+Beside them stands the housing as a deck of CalculiX.
+"""
 
 from pathlib import Path
 
@@ -6,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mesh.housing.sweep import flexure_mesh
+from pipeline.making.flexure_deck import NAME, write_flexure_deck
 from pipeline.options import RunOptions
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, scene_of
@@ -26,7 +30,7 @@ _COLUMNS = (0, 1, 2, 1, 2, 2)
 
 
 def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
-    """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; with `options.fields` its fields, and fruit.vtu.
+    """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; `options.fields` adds its fields, fruit.vtu, a deck.
 
     An array without points of flexure.vtu says that it is half a model, and about which plane.
     Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
@@ -55,14 +59,14 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 
 
 def _write_flexure(springs: FittedSprings, folder: Path) -> None:
-    """Write the housing under the forces [N] that the root strain of each spring is judged at."""
+    """Write the housing under the forces [N] that the root strain of each spring is judged at, and its deck."""
     if springs.housing is None:
         return
     process = springs.process
     mesh = flexure_mesh(springs.housing)
-    fields = fields_at_full_travel(
-        springs, clamped_half(mesh, process.E_MPa, process.poisson, mount_layers(springs.housing))
-    )
+    half = clamped_half(mesh, process.E_MPa, process.poisson, mount_layers(springs.housing))
+    write_flexure_deck(springs, half, folder / NAME)
+    fields = fields_at_full_travel(springs, half)
     marks = {}
     for name in springs.springs:
         mark = np.zeros(len(fields.displacement))

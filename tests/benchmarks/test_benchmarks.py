@@ -16,11 +16,12 @@ from deadline import DEADLINE_S
 from benchmarks import calculix as calculix_module
 from benchmarks import contact, flexure, peers, unilateral
 from benchmarks.calculix import calculix
-from benchmarks.deck import Deck, LinearStep, boundary_sets, peer_elements
+from benchmarks.deck import TETRAHEDRA
 from benchmarks.peers import FELUPE, PeerTask, peer_answer
 from mesh.housing.sweep import flexure_mesh
+from pipeline.storage.deck import Deck, LinearStep, boundary_sets, elements_of
 from reference.direct_fruit import mesh_compliance
-from reference.element_study import element_stiffness
+from reference.element_study import element_basis, element_stiffness
 from reference.fruit_meshes import fruit_mesh, solved_block
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
@@ -42,9 +43,10 @@ def housing_mesh():
 @pytest.fixture(scope="module")
 def contact_scene():
     mesh = fruit_mesh(solved_block(FRUIT, TIPS), FRUIT, TIPS, 2.0)
-    elements = peer_elements(mesh, "tet P2", "C3D10")
+    basis = element_basis(mesh, TETRAHEDRA[0])
+    elements = elements_of(basis, TETRAHEDRA[1])
     step = LinearStep(held={"base": (1, 2, 3), "symmetry_y": (2,), "symmetry_x": (1,)}, pressed={"high_tip": 1.0})
-    sets = boundary_sets(elements, mesh, "tet P2", ("base", "symmetry_x", "symmetry_y", "high_tip"))
+    sets = boundary_sets(elements, basis, ("base", "symmetry_x", "symmetry_y", "high_tip"))
     return mesh, Deck(elements=elements, sets=sets, E=1.0, poisson=FRUIT.poisson, steps=[step], asked="high_tip")
 
 

@@ -1,12 +1,9 @@
 """VTU files of a run: what ParaView shows at the marked place is the strain that the report judges."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 import pyvista as pv
 
-from pipeline.making.fields import write_fields
 from pipeline.storage.vtu import HALF_AT_Y
 
 QUADRATIC_HEXAHEDRON = 25  # of VTK's file format
@@ -14,22 +11,9 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def write(default_run, tmp_path_factory):
-    """Return a function that writes the fields of the default design and reads those of its housing."""
-    result = default_run.result
-    options = dataclasses.replace(result.options, fields=True)
-
-    def written():
-        folder = tmp_path_factory.mktemp("fields")
-        assert write_fields(result.pressed, result.press, options, folder) == ()
-        return pv.read(folder / "flexure.vtu"), pv.read(folder / "fruit.vtu")
-
-    return written
-
-
-@pytest.fixture(scope="module")
-def flexure_and_fruit(write):
-    return write()
+def flexure_and_fruit(fields_folder):
+    """Return the grids of the housing and of the fruit."""
+    return pv.read(fields_folder / "flexure.vtu"), pv.read(fields_folder / "fruit.vtu")
 
 
 def marked(flexure, name):

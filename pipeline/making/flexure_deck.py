@@ -1,0 +1,67 @@
+"""The half housing in its mount under a force on each tip, as a deck of CalculiX that anybody can solve again."""
+
+from pathlib import Path
+
+import numpy as np
+
+from cad.parts.pin import pin_compliance
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.storage.deck import GROUND, Deck, LinearStep, boundary_sets, elements_of
+from solve.housing.clamped_half import HOLES, PRESS, SIDES, ClampedHalf
+from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face, tip_means
+
+NAME = "flexure.inp"
+KIND = "C3D20R"  # 20-node hexahedra with 2^3 Gauss points, the element of the solve
+_SYMMETRY = "symmetry"
+_HEADING = """\
+The half y >= 0 of a housing in its mount: N, mm, MPa, 20-node hexahedra with 2^3 Gauss points.
+Solve it by CalculiX: ccx -i flexure. Step 1 presses the low tip with 1 N, half of it on the half, step 2 the high one.
+K [N/mm] is 1 over the third displacement that flexure.dat has for {means}.
+Springs are the layers of the mount, integrated over the side face: some between neighbours are negative."""
+_OF_SPRING = "{name}: K = {K:.6g} N/mm within {error:.2g} N/mm by the run."
+_PINS = "Pins are left out here: with one, 1 / K is larger by {compliance:.6g} mm/N."
+
+
+def mean_of(spring: str) -> str:
+    """Return the name of the node that moves like the mean of a tip's face."""
+    return f"{tip_face(spring)}_mean"
+
+
+def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) -> None:
+    """Write the deck of a housing, with K of its springs and their error bars as comments; raises OSError."""
+    process = springs.process
+    lines = _HEADING.format(means=" and ".join(mean_of(spring).upper() for spring in SPRINGS)).splitlines()
+    for name, spring in springs.springs.items():
+        lines.append(_OF_SPRING.format(name=name, K=spring.stiffness, error=spring.error))
+    housing = springs.housing
+    if housing is not None and housing.pin_side:
+        pin = pin_compliance(housing, process.E_MPa, process.poisson)
+        lines.append(_PINS.format(compliance=pin.value))
+    path.write_text(flexure_deck(half, process.E_MPa, process.poisson).text(lines), encoding="ascii")
+
+
+def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
+    """Return the deck of a half housing [mm], E [MPa], with half a newton on the half of each tip in turn.
+
+    Half the force on half the part is 1 N on the whole tip, so K [N/mm] is 1 over the mean u_z [mm] of its face. The
+    layers of the mount are springs.
+    """
+    elements = elements_of(half.basis, KIND)
+    names = (HOLES, SIDES, _SYMMETRY, *map(tip_face, SPRINGS), *map(leaf_faces, SPRINGS))
+    sets = boundary_sets(elements, half.basis, names)
+    if half.ground is None:
+        held = {HOLES: (1, 2, 3)}
+    else:
+        sets[GROUND] = np.array([elements.count])
+        held = {GROUND: (1, 2, 3)}
+    weights = tip_means(half.basis, PRESS).T
+    means = {mean_of(spring): elements.of_dofs(half.basis, mean) for spring, mean in zip(SPRINGS, weights, strict=True)}
+    return Deck(
+        elements=elements,
+        sets=sets,
+        E=E,
+        poisson=poisson,
+        steps=[LinearStep(held={**held, _SYMMETRY: (2,)}, loads=0.5 * mean) for mean in means.values()],
+        springs=half.ground,
+        means=means,
+    )
