@@ -1,13 +1,14 @@
 """The law of the body that is pressed: its force over the travel, by its shape, its tools and its flesh."""
 
-import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from instrument.compress.bodies import POINT_CONTACT, CompressedBody, Plunger
+from instrument.compress.bodies import POINT_CONTACT, BoundingPress, CompressedBody, Plunger
 from pipeline.storage.plain import Plain
+from pipeline.storage.stopwatch import Count, silent
 from sensor.arrays import Floats
 from sensor.quantity import Bounds, check_fields, quantity
 from sensor.theory.hertz import force_factor
@@ -22,6 +23,7 @@ _STRAINS = Bounds(above=0.0, at_most=50.0)
 POISSON = "Poisson's ratio"
 """The name of its share."""
 _MIDWAY = 0.5  # from slippery tools to tools that grip
+_NOMINAL_PARTS = 3  # of the work: it has a fine mesh too, so that it costs as three variants
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,11 +131,11 @@ def hertz_law(test: TestGeometry) -> ForceLaw | None:
     )
 
 
-@functools.lru_cache(maxsize=16)
-def solved_law(test: TestGeometry) -> ForceLaw:
+def solved_law(test: TestGeometry, count: Count = silent) -> ForceLaw:
     """Return the law of a body that is pressed at finite strain; raises SolveError.
 
     At equal force the travels of its sides add up. The friction of the tools is midway between none and a grip.
+    `count` is told how many parts of the work are done.
     """
     sides = [replace(side, law=FleshLaw(poisson=test.poisson)) for side in test.body.sides(test.plunger, test.plates)]
 
@@ -142,17 +144,29 @@ def solved_law(test: TestGeometry) -> ForceLaw:
 
     further = test.poisson + test.poisson_error
     poisson = further if further <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
-    others = {
-        "law of flesh": [pressed_as(FleshLaw(name=name, poisson=test.poisson)) for name in FLESH_LAWS[1:]],
-        POISSON: [pressed_as(FleshLaw(poisson=poisson))],
-        "friction": [_in_series(sides, [_forces(side, side, grip) for side in sides]) for grip in (0.0, 1.0)],
+
+    def bounded_by(presses: Sequence[BoundingPress]) -> ForceLaw:
+        forces = [factor * _forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
+        return _in_series(sides, forces)
+
+    def rubbed(grip: float) -> ForceLaw:
+        return _in_series(sides, [_forces(side, side, grip) for side in sides])
+
+    variants: dict[str, list[Callable[[], ForceLaw]]] = {
+        "law of flesh": [partial(pressed_as, FleshLaw(name=name, poisson=test.poisson)) for name in FLESH_LAWS[1:]],
+        POISSON: [partial(pressed_as, FleshLaw(poisson=poisson))],
+        "friction": [partial(rubbed, grip) for grip in (0.0, 1.0)],
     }
     for name, bounds in test.body.bounds(sides).items():
-        others[name] = []
-        for presses in bounds:
-            forces = [factor * _forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
-            others[name].append(_in_series(sides, forces))
-    nominal = _in_series(sides, [_forces(side, side) for side in sides])
+        variants[name] = [partial(bounded_by, presses) for presses in bounds]
+    parts = _NOMINAL_PARTS + sum(map(len, variants.values()))
+    count(0, parts)
+    nominal = rubbed(_MIDWAY)
+    others: dict[str, list[ForceLaw]] = {name: [] for name in variants}
+    for name, solves in variants.items():
+        for solve in solves:
+            count(_NOMINAL_PARTS + sum(map(len, others.values())), parts)
+            others[name].append(solve())
     return replace(nominal, error=max(force_curve(side).error for side in sides), others=others)
 
 

@@ -12,6 +12,7 @@ from instrument.compress.law_fit import LawFit, fit_law
 from instrument.compress.phases import Loading, phases, without_frame
 from instrument.compress.range_choice import RangeFit, choose_range
 from instrument.compress.specimens import Specimen, read_specimens
+from pipeline.storage.stopwatch import Count, silent
 from sensor.design.fruit import USUAL_MODULI
 from sensor.quantity import Bounds, report_field, validation_error
 from sensor.turns import in_turn
@@ -122,14 +123,17 @@ def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]
 
 
 def measured_modulus(
-    specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False
+    specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False, count: Count = silent
 ) -> CompressionResult:
-    """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit."""
+    """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit.
+
+    `count` is told how many parts of the work are done.
+    """
     test = phases(specimen, compression_negative=compression_negative)
     specimen = test.specimen
     curve = without_frame(specimen, test.loading, geometry.compliance_um_per_N)
     _refuse_long_travel(specimen, curve, geometry)
-    law = solved_law(geometry)
+    law = solved_law(geometry, count)
     chosen = choose_range(curve, law)
     if chosen is None:
         hint = "check that it is a whole loading, from before the touch on"
@@ -148,8 +152,8 @@ def measured_modulus(
         POISSON: bounds.pop(POISSON),
     }
     if geometry.compliance_error_um_per_N:
-        count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
-        by_chance["machine compliance"] = _moved_by_frame(specimen, test.loading, chosen, count, geometry)
+        points = int(np.searchsorted(curve.travel, chosen.last, side="right"))
+        by_chance["machine compliance"] = _moved_by_frame(specimen, test.loading, chosen, points, geometry)
     shares = by_chance | bounds
     u_percent = 100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values()))
     _refuse_wide_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))

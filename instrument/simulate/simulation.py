@@ -11,6 +11,7 @@ from instrument.simulate.log import log_of
 from instrument.simulate.press import Hand, press_curve
 from instrument.simulate.unit import SimulatedUnit, drawn_unit
 from pipeline.report.report import Report
+from pipeline.storage.stopwatch import Count, silent
 from sensor.design.bench import Bench
 from sensor.design.reading import Reading
 
@@ -59,14 +60,15 @@ def bench_of(report: Report) -> Bench:
     return report.design.bench or Bench()
 
 
-def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked) -> list[str]:
-    """Return the log of the presses on the fruit."""
+def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked, count: Count = silent) -> list[str]:
+    """Return the log of the presses on the fruit; `count` is told how many of them are solved."""
     rng = asked.numbers(1)
     now = unit.in_other_air(report, rng) if asked.noise else unit
     turn = report.design.tips.tip_layout.turn_deg
     hand = hand_of(report, asked.relaxation)
     presses = []
     for number in range(asked.presses):
+        count(number, asked.presses)
         fruit = asked.fruit.pressed_again(number * turn)
         if asked.bruise_mm is not None:
             fruit = bruised(fruit, report, asked.bruise_mm, number * turn)
@@ -77,7 +79,7 @@ def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked) -> list[str]
     return log_of(report, now, presses, asked.rate, rng if asked.noise else None)
 
 
-def log_of_ball(report: Report, unit: SimulatedUnit, asked: Asked) -> list[str]:
+def log_of_ball(report: Report, unit: SimulatedUnit, asked: Asked, _count: Count) -> list[str]:
     """Return the log of presses on a ball of rubber, by a hand, at the temperature of the bench."""
     rng = asked.numbers(2)
     steepest = (report.design.reading or Reading()).tilt_deg
@@ -86,9 +88,9 @@ def log_of_ball(report: Report, unit: SimulatedUnit, asked: Asked) -> list[str]:
     return log_of(report, unit, presses, asked.rate, rng if asked.noise else None)
 
 
-FILES: dict[str, Callable[[Report, SimulatedUnit, Asked], list[str]]] = {
-    "weights": lambda report, unit, asked: weights_table(report, unit, bench_of(report), asked.numbers(3)),
-    "plate": lambda report, unit, asked: plate_table(report, unit, bench_of(report), asked.numbers(4)),
+FILES: dict[str, Callable[[Report, SimulatedUnit, Asked, Count], list[str]]] = {
+    "weights": lambda report, unit, asked, _: weights_table(report, unit, bench_of(report), asked.numbers(3)),
+    "plate": lambda report, unit, asked, _: plate_table(report, unit, bench_of(report), asked.numbers(4)),
     "ball": log_of_ball,
     "out": log_of_fruit,
 }

@@ -35,14 +35,18 @@ def nearest_demand(
     on, from the ends they fail at. Raises as `fruit_suggestion`.
     """
     asked = fruit
-    for _ in range(MOST_ROUNDS):
+    for number in range(1, MOST_ROUNDS + 1):
         fruit = eased(fruit, asked, failed, preset)
-        progress(f"tries {fruit.in_words}")
-        found = fruit_suggestion(fruit, preset, fixed)
+        found = fruit_suggestion(fruit, preset, fixed, _in_round(number, fruit, progress))
         if found.changes is not None:
             return fruit
         failed = [verdict for verdict in found.verdicts if verdict.passed is not True]
     return None
+
+
+def _in_round(number: int, fruit: FruitRange, progress: Progress) -> Progress:
+    """Return what tells the work on the fruit of a round with that fruit."""
+    return lambda work: progress(f"narrower ranges, at most {MOST_ROUNDS}, number {number}: {fruit.in_words}: {work}")
 
 
 def eased(fruit: FruitRange, asked: FruitRange, failed: Collection[Verdict], preset: Design) -> FruitRange:

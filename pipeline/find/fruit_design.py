@@ -197,7 +197,7 @@ def fruit_suggestion(
         step = _next_step(design, result, centring)
         if not step or not fixed.isdisjoint(step):
             break
-        progress(f"tries {in_words(step)}")
+        progress(f"tries design {len(seen) + 1} of at most {MOST_TRIALS}: {in_words(step)}")
         changes = {**changes, **step}
         design = change_design(preset, changes)
     nearest = min(tried, key=lambda candidate: candidate.shortfall)

@@ -18,6 +18,7 @@ from pipeline.options import DEFAULT_TOLERANCE, RunOptions
 from pipeline.report.keys import value_at
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
+from pipeline.storage.stopwatch import Count, Progress, silent
 from pipeline.study.execute import solve_missing
 from pipeline.study.page import refuse_page
 from pipeline.study.store import StudyStore, settings_text, study_store
@@ -25,7 +26,7 @@ from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIM
 from pipeline.study.tasks import PointResult
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
-from pipeline.study.workers import Engine, ProgressReport
+from pipeline.study.workers import Engine
 from sensor.arrays import Floats
 from sensor.design.design_file import design_as_toml
 from sensor.design.parameters import Design
@@ -59,7 +60,7 @@ def places(study: Study, folder: Path) -> tuple[Place, ...]:
     return tuple(found)
 
 
-def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport | None = None) -> tuple[Candidate, ...]:
+def search(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> tuple[Candidate, ...]:
     """Return every candidate of a search, the best first; all are points of the study's store.
 
     A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
@@ -100,7 +101,7 @@ def _refuse_unjudged(study: Study) -> None:
             raise validation_error(field, name, "", bound, hint)
 
 
-def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:
+def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | None) -> None:
     """Solve generations of candidates until the points that the study allows are spent; all go into its store.
 
     A front is searched value by value, each after the first from the last generation of the one before.
@@ -137,7 +138,7 @@ def _costs(
     study: Study,
     store: StudyStore,
     engine: Engine,
-    progress: ProgressReport | None,
+    progress: Count | None,
 ) -> list[float]:
     """Return the cost of each member of a generation, shape (keys, members); those that are stored are not solved.
 
@@ -228,7 +229,14 @@ def refuse_occupied(study: Study, folder: Path, *, force: bool) -> None:
     refuse_page(folder, force=force)
 
 
-def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force: bool = False) -> Proof | None:
+def prove(
+    study: Study,
+    candidates: Sequence[Candidate],
+    place: Place,
+    *,
+    force: bool = False,
+    progress: Progress = silent,
+) -> Proof | None:
     """Return the first of the best twenty candidates whose run passes all verdicts, else the last that was run.
 
     Of a front they are those with the value of the place. The base is run after them, whatever the search makes of it:
@@ -244,6 +252,7 @@ def prove(study: Study, candidates: Sequence[Candidate], place: Place, *, force:
     passing += [one for one in candidates if is_base(study, one) and one not in passing]
 
     def design(candidate: Candidate) -> Design:
+        progress(f"runs candidate {candidate.number}, which was best of those not yet run")
         return replace(study.base.design(candidate.changes), name=study.name)
 
     tolerance = min(study.tol, DEFAULT_TOLERANCE)  # a search may be rougher than what decides the stiffness of springs

@@ -57,9 +57,10 @@ class Suggestion:
 class Search:
     """Tries changes of a design with sized springs until a budget is spent; `tried` counts them."""
 
-    def __init__(self, base: SensorResult, fixed: frozenset[str]) -> None:
-        """Take a design that was run, and the keys that stay as they are."""
+    def __init__(self, base: SensorResult, fixed: frozenset[str], progress: Progress = silent) -> None:
+        """Take a design that was run, and the keys that stay as they are; `progress` is told of each trial."""
         self.tried = 0
+        self._progress = progress
         self.nearest_miss: Candidate | None = None
         self._base = base
         self._fixed = fixed
@@ -97,6 +98,7 @@ class Search:
                 return None
             self._budget_left -= _cost(design)
             self.tried += 1
+            self._progress(f"tries changes with springs as they were sized, design {self.tried}: {in_words(changes)}")
             verdicts = self._verdicts(design)
         except UNSOLVED:
             return None
@@ -211,8 +213,7 @@ def suggestion(
         finer = [tolerance_hint(verdict, options.tolerance) for verdict in failed_verdicts]
         if all(finer):
             return replace(none_found, reason=str(finer[0]))
-    progress("tries changes with ideal springs")
-    search = Search(result, fixed)
+    search = Search(result, fixed, progress)
     passing = search.passing(failed_verdicts)
 
     def design_of(candidate: Candidate) -> Design:

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 Progress = Callable[[str], None]
 """Is told what is worked on from here on."""
 
+Count = Callable[[int, int], None]
+"""Is told how many parts of a piece of work have ended, and how many there are."""
+
 WORK = {
     "contact": "how the fruit gives under the tips, meshed and solved",
     "sizing": "springs that the targets ask for",
@@ -32,7 +35,7 @@ class Seconds:
     cpu: dict[str, float]
 
 
-def silent(_: str) -> None:
+def silent(*_: object) -> None:
     """Hear progress and say nothing."""
 
 

@@ -9,12 +9,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from pipeline.storage.stopwatch import Count
 from pipeline.study.points import Point, point_count, points_of
 from pipeline.study.store import StudyStore, stored_study, study_store
 from pipeline.study.study_file import Study
 from pipeline.study.table import table_columns, table_rows
 from pipeline.study.tasks import lost_points, solve_points
-from pipeline.study.workers import Engine, ProgressReport, completed_items
+from pipeline.study.workers import Engine, completed_items
 from sensor.turns import in_turn
 
 _MOST = 64  # points of a task, which is lost where its worker is
@@ -65,7 +66,7 @@ class StudySummary:
 
 
 @in_turn
-def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressReport | None = None) -> StudySummary:
+def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> StudySummary:
     """Solve every point of a study that its folder does not hold yet, and return how all of them ended.
 
     Raises InputError where the folder cannot be used; a point that is refused or fails is kept with its message.
@@ -107,11 +108,13 @@ def solve_missing(
     missing: Iterable[Point],
     count: int,
     engine: Engine,
-    progress: ProgressReport | None = None,
+    progress: Count | None = None,
 ) -> None:
     """Solve the points that a store lacks, so many in all, and keep each as it ends."""
     kept = sum(store.counts().values())
     total = kept + count
+    if progress is not None and count:
+        progress(kept, total)
     # A point of the level contact may cost less than a task.
     size = max(1, min(_MOST, count // (_TASKS * engine.workers))) if study.level == "contact" else 1
     # A worker gets its points with their settings: all rows of a file would be sent again with each task.

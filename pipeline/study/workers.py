@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-import sys
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -10,9 +9,6 @@ from dataclasses import dataclass, field
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, TypeVar
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pipeline.storage.versions import code_digest
 from pipeline.storage.workers import available_cores, close_workers, open_workers
@@ -23,8 +19,6 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-ProgressReport = Callable[[int, int], None]
-"""Called with the number of points that have ended, and the number of all."""
 
 MOST_PROCESSES = 1024
 _ATTEMPTS = 2  # alone, for an item that was out when a worker was lost: it may be what ended the worker
@@ -239,13 +233,3 @@ def _refuse_other_code(client: "Client", address: str) -> None:
         if digest != code_digest():
             msg = f"--scheduler: worker {worker} has other code than this machine; install the same version there"
             raise InputError(msg)
-
-
-@contextmanager
-def shown_progress(of: str = "points") -> Iterator[ProgressReport]:
-    """Give the function that a study calls with its points: it draws a bar on stderr where that is a terminal."""
-    columns = (TextColumn(of), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, disable=not sys.stderr.isatty(), transient=True) as bar:
-        line = bar.add_task(of, total=None)
-        yield lambda ended, count: bar.update(line, completed=ended, total=count)

@@ -14,6 +14,7 @@ import pyvista as pv
 
 from pipeline.report.report import read_report
 from pipeline.storage.files import refuse_taken, write_files
+from pipeline.storage.stopwatch import Count, silent
 from pipeline.view.scene import Vector, draw_cells, draw_part, draw_scene
 from pipeline.view.scenes import (
     FLEXURE,
@@ -78,9 +79,10 @@ def pictures(folder: Path) -> list[Picture]:
     return drawn
 
 
-def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False) -> list[Path]:
+def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False, count: Count = silent) -> list[Path]:
     """Write each picture as NAME.png into a folder, whole or not at all; return the paths.
 
+    `count` is told how many are drawn.
     Raises InputError where the folder cannot be written, or has other files of these names and `force` does not keep
     them as NAME.bak.
     """
@@ -88,7 +90,8 @@ def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False) -
     draw_without_display()
     files = {}
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
-        for picture in drawn:
+        for number, picture in enumerate(drawn):
+            count(number, len(drawn))
             path = Path(unfinished) / f"{picture.name}.png"
             plotter: Plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
             try:

@@ -218,7 +218,7 @@ def test_press_of_the_examples_is_read_as_by_the_command(tmp_path, capsys):
     assert readings[0].ripeness == "turning"
 
 
-def of_hertz(test):
+def of_hertz(test, _count):
     law = hertz_law(test)
     return replace(law, others={POISSON: [law]})
 

@@ -12,7 +12,8 @@ from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES, Process
 from sensor.quantity import nearest, validation_error
 from sensor.verdict import all_passed
-from twintip.commands.console import FAILED, PASSED, Answer, refusing_what_cannot_be_solved, showing_progress
+from twintip.commands.console import FAILED, PASSED, Answer, refusing_what_cannot_be_solved
+from twintip.commands.progress import showing_progress
 from twintip.flags import DEFAULT_PROCESS
 
 FILE_KINDS = (".step", ".stp", ".stl", ".3mf")
@@ -23,7 +24,7 @@ def run(arguments: Namespace) -> Answer:
     path: Path = arguments.path
     named: str | None = arguments.design
     process = _process(path, arguments.process, named)
-    with showing_progress(f"reads and judges {path.name}", quiet=arguments.json):
+    with showing_progress(f"reads and judges {path.name}"):
         if named is None or process is None:
             verdicts = check_path(path.absolute(), process)
         else:

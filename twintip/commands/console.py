@@ -1,16 +1,15 @@
-"""How every command speaks: its answer, exit codes, progress, and what happens when the reader has left."""
+"""How every command speaks: its answer, its exit codes, and what happens when the reader has left."""
 
 import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.storage.interrupts import signals_for_this_thread
 from sensor.quantity import InputError
 
 if TYPE_CHECKING:
@@ -115,21 +114,3 @@ def reason_of(error: OSError) -> str:
 def drop_output() -> None:
     """Point stdout nowhere, so that Python's own flush at exit does not fail again on what it holds."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-@contextmanager
-def showing_progress(work: str, *, quiet: bool = False) -> Iterator[Callable[[str], None]]:
-    """Give the function that reports progress, which shows it on stderr where that is a terminal and not `quiet`."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield lambda _: None
-        return
-    status = console.status(work)
-    try:
-        with signals_for_this_thread():  # it starts one that draws
-            status.start()
-        yield status.update
-    finally:
-        status.stop()

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from argparse import Namespace
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -16,6 +17,7 @@ from rich.table import Table
 from pipeline.storage.cache import cache_folder
 from pipeline.storage.versions import declared_packages, installed_version
 from twintip.commands.console import PASSED, WRONG_INPUT, Answer
+from twintip.commands.progress import showing_progress
 
 LOCK = Path(__file__).parents[2] / "requirements.lock"
 IMPORTS = ("numpy", "scipy", "skfem", "cadquery", "gmsh", "pyvista", "meshio", "trimesh", "manifold3d", "rtree")
@@ -25,6 +27,13 @@ OPTIONAL_PROGRAMS = {
 }
 LEAST_MEMORY_GIB = 2.0  # resident; a run needs half of it
 _IMPORT_SECONDS = 120
+_IMPORTED = "imported"
+_IMPORTING = f"""
+import sys
+for name in sys.argv[1:]:
+    __import__(name)
+    print("{_IMPORTED}", name, flush=True)
+"""
 _WIDTH = 120  # letters
 _COLOURS = {"ok": "green", "note": "yellow", "wrong": "red"}
 
@@ -38,19 +47,21 @@ class Finding(NamedTuple):
     remark: str = ""
 
 
-def run(_arguments: Namespace) -> Answer:
+def run(_arguments: Namespace) -> Iterator[Answer]:
     """Examine this machine; the exit code is 0, or 2 if something that every run needs is missing."""
-    rows = examination()
+    yield Answer(code=PASSED, text=f"imports {len(IMPORTS)} packages, which takes some seconds")
+    with showing_progress(f"imports {', '.join(IMPORTS)}"):
+        rows = examination()
     table = Table("what", "found", "", "remark", title="what this machine has")
     for row in rows:
         table.add_row(row.name, escape(row.found), f"[{_COLOURS[row.status]}]{row.status}[/]", escape(row.remark))
     is_wrong = any(row.status == "wrong" for row in rows)
-    return Answer(code=WRONG_INPUT if is_wrong else PASSED, parts=[table], width=_WIDTH)
+    yield Answer(code=WRONG_INPUT if is_wrong else PASSED, parts=[table], width=_WIDTH)
 
 
 def examination() -> list[Finding]:
     """Return every row of the table."""
-    rows = [Finding("Python", platform.python_version()), *_packages(), *map(_import, IMPORTS), *_optional()]
+    rows = [Finding("Python", platform.python_version()), *_packages(), *_imports(IMPORTS), *_optional()]
     GiB = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     is_enough = GiB >= LEAST_MEMORY_GIB
     remark = "" if is_enough else f"a run needs about {LEAST_MEMORY_GIB:g} GiB"
@@ -80,17 +91,29 @@ def package_row(name: str, found: str | None, locked: str | None) -> Finding:
     return Finding(name, found, "note", f"locked at {locked}; tests ran with that one")
 
 
-def _import(name: str) -> Finding:
-    """Import a heavy package in a process of its own, which a missing system library can end."""
-    command = [sys.executable, "-W", "ignore", "-c", f"import {name}"]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
-    except subprocess.TimeoutExpired:
-        return Finding(f"import {name}", "fails", "wrong", f"took more than {_IMPORT_SECONDS} s")
-    if done.returncode == 0:
-        return Finding(f"import {name}", "ok")
-    *_, reason = done.stderr.splitlines() or ["the process ended"]
-    return Finding(f"import {name}", "fails", "wrong", f"{reason}; run make setup, it names missing system libraries")
+def _imports(names: Sequence[str]) -> Iterator[Finding]:
+    """Import heavy packages in a process of their own, which a missing system library can end.
+
+    Another process imports those that come after one that fails.
+    """
+    waiting = list(names)
+    while waiting:
+        command = [sys.executable, "-W", "ignore", "-c", _IMPORTING, *waiting]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
+        except subprocess.TimeoutExpired:
+            for name in waiting:
+                remark = f"took more than {_IMPORT_SECONDS} s with those beside it"
+                yield Finding(f"import {name}", "fails", "wrong", remark)
+            return
+        imported = [name for name in waiting if f"{_IMPORTED} {name}" in done.stdout.splitlines()]
+        for name in imported:
+            yield Finding(f"import {name}", "ok")
+        waiting = waiting[len(imported) :]
+        if waiting:
+            *_, reason = done.stderr.splitlines() or ["the process ended"]
+            remark = f"{reason}; run make setup, it names missing system libraries"
+            yield Finding(f"import {waiting.pop(0)}", "fails", "wrong", remark)
 
 
 def _optional() -> list[Finding]:

@@ -13,11 +13,13 @@ from instrument.compress.sizes import SIZES, measured_sizes
 from instrument.compress.specimens import QUANTITIES, read_specimens
 from instrument.compress.summary import design_range, fruit_summaries, result_parts
 from pipeline.storage.files import write_files
+from pipeline.storage.stopwatch import Count
 from pipeline.storage.told import as_data
 from pipeline.tables.headers import ColumnFlags
 from sensor.quantity import InputError, validation_error
 from solve.linear import SolveError
 from twintip.commands.console import PASSED, Answer, print_error
+from twintip.commands.progress import Work, showing_progress
 from twintip.flags import BODIES, SUPPORTS, number
 
 PAPER_PLATE_MM2 = 900.0  # of the paper's plate, 30 x 30 mm
@@ -41,13 +43,20 @@ def run(arguments: Namespace) -> Answer:
         raise validation_error("FILE", None, "", "given, or named by the table of --sizes", "name a file")
     of_all = None if table else _geometry(arguments, given)
     quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
+    tests = []
+    for file in dict.fromkeys(files):
+        for specimen in read_specimens(file, quantities):
+            sizes = given if table is None else {**given, **table.sizes_of(specimen)}
+            tests.append((specimen, *(of_all or _geometry(arguments, sizes))))
+    bodies = list(dict.fromkeys(geometry for _, geometry, _ in tests))  # each is solved once
     results = []
     try:
-        for file in dict.fromkeys(files):
-            for specimen in read_specimens(file, quantities):
-                sizes = given if table is None else {**given, **table.sizes_of(specimen)}
-                geometry, assumed = of_all or _geometry(arguments, sizes)
-                found = measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)
+        with showing_progress("solves how the body is pressed") as work:
+            for specimen, geometry, assumed in tests:
+                count = _count_from(work, bodies.index(geometry), len(bodies))
+                found = measured_modulus(
+                    specimen, geometry, compression_negative=arguments.compression_negative, count=count
+                )
                 results.append(replace(found, notes=(*assumed, *found.notes)))
     except SolveError as error:
         raise InputError(str(error)) from error
@@ -57,6 +66,11 @@ def run(arguments: Namespace) -> Answer:
     fruit = fruit_summaries(results, by_folder=arguments.per == "folder")
     parts = result_parts(results, fruit, design_range(results))
     return Answer(code=PASSED, data=as_data(results), parts=parts)
+
+
+def _count_from(work: Work, body: int, bodies: int) -> Count:
+    """Return what counts the parts of the work on one of so many bodies as parts of the work on all of them."""
+    return lambda ended, parts: work.count(body * parts + ended, bodies * parts)
 
 
 def _refuse_plot(path: Path | None) -> None:

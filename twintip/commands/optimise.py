@@ -8,9 +8,10 @@ from pipeline.find.proof import Proof
 from pipeline.study.page import BEST, write_page
 from pipeline.study.store import stored_study
 from pipeline.study.study_file import Study, read_study
-from pipeline.study.workers import chosen_engine, shown_progress
+from pipeline.study.workers import chosen_engine
 from sensor.quantity import validation_error
 from twintip.commands.console import FAILED, PASSED, Answer
+from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Answer:
@@ -24,9 +25,13 @@ def run(arguments: Namespace) -> Answer:
         raise validation_error("how", study.how, "", "search, with [optimise] in the file", hint)
     folder = arguments.out or Path("outputs") / study.name
     refuse_occupied(study, folder, force=arguments.force)
-    with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
-        candidates = search(study, folder, engine, progress)
-    proofs = {place: prove(study, candidates, place, force=arguments.force) for place in places(study, folder)}
+    with showing_progress("solves candidates") as work:
+        with chosen_engine(arguments.processes, arguments.scheduler) as engine:
+            candidates = search(study, folder, engine, work.count)
+        proofs = {
+            place: prove(study, candidates, place, force=arguments.force, progress=work)
+            for place in places(study, folder)
+        }
     done = [candidate.number for candidate in candidates if candidate.verdicts is not None]
     proved = {proof.candidate.number: place.design for place, proof in proofs.items() if proof and proof.passed}
     best = list(proved) if study.front and proved else done[:BEST]

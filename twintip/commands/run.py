@@ -27,8 +27,8 @@ from twintip.commands.console import (
     Answer,
     print_error,
     refusing_what_cannot_be_solved,
-    showing_progress,
 )
+from twintip.commands.progress import showing_progress
 
 _POLL_S = 0.1
 _SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.process"}
@@ -51,13 +51,13 @@ def _answer(arguments: Namespace) -> Answer:
     file_date()  # refuses a date that no file can have
     report = _kept_report(design, options, folder)
     if report is None:
-        # the solvers are imported once nothing is refused any more
-        from pipeline import run as whole_run
-        from pipeline.report.outputs import earlier_answer
+        with showing_progress("loads the solvers") as work, refusing_what_cannot_be_solved():
+            # They are imported once nothing is refused any more.
+            from pipeline import run as whole_run
+            from pipeline.report.outputs import earlier_answer
 
-        before = earlier_answer(folder)
-        with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
-            report = whole_run(design, options, progress=progress).report
+            before = earlier_answer(folder)
+            report = whole_run(design, options, progress=work).report
         lost = before.lost_files(folder, options.command)
         if lost is not None:
             print_error(f"note: {lost}")

@@ -18,7 +18,6 @@ from instrument.simulate.unit import SimulatedUnit, designed_unit, given_unit, r
 from pipeline.report.report import Report, read_report
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.told import as_data
-from pipeline.study.workers import shown_progress
 from sensor.design.reading import Reading
 from sensor.quantity import (
     COVERAGE,
@@ -32,6 +31,7 @@ from sensor.quantity import (
 )
 from sensor.theory.relaxation import FORM, Relaxation
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
+from twintip.commands.progress import showing_progress
 
 _RADIUS = Bounds(at_least=5.0, at_most=1e6)
 _ENDS = 2
@@ -125,7 +125,11 @@ def _written(arguments: Namespace, report: Report, paths: dict[str, Path]) -> An
     asked = _asked(arguments, report)
     unit = _unit(arguments, report, paths)
     outside = tuple(beyond_design(asked.fruit, report)) if arguments.out is not None else ()
-    lines = {flag: FILES[flag](report, unit, asked) for flag in paths}
+    lines = {}
+    with showing_progress("simulates") as work:
+        for flag, path in paths.items():
+            work(f"simulates {path.name}")
+            lines[flag] = FILES[flag](report, unit, asked, work.count)
     for flag, path in paths.items():
         write_files({path: ("\n".join(lines[flag]) + "\n").encode()}, _flag(flag), force=arguments.force)
     for each in outside:
@@ -234,8 +238,9 @@ def _commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> I
 def _proved(arguments: Namespace, report: Report) -> Answer:
     """Prove the design; the exit code is 1 if its readings are not as good as their bars say."""
     count = arguments.prove
-    with shown_progress("presses") as progress:
-        proof = prove(report, count, arguments.seed, lambda done: progress(done, count))
+    with showing_progress("presses drawn units on drawn fruit") as work:
+        work.count(0, count)
+        proof = prove(report, count, arguments.seed, lambda done: work.count(done, count))
     return Answer(code=PASSED if proof.passed else FAILED, data=as_data(proof), text="\n".join(_lines(proof)))
 
 

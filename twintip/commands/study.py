@@ -11,9 +11,10 @@ from pipeline.study.sensitivity import Sensitivity, sensitivities
 from pipeline.study.store import stored_study
 from pipeline.study.study_file import read_study
 from pipeline.study.table import export_table, refuse_export
-from pipeline.study.workers import chosen_engine, shown_progress
+from pipeline.study.workers import chosen_engine
 from sensor.machine_error import MachineError
 from twintip.commands.console import FAILED, PASSED, Answer
+from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
@@ -27,8 +28,11 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         refuse_export(arguments.export, folder, force=arguments.force)
     if arguments.html:
         refuse_page(folder, force=arguments.force)
-    with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
-        summary = run_study(study, folder, engine, progress)
+    with (
+        showing_progress("solves points") as work,
+        chosen_engine(arguments.processes, arguments.scheduler) as engine,
+    ):
+        summary = run_study(study, folder, engine, work.count)
     with stored_study(folder) as store:
         written = [store.path]
         if arguments.export is not None:

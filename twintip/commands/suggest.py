@@ -20,8 +20,8 @@ from twintip.commands.console import (
     PASSED,
     Answer,
     refusing_what_cannot_be_solved,
-    showing_progress,
 )
+from twintip.commands.progress import showing_progress
 from twintip.commands.run import named_design, settings_of
 
 if TYPE_CHECKING:
@@ -121,12 +121,12 @@ def _found(
     The design is that of the preset or file that is `named`. Where nothing is found for a fruit, the nearest fruit that
     has a sensor is returned too, if there is one.
     """
-    from pipeline.find.demand import nearest_demand
-    from pipeline.find.fruit_design import fruit_suggestion
-    from pipeline.find.suggestion import suggestion
-
     keep = frozenset(arguments.keep)
-    with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
+    with showing_progress("loads the solvers") as progress, refusing_what_cannot_be_solved():
+        from pipeline.find.demand import nearest_demand
+        from pipeline.find.fruit_design import fruit_suggestion
+        from pipeline.find.suggestion import suggestion
+
         if fruit is None:
             return suggestion(design, RunOptions(), keep, progress), None
         progress(f"starts from the preset {named} in the size of the fruit")

@@ -109,7 +109,7 @@ def test_signs_of_a_machine_that_counts_downwards_are_turned():
 def law_of_the_curve(monkeypatch):
     """Put Hertz's law, by which the curves are made, in the place of the solved one."""
 
-    def law(geometry):
+    def law(geometry, _count):
         apparent = hertz_law(geometry)
         return replace(apparent, others={POISSON: (apparent,)})
 

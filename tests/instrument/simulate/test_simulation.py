@@ -17,7 +17,7 @@ from instrument.simulate.bench import plate_table, weights_table
 from instrument.simulate.fruit import PressedFruit, beyond_design, bruised, drawn_fruit, usual_fruit, waves_of_skin
 from instrument.simulate.log import log_of
 from instrument.simulate.press import SOLVED, Hand, press_curve
-from instrument.simulate.simulation import FILES, Asked, hand_of, unit_of_seed
+from instrument.simulate.simulation import Asked, hand_of, log_of_fruit, unit_of_seed
 from instrument.simulate.unit import designed_unit, drawn_unit, given_unit, refuse_unpressed
 from pipeline.options import load_design
 from pipeline.tables.rows import Rows
@@ -64,7 +64,7 @@ def read_log(unit, lines):
 def test_a_press_of_the_design_is_read_back(rate, mango):
     """The bias of the level middle of the fruit is 2 % at most; delays of channels are in the log of a slow one."""
     asked = asked_of(mango.report, rate=rate)
-    readings = read_log(mango.measuring(), FILES["out"](mango.report, designed_unit(mango.report), asked))
+    readings = read_log(mango.measuring(), log_of_fruit(mango.report, designed_unit(mango.report), asked))
     assert [each.E for each in readings] == pytest.approx([asked.fruit.E], rel=0.025)
     assert readings[0].press_s == pytest.approx(3.0, abs=0.1)  # the lightest part is no touch
     assert readings[0].tilt < 0.1
@@ -87,7 +87,7 @@ def test_counts_of_a_unit_are_read_back(factor, mango):
         saturation_counts=2**23 - 1,
     )  # fmt: skip
     asked = asked_of(mango.report)
-    lines = FILES["out"](mango.report, given_unit(mango.report, unit), asked)
+    lines = log_of_fruit(mango.report, given_unit(mango.report, unit), asked)
     assert lines[0] == "t_s,counts_1,counts_2,counts_3,counts_4"
     assert lines[1].split(",")[1:] == ["9", "8", "7", "-6"]
     (found,) = read_log(MeasuringUnit(report=mango.report, unit=unit), lines)
@@ -99,7 +99,7 @@ def test_a_hand_is_read_back(mango):
     """Half a millimetre from the apex the normal leans by up to 0.7 degrees, which a wrong sign would double."""
     fruit = replace(usual_fruit(mango.report), tilt=(1.5, -2.0), off_centre=(0.4, 0.3), azimuth=30.0)
     (found,) = read_log(
-        mango.measuring(), FILES["out"](mango.report, designed_unit(mango.report), asked_of(mango.report, fruit=fruit))
+        mango.measuring(), log_of_fruit(mango.report, designed_unit(mango.report), asked_of(mango.report, fruit=fruit))
     )
     assert found.tilt == pytest.approx(2.5, abs=0.2)
     assert found.direction == pytest.approx(np.degrees(np.arctan2(-2.0, 1.5)), abs=3.0)
@@ -205,7 +205,7 @@ def test_channels_come_one_after_the_other_in_a_log_of_the_read_out(mango):
 def test_noise_drift_and_unevenness_are_in_the_log_if_asked_for(mango):
     report = mango.report
     plain, noisy, uneven = (
-        FILES["out"](report, designed_unit(report), asked_of(report, **each))
+        log_of_fruit(report, designed_unit(report), asked_of(report, **each))
         for each in ({}, {"noise": True}, {"uneven": True})
     )
     tare = [np.array([row.split(",") for row in lines[1:20]], dtype=float)[:, 1:] for lines in (plain, noisy, uneven)]
@@ -220,7 +220,7 @@ def test_flesh_relaxes_in_the_log(mango):
     """Its forces at the end are those of a modulus between what is left and all."""
     elastic, relaxed = (
         np.array(
-            FILES["out"](mango.report, designed_unit(mango.report), asked_of(mango.report, relaxation=arms))[200].split(
+            log_of_fruit(mango.report, designed_unit(mango.report), asked_of(mango.report, relaxation=arms))[200].split(
                 ","
             ),
             dtype=float,

@@ -71,7 +71,7 @@ def test_ranges_never_turn_round():
 def test_the_first_fruit_for_which_a_design_passes_is_returned(passes_in_round, monkeypatch):
     tried = []
 
-    def found(fruit, preset, fixed):
+    def found(fruit, preset, fixed, _progress):
         assert (preset, fixed) == (MANGO, {"tips.side_mm"})
         tried.append(fruit)
         passes = len(tried) == passes_in_round

@@ -29,7 +29,7 @@ from pipeline.storage.interrupts import (
 from pipeline.storage.workers import cad_worker
 from twintip import cli
 from twintip.__main__ import main
-from twintip.commands.console import showing_progress
+from twintip.commands.progress import showing_progress
 
 CUT = {module.__file__ for module in (contextlib, files, folder, interrupts)}
 ENDED, WHOLE, SWALLOWED = 0, 1, 2

@@ -211,8 +211,9 @@ def test_ended_study_goes_on_to_the_same_points(written, engine, tmp_path):
     class EndedError(RuntimeError):
         pass
 
-    def end(_solved, _count):
-        raise EndedError
+    def end(ended, _points):
+        if ended:
+            raise EndedError
 
     with pytest.raises(EndedError):
         run_study(study, tmp_path / "ended", engine, end)

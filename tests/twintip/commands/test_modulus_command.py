@@ -31,7 +31,7 @@ def files(tmp_path, monkeypatch):
 def law_of_hertz(monkeypatch):
     """Put Hertz's law of a body, or of a ball where it has none, in the place of the solved one."""
 
-    def law(test):
+    def law(test, _count):
         apparent = hertz_law(test) or hertz_law(BALL)
         return replace(apparent, others={POISSON: [apparent]})
 
@@ -118,7 +118,7 @@ def test_range_is_taken_by_a_design_as_flags_and_as_toml(files, capsys):
 
 
 def test_body_without_an_equilibrium_is_one_line(files, capsys, monkeypatch):
-    def unsolved(_):
+    def unsolved(*_):
         msg = "compression: no equilibrium"
         raise SolveError(msg)
 

@@ -1,0 +1,75 @@
+"""Long work says on stderr what it is at: a bar on a terminal, and elsewhere a line after some seconds."""
+
+import io
+import re
+import sys
+import time
+
+import pytest
+
+from twintip.commands import progress
+from twintip.commands.progress import Work, duration, showing_progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Return a list with the time [s], which a test moves on."""
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    return now
+
+
+def test_remaining_time_is_that_of_the_other_parts_at_the_pace_so_far(clock):
+    work = Work("solves points")
+    clock[0] += 30.0  # before the count, as a library takes to load
+    work.count(100, 144)  # a study that was begun by another run
+    assert work.remaining is None
+    clock[0] += 8.0
+    work.count(104, 144)
+    assert work.remaining == pytest.approx(8.0 / 4 * 40)
+    assert str(work) == "38 s, 104 of 144, about 80 s left: solves points"
+    work("writes the page")
+    assert (work.remaining, str(work)) == (None, "38 s: writes the page")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.2, "0 s"), (119.0, "119 s"), (121.0, "2 min"), (7100.0, "118 min"), (9000.0, "2.5 h")],
+)
+def test_times_are_short(seconds, text):
+    assert duration(seconds) == text
+
+
+def test_lines_come_once_work_is_long_and_then_less_often(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "FIRST_LINE_S", 0.05)  # then at 0.1, 0.2, 0.4 s
+    with showing_progress("solves") as work:
+        work.count(1, 2)
+        time.sleep(0.3)
+    lines = capsys.readouterr().err.splitlines()
+    assert 1 <= len(lines) <= 3
+    assert {re.sub(r"\d s", "N s", line) for line in lines} == {"pipeline: N s, 1 of 2: solves"}
+    with showing_progress("is quick"):
+        pass
+    assert capsys.readouterr().err == ""
+
+
+def test_bar_is_on_a_terminal_at_once_and_goes_when_the_work_ends(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with showing_progress("solves points") as work:
+        assert "0 s: solves points" in terminal.getvalue()
+        work.count(3, 4)
+        time.sleep(0.5)
+        assert "3 of 4: solves points" in terminal.getvalue()
+        work("a long name " * 20)
+        time.sleep(0.5)
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", terminal.getvalue())
+    assert max(map(len, re.split(r"[\r\n]", plain))) <= 60
+    assert terminal.getvalue().endswith("\x1b[2K")  # the line is erased

@@ -1,0 +1,134 @@
+"""What a command is at, shown on stderr: a bar on a terminal, elsewhere a line after 5 s and then now and again."""
+
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+from pipeline.storage.interrupts import signals_for_this_thread
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType  # which commands without a terminal do without
+
+FIRST_LINE_S = 5.0
+"""Seconds of work after which the first line is printed where stderr is no terminal."""
+_LONGEST_PAUSE_S = 60.0  # between two lines; the second comes at twice the time of the first
+_FRAMES_PER_S = 5
+_BAR_WIDTH = 20  # letters
+_MINUTE_S, _HOUR_S = 60.0, 3600.0
+_FEW = 2  # minutes or hours, below which the smaller unit is told
+
+
+class Work:
+    """What a command works on: it is told by a call, its parts by `count`."""
+
+    def __init__(self, name: str) -> None:
+        """Begin a piece of work, of which nothing is known but its name."""
+        self._start = time.monotonic()
+        self._name = name
+        self._counted_from: tuple[int, float] | None = None  # parts that had ended when the count began, and its time
+        self.ended = self.parts = 0
+
+    def __call__(self, name: str) -> None:
+        """Begin the next piece of work."""
+        self._name = name
+        self._counted_from = None
+        self.ended = self.parts = 0
+
+    def count(self, ended: int, parts: int) -> None:
+        """Take how many parts of this piece of work have ended, and how many there are."""
+        if self._counted_from is None:
+            self._counted_from = ended, time.monotonic()
+        self.ended, self.parts = ended, parts
+
+    @property
+    def elapsed(self) -> float:
+        """Return the seconds since the command began to work."""
+        return time.monotonic() - self._start
+
+    @property
+    def remaining(self) -> float | None:
+        """Return the seconds that the other parts take at the pace so far, None where no part has ended."""
+        if self._counted_from is None:
+            return None
+        before, since = self._counted_from
+        if self.ended <= before:
+            return None
+        return (time.monotonic() - since) / (self.ended - before) * (self.parts - self.ended)
+
+    def __str__(self) -> str:
+        """Return the time that has gone, how many parts have ended, the time that remains, and the work."""
+        told = [duration(self.elapsed)]
+        if self.parts:
+            told.append(f"{self.ended} of {self.parts}")
+        if self.remaining is not None:
+            told.append(f"about {duration(self.remaining)} left")
+        return f"{', '.join(told)}: {self._name}"
+
+
+def duration(seconds: float) -> str:
+    """Return a time in whole seconds or minutes, or in hours."""
+    if seconds < _FEW * _MINUTE_S:
+        return f"{seconds:.0f} s"
+    if seconds < _FEW * _HOUR_S:
+        return f"{seconds / _MINUTE_S:.0f} min"
+    return f"{seconds / _HOUR_S:.1f} h"
+
+
+@contextmanager
+def showing_progress(name: str) -> Iterator[Work]:
+    """Show on stderr, until the block ends, the work that it is told of."""
+    work = Work(name)
+    with _drawn(work) if sys.stderr.isatty() else _told_in_lines(work):
+        yield work
+
+
+@contextmanager
+def _drawn(work: Work) -> Iterator[None]:
+    """Draw a line at the foot of the terminal, with a bar where parts are counted; it goes when the block ends."""
+    from rich.console import Console
+    from rich.live import Live
+    from rich.progress_bar import ProgressBar
+    from rich.spinner import Spinner
+    from rich.table import Table
+    from rich.text import Text
+
+    spinner = Spinner("dots")
+
+    def frame() -> "RenderableType":
+        line = Table.grid(padding=(0, 1))
+        bar = ProgressBar(total=work.parts, completed=work.ended, width=_BAR_WIDTH) if work.parts else spinner
+        line.add_row(bar, Text(str(work), no_wrap=True, overflow="ellipsis"))
+        return line
+
+    live = Live(get_renderable=frame, console=Console(stderr=True), transient=True, refresh_per_second=_FRAMES_PER_S)
+    try:
+        with signals_for_this_thread():  # it starts one that draws
+            live.start(refresh=True)
+        yield
+    finally:
+        live.stop()
+
+
+@contextmanager
+def _told_in_lines(work: Work) -> Iterator[None]:
+    """Print a line when the work has taken 5 s, 10 s, 20 s, 40 s, and then each minute."""
+    has_ended = threading.Event()
+
+    def tell() -> None:
+        due = FIRST_LINE_S
+        while not has_ended.wait(due - work.elapsed):
+            with suppress(OSError, ValueError):  # nobody reads it, or it is closed
+                print(f"pipeline: {work}", file=sys.stderr, flush=True)
+            due += min(due, _LONGEST_PAUSE_S)
+
+    thread = threading.Thread(target=tell, daemon=True)
+    try:
+        with signals_for_this_thread():
+            thread.start()
+        yield
+    finally:
+        has_ended.set()
+        thread.join()
