@@ -113,7 +113,6 @@ def look(sensor: Sensor) -> SensorResult:
         refuse_folder_of_a_run(options.out)
     with output_folder(options.out, force=options.force) as folder:
         result = evaluated(sensor)
-        result = replace(result, verdicts=with_hints(result.verdicts, sensor.design, result.springs, options))
         report = write_outputs(result, folder, page=options.out is not None)
     return replace(result, report=report)
 
@@ -141,17 +140,18 @@ def evaluate(design: Design, options: RunOptions | None = None) -> SensorResult:
 
 
 def evaluated(sensor: Sensor) -> SensorResult:
-    """Return the result of a sensor whose stages are solved in their order."""
+    """Return the result of a sensor whose stages are solved in their order; verdicts that did not pass have a hint."""
     sensor.solve("contact", "sizing", "upright_springs", "springs")
     stages = {name: getattr(sensor, name) for name in EVALUATED}
     rough = "a rough answer: the solid and what pipeline design adds to a run are left out; --tol 0.001 has them"
-    return SensorResult(
+    result = SensorResult(
         options=sensor.options,
         pressed=sensor.pressed,
         left_out=(rough,) if sensor.options.rough else (),
         seconds=sensor.timed.seconds(),
         **stages,
     )
+    return replace(result, verdicts=with_hints(result.verdicts, result.design, result.springs, result.options))
 
 
 def with_file_verdicts(

@@ -8,6 +8,7 @@ from stand_ins import GOOD, result_of
 
 from pipeline.main_job import with_file_verdicts
 from pipeline.options import ROUGH_TOLERANCE, RunOptions
+from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 
 
@@ -48,3 +49,11 @@ def test_verdicts_on_files_stand_behind_those_on_printing_and_at_the_end():
 @pytest.mark.parametrize(("tolerance", "sentences"), [(1e-3, 0), (ROUGH_TOLERANCE, 1)])
 def test_rough_answer_says_that_it_is_one(tolerance, sentences):
     assert len(result_of(Design(), RunOptions(tolerance=tolerance)).left_out) == sentences
+
+
+@pytest.mark.parametrize("limit_MPa", [1.2, 5.0])
+def test_verdicts_on_numbers_have_a_hint_exactly_where_they_do_not_pass(limit_MPa):
+    result = result_of(Design(fruit=Fruit(bruise_limit_MPa=limit_MPa)))
+    bruise = next(one for one in result.verdicts if one.name == "bruise")
+    assert bruise.passed is (limit_MPa > 2.0)
+    assert ("press.travel_mm" in (bruise.remedy or "")) is not bruise.passed
