@@ -409,6 +409,9 @@ def print_many(name: str, reads: Iterable[Read]) -> None:
         found.append(read)
         if not read.inside and not read.flags:
             show(f"{name}: press {number + 1}", read)
+    if not found:
+        print(f"| {name} | none |", flush=True)
+        return
     inside = sum(read.inside for read in found)
     flagged = sum(bool(read.flags) and not read.inside for read in found)
     silent = [abs(read.error) / read.bar for read in found if not read.flags]
