@@ -1,5 +1,6 @@
 """What a command is at, shown on stderr: a bar on a terminal, elsewhere a line after 5 s and then now and again."""
 
+import os
 import sys
 import threading
 import time
@@ -81,8 +82,14 @@ def duration(seconds: float) -> str:
 def showing_progress(name: str) -> Iterator[Work]:
     """Show on stderr, until the block ends, the work that it is told of."""
     work = Work(name)
-    with _drawn(work) if sys.stderr.isatty() else _told_in_lines(work):
+    with _drawn(work) if _can_be_drawn_on() else _told_in_lines(work):
         yield work
+
+
+def _can_be_drawn_on() -> bool:
+    """Return whether stderr is a terminal that can erase a line; those of notebooks and of editors cannot."""
+    is_bare = os.environ.get("TERM") in ("dumb", "unknown") or "JPY_PARENT_PID" in os.environ  # the kernel's children
+    return sys.stderr.isatty() and not is_bare
 
 
 @contextmanager

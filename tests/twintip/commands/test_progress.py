@@ -58,8 +58,22 @@ def test_lines_come_once_work_is_long_and_then_less_often(monkeypatch, capsys):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.parametrize(
+    ("variable", "value", "frames"), [("TERM", "xterm", True), ("TERM", "dumb", False), ("JPY_PARENT_PID", "1", False)]
+)
+def test_nothing_is_drawn_where_a_line_cannot_be_erased(monkeypatch, variable, value, frames):
+    monkeypatch.delenv("JPY_PARENT_PID", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv(variable, value)
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with showing_progress("is quick"):
+        pass
+    assert bool(sys.stderr.getvalue()) is frames
+
+
 def test_bar_is_on_a_terminal_at_once_and_goes_when_the_work_ends(monkeypatch):
     terminal = Terminal()
+    monkeypatch.delenv("JPY_PARENT_PID", raising=False)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "60")
     monkeypatch.setattr(sys, "stderr", terminal)
