@@ -35,6 +35,7 @@ class VerdictRow:
     tolerance: float | None = 0.0
     relative: bool = False
     tolerance_with_pins: float = 0.0
+    tolerance_of_own_part: float = 0.0
     error_parts: int = 2
     shown: Literal["%"] | None = None
     standard: bool = False

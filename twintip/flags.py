@@ -111,6 +111,8 @@ def _add_check(parser: ArgumentParser) -> None:
     parser.add_argument("--design", metavar="NAME|FILE.toml", help=words)
     words = f"process whose rules a file is judged by (default {DEFAULT_PROCESS}; a folder has its own)"
     parser.add_argument("--process", metavar="NAME", help=words)
+    words = "solve a STEP file by finite elements: K_l and K_h, held and pressed as the housing of --design"
+    parser.add_argument("--solve", action="store_true", help=words)
     _add_json(parser)
 
 

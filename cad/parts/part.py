@@ -41,6 +41,12 @@ class Part:
         every = self.shape.Faces()
         return sum(every[index].Area() for index in self.faces[name])
 
+    def face_distance(self, name: str, other: str) -> float:
+        """Return the distance between the middles of two groups of named faces that lie nearest [mm]."""
+        every = self.shape.Faces()
+        middles = [[every[place].Center() for place in self.faces[group]] for group in (name, other)]
+        return min((a - b).Length for a in middles[0] for b in middles[1])
+
     @property
     def size(self) -> PartSize:
         """Return volume, surface and areas: what a mesh of the solid is compared with."""

@@ -53,12 +53,9 @@ def mesh_of_counts(housing: Housing, count: Counts, layers: int) -> MeshHex2:
     `layers` is how many elements stand over the half depth.
     """
     profile = meshed_profile(housing_blocks(housing, count))
-    # Levels from the plane of symmetry to the side face, closer towards the face.
-    steps = _LAYER_GROWTH ** -np.arange(layers)
-    levels = 0.5 * housing.depth * np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
-    straight = _swept(profile, levels)
+    straight = swept(profile, 0.5 * housing.depth * half_depth_shares(layers))
     quadratic = MeshHex2.from_mesh(straight)
-    nodes = _curved(quadratic, profile)
+    nodes = curved(quadratic, profile)
     nodes[1] *= _depth_fraction(housing, nodes[0], nodes[2])  # necks and tips are less deep than the housing
     mesh = dataclasses.replace(quadratic, doflocs=nodes)
     mesh = mesh.with_boundaries(_boundaries(housing, profile, straight))
@@ -131,7 +128,13 @@ def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:
     return np.where(np.abs(x) < reach + _NEAR, fraction, 1.0)
 
 
-def _swept(profile: Profile, levels: Floats) -> MeshHex1:
+def half_depth_shares(layers: int) -> Floats:
+    """Return the ends of layers from the middle, 0, to a side face, 1, thinner towards the face, (layers + 1,)."""
+    steps = _LAYER_GROWTH ** -np.arange(layers)
+    return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
+
+
+def swept(profile: Profile, levels: Floats) -> MeshHex1:
     """Return straight hexahedra between levels in y [mm]: node k n + i stands at level k over point i of n."""
     n = profile.points.shape[1]
     layers = len(levels) - 1
@@ -145,7 +148,7 @@ def _swept(profile: Profile, levels: Floats) -> MeshHex1:
     return MeshHex1(points, np.hstack(cells))
 
 
-def _curved(mesh: MeshHex2, profile: Profile) -> Floats:
+def curved(mesh: MeshHex2, profile: Profile) -> Floats:
     """Return the nodes (3, n) [mm] of a swept mesh with the midpoints of its edges moved onto the arcs.
 
     Centres of quadrilaterals and of hexahedra are moved with them.

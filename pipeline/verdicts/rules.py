@@ -85,6 +85,16 @@ def stiffness_verdict(name: str, spring: Spring, *, monolithic: bool) -> Verdict
     return judge(name, K.times(1e3, "N/m"), words, limit=limit, tolerance=tolerance)
 
 
+def own_part_verdict(name: str, K: Estimate, target: float, words: str) -> Verdict:
+    """Return the verdict on a spring [N/m] of a part that the user made, against its target [N/m].
+
+    It may miss by the wider tolerance where its bar is wider than the tolerance of a housing of ours.
+    """
+    row = row_of(name)
+    is_known = K.error <= (row.tolerance or 0.0) * target
+    return judge(name, K, words, limit=target, tolerance=row.tolerance if is_known else row.tolerance_of_own_part)
+
+
 def printable_verdict(printable: Printable, spring: Spring) -> Verdict:
     """Return the verdict on whether the process can make one spring.
 

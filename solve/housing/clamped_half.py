@@ -81,7 +81,9 @@ def clamped_half(
 
 
 def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
-    """Return the dofs that the plane y = 0 holds under a load along an axis."""
+    """Return the dofs that the plane y = 0 holds under a load along an axis; none where the whole part is meshed."""
+    if "symmetry" not in (basis.mesh.boundaries or {}):
+        return np.zeros(0, dtype=np.int64)
     plane = basis.get_dofs("symmetry")
     return np.concatenate([plane.all(component) for component in SYMMETRY[axis]])
 

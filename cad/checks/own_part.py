@@ -1,0 +1,305 @@
+"""A solid that the user made: read, refused if it is not one part, its faces found, and turned as an extrusion."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cadquery as cq
+import numpy as np
+import OCP
+
+from cad.files.step import read_step
+from cad.parts.housing import Housing
+from cad.parts.part import Part
+from sensor.arrays import Flags, Floats
+from sensor.quantity import InputError, validation_error
+
+Place = tuple[float, float, float]
+
+SHORTEST_MM, LONGEST_MM = 5.0, 1000.0  # of the longest side of a part, as geometry.units has them
+_INCH_MM = 25.4
+_SAME_SIZE = 0.1  # relative: a part of a design is as large as its housing, and not an inch for a millimetre
+_ON_FACE_MM = 0.05  # as far as geometry.as_designed lets a file of another program lie from its design
+_TURNED = 1e-4  # of a unit normal: what counts as along or across the sweep
+_SWEPT_SHARE = 0.9  # of the surface that lies along or across the sweep, at the least
+_SAMPLES = (0.1, 0.5, 0.9)  # of the parameters of a face, where its normal is looked at
+_NEAR_MM = 1e-5
+_BEYOND = 1.0  # [mm] that a line begins before the part
+
+
+def own_solid(shape: cq.Shape, name: str, housing: Housing | None = None) -> cq.Solid:
+    """Return the one solid [mm] of a shape; raises InputError where it is none, several, open or of another size.
+
+    With a housing its size tells inches that were written as millimetres.
+    """
+    solids = shape.Solids()
+    if not solids:
+        bound = f"one closed solid: it has {len(shape.Faces())} faces that enclose none"
+        raise validation_error("PART", name, "", bound, "close its surface and export the solid")
+    if len(solids) > 1:
+        places = "; ".join(_place_of(solid) for solid in solids[:3])
+        bound = f"one body: it has {len(solids)}, of {places}"
+        raise validation_error("PART", name, "", bound, "join them, or export the part that is printed")
+    loose = len(shape.Faces()) - len(solids[0].Faces())
+    if loose:
+        bound = f"one closed solid: {loose} faces bound none"
+        raise validation_error("PART", name, "", bound, "export the solid without them")
+    solid = solids[0]
+    if not OCP.BRepCheck.BRepCheck_Analyzer(solid.wrapped).IsValid() or not solid.Volume() > 0.0:
+        bound = "a valid closed solid by OCCT"
+        raise validation_error("PART", name, "", bound, "heal it in the program that made it, and export it again")
+    _check_size(solid, name, housing)
+    return solid
+
+
+def _place_of(solid: cq.Solid) -> str:
+    x, y, z = solid.Center().toTuple()
+    return f"{solid.Volume():.4g} mm^3 at ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+
+
+def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
+    """Raise InputError for a solid that is too small or too large for a part in millimetres."""
+    box = solid.BoundingBox()
+    longest = max(box.xlen, box.ylen, box.zlen)
+    size = f"{box.xlen:.4g} x {box.ylen:.4g} x {box.zlen:.4g} mm"
+    if housing is not None:
+        ratio = (housing.right - housing.left) / longest
+        for factor, written, meant in ((_INCH_MM, "inches", "smaller"), (1.0 / _INCH_MM, "inches twice", "larger")):
+            if abs(ratio / factor - 1.0) < _SAME_SIZE:
+                bound = (
+                    f"in millimetres: at {size} it is {_INCH_MM:g} times {meant} than the design, as if in {written}"
+                )
+                raise validation_error("PART", name, "", bound, "export it in millimetres")
+    if not SHORTEST_MM <= longest <= LONGEST_MM:
+        bound = f"{SHORTEST_MM:g} to {LONGEST_MM:g} mm long: it is {size}"
+        raise validation_error("PART", name, "", bound, "export it in millimetres, and one part only")
+
+
+def read_own_solid(path: Path, housing: Housing | None = None) -> cq.Solid:
+    """Return the one solid [mm] of a STEP file; raises InputError where it has none or cannot be read."""
+    try:
+        shape = read_step(path)
+    except ValueError as error:
+        raise InputError(str(error)) from error
+    return own_solid(shape, path.name, housing)
+
+
+def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, ...]:
+    """Return the faces of a solid on which points [mm] lie, by their places in `solid.Faces()`.
+
+    A round wall that is divided lengthwise is one face. Raises InputError for a point on no face.
+    """
+    every = solid.Faces()
+    found: list[int] = []
+    for point in points:
+        vertex = cq.Vertex.makeVertex(*point)
+        distances = [face.distance(vertex) for face in every]
+        nearest = int(np.argmin(distances))
+        if not distances[nearest] <= _ON_FACE_MM:
+            place = ",".join(f"{value:g}" for value in point)
+            bound = f"within {_ON_FACE_MM:g} mm of a face: the nearest is {distances[nearest]:.3g} mm away"
+            raise validation_error(flag, place, "mm", bound, "take a point on the face, in the frame of the file")
+        found += _whole_wall(every, nearest)
+    return tuple(dict.fromkeys(found))
+
+
+def _whole_wall(every: Sequence[cq.Face], place: int) -> list[int]:
+    """Return a face with those that lie on the same cylinder and meet it."""
+    axis = _cylinder(every[place])
+    if axis is None:
+        return [place]
+    same = []
+    for number, face in enumerate(every):
+        other = _cylinder(face)
+        if other is not None and np.allclose(axis, other, atol=_NEAR_MM) and face.distance(every[place]) < _NEAR_MM:
+            same.append(number)
+    return same
+
+
+def _cylinder(face: cq.Face) -> Floats | None:
+    """Return radius, direction and the foot of the axis of a cylinder, as one vector; None for another face."""
+    if face.geomType() != "CYLINDER":
+        return None
+    cylinder = OCP.BRepAdaptor.BRepAdaptor_Surface(face.wrapped).Cylinder()
+    line = cylinder.Axis()
+    direction = np.array([line.Direction().X(), line.Direction().Y(), line.Direction().Z()])
+    direction *= np.sign(direction[np.argmax(np.abs(direction))])
+    foot = np.array([line.Location().X(), line.Location().Y(), line.Location().Z()])
+    foot = foot - (foot @ direction) * direction
+    return np.concatenate([[cylinder.Radius()], direction, foot])
+
+
+def tip_points(housing: Housing) -> dict[str, Place]:
+    """Return the point of each tip of a design's housing that touches first [mm]."""
+    return {arm.name: (arm.centre, 0.0, 0.0) for arm in housing.arms}
+
+
+def hole_points(housing: Housing) -> tuple[Place, ...]:
+    """Return a point on the wall of each screw hole of a design's housing [mm], in the middle of its depth."""
+    return tuple((x + 0.5 * housing.hole_diameter, 0.0, z) for x, z in housing.holes)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Extrusion:
+    """A part as a section that is swept along y, turned so from its own frame by `turn` (3, 3).
+
+    `lines` are the straight edges of slanted faces in the section, ((x, z), (x, z)) [mm]. The sweep goes from the level
+    `low` to `high` [mm]; `plane` is the level of the section.
+    """
+
+    part: Part
+    turn: Floats
+    section: cq.Face
+    lines: tuple[tuple[tuple[float, float], tuple[float, float]], ...]
+    low: float
+    high: float
+    plane: float
+
+    def spans(self, x: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return where lines along y enter and leave the part, and how much of it is between [mm], 0 beside it."""
+        caster = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
+        caster.Load(self.part.shape.wrapped, 1e-7)
+        along = OCP.gp.gp_Dir(0.0, 1.0, 0.0)
+        entered, left, inside = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
+        for i, (place_x, place_z) in enumerate(zip(x.tolist(), z.tolist(), strict=True)):
+            line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(place_x, self.low - _BEYOND, place_z), along)
+            caster.Perform(line, 0.0, self.high - self.low + 2.0 * _BEYOND)
+            levels = sorted(caster.WParameter(number + 1) for number in range(caster.NbPnt()))
+            levels = [level for level, after in itertools.pairwise([*levels, math.inf]) if after - level > _NEAR_MM]
+            if len(levels) > 1:
+                entered[i], left[i] = levels[0], levels[-1]
+                inside[i] = sum(b - a for a, b in zip(levels[::2], levels[1::2], strict=False))
+        return entered + self.low - _BEYOND, left + self.low - _BEYOND, inside
+
+    def lies_on(self, name: str, points: Floats, tolerance: float) -> Flags:
+        """Say of points (3, n) [mm] whether they lie on a named face within a tolerance."""
+        found = np.zeros(points.shape[1], dtype=bool)
+        every = self.part.shape.Faces()
+        for face in (every[place] for place in self.part.faces[name]):
+            box = face.BoundingBox()
+            least = np.array([[box.xmin], [box.ymin], [box.zmin]]) - tolerance
+            most = np.array([[box.xmax], [box.ymax], [box.zmax]]) + tolerance
+            for place in np.flatnonzero(((points >= least) & (points <= most)).all(axis=0) & ~found):
+                found[place] = face.distance(cq.Vertex.makeVertex(*points[:, place].tolist())) <= tolerance
+        return found
+
+
+def extrusion_of(part: Part) -> Extrusion | None:
+    """Return a part as a swept section; None where too much of its surface lies neither along nor across any sweep."""
+    faces = [_FaceNormals(face) for face in part.shape.Faces()]
+    best = max(_directions(faces), key=lambda direction: _rank(faces, direction), default=None)
+    if best is None or _rank(faces, best)[0] < _SWEPT_SHARE:
+        return None
+    turn = _turn_to_y(best)
+    turned = part if np.allclose(turn, np.eye(3)) else replace(part, shape=part.shape.moved(_location(turn)))
+    return _section_of(turned, turn)
+
+
+class _FaceNormals:
+    """A face with its area [mm^2] and its unit normals at some points, (n, 3)."""
+
+    def __init__(self, face: cq.Face) -> None:
+        """Look at the face at nine points of its parameters."""
+        self.area = float(face.Area())
+        u0, u1, v0, v1 = face._uvBounds()
+        surface = OCP.BRepAdaptor.BRepAdaptor_Surface(face.wrapped)
+        normals = []
+        for u, v in itertools.product(_SAMPLES, _SAMPLES):
+            props = OCP.BRepLProp.BRepLProp_SLProps(surface, u0 + u * (u1 - u0), v0 + v * (v1 - v0), 1, 1e-9)
+            if props.IsNormalDefined():
+                normal = props.Normal()
+                normals.append((normal.X(), normal.Y(), normal.Z()))
+        self.normals = np.array(normals or [(0.0, 0.0, 0.0)])
+
+    def is_cap(self, direction: Floats) -> bool:
+        """Say whether the face lies across a direction."""
+        return bool((np.abs(self.normals @ direction) > 1.0 - _TURNED**2).all())
+
+    def is_side(self, direction: Floats) -> bool:
+        """Say whether the face lies along a direction."""
+        return bool((np.abs(self.normals @ direction) < _TURNED).all())
+
+
+def _directions(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
+    """Yield the normals of plane faces, each direction once; those of the axes as they are."""
+    seen: list[Floats] = []
+    for face in sorted(faces, key=lambda face: -face.area):
+        normal = face.normals[0]
+        if not np.allclose(face.normals, normal, atol=_TURNED) or not normal.any():
+            continue
+        normal = np.round(normal * np.sign(normal[np.argmax(np.abs(normal))]), 9) + 0.0
+        if all(abs(normal @ other) < 1.0 - _TURNED**2 for other in seen):
+            seen.append(normal)
+            yield normal
+
+
+def _rank(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[float, float]:
+    """Return the share of the surface along or across a direction, and of that across it, to three digits [1]."""
+    total = sum(face.area for face in faces)
+    caps = sum(face.area for face in faces if face.is_cap(direction))
+    sides = sum(face.area for face in faces if face.is_side(direction))
+    return round((caps + sides) / total, 3), round(caps / total, 3)
+
+
+def _turn_to_y(direction: Floats) -> Floats:
+    """Return the turn (3, 3) that brings a direction to y; none for y itself."""
+    y = direction
+    x = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < math.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
+    x = x - (x @ y) * y
+    x /= np.linalg.norm(x)
+    return np.stack([x, y, np.cross(x, y)])
+
+
+def _location(turn: Floats) -> cq.Location:
+    """Return a turn (3, 3) as CadQuery has it."""
+    motion = OCP.gp.gp_Trsf()
+    motion.SetValues(*(value for row in turn.tolist() for value in (*row, 0.0)))
+    return cq.Location(motion)
+
+
+def _section_of(part: Part, turn: Floats) -> Extrusion | None:
+    """Return the largest section across y of a turned part, with its sweep; None where it is in pieces."""
+    across = np.array([0.0, 1.0, 0.0])
+    shape = part.shape
+    box = shape.BoundingBox()
+    levels = [box.ymin, box.ymax]
+    lines = []
+    caps: dict[float, float] = {}
+    for face in shape.Faces():
+        normals = _FaceNormals(face)
+        if normals.is_cap(across):
+            level = round(face.Center().y, 6)
+            levels.append(level)
+            caps[level] = caps.get(level, 0.0) + normals.area
+        elif not normals.is_side(across):
+            lines += [_line(edge) for edge in face.Edges() if edge.geomType() == "LINE"]
+    if len(caps) < 2:  # noqa: PLR2004 - a sweep has two ends
+        return None
+    low, high = sorted(sorted(caps, key=lambda level: -caps[level])[:2])
+    wide = 2.0 * max(box.xlen, box.zlen) + 2.0 * _BEYOND
+    middles = sorted({round(level, 6) for level in levels})
+    planes = [0.5 * (low + high), *(0.5 * (a + b) for a, b in itertools.pairwise(middles))]
+    sections = []
+    for plane in dict.fromkeys(planes):
+        centre = cq.Vector(box.center.x, plane, box.center.z)
+        sections.append((cq.Face.makePlane(wide, wide, centre, cq.Vector(0.0, 1.0, 0.0)).intersect(shape), plane))
+    section, plane = max(sections, key=lambda each: round(each[0].Area(), 3))
+    if len(section.Faces()) != 1:
+        return None
+    long = tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
+    return Extrusion(part=part, turn=turn, section=section.Faces()[0], lines=long, low=low, high=high, plane=plane)
+
+
+def _line(edge: cq.Edge) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the ends of a straight edge in the section (x, z) [mm], in order."""
+    a, b = sorted((round(point.x, 6), round(point.z, 6)) for point in (edge.startPoint(), edge.endPoint()))
+    return a, b
+
+
+def own_part(solid: cq.Solid, faces: Mapping[str, tuple[int, ...]]) -> Part:
+    """Return a solid with its named faces."""
+    return Part(name="part", shape=solid, faces=dict(faces))

@@ -1,0 +1,103 @@
+"""Stiffness of a part of any shape: faces that are held, faces that are pressed, each by an even load along a line.
+
+A bar comes from two meshes. What a sweep leaves out of the part is bounded by its strain energy.
+"""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from skfem import CellBasis
+
+from mesh.own_part import FILLETS, SweptPart
+from sensor.arrays import Floats
+from solve.displacement_basis import scalar_gradients
+from solve.elasticity import stress
+from solve.housing.clamped_half import BALANCE_LIMIT, ClampedHalf, clamped_half, face_mean
+from solve.housing.elastic_layer import ElasticLayer
+from solve.housing.stiffness import largest_strain
+from solve.linear import SolveError
+
+Direction = tuple[float, float, float]
+# Of the energy that material carries, by which a part without it gives more: 2 for a round hole under tension, more for
+# a slender one. J. D. Eshelby, Proc. R. Soc. A 241 (1957) 376, doi:10.1098/rspa.1957.0133.
+VOID_FACTOR = 4.0
+# Of the difference between both meshes, and a floor: tests/reference/fits/test_own_part.py
+ERROR_SHARE = 1.0
+ERROR_FLOOR = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PartCompliance:
+    """One mesh: C[i, j] is the displacement of face i along its press for 1 N on face j [mm/N].
+
+    `strain_per_N` and `strain_inside_per_N` are the largest strain on a round inner corner, continued to the edges of
+    elements and inside them [1/N]; empty where there is none. `left_out` is the largest change of C[i, i] by what the
+    mesh leaves out, as a fraction of it [1].
+    """
+
+    C: Floats
+    strain_per_N: tuple[float, ...]
+    strain_inside_per_N: tuple[float, ...]
+    left_out: tuple[float, ...]
+    dofs: int
+    seconds: float
+
+    @property
+    def K(self) -> Floats:
+        """Return the stiffness of each face with the others free [N/mm]."""
+        return np.asarray(1.0 / np.diag(self.C))
+
+
+def swept_compliance(
+    part: SweptPart,
+    material: tuple[float, float],
+    presses: Mapping[str, Direction],
+    layers: Sequence[ElasticLayer] = (),
+) -> PartCompliance:
+    """Return the compliance of the pressed faces of a swept part, E [MPa] and Poisson's ratio its material.
+
+    `presses` has the unit direction in which each face is pressed. Without layers the faces that are held do not move.
+    Raises SolveError.
+    """
+    start = time.perf_counter()
+    half = clamped_half(part.mesh, *material, layers)
+    means = np.column_stack([press_mean(half.basis, name, direction) for name, direction in presses.items()])
+    u = half.factor.solve(part.share * means)
+    C = means.T @ u
+    skew = float(np.abs(C - C.T).max())
+    if not skew <= BALANCE_LIMIT * float(np.abs(C).max()):
+        msg = f"own part: compliances of two loads differ by {skew:.1e} mm/N: must be equal; check the solid"
+        raise SolveError(msg)
+    corners = [
+        largest_strain(half.basis, FILLETS, column) if FILLETS in part.mesh.boundaries else (np.nan, np.nan)
+        for column in u.T
+    ]
+    return PartCompliance(
+        C=0.5 * (C + C.T),
+        strain_per_N=tuple(corner for corner, _ in corners),
+        strain_inside_per_N=tuple(inside for _, inside in corners),
+        left_out=tuple(_left_out(part, half, material, column) / C[i, i] for i, column in enumerate(u.T)),
+        dofs=int(half.basis.N),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
+    """Return the vector (dofs,) whose product with displacements is the mean along a direction over a face."""
+    return np.asarray(sum(share * face_mean(basis, name, axis) for axis, share in enumerate(direction) if share != 0.0))
+
+
+def _left_out(part: SweptPart, half: ClampedHalf, material: tuple[float, float], u: Floats) -> float:
+    """Return how much a displacement for 1 N may change by what the sweep has too much or too little [mm/N].
+
+    Each column of the mesh has its density of strain energy at its most strained cell, and some length too much.
+    """
+    basis = half.basis
+    dofs = np.asarray(basis.element_dofs).reshape(-1, 3, basis.element_dofs.shape[1])
+    gradient = np.einsum("nie,njeq->ijeq", u[dofs], scalar_gradients(basis))
+    sigma = stress(gradient, *material)
+    density = np.asarray((sigma * gradient).sum(axis=(0, 1)).mean(axis=1))  # twice the energy [N/mm^2]
+    worst = density[part.cells].max(axis=0)
+    return float(VOID_FACTOR * (np.abs(part.excess) * part.area * worst).sum())
