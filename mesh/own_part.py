@@ -29,6 +29,8 @@ _SAMPLES = 2000  # places of the outline at which its thickness is measured
 _FEWEST = 8  # of them on a curve
 _PER_THICKNESS = 1.0  # quadrilaterals across a wall, before each is divided into four
 _PER_QUARTER = 3.0  # on a quarter of a round inner corner, likewise
+_APART_MM = 0.4  # between lines along which mesh and part are compared
+_MOST_LINES = 10  # on a side of a quadrilateral
 _GROWTH = 0.45  # of the size per distance
 _NEAR = 1e-6  # [mm]
 _PARALLEL = 1e-12
@@ -40,7 +42,7 @@ _MOVES = 10  # of inner nodes, which makes angles rounder
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweptPart:
-    """The mesh of a swept part, and of each of its columns of cells the length of material that it has too much [mm].
+    """The mesh of a swept part, and of each of its columns of cells by how much its length is wrong [mm].
 
     `area` [mm^2] are the areas of the quadrilaterals, `cells` (layers, quadrilaterals) the cells over each. `share` is
     the part of the solid that is meshed, 1 or 0.5. `places` are the middles of the columns [mm].
@@ -72,7 +74,7 @@ def swept_part(
     """
     section = _meshed_section(extrusion, scale)
     profile = section.profile
-    low, high, inside = _depths(extrusion, section)
+    low, high = _depths(extrusion, section)
     middle = 0.5 * (extrusion.low + extrusion.high)
     is_across = all(abs(direction[1]) < _NEAR for direction in presses)
     is_half = is_across and bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)
@@ -89,17 +91,38 @@ def swept_part(
     check_jacobian(mesh)
     corners = profile.points[:, profile.quads]
     area = 0.5 * np.abs(_cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
-    depth = (high - low)[profile.quads].mean(axis=0)
     cells = np.arange(straight.t.shape[1]).reshape(len(shares) - 1, -1)
     x, z = corners.mean(axis=1)
     return SweptPart(
         mesh=mesh,
-        excess=depth - inside,
+        excess=_excess(extrusion, profile, high - low, area),
         area=area,
         cells=cells,
         share=0.5 if is_half else 1.0,
         places=np.stack([x, np.full_like(x, middle), z]),
     )
+
+
+def _excess(extrusion: "Extrusion", profile: Profile, depth: Floats, area: Floats) -> Floats:
+    """Return by how much the columns over quadrilaterals are longer than the part there, in the mean without sign [mm].
+
+    `depth` (points,) and `area` (quadrilaterals,) are those of the mesh [mm, mm^2].
+    """
+    excess = np.zeros(len(area))
+    counts = np.clip(np.ceil(np.sqrt(area) / _APART_MM), 1, _MOST_LINES).astype(int)
+    for count in np.unique(counts):
+        quads = np.flatnonzero(counts == count)
+        side = (np.arange(count) + 0.5) / count
+        r, s = np.repeat(side, count), np.tile(side, count)
+        shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])
+        corners = profile.quads[:, quads]
+        x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)
+        _, _, inside = extrusion.spans(x, z)
+        meshed = (depth[corners].T @ shapes).ravel()
+        # A line beside the part misses it only at its curved outline, where the mesh is as curved.
+        missed = np.where(inside > 0.0, np.abs(meshed - inside), 0.0)
+        excess[quads] = np.where(missed > _NEAR, missed, 0.0).reshape(len(quads), -1).mean(axis=1)
+    return excess
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
@@ -282,8 +305,8 @@ def _read(surfaces: list[int], concave: set[int]) -> _Section:
     return _Section(profile, np.hstack(regions))
 
 
-def _depths(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats, Floats]:
-    """Return the ends of the sweep over each node [mm], and the length of material over each quadrilateral [mm].
+def _depths(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats]:
+    """Return the ends of the sweep over each node [mm].
 
     A region of the section follows the part where most of its nodes have less than the full depth: necks and tips. Else
     what lies inside it, as a pocket, is left out.
@@ -308,7 +331,7 @@ def _depths(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats, 
             raise MeshError("depth", "the sweep leaves the part", _HINT)
         low[nodes] = np.maximum(low[nodes], lower)
         high[nodes] = np.minimum(high[nodes], upper)
-    return low, high, inside
+    return low, high
 
 
 def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *, is_half: bool) -> dict[str, Ints]:

@@ -92,7 +92,7 @@ def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
 def _left_out(part: SweptPart, half: ClampedHalf, material: tuple[float, float], u: Floats) -> float:
     """Return how much a displacement for 1 N may change by what the sweep has too much or too little [mm/N].
 
-    Each column of the mesh has its density of strain energy at its most strained cell, and some length too much.
+    Each column of the mesh has its density of strain energy at its most strained cell, and is too long or too short.
     """
     basis = half.basis
     dofs = np.asarray(basis.element_dofs).reshape(-1, 3, basis.element_dofs.shape[1])
@@ -100,4 +100,4 @@ def _left_out(part: SweptPart, half: ClampedHalf, material: tuple[float, float],
     sigma = stress(gradient, *material)
     density = np.asarray((sigma * gradient).sum(axis=(0, 1)).mean(axis=1))  # twice the energy [N/mm^2]
     worst = density[part.cells].max(axis=0)
-    return float(VOID_FACTOR * (np.abs(part.excess) * part.area * worst).sum())
+    return float(VOID_FACTOR * (part.excess * part.area * worst).sum())

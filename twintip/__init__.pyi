@@ -26,6 +26,8 @@ from pipeline.options import load_design as load_design
 from pipeline.report.report import Report as Report
 from pipeline.report.report import read_report as read_report
 from pipeline.result import SensorResult as SensorResult
+from pipeline.springs.own_part import PartStiffness as PartStiffness
+from pipeline.springs.own_part import stiffness as stiffness
 from pipeline.study.execute import StudySummary as StudySummary
 from pipeline.study.execute import run_study as run_study
 from pipeline.study.study_file import Study as Study

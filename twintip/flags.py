@@ -113,6 +113,10 @@ def _add_check(parser: ArgumentParser) -> None:
     parser.add_argument("--process", metavar="NAME", help=words)
     words = "solve a STEP file by finite elements: K_l and K_h, held and pressed as the housing of --design"
     parser.add_argument("--solve", action="store_true", help=words)
+    words = "hold the face with this point instead [mm]; repeatable"
+    parser.add_argument("--held", metavar="X,Y,Z", action="append", default=[], help=words)
+    words = "press the face with this point instead [mm], of a design first the low, then the high tip; repeatable"
+    parser.add_argument("--pressed", metavar="X,Y,Z", action="append", default=[], help=words)
     _add_json(parser)
 
 

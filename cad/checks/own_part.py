@@ -28,6 +28,7 @@ _TURNED = 1e-4  # of a unit normal: what counts as along or across the sweep
 _SWEPT_SHARE = 0.9  # of the surface that lies along or across the sweep, at the least
 _SAMPLES = (0.1, 0.5, 0.9)  # of the parameters of a face, where its normal is looked at
 _NEAR_MM = 1e-5
+_ONE_SIDED = 0.5  # of the area of a face, which its mean normal must have
 _BEYOND = 1.0  # [mm] that a line begins before the part
 
 
@@ -133,6 +134,48 @@ def _cylinder(face: cq.Face) -> Floats | None:
     return np.concatenate([[cylinder.Radius()], direction, foot])
 
 
+def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[int, ...]:
+    """Return the faces of a solid that have a tag on a workplane of CadQuery; raises InputError for none."""
+    tags = plane.ctx.tags if isinstance(plane, cq.Workplane) else {}
+    if tag not in tags:
+        names = ", ".join(tags) or "none"
+        raise validation_error(
+            flag, tag, "", f"a tag of the workplane, which has {names}", "tag the face, or give a point"
+        )
+    tagged = [face for value in tags[tag].vals() if isinstance(value, cq.Shape) for face in value.Faces()]
+    every = solid.Faces()
+    places = [place for place, face in enumerate(every) if any(face.isSame(other) for other in tagged)]
+    if not places:
+        bound = "a tag of faces that the part still has"
+        raise validation_error(flag, tag, "", bound, "tag the faces of the finished part")
+    return tuple(places)
+
+
+def pressed_direction(solid: cq.Solid, flag: str, places: Sequence[int]) -> Place:
+    """Return the unit direction of a press on faces, against their mean outer normal; raises InputError for a ring."""
+    every = solid.Faces()
+    total = np.zeros(3)
+    area = 0.0
+    for face in (every[place] for place in places):
+        mean = _FaceNormals(face).normals.mean(axis=0)
+        total += face.Area() * (mean if face.wrapped.Orientation() != OCP.TopAbs.TopAbs_REVERSED else -mean)
+        area += face.Area()
+    length = float(np.linalg.norm(total))
+    if not length > _ONE_SIDED * area:
+        bound = "a face that looks one way"
+        raise validation_error(flag, "a face all round", "", bound, "press a plane face or a dome")
+    x, y, z = np.round(-total / length, 9) + 0.0
+    return float(x), float(y), float(z)
+
+
+def as_one_shape(solid: cq.Workplane | cq.Shape) -> cq.Shape:
+    """Return a shape, or what lies on a workplane as one."""
+    if isinstance(solid, cq.Shape):
+        return solid
+    shapes = [value for value in solid.vals() if isinstance(value, cq.Shape)]
+    return shapes[0] if len(shapes) == 1 else cq.Compound.makeCompound(shapes)
+
+
 def tip_points(housing: Housing) -> dict[str, Place]:
     """Return the point of each tip of a design's housing that touches first [mm]."""
     return {arm.name: (arm.centre, 0.0, 0.0) for arm in housing.arms}
@@ -200,11 +243,12 @@ def extrusion_of(part: Part) -> Extrusion | None:
 
 
 class _FaceNormals:
-    """A face with its area [mm^2] and its unit normals at some points, (n, 3)."""
+    """A face with its area [mm^2], its middle [mm] and its unit normals at some points, (n, 3)."""
 
     def __init__(self, face: cq.Face) -> None:
         """Look at the face at nine points of its parameters."""
         self.area = float(face.Area())
+        self.middle = np.array(face.Center().toTuple())
         u0, u1, v0, v1 = face._uvBounds()
         surface = OCP.BRepAdaptor.BRepAdaptor_Surface(face.wrapped)
         normals = []
@@ -238,11 +282,16 @@ def _directions(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
 
 
 def _rank(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[float, float]:
-    """Return the share of the surface along or across a direction, and of that across it, to three digits [1]."""
+    """Return the share of the surface that a sweep along a direction makes, and of its ends, to three digits [1]."""
     total = sum(face.area for face in faces)
-    caps = sum(face.area for face in faces if face.is_cap(direction))
+    levels: dict[float, float] = {}
+    for face in faces:
+        if face.is_cap(direction):
+            level = round(float(face.middle @ direction), 4)
+            levels[level] = levels.get(level, 0.0) + face.area
+    ends = sum(sorted(levels.values())[-2:])
     sides = sum(face.area for face in faces if face.is_side(direction))
-    return round((caps + sides) / total, 3), round(caps / total, 3)
+    return round((ends + sides) / total, 3), round(ends / total, 3)
 
 
 def _turn_to_y(direction: Floats) -> Floats:

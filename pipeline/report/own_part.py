@@ -19,7 +19,8 @@ def part_verdicts(found: PartStiffness, targets: Mapping[str, float]) -> tuple[V
     """Return K_l and K_h of a part, judged by the targets of a design [N/m]."""
     words = f"FE of this part, {found.method}, held by {found.held_by}; tolerance relative"
     return tuple(
-        own_part_verdict(_VERDICTS[name], face.estimate, targets[name], words) for name, face in found.faces.items()
+        own_part_verdict(_VERDICTS[name], face.estimate, target, words)
+        for (name, target), face in zip(targets.items(), found.faces.values(), strict=False)
     )
 
 
@@ -54,6 +55,7 @@ def part_notes(found: PartStiffness) -> list[str]:
 def _notes(found: PartStiffness) -> Iterator[str]:
     yield f"solved as {found.method}: {found.dofs} unknowns, {found.seconds:.1f} s, held by {found.held_by}"
     for name, face in found.faces.items():
+        yield f"{name}: {with_bar(face.estimate.value, face.estimate.error)} N/m"
         if face.K_held is not None:
             K = with_bar(1e3 * face.K_held, 1e3 * face.K_error * face.K_held)
             yield f"{name}: {K} N/m where the walls of the screw holes are held instead"

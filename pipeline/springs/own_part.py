@@ -18,12 +18,16 @@ from cad.parts.housing import Housing
 from cad.parts.pin import pin_compliance
 from mesh.own_part import SIDES, swept_part
 from pipeline.springs.mounts import mount_layers
-from sensor.quantity import Estimate, InputError, report_field, validation_error
+from sensor.quantity import Estimate, InputError, validation_error
+from sensor.record import Record
+from sensor.turns import in_turn
 from solve.housing.stiffness import STRAIN_ERROR_SHARE
 from solve.own_part import ERROR_FLOOR, ERROR_SHARE, PartCompliance, swept_compliance
 
 if TYPE_CHECKING:
-    from cad.checks.own_part import Extrusion
+    import cadquery as cq
+
+    from cad.checks.own_part import Extrusion, Place
     from cad.parts.part import Part
     from solve.housing.elastic_layer import ElasticLayer
 
@@ -32,13 +36,21 @@ _MESHES = ((4.0, 1), (3.0, 2))  # scale of the section and layers over half the 
 _MOST_STIFF = 0.02  # of E times the distance from what is pressed to what is held: beyond it nothing bends
 _UP = (0.0, 0.0, 1.0)
 
+Where = str | tuple[float, float, float] | Sequence[tuple[float, float, float]]
+"""Faces by a tag, by a point on one, or by points on several [mm]."""
 
-@dataclass(frozen=True, kw_only=True)
-class PressedFace:
-    """One pressed face of a part; `K_held` is its stiffness where the walls of the design's screw holes are held."""
 
-    K: float = report_field("N/m", "stiffness", key="K_N_per_m", times=1e3)
-    K_error: float = report_field("%", "half width of its error bar", key="error_percent", times=100.0)
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PressedFace(Record):
+    """One pressed face of a part: its stiffness K [N/mm] with its relative error, and its largest strain.
+
+    `K_held` is its stiffness where the walls of the design's screw holes are held, and not the design's covers.
+    `strain_per_N` [1/N] is the largest strain at a round inner corner, with its relative error; `no_strain` says why
+    there is none.
+    """
+
+    K: float
+    K_error: float
     K_held: float | None = None
     strain_per_N: float | None = None
     strain_error: float | None = None
@@ -50,11 +62,20 @@ class PressedFace:
         return Estimate(self.K, self.K_error * self.K, "N/mm").times(1e3, "N/m")
 
 
-@dataclass(frozen=True, kw_only=True)
-class PartStiffness:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PartStiffness(Record):
     """What a part gives under a force on each face that is pressed, by name, and how it was solved.
 
     `left_out_mm3` is the volume that the mesh has too much or too little, and `left_out_at` where most of it lies [mm].
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> outline = [(0, 0), (20, 0), (20, -3), (21, -3), (21, 1), (0, 1)]
+    >>> leaf = cq.Workplane("XZ").polyline(outline).close().extrude(6)
+    >>> found = twintip.stiffness(leaf, held=(0, -3, 0.5), pressed={"tip": (20.5, -3, -3)}, E_MPa=2000)
+    >>> found.faces["tip"].K_error < 0.01
+    True
     """
 
     faces: Mapping[str, PressedFace]
@@ -66,18 +87,112 @@ class PartStiffness:
     left_out_at: tuple[float, float, float] | None
 
 
-def design_part_stiffness(path: Path, housing: Housing, material: tuple[float, float]) -> PartStiffness:
-    """Return the stiffness of the part of a STEP file, held and pressed as the housing of a design.
+@in_turn
+def stiffness(
+    solid: cq.Workplane | cq.Shape,
+    *,
+    held: Where,
+    pressed: Mapping[str, Where],
+    E_MPa: float,
+    poisson: float = 0.38,
+) -> PartStiffness:
+    """Return the stiffness of any part under a press on each of some faces, by finite elements.
+
+    Each face is pressed by itself with an even load against its outer normal, and moves by the mean over it. The error
+    bars cover meshes and what they leave out, and not the material. Raises InputError for a part that cannot be solved.
+
+    Parameters
+    ----------
+    solid : cadquery.Workplane or cadquery.Shape
+        One closed body [mm].
+    held : str or points
+        The faces that do not move: a tag of the workplane, or a point (x, y, z) [mm] on each, or a list of them.
+    pressed : mapping
+        The faces that are pressed, each by a tag or a point, under names of your own.
+    E_MPa : float
+        Young's modulus of the material.
+    poisson : float
+        Its Poisson's ratio.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> outline = [(0, 0), (20, 0), (20, -3), (21, -3), (21, 1), (0, 1)]
+    >>> leaf = cq.Workplane("XZ").polyline(outline).close().extrude(6)
+    >>> found = twintip.stiffness(leaf, held=(0, -3, 0.5), pressed={"tip": (20.5, -3, -3)}, E_MPa=2000)
+    >>> round(found.faces["tip"].K, 2)  # [N/mm]
+    0.36
+    """
+    from cad.checks.own_part import as_one_shape, own_part, own_solid, pressed_direction
+
+    if not E_MPa > 0.0:
+        raise validation_error("E_MPa", E_MPa, "MPa", "greater than 0 MPa", "PETG has about 2000")
+    if not 0.0 <= poisson < 0.5:  # noqa: PLR2004 - a material that keeps its volume
+        raise validation_error("poisson", poisson, "1", "at least 0 and less than 0.5", "PETG has about 0.38")
+    if not pressed or HELD in pressed:
+        raise validation_error("pressed", len(pressed), "", "one face or more", "give a name and a point on the face")
+    one = own_solid(as_one_shape(solid), "solid")
+    faces = {name: _faces_of(solid, one, f"pressed[{name!r}]", where) for name, where in pressed.items()}
+    directions = {name: pressed_direction(one, f"pressed[{name!r}]", places) for name, places in faces.items()}
+    faces[HELD] = _faces_of(solid, one, "held", held)
+    _refuse_held_and_pressed(faces)
+    return _stiffness(own_part(one, faces), directions, (E_MPa, poisson), None)
+
+
+def _faces_of(solid: object, one: cq.Solid, flag: str, where: Where) -> tuple[int, ...]:
+    """Return the faces of a part that a tag or points name; raises InputError."""
+    from cad.checks.own_part import faces_at, tagged_faces
+
+    if isinstance(where, str):
+        return tagged_faces(solid, one, flag, where)
+    points = [where] if where and isinstance(where[0], int | float) else list(where)
+    if not points or any(len(point) != 3 for point in points):  # type: ignore[arg-type]  # noqa: PLR2004
+        raise validation_error(flag, str(where), "mm", "a tag, or points of three numbers", "as in (4, 0, 0)")
+    return faces_at(one, flag, points)  # type: ignore[arg-type]
+
+
+def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]]) -> None:
+    """Raise InputError where a face is held and pressed at once."""
+    for name, places in faces.items():
+        if name != HELD and set(places) & set(faces[HELD]):
+            raise validation_error(name, "a face", "", "free: it is held too", "press another face, or hold another")
+
+
+def file_stiffness(
+    path: Path,
+    material: tuple[float, float],
+    held: Sequence[Place] = (),
+    pressed: Mapping[str, Place] | None = None,
+    housing: Housing | None = None,
+) -> PartStiffness:
+    """Return the stiffness of the part of a STEP file, held and pressed at points [mm], else as a design's housing.
 
     Pins count with the feet that carry them. `material` is E [MPa] and Poisson's ratio. Raises InputError.
     """
-    from cad.checks.own_part import faces_at, hole_points, own_part, read_own_solid, tip_points
+    from cad.checks.own_part import (
+        faces_at,
+        hole_points,
+        own_part,
+        pressed_direction,
+        read_own_solid,
+        tip_points,
+    )
 
     solid = read_own_solid(path, housing)
-    faces = {name: faces_at(solid, f"the {name} tip", [point]) for name, point in tip_points(housing).items()}
-    faces[HELD] = faces_at(solid, "a screw hole", hole_points(housing))
-    found = _stiffness(own_part(solid, faces), dict.fromkeys(tip_points(housing), _UP), material, housing)
-    if not housing.pin_side:
+    if pressed:
+        faces = {name: faces_at(solid, "--pressed", [point]) for name, point in pressed.items()}
+        directions = {name: pressed_direction(solid, "--pressed", places) for name, places in faces.items()}
+    else:
+        tips = tip_points(housing) if housing is not None else {}
+        faces = {name: faces_at(solid, f"the {name} tip of the design", [point]) for name, point in tips.items()}
+        directions = dict.fromkeys(tips, _UP)
+    if held:
+        faces[HELD] = faces_at(solid, "--held", held)
+    elif housing is not None:
+        faces[HELD] = faces_at(solid, "a screw hole of the design", hole_points(housing))
+    _refuse_held_and_pressed(faces)
+    found = _stiffness(own_part(solid, faces), directions, material, None if held else housing)
+    if housing is None or not housing.pin_side:
         return found
     pin = pin_compliance(housing, *material)
     return replace(found, faces={name: _with_pin(face, pin) for name, face in found.faces.items()})
@@ -121,7 +236,7 @@ def _swept(
     _refuse_block(fine, extrusion.part, tuple(presses), material)
     held = swept_compliance(meshes[-1], material, turned) if layers else fine
     mesh = meshes[-1]
-    volume = np.abs(mesh.excess) * mesh.area
+    volume = mesh.excess * mesh.area
     where = None
     if volume.sum() > 1e-6 * mesh.area.sum():
         x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volume))]

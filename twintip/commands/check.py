@@ -1,6 +1,7 @@
 """`pipeline check`: verdicts on what lies on the disk, a whole output folder or one file of any origin."""
 
 from argparse import Namespace
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,15 +15,18 @@ from pipeline.report.own_part import part_data, part_notes, part_verdicts
 from pipeline.report.verdict_table import verdict_parts
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES, Process
-from sensor.quantity import nearest, validation_error
+from sensor.quantity import nearest, validation_error, written_number
 from sensor.verdict import Verdict, all_passed
 from twintip.commands.console import FAILED, PASSED, Answer, refusing_what_cannot_be_solved
 from twintip.commands.progress import showing_progress
 from twintip.flags import DEFAULT_PROCESS
 
 if TYPE_CHECKING:
+    from cad.checks.own_part import Place
     from pipeline.springs.fitted_springs import FittedSprings
 
+TIPS = 2
+AXES = "XYZ"
 AS_DESIGNED = "geometry.as_designed"
 SOLVED_KINDS = (".step", ".stp")
 FILE_KINDS = (".step", ".stp", ".stl", ".3mf")
@@ -33,8 +37,12 @@ def run(arguments: Namespace) -> Answer:
     path: Path = arguments.path
     named: str | None = arguments.design
     process = _process(path, arguments.process, named)
-    if arguments.solve:
-        return _solved(path, named)
+    if arguments.solve and process is not None:
+        return _solved(path, process, arguments)
+    for flag in ("--held", "--pressed") if not arguments.solve else ("--solve",):
+        if getattr(arguments, flag[2:]):
+            bound = "left out for a folder" if arguments.solve else "given with --solve"
+            raise validation_error(flag, path.name, "", bound, "name a STEP file, and add --solve")
     with showing_progress(f"reads and judges {path.name}"):
         if named is None or process is None:
             verdicts = check_path(path.absolute(), process)
@@ -48,35 +56,55 @@ def run(arguments: Namespace) -> Answer:
     )
 
 
-def _solved(path: Path, named: str | None) -> Answer:
+def _solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     """Judge a file, and the stiffness of its springs against those of a design; raises InputError."""
-    if path.suffix.lower() not in SOLVED_KINDS:
-        bound = f"a file of kind {', '.join(SOLVED_KINDS)}: triangles are not solved"
-        raise validation_error("--solve", path.name, "", bound, "export the solid as STEP")
-    if named is None:
-        hint = "add --design NAME, which says where the part is held and pressed"
-        raise validation_error("--solve", path.name, "", "given with a design", hint)
-    design = load_design(named)
-    with showing_progress(f"sizes the springs of {named}") as show:
-        springs = _springs(design)
-        show(f"solves {path.name}")
-        from pipeline.springs.own_part import design_part_stiffness
+    named: str | None = arguments.design
+    held = [_point("--held", text) for text in arguments.held]
+    pressed = {str(number): _point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
+    _refuse_unsolvable(path, named, held, pressed)
+    design = None if named is None else load_design(named)
+    with showing_progress(f"solves {path.name}") as show:
+        from pipeline.springs.own_part import file_stiffness
 
+        springs = None if design is None else _springs(design)
+        housing = None if springs is None or named is None else _made(springs, named)
+        if springs is not None and pressed:
+            pressed = dict(zip(springs.springs, pressed.values(), strict=True))
+        rules = process if design is None else design.process
         with refusing_what_cannot_be_solved():
-            found = design_part_stiffness(path, _made(springs, named), (design.process.E_MPa, design.process.poisson))
+            found = file_stiffness(path, (rules.E_MPa, rules.poisson), held, pressed, housing)
         show(f"reads and judges {path.name}")
-        of_file = check_path(path.absolute(), design.process, (design, _made(springs, named)))
+        of_file = check_path(path.absolute(), rules, None if design is None or housing is None else (design, housing))
     notes = [*part_notes(found), *(_as_note(verdict) for verdict in of_file if verdict.name == AS_DESIGNED)]
-    targets = {name: 1e3 * spring.target for name, spring in springs.springs.items()}
-    verdicts = (
-        *part_verdicts(found, targets),
-        *(verdict for verdict in of_file if verdict.name != AS_DESIGNED),
-    )
+    targets = {} if springs is None else {name: 1e3 * spring.target for name, spring in springs.springs.items()}
+    verdicts = (*part_verdicts(found, targets), *(one for one in of_file if one.name != AS_DESIGNED))
     return Answer(
         code=PASSED if all_passed(verdicts) else FAILED,
         data={"verdicts": [asdict(verdict) for verdict in verdicts], "stiffness": part_data(found), "notes": notes},
         parts=[*verdict_parts(str(path), verdicts), *(f"- {escape(note)}" for note in notes)],
     )
+
+
+def _refuse_unsolvable(path: Path, named: str | None, held: Sequence["Place"], pressed: Mapping[str, "Place"]) -> None:
+    """Raise InputError unless flags say where a STEP file is held and pressed."""
+    if path.suffix.lower() not in SOLVED_KINDS:
+        bound = f"a file of kind {', '.join(SOLVED_KINDS)}: triangles are not solved"
+        raise validation_error("--solve", path.name, "", bound, "export the solid as STEP")
+    if named is None and not (held and pressed):
+        hint = "add --design NAME, or both --held X,Y,Z and --pressed X,Y,Z"
+        raise validation_error("--solve", path.name, "", "given with where the part is held and pressed", hint)
+    if named is not None and len(pressed) not in (0, TIPS):
+        hint = "give the low tip first, then the high one, or leave both to the design"
+        raise validation_error("--pressed", len(pressed), "", f"given {TIPS} times beside --design", hint)
+
+
+def _point(flag: str, text: str) -> "Place":
+    """Return a point [mm] of a flag; raises InputError."""
+    numbers = [written_number(word) for word in text.split(",")]
+    if len(numbers) != len(AXES) or None in numbers:
+        raise validation_error(flag, text, "mm", "three numbers X,Y,Z", f"for instance {flag}=-4,0,0")
+    x, y, z = (float(number or 0.0) for number in numbers)
+    return x, y, z
 
 
 def _as_note(verdict: Verdict) -> str:

@@ -1,0 +1,89 @@
+"""`twintip.stiffness`: beams whose stiffness is a formula, in every direction of the sweep, and what is refused."""
+
+import cadquery as cq
+import pytest
+
+import twintip
+from sensor.quantity import InputError
+
+LONG, THICK, DEEP, FOOT = 20.0, 1.0, 6.0, 1.0  # of a leaf with a foot at its end [mm]
+E = 2000.0
+OUTLINE = [(0.0, 0.0), (LONG, 0.0), (LONG, -3.0), (LONG + FOOT, -3.0), (LONG + FOOT, THICK), (0.0, THICK)]
+PRESSED = (LONG + 0.5 * FOOT, -0.5 * DEEP, -3.0)
+HELD = (0.0, -0.5 * DEEP, 0.5 * THICK)
+
+
+def leaf(outline=OUTLINE):
+    """Return the leaf in the plane of x and z, with y from -DEEP to 0."""
+    return cq.Workplane("XZ").polyline(outline).close().extrude(DEEP)
+
+
+def solved(solid=None, held=HELD, pressed=PRESSED, **material):
+    """Return the stiffness of the leaf at its foot, with its bar [N/mm]."""
+    found = twintip.stiffness(
+        solid or leaf(), held=held, pressed={"foot": pressed}, **{"E_MPa": E, "poisson": 0.0, **material}
+    )
+    return found.faces["foot"], found
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return solved()
+
+
+def test_a_cantilever_is_as_stiff_as_a_beam(plain):
+    """Without lateral contraction a leaf is a beam of Euler, but for shear and what root and corner give.
+
+    Shear is 0.14 %; wall and foot give no more than a tenth of the thickness longer a leaf would each: 3 x 0.2 / 20.
+    """
+    arm = LONG + 0.5 * FOOT
+    stiff = 3.0 * E * (DEEP * THICK**3 / 12.0) / (arm**3 - (arm - LONG) ** 3)
+    face, found = plain
+    assert pytest.approx(stiff, rel=0.03) == face.K
+    assert face.K_error < 0.01
+    assert found.left_out_mm3 == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("turn", [((1.0, 0.0, 0.0), 90.0), ((0.0, 0.0, 1.0), 90.0), ((1.0, 1.0, 1.0), 33.0)])
+def test_a_turned_part_is_as_stiff(plain, turn):
+    axis, angle = turn
+    rotate = lambda shape: shape.rotate(cq.Vector(), cq.Vector(*axis), angle)  # noqa: E731
+    points = {name: rotate(cq.Vertex.makeVertex(*place)).toTuple() for name, place in (("h", HELD), ("p", PRESSED))}
+    face, _ = solved(rotate(leaf().val()), held=points["h"], pressed=points["p"])
+    assert pytest.approx(plain[0].K, rel=plain[0].K_error + face.K_error) == face.K
+
+
+def test_tags_name_faces(plain):
+    solid = leaf()
+    solid.faces("<X").tag("wall")
+    solid.faces("<Z").tag("foot")
+    face, _ = solved(solid, held="wall", pressed="foot")
+    assert plain[0].K == face.K
+
+
+def test_a_pocket_is_left_out_and_bounded(plain):
+    """A pocket of 2 x 0.8 x 0.5 mm in the side of the leaf takes stiffness away, which the bar must say."""
+    pocket = cq.Workplane("XZ").center(10.0, 0.5 * THICK).rect(2.0, 0.8).extrude(0.5)
+    face, found = solved(leaf().cut(pocket))
+    assert found.left_out_mm3 == pytest.approx(0.8, rel=0.5)  # by lines 0.4 mm apart
+    assert face.K_error > plain[0].K_error
+
+
+FOOTLESS = cq.Workplane("XZ").rect(20.0, 10.0).extrude(DEEP)
+REFUSED = {
+    "no point on a face": (None, {"held": (0.0, 5.0, 0.5)}, "held"),
+    "no such tag": (None, {"held": "wall"}, "held"),
+    "held and pressed": (None, {"held": PRESSED}, "foot"),
+    "a block": (FOOTLESS, {"held": (-10.0, -3.0, 0.0), "pressed": (10.0, -3.0, 0.0)}, "stiffness at foot"),
+    "two bodies": (leaf().union(leaf().translate((0.0, 50.0, 0.0))), {}, "PART"),
+    "no stiffness": (None, {"E_MPa": -1.0}, "E_MPa"),
+    "incompressible": (None, {"poisson": 0.5}, "poisson"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_solved_is_refused(case):
+    solid, changed, field = REFUSED[case]
+    with pytest.raises(InputError) as refused:
+        solved(solid, **changed)
+    assert field in refused.value.field
