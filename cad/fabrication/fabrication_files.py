@@ -10,8 +10,11 @@ from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
+from cad.fabrication.plate import write_plate
 from cad.fabrication.wiring import write_wiring
-from cad.files.sensor_files import export_step, export_stl
+from cad.files.sensor_files import export_step, export_stl, print_shape, triangles_volume
+from cad.files.slicer_settings import slicer_settings
+from cad.files.stl import triangles
 from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
@@ -32,7 +35,7 @@ class MakerFiles:
 
 
 def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path) -> MakerFiles:
-    """Write the drawing, coupon, cover, bracket, bom.csv and fabrication.md; return what was written.
+    """Write the drawing, coupon, cover, bracket, plate, bom.csv and fabrication.md; return what was written.
 
     A signal path has its wiring plan, wiring.svg, too.
 
@@ -52,12 +55,18 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]))
     paths = [*drawing.write(folder / "drawing")]
     read_back = {}
+    printed = print_shape(sensor)
+    meshes = {"housing": triangles(printed)}
+    volumes = {"housing": triangles_volume(printed)}
     for body in bodies:
         step = folder / f"{body.name}.step"
         stl = folder / f"{body.name}.stl"
         read_back[body.name] = export_step([body], step)
-        export_stl(print_pose(body.shape), stl)
+        meshes[body.name] = export_stl(print_pose(body.shape), stl)
+        volumes[body.name] = triangles_volume(body.shape)
         paths += [step, stl]
+    paths.append(folder / "plate.3mf")
+    write_plate(meshes, volumes, bill, slicer_settings(process, housing), paths[-1])
     signal = read_out.signal
     if signal is not None:
         paths.append(folder / "wiring.svg")

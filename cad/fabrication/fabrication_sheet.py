@@ -9,7 +9,10 @@ from cad.drawing.sheet import Title
 from cad.fabrication.bill import BillLine, screw_name
 from cad.fabrication.mount import FLANGE_CIRCLE_MM, mounted_grip
 from cad.fabrication.mount import PLATE_MM as BRACKET_MM
+from cad.fabrication.part_sizes import bracket_sizes, cover_sizes
+from cad.fabrication.plate import GAP_MM
 from cad.fabrication.templates import render_template
+from cad.files.slicer_settings import slicer_settings
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
@@ -89,8 +92,12 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,
         sliced=_SLICED,
+        slicer_settings=slicer_settings(process, housing),
+        plate_gap_mm=GAP_MM,
         coupon_leaves=[_coupon_leaf(arm, process) for arm in housing.arms],
         step_mm=STEP_MM,
+        cover_sizes=cover_sizes(sensor),
+        bracket_sizes=bracket_sizes(sensor),
         cover_mm=COVER_MM,
         cover_plate_mm=PLATE_MM,
         cover_rim_mm=RECESS_MM,

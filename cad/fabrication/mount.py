@@ -56,17 +56,16 @@ def mount_solid(sensor: SensorSolids) -> cq.Solid:
     """Return the bracket in its place behind the sensor [mm]: an upright plate and a shelf, each with its holes."""
     housing = sensor.housing
     back = back_of(sensor)
-    shelf_level = housing.top_level + HEAD_ROOM_MM
     through = PLATE_MM + 2.0 * _REACH
-    body = cq.Workplane(obj=_upright(sensor, shelf_level + PLATE_MM).fuse(_shelf(back, shelf_level)).clean())
+    body = cq.Workplane(obj=upright(sensor).fuse(shelf(sensor)).clean())
     behind_plate = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _REACH, 0.0))  # extrudes along -y
     screw_holes = behind_plate.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     body = body.cut(screw_holes.extrude(through))
-    under_shelf = cq.Workplane("XY", origin=(0.0, 0.0, shelf_level - _REACH))
+    under_shelf = cq.Workplane("XY", origin=(0.0, 0.0, _shelf_level(sensor) - _REACH))
     flange_screws = under_shelf.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
     body = body.cut(flange_screws.extrude(through))
-    if (window := _window(sensor)) is not None:
-        body = body.cut(cq.Workplane(obj=window))
+    if (opening := window(sensor)) is not None:
+        body = body.cut(cq.Workplane(obj=opening))
     return body.findSolid().Solids()[0]
 
 
@@ -77,14 +76,14 @@ def mount_part(sensor: SensorSolids) -> Part:
     """
     faces: dict[str, FaceTest] = {
         "seat": on_plane(1, back_of(sensor)),
-        "flange": on_plane(2, sensor.housing.top_level + HEAD_ROOM_MM + PLATE_MM),
+        "flange": on_plane(2, _shelf_level(sensor) + PLATE_MM),
         "mounting_holes": lambda face: is_hole(face, sensor.housing.hole_diameter),
         "flange_holes": lambda face: is_hole(face, FLANGE_HOLE_MM),
     }
     return named_part("mount", mount_solid(sensor), faces)
 
 
-def _window(sensor: SensorSolids) -> cq.Solid | None:
+def window(sensor: SensorSolids) -> cq.Solid | None:
     """Return the window of the upright plate for Hall sensors and their wires [mm]; None where none stand behind it."""
     housing, seats = sensor.housing, sensor.seats
     if seats is None or housing.mount != "covers" or not housing.back_to_back:
@@ -95,20 +94,26 @@ def _window(sensor: SensorSolids) -> cq.Solid | None:
     return cq.Solid.makeBox(2.0 * half, PLATE_MM + 2.0 * _REACH, seats.window_height + _ROOM_FOR_WIRES, corner)
 
 
-def _upright(sensor: SensorSolids, top: float) -> cq.Solid:
-    """Return the plate behind the sensor [mm], whose foot stays above the cover's in every tilt."""
+def _shelf_level(sensor: SensorSolids) -> float:
+    """Return the level of the lower face of the plate under the flange [mm]."""
+    return sensor.housing.top_level + HEAD_ROOM_MM
+
+
+def upright(sensor: SensorSolids) -> cq.Solid:
+    """Return the plate behind the sensor [mm] without its holes; its foot stays above the cover's in every tilt."""
     housing = sensor.housing
     back = back_of(sensor)
     rise = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
     foot = housing.cover_level + math.ceil(10.0 * rise) / 10.0
-    return cq.Solid.makeBox(housing.right - housing.left, PLATE_MM, top - foot, cq.Vector(housing.left, back, foot))
+    height = _shelf_level(sensor) + PLATE_MM - foot
+    return cq.Solid.makeBox(housing.right - housing.left, PLATE_MM, height, cq.Vector(housing.left, back, foot))
 
 
-def _shelf(back: float, level: float) -> cq.Solid:
-    """Return the plate under the flange [mm], from a level on."""
+def shelf(sensor: SensorSolids) -> cq.Solid:
+    """Return the plate under the flange [mm] without its holes."""
     half = 0.5 * FLANGE_MM
-    behind = max(back + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND)
-    return cq.Solid.makeBox(FLANGE_MM, behind + half, PLATE_MM, cq.Vector(-half, -half, level))
+    behind = max(back_of(sensor) + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND)
+    return cq.Solid.makeBox(FLANGE_MM, behind + half, PLATE_MM, cq.Vector(-half, -half, _shelf_level(sensor)))
 
 
 def flange_heads(sensor: SensorSolids) -> cq.Shape:

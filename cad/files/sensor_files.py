@@ -1,7 +1,7 @@
 """The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose, each read back and compared; GLB."""
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -43,10 +43,11 @@ class SensorFiles:
     forms: FormsRead
 
 
-def write_sensor(sensor: SensorSolids, folder: Path) -> SensorFiles:
+def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str] | None = None) -> SensorFiles:
     """Write housing.step, assembly.step and, marked, housing.stl and housing.3mf; pin.step where pins are the tips.
 
-    assembly.glb, to be looked at, has every body in its colour and an animation that takes them apart.
+    housing.3mf carries the settings of a slicer. assembly.glb, to be looked at, has every body in its colour and an
+    animation that takes them apart.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
@@ -63,7 +64,7 @@ def write_sensor(sensor: SensorSolids, folder: Path) -> SensorFiles:
     mesh = _export_stl(printed, stl, expected)
 
     package = folder / "housing.3mf"
-    write_3mf({"housing": mesh}, package)
+    write_3mf({"housing": mesh}, package, settings)
     compare_volume(package, read_3mf(package).mesh.volume, expected)
 
     assembly_glb = folder / "assembly.glb"

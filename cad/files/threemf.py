@@ -1,7 +1,10 @@
-"""3MF [mm]: one named object a body; read by lib3mf, whose warnings are its faults."""
+"""3MF [mm]: one named object a body; read by lib3mf, whose warnings are its faults.
+
+Settings of a print stand beside the objects as in a project of PrusaSlicer. Other programs pass them over.
+"""
 
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,7 +23,7 @@ _MICROSOFT = "http://schemas.microsoft.com/3dmanufacturing"
 _FRAME = {
     "[Content_Types].xml": f'{_XML}<Types xmlns="{_SCHEMAS}/content-types">'
     '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
-    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>',
+    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>{more}</Types>',
     "_rels/.rels": f'{_XML}<Relationships xmlns="{_SCHEMAS}/relationships">'
     f'<Relationship Target="/3D/3dmodel.model" Id="rel0" Type="{_MICROSOFT}/2013/01/3dmodel"/></Relationships>',
 }
@@ -28,6 +31,9 @@ _MODEL = (
     f'{_XML}<model unit="millimeter" xml:lang="en-US" xmlns="{_MICROSOFT}/core/2015/02"><resources>\n'
     "{objects}\n</resources><build>{items}</build></model>\n"
 )
+# Settings of one object in PrusaSlicer: they replace those of the print profile, and printer and filament stay.
+_SETTINGS = "Metadata/Slic3r_PE_model.config"
+_SETTINGS_TYPE = '<Default Extension="config" ContentType="text/xml"/>'
 _UNKNOWN_ATTRIBUTE = 0x80A7  # lib3mf's NMR_ERROR_NAMESPACE_INVALID_ATTRIBUTE
 _MILLIMETRES = {
     lib3mf.ModelUnit.MicroMeter: 1e-3,
@@ -49,14 +55,31 @@ class Package:
     faults: tuple[str, ...]
 
 
-def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path) -> None:
+Places = Sequence[tuple[float, float]]  # moves of the copies of a body on the bed [mm]
+
+
+def write_3mf(
+    bodies: Mapping[str, trimesh.Trimesh],
+    path: Path,
+    settings: Mapping[str, str] | None = None,
+    places: Mapping[str, Places] | None = None,
+) -> None:
     """Write closed meshes [mm] with merged corners, each as the object of its name; raises OSError.
 
-    The package is dated `file_date` and as plain as can be, without extensions and 64-bit sizes, for old slicers.
+    `settings` are those of PrusaSlicer, by its keys, for all objects. `places` has the moves of a body that is there
+    more than once, or not where its mesh is. The package is dated `file_date` and as plain as can be, without
+    extensions and 64-bit sizes, for old slicers.
     """
     meshes = [_object_text(number, name, mesh) for number, (name, mesh) in enumerate(bodies.items(), start=1)]
-    items = [f'<item objectid="{number}"/>' for number in range(1, len(bodies) + 1)]
-    parts = {**_FRAME, "3D/3dmodel.model": _MODEL.format(objects="\n".join(meshes), items="".join(items))}
+    items = [
+        _item_text(number, move)
+        for number, name in enumerate(bodies, start=1)
+        for move in (places or {}).get(name, [None])
+    ]
+    parts = {name: text.replace("{more}", _SETTINGS_TYPE if settings else "") for name, text in _FRAME.items()}
+    parts["3D/3dmodel.model"] = _MODEL.format(objects="\n".join(meshes), items="".join(items))
+    if settings:
+        parts[_SETTINGS] = _settings_text(bodies, settings)
     date = max(file_date(), _FIRST_ZIP_DAY).timetuple()[:6]
     with zipfile.ZipFile(path, "w") as package:
         for name, text in parts.items():
@@ -64,6 +87,26 @@ def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path) -> None:
             part.compress_type = zipfile.ZIP_DEFLATED
             part.create_system = 0  # the same on every system
             package.writestr(part, text)
+
+
+def _item_text(number: int, move: tuple[float, float] | None) -> str:
+    """Return the XML of an object on the bed, moved there [mm]."""
+    moved = "" if move is None else f' transform="1 0 0 0 1 0 0 0 1 {move[0]:.9g} {move[1]:.9g} 0"'
+    return f'<item objectid="{number}"{moved}/>'
+
+
+def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str, str]) -> str:
+    """Return the XML that gives each object its settings; PrusaSlicer wants the range of its triangles too."""
+    keys = "".join(
+        f'  <metadata type="object" key={quoteattr(key)} value={quoteattr(value)}/>\n'
+        for key, value in settings.items()
+    )
+    objects = "".join(
+        f' <object id="{number}">\n  <metadata type="object" key="name" value={quoteattr(name)}/>\n{keys}'
+        f'  <volume firstid="0" lastid="{len(mesh.faces) - 1}"/>\n </object>\n'
+        for number, (name, mesh) in enumerate(bodies.items(), start=1)
+    )
+    return f"{_XML}<config>\n{objects}</config>\n"
 
 
 def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:

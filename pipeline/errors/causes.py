@@ -20,7 +20,7 @@ from pipeline.springs.behaviour import stiffening
 from pipeline.springs.fitted_springs import tip_height_offsets
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
-from sensor.design.processes import Process
+from sensor.design.processes import FOOT_MM, Process
 from sensor.design.reading import WEIGHED_AFTER_S
 from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import roll
@@ -37,9 +37,7 @@ from sensor.theory.two_spring_law import series_stiffness
 
 BEAM_SLOPE = 3.0  # of ln K over ln t: a beam's, which solids stay under
 INCOMPRESSIBLE = 0.5  # Poisson's ratio
-# How far the first layer of a print spreads on each side of a leaf, and how high: a judgement, one layer of 0.2 mm.
-FOOT_MM = 0.15
-FOOT_HIGH_MM = 0.2
+FOOT_HIGH_MM = 0.2  # height of the layer that spreads by FOOT_MM
 # Fraction of the frame in 1/K times E w / K: 0.08 and 0.6 % at K 0.753 and 17.3 N/mm, E 2000 MPa, w 6 mm. It covers
 # leaves of plastic; the long leaves of steel see 6 to 7 times it, 0.005 and 0.04 %.
 # tests/reference/fits/test_housing.py

@@ -22,10 +22,11 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
     from cad.checks.sensor_checks import sensor_verdicts
     from cad.fabrication.file_shapes import HOUSING_FILES, files_as_designed
     from cad.files.sensor_files import write_sensor
+    from cad.files.slicer_settings import slicer_settings
     from cad.parts.assembly import sensor_of
 
     sensor = sensor_of(design, housing)
-    files = write_sensor(sensor, folder)
+    files = write_sensor(sensor, folder, slicer_settings(design.process, housing))
     verdicts = sensor_verdicts(sensor, deflections, files.forms)
     return files.paths, (*verdicts, files_as_designed(sensor, folder, HOUSING_FILES))
 

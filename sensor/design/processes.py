@@ -26,6 +26,8 @@ _SCATTER = Bounds(above=0.0, at_most=0.23)
 _LEAST_KNOWN = 0.45  # of the thinnest leaf, by which it may be off at two sigma
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
 _LONGEST_TEXT = 64
+FOOT_MM = 0.15
+"""How far the first layer of lines spreads on each side of a leaf [mm]: a judgement for one layer of 0.2 mm."""
 KINDS = ("fdm", "sla", "sls", "dmls", "other")
 
 

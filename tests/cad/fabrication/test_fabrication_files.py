@@ -9,6 +9,7 @@ from dataclasses import replace
 import cadquery as cq
 import pytest
 from deadline import DEADLINE_S
+from gcode import FILAMENT_MM, sliced
 from squares import RESIN, square_sensor, with_seats
 
 from cad.checks.assembly_checks import cover_verdicts
@@ -19,7 +20,9 @@ from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.files.sensor_files import write_sensor
+from cad.files.slicer_settings import slicer_settings
 from cad.files.stl import read_stl
+from cad.files.threemf import read_3mf
 from cad.parts.coupon import modulus_factor
 from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
@@ -28,11 +31,10 @@ from sensor.design.readout import Readout
 from sensor.design.signal_path import SpringReadOut, SpringToRead, signal_path
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
-FILAMENT_MM = 1.75  # as PrusaSlicer has it where nothing is set
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
 SHEETS = [
     "drawing.dxf", "drawing.svg", "drawing.pdf", "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step",
-    "mount.stl", "bom.csv", "fabrication.md",
+    "mount.stl", "plate.3mf", "bom.csv", "fabrication.md",
 ]  # fmt: skip
 
 
@@ -58,7 +60,7 @@ def curved(sensor):
 
 def write_all(sensor, folder):
     """Return the paths of every file in their order, and cover and bracket as they were read back."""
-    paths = write_sensor(sensor, folder).paths
+    paths = write_sensor(sensor, folder, slicer_settings(TITLE.process, sensor.housing)).paths
     made = write_fabrication(sensor, TITLE, SpringReadOut(springs=springs_of(sensor)), folder)
     return [*paths, *made.paths], made
 
@@ -254,6 +256,26 @@ def test_sheet_of_a_part_has_its_numbers(sensor):
     assert [float(grams) for grams in found.groups()] == pytest.approx(
         [0.99 * 1.27 * volume, 1.04 * 1.27 * volume], abs=0.05
     )
+
+
+PRINTED = {
+    "layer": 0.2, "line width": 0.4, "filled": True, "rectilinear": True, "perimeters": 2, "foot": 0.15,
+    "support or brim": False,
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("prusa-slicer") is None, reason="prusa-slicer is not installed")
+def test_slicer_prints_a_plate_by_its_settings_and_an_stl_by_the_profile(written, tmp_path):
+    """The profile has other settings: they are read back from the lines of the housing without settings."""
+    paths, _ = written
+    plate, bare = (paths[0].with_name(name) for name in ("plate.3mf", "housing.stl"))
+    profile = ("--brim-width", "3", "--bed-shape", "0x0,180x0,180x180,0x180")
+    lines = sliced(plate, tmp_path, "--dont-arrange", "--gcode-label-objects", *profile)
+    assert lines.settings(read_3mf(plate).mesh.volume) == PRINTED
+    assert set(lines.objects) == {"housing", "coupon", "mount"}  # washers hold this housing
+    other = sliced(bare, tmp_path, *profile).settings(read_stl(bare).volume)
+    assert [name for name, setting in PRINTED.items() if other[name] == setting] == []
 
 
 @pytest.mark.slow

@@ -66,7 +66,7 @@ def shrunk_step(bodies, path, title):
     write_step([replace(body, shape=body.shape.scale(0.999)) for body in bodies], path, title)
 
 
-def shrunk_3mf(bodies, path):
+def shrunk_3mf(bodies, path, *_):
     write_3mf({part: mesh.copy().apply_scale(0.999) for part, mesh in bodies.items()}, path)
 
 

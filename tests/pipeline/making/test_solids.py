@@ -52,7 +52,7 @@ def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tm
 def test_another_leaf_is_another_solid(tmp_path, monkeypatch):
     made = []
     monkeypatch.setattr(
-        cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or NO_FILES
+        cad.files.sensor_files, "write_sensor", lambda sensor, *_: made.append(sensor.housing) or NO_FILES
     )
     monkeypatch.setattr(cad.checks.sensor_checks, "sensor_verdicts", lambda *_: ())
     monkeypatch.setattr(cad.fabrication.file_shapes, "files_as_designed", lambda *_: GOOD)
@@ -66,7 +66,7 @@ def test_another_process_is_judged_anew(tmp_path, monkeypatch):
     """A check may be judged from any number of the process."""
     made = []
     monkeypatch.setattr(
-        cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or NO_FILES
+        cad.files.sensor_files, "write_sensor", lambda sensor, *_: made.append(sensor.housing) or NO_FILES
     )
     monkeypatch.setattr(cad.checks.sensor_checks, "sensor_verdicts", lambda *_: ())
     monkeypatch.setattr(cad.fabrication.file_shapes, "files_as_designed", lambda *_: GOOD)

@@ -1,0 +1,100 @@
+"""The sizes of cover and bracket as the fabrication sheet tells them."""
+
+from dataclasses import dataclass
+
+import cadquery as cq
+
+from cad.fabrication.mount import FLANGE_CIRCLE_MM, FLANGE_HOLE_MM, back_of, flange_holes, shelf, upright, window
+from cad.parts.cover import COVER_MM, RECESS_MM
+from cad.parts.hall_seats import LEDGE_MM
+from cad.parts.housing import SETBACK_MM, Housing
+from cad.parts.sensor import SensorSolids
+
+_DIGITS = 2
+
+
+@dataclass(frozen=True)
+class SizeLine:
+    """A line of a table: what is measured, and its size in mm."""
+
+    what: str
+    size: str
+
+
+def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
+    """Return the sizes of the cover as it lies in cover.stl: the rim up, the side of the tips towards the reader."""
+    housing, seats = sensor.housing, sensor.seats
+    width, height = housing.right - housing.left, housing.top_level - housing.cover_level
+    sizes = [
+        SizeLine("width x height x thickness with rim", _times(width, height, COVER_MM)),
+        SizeLine("height of the rim", _number(RECESS_MM)),
+        SizeLine("width of the rim on the posts", _number(housing.wall_width - SETBACK_MM)),
+        SizeLine("width of the rim on the bar", _number(housing.top_level - housing.cavity_level - SETBACK_MM)),
+        *_screw_holes(housing, housing.top_level),
+    ]
+    if seats is not None:
+        places = [(housing.right - centre, seats.sensor) for centre in seats.windows]
+        sizes += [
+            SizeLine("windows, width x height", _times(seats.window_width, seats.window_height)),
+            SizeLine("slot between their ledges, height", _number(seats.window_height - 2.0 * LEDGE_MM)),
+            SizeLine("depth of a window to its ledges", _number(COVER_MM - seats.face_out)),
+            SizeLine("middles of windows, from the left and the upper edge", _places(places)),
+        ]
+    return tuple(sizes)
+
+
+def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
+    """Return the sizes of the bracket as it is seen from the front of the sensor, the flange on top."""
+    housing, opening = sensor.housing, window(sensor)
+    plate, flange = upright(sensor).BoundingBox(), shelf(sensor).BoundingBox()
+    sizes = [
+        SizeLine(
+            "upright plate, width x height with the flange x thickness", _times(plate.xlen, plate.zlen, plate.ylen)
+        ),
+        SizeLine("plate under the flange, width x depth x thickness", _times(flange.xlen, flange.ylen, flange.zlen)),
+        SizeLine(
+            "left edge of the plate under the flange, from the left edge of the upright",
+            _number(flange.xmin - plate.xmin),
+        ),
+        SizeLine(
+            "front edge of the plate under the flange, before the seat of the sensor",
+            _number(back_of(sensor) - flange.ymin),
+        ),
+        *_screw_holes(housing, plate.zmax),
+        SizeLine("holes of the flange, diameter", f"{len(flange_holes(sensor))} x {_number(FLANGE_HOLE_MM)}"),
+        SizeLine("their circle, diameter", _number(FLANGE_CIRCLE_MM)),
+        SizeLine(
+            "their middles, from the left and the front edge of their plate",
+            _places([(x - flange.xmin, y - flange.ymin) for x, y in flange_holes(sensor)]),
+        ),
+    ]
+    if opening is not None:
+        box = opening.BoundingBox()
+        sizes.append(SizeLine("window, width x height", _times(box.xlen, box.zlen)))
+        sizes.append(SizeLine("its middle, from the left and the upper edge", _places([_from_corner(box, plate)])))
+    return tuple(sizes)
+
+
+def _screw_holes(housing: Housing, top: float) -> tuple[SizeLine, ...]:
+    """Return the lines on the holes for screws, from the left edge of the housing and from an upper edge [mm]."""
+    places = [(x - housing.left, top - z) for x, z in housing.holes]
+    return (
+        SizeLine("holes for screws, diameter", f"{len(places)} x {_number(housing.hole_diameter)}"),
+        SizeLine("their middles, from the left and the upper edge", _places(places)),
+    )
+
+
+def _from_corner(box: cq.BoundBox, plate: cq.BoundBox) -> tuple[float, float]:
+    return box.center.x - plate.xmin, plate.zmax - box.center.z
+
+
+def _number(size: float) -> str:
+    return f"{round(size, _DIGITS):g}"
+
+
+def _times(*sizes: float) -> str:
+    return " x ".join(map(_number, sizes))
+
+
+def _places(places: list[tuple[float, float]]) -> str:
+    return "; ".join(f"{_number(x)}, {_number(y)}" for x, y in places)

@@ -1,0 +1,37 @@
+"""Settings of PrusaSlicer that the stiffness of a print depends on, by its keys."""
+
+import math
+
+from cad.parts.housing import Housing
+from sensor.design.processes import FOOT_MM, Process
+
+_WIDTHS = ("external_perimeter", "perimeter", "infill", "solid_infill", "top_infill")
+_ROUND_OFF = 1e-6  # of a number of lines
+
+
+def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
+    """Return the settings that print a housing as it is solved: solid, of lines along its leaves.
+
+    There are none for a process that prints no lines. Settings of printer and filament are left out, and so is the
+    height of the first layer, which PrusaSlicer has for the whole print only.
+    """
+    width = process.line_width_mm
+    if process.kind != "fdm" or width is None:
+        return {}
+    lines = max(arm.flexure.thickness for arm in housing.arms) / width
+    settings = {
+        "layer_height": process.layer_mm,
+        "extrusion_width": width,
+        **{f"{name}_extrusion_width": width for name in _WIDTHS},
+        "perimeters": math.ceil(0.5 * lines - _ROUND_OFF),  # from both sides they fill a leaf
+        "fill_density": "100%",
+        "fill_pattern": "rectilinear",
+        "elefant_foot_compensation": FOOT_MM,
+        "support_material": 0,
+        "brim_type": "no_brim",
+    }
+    return {
+        key: f"{value:g}" if isinstance(value, float) else str(value)
+        for key, value in settings.items()
+        if value is not None
+    }

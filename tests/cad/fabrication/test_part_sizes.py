@@ -1,0 +1,93 @@
+"""Sizes of cover and bracket in the sheet, measured on their solids."""
+
+import cadquery as cq
+import pytest
+from squares import RESIN, square_sensor, with_seats
+
+from cad.fabrication.mount import FLANGE_HOLE_MM, mount_solid
+from cad.fabrication.part_sizes import bracket_sizes, cover_sizes
+from cad.parts.cover_solid import cover_part
+from cad.parts.part import is_hole
+from cad.parts.pose import print_pose
+
+DIGITS = 0.0051  # sizes are told to 0.01 mm
+
+
+@pytest.fixture(scope="module", params=["pair", "pair with sensors", "square with sensors"])
+def seated(request, sensor):
+    if request.param == "pair":
+        return sensor
+    return with_seats(square_sensor() if request.param.startswith("square") else sensor, RESIN)
+
+
+def numbers(sizes, what):
+    """Return the numbers of all lines of that name, each list of places as pairs."""
+    return [
+        [[float(number) for number in place.replace(" x ", ", ").split(", ")] for place in row.size.split("; ")]
+        for row in sizes
+        if row.what == what
+    ]
+
+
+def hole_places(shape, diameter, across):
+    """Return where the holes of a diameter are, from the left and the upper edge of a shape in the plane x, y or z."""
+    box = shape.BoundingBox()
+    centres = [face.Center() for face in shape.Faces() if is_hole(face, diameter)]
+    top = getattr(box, f"{across}max")
+    return sorted([centre.x - box.xmin, top - getattr(centre, across)] for centre in centres)
+
+
+def is_inside(shape, x, y, z):
+    return any(solid.isInside(cq.Vector(x, y, z)) for solid in shape.Solids())
+
+
+def test_sizes_of_the_cover_are_those_of_its_file(seated):
+    lying = print_pose(cover_part(seated.housing, seated.seats).shape)
+    box = lying.BoundingBox()
+    sizes = cover_sizes(seated)
+    outer = numbers(sizes, "width x height x thickness with rim")[0][0]
+    assert outer == pytest.approx([box.xlen, box.ylen, box.zlen], abs=DIGITS)
+    places = numbers(sizes, "their middles, from the left and the upper edge")[0]
+    found = hole_places(lying, seated.housing.hole_diameter, "y")
+    assert sorted(places) == [pytest.approx(place, abs=DIGITS) for place in found]
+    rims = [numbers(sizes, f"width of the rim on the {where}")[0][0][0] for where in ("posts", "bar")]
+    height = numbers(sizes, "height of the rim")[0][0][0]
+    for sign, inside in ((-1.0, True), (1.0, False)):
+        level = box.zmax - 0.5 * height
+        assert is_inside(lying, box.xmin + rims[0] + sign * 0.02, box.ymin + 1.0, level) is inside
+        assert is_inside(lying, box.center.x, box.ymax - rims[1] - sign * 0.02, level) is inside
+    for windows in numbers(sizes, "middles of windows, from the left and the upper edge"):
+        width, tall = numbers(sizes, "windows, width x height")[0][0]
+        depth = numbers(sizes, "depth of a window to its ledges")[0][0][0]
+        for x, y in ([box.xmin + left, box.ymax - down] for left, down in windows):
+            near, ledge = box.zmin + depth - 0.02, box.zmin + depth + 0.02
+            edge = y + 0.5 * tall
+            assert not is_inside(lying, x, y, ledge)
+            assert is_inside(lying, x, edge - 0.02, ledge)
+            for dx, dy in ((0.5 * width, 0.0), (-0.5 * width, 0.0), (0.0, 0.5 * tall), (0.0, -0.5 * tall)):
+                assert not is_inside(lying, x + 0.99 * dx, y + 0.99 * dy, near)
+                assert is_inside(lying, x + 1.01 * dx, y + 1.01 * dy, near)
+
+
+def test_sizes_of_the_bracket_are_those_of_its_solid(seated):
+    bracket = mount_solid(seated)
+    box = bracket.BoundingBox()
+    sizes = bracket_sizes(seated)
+    width, height, _ = numbers(sizes, "upright plate, width x height with the flange x thickness")[0][0]
+    flange = numbers(sizes, "plate under the flange, width x depth x thickness")[0][0]
+    shift = numbers(sizes, "left edge of the plate under the flange, from the left edge of the upright")[0][0][0]
+    across = max(width, shift + flange[0]) - min(0.0, shift)
+    assert [across, height, flange[1]] == pytest.approx([box.xlen, box.zlen, box.ylen], abs=2.0 * DIGITS)
+    screws, *window = numbers(sizes, "their middles, from the left and the upper edge") + numbers(
+        sizes, "its middle, from the left and the upper edge"
+    )
+    left = seated.housing.left
+    found = [[x + box.xmin - left, down] for x, down in hole_places(bracket, seated.housing.hole_diameter, "z")]
+    assert sorted(screws) == [pytest.approx(place, abs=DIGITS) for place in found]
+    holes = numbers(sizes, "their middles, from the left and the front edge of their plate")[0]
+    centres = sorted([face.Center().x, face.Center().y] for face in bracket.Faces() if is_hole(face, FLANGE_HOLE_MM))
+    placed = sorted([left + shift + x, box.ymin + y] for x, y in holes)
+    assert placed == [pytest.approx(place, abs=2.0 * DIGITS) for place in centres]
+    assert bool(window) is (
+        seated.seats is not None and seated.housing.back_to_back and seated.housing.mount == "covers"
+    )

@@ -1,0 +1,49 @@
+"""The plate of all printed parts: parts apart, in rows; settings by process and leaves."""
+
+import itertools
+from dataclasses import replace
+
+import pytest
+import trimesh
+
+from cad.fabrication.plate import GAP_MM, MARGIN_MM, ROW_MM, places_of
+from cad.files.slicer_settings import slicer_settings
+from sensor.design.processes import PROCESSES
+
+PETG = PROCESSES["fdm-petg"]
+
+
+@pytest.mark.parametrize("longest", [40.0, 150.0, 300.0])
+def test_parts_lie_apart_in_rows(rng, longest):
+    meshes = {}
+    for number in range(8):
+        size = rng.uniform(5.0, longest, 3)
+        meshes[str(number)] = trimesh.creation.box(size).apply_translation(rng.uniform(-50.0, 50.0, 3))
+    counts = {name: 1 + int(name) % 3 for name in meshes}
+    places = places_of(meshes, counts)
+    boxes = []
+    for name, moves in places.items():
+        assert len(moves) == counts[name]
+        low, high = meshes[name].bounds[:, :2]
+        boxes += [(low + move, high + move) for move in moves]
+    for (low, high), (other_low, other_high) in itertools.combinations(boxes, 2):
+        assert ((high + GAP_MM < other_low + 1e-9) | (other_high + GAP_MM < low + 1e-9)).any()
+    for low, high in boxes:
+        assert (low > MARGIN_MM - 1e-9).all()
+        assert high[0] < MARGIN_MM + max(ROW_MM, high[0] - low[0]) + 1e-9
+
+
+@pytest.mark.parametrize(("thickness", "perimeters"), [(0.4, "1"), (0.8, "1"), (1.2, "2"), (1.6, "2"), (2.0, "3")])
+def test_perimeters_fill_the_thickest_leaf_from_both_sides(housing, thickness, perimeters):
+    leaf = replace(housing.high, thickness=thickness)
+    thick = replace(housing, high=leaf, low=replace(housing.low, thickness=0.4))
+    assert slicer_settings(PETG, thick)["perimeters"] == perimeters
+
+
+def test_settings_are_those_of_the_process_and_of_no_process_without_lines(housing):
+    sources = tuple((name, source) for name, source in PETG.sources if name != "layer_mm")
+    other = replace(PETG, line_width_mm=0.6, layer_mm=None, sources=sources)
+    settings = slicer_settings(other, housing)
+    assert {value for key, value in settings.items() if key.endswith("width")} == {"0.6"}
+    assert "layer_height" not in settings
+    assert {name for name, process in PROCESSES.items() if slicer_settings(process, housing)} == {"fdm-petg", "fdm-pla"}
