@@ -167,3 +167,11 @@ def test_walk_of_the_architecture_is_the_order_of_a_run(tmp_path, monkeypatch):
     assert len(walk) >= 20
     assert missing == []
     assert (tmp_path / "run" / "housing.step").exists()
+
+
+def test_page_on_installing_names_the_libraries_that_the_setup_installs():
+    setup = (ROOT / ".ci" / "setup").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
+    [installed] = re.findall(r"LIBRARIES=\(([^)]+)\)", setup)
+    [named] = re.findall(r"apt-get install --no-install-recommends ((?:.+\\\n)*.+)", page)
+    assert named.replace("\\", " ").split() == installed.split()
