@@ -6,7 +6,6 @@ from scipy.stats import t as student_t
 
 from sensor.quantity import COVERAGE
 from sensor.theory.straight_line import fitted
-from sensor.theory.student import student
 
 ROUNDED = 1.0 / np.sqrt(12.0)
 FINE, COARSE = 1e-6, 1e-3
@@ -72,25 +71,20 @@ def test_a_row_without_which_the_others_draw_no_line_is_no_suspect(x, shown, row
     assert suspect.index in rows if rows else suspect is None
 
 
-def test_a_slope_has_its_scatter_and_the_rounding_of_the_finest_number():
-    """Residuals 1, -2, 1 over x = 0, 1, 2 beside numbers that are rounded to one, but for one of them."""
-    x = np.array([0.0, 1.0, 2.0])
-    shown = 10.0 * x + [1.0, -2.0, 1.0]
-    scatter = np.tan(0.475 * np.pi) / 2.0 * np.sqrt(6.0)  # Student's t of one degree of freedom is a Cauchy variable
-    for digits in ([1.0, 1.0, 1.0], [1.0, 0.1, 1.0]):
-        expected = np.hypot(scatter, ROUNDED * min(digits)) / np.sqrt(2.0)
-        assert fitted(x, shown, np.array(digits)).slope.error == pytest.approx(expected, rel=1e-9)
-    assert student(1) == pytest.approx(12.7062, rel=1e-5)
+@pytest.mark.parametrize(
+    ("rows", "digits"), [(3, [1e-3]), (3, [1e-3, 1e-4, 1e-3]), (4, [1e-9]), (17, [1e-9]), (18, [1e-9]), (60, [1e-9])]
+)
+def test_a_bar_is_wider_for_few_rows_by_student_s_t(rows, digits):
+    """Residuals that a straight line leaves as they are: alike at both ends, and without a sum.
 
-
-@pytest.mark.parametrize("rows", [4, 17, 18, 60])
-def test_a_bar_is_wider_for_few_rows_by_student_s_t(rows):
-    """Residuals that a straight line leaves as they are: alike at both ends, and without a sum."""
+    The rounding of the finest number adds to them.
+    """
     x = np.linspace(-1.0, 1.0, rows)
-    left = np.where(np.abs(x) == 1.0, 1.0, -2.0 / (rows - 2))
-    deviation = np.linalg.norm(left) / np.sqrt(rows - 2) / np.linalg.norm(x)
-    error = fitted(x, x + 0.01 * left, np.full(rows, 1e-9), levels=np.zeros(rows)).slope.error
-    assert COVERAGE * error == pytest.approx(0.01 * student_t.ppf(0.975, rows - 2) * deviation, rel=1e-9)
+    left = 0.01 * np.where(np.abs(x) == 1.0, 1.0, -2.0 / (rows - 2))
+    scatter = student_t.ppf(0.975, rows - 2) / COVERAGE * np.linalg.norm(left) / np.sqrt(rows - 2)
+    expected = np.hypot(scatter, ROUNDED * min(digits)) / np.linalg.norm(x)
+    error = fitted(x, x + left, np.resize(digits, rows), levels=np.zeros(rows)).slope.error
+    assert error == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_bent_line_has_the_bar_of_its_parabola_and_of_its_bend(rng):
