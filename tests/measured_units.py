@@ -1,5 +1,6 @@
 """Reports of designs as `pipeline read` takes them, without a run; and units of them in random poses."""
 
+import math
 import shutil
 import subprocess
 from dataclasses import dataclass, replace
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from cad.parts.housing import Housing
-from instrument.firmware.firmware import header_text
+from instrument.firmware.firmware import header_text, module_text
 from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
@@ -46,13 +47,19 @@ int main(void)
     twintip_press press;
     twintip_begin(&press);
     while (fread(f, sizeof f, 1, stdin) == 1) {
-        twintip_add(&press, f);
+        printf("0 0 %u 0\\n", (unsigned)twintip_add(&press, f));
     }
     const twintip_reading found = twintip_end(&press);
-    printf("%.9g %u %u\\n", (double)found.E, (unsigned)found.flags, (unsigned)found.left_out);
+    printf("%.9g %.9g %u %u\\n", (double)found.E, (double)found.E_reduced, (unsigned)found.flags,
+           (unsigned)found.left_out);
     return 0;
 }
 """
+IN_FIRMWARE = (
+    *("bad_force", "lift_off", "out_of_range", "saturated", "not_tared", "few_samples", "no_rise", "too_fast"),
+    "presses_disagree",
+)
+"""Flags of firmware, from bit 0 on: programs of users know them by number."""
 EXACT = 1e-9  # [%] of springs that are known
 PAPER = (906.0, 20830.0)  # [N/m] springs that its targets size
 ACROSS = (0.76, 0.21)  # [mm/N] of low and high domes of the mango across their plates
@@ -140,7 +147,10 @@ def read_press(sensor, forces):
 
 
 def read_log(sensor, rows):
-    """Return what the command reads of one press, or of the deepest, in rows that come at the rate of the read-out."""
+    """Return what the command reads of one press, or of the deepest, in rows that come at the rate of the read-out.
+
+    As firmware does, it takes the press for one of the duration of the design.
+    """
     signal = sensor.report.read_out.signal
     period = 1.0 / (signal.rate_Hz if signal else 10.0)
     samples = (Sample(number, number * period, tuple(row)) for number, row in enumerate(rows.astype(float)))
@@ -148,7 +158,9 @@ def read_log(sensor, rows):
     in_newtons = (row._replace(forces=tuple(sensor.forces_of_channels(row.forces).tolist())) for row in samples)
     presses = presses_of(sensor, in_newtons, "press.csv", timing.lag)
     deepest = max(presses, key=lambda press: press.forces.sum(axis=1).max(), default=None)
-    return FruitReading(flags=("few_samples",)) if deepest is None else press_reading(sensor, deepest, timing)
+    if deepest is None:
+        return FruitReading(flags=("lift_off",))
+    return press_reading(sensor, replace(deepest, touched_s=np.nan), timing)
 
 
 def with_heights(sensor, heights):
@@ -234,15 +246,43 @@ def _compiled(folder, header, program):
     return place / "read"
 
 
-class ReadingInC(NamedTuple):
-    """What compiled firmware reads of a press: the modulus [MPa], its flags, and how many samples it left out."""
+class FirmwareReading(NamedTuple):
+    """What firmware reads of a press: moduli [MPa], nan if none, its flags, and how many samples it left out."""
 
     E: float
+    reduced: float
     flags: int
     left_out: int
 
 
+def bits(flags):
+    """Return the flags of a reading as firmware has them."""
+    return sum(1 << IN_FIRMWARE.index(flag) for flag in flags if flag in IN_FIRMWARE)
+
+
+def as_firmware(reading):
+    """Return a reading of the command as firmware tells it."""
+    moduli = (math.nan if E is None else E for E in (reading.E, reading.reduced))
+    return FirmwareReading(*moduli, bits(reading.flags), len(reading.lines_left_out))
+
+
+def module_of(sensor):
+    """Return the names of the MicroPython module of a unit."""
+    names = {"__name__": "unit"}
+    exec(module_text(sensor), names)
+    return names
+
+
+def read_by_module(sensor, rows):
+    """Return what the MicroPython module of a unit reads of a press of forces [N], (samples, tips)."""
+    press = module_of(sensor)["Press"]()
+    for row in rows.astype(float).tolist():
+        press.add(row)
+    E, reduced, flags = press.read()
+    return FirmwareReading(E or math.nan, reduced or math.nan, flags, press.left_out)
+
+
 def read_in_c(folder, sensor, rows):
     """Return what the firmware of a unit reads of a press of forces [N], (samples, tips); skips without C."""
-    ((E, flags, left_out),) = printed_by_header(folder, sensor, READ_IN_C, np.asarray(rows, dtype=np.float32)).tolist()
-    return ReadingInC(E, int(flags), int(left_out))
+    *_, found = printed_by_header(folder, sensor, READ_IN_C, np.asarray(rows, dtype=np.float32)).tolist()
+    return FirmwareReading(*found)

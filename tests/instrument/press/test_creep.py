@@ -1,14 +1,12 @@
 """Virtual prints of PETG, of a law that is not the product's: weighed after 30 s, pressed by hand, and read."""
 
-import runpy
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from maxwell_springs import pressed, read_by_command, weighed_stiffness
-from measured_units import elastic, read_in_c, read_press
+from measured_units import elastic, read_by_module, read_in_c, read_press
 
-from instrument.firmware.firmware import module_text
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.pair_press import single_reading
 from instrument.press.presses import readings_of
@@ -75,26 +73,16 @@ def test_without_times_the_press_is_that_of_the_design(paper, tmp_path):
     _, deflections = pressed(paper, 2.0, 3.0, K)
     forces = deflections[1:] * sensor.unit.stiffnesses
     found = read_press(sensor, forces)
-    still = elastic(sensor.unit)
+    still = replace(sensor, unit=elastic(sensor.unit))
     factor = PROCESSES["fdm-petg"].creep.press_over_weighed(30.0, 3.0)
-    assert pytest.approx(factor * read_press(replace(sensor, unit=still), forces).E, rel=1e-12) == found.E
+    assert pytest.approx(factor * read_press(still, forces).E, rel=1e-12) == found.E
     assert pytest.approx(2.0, rel=0.01) == single_reading(sensor, forces[-1]).E
-    path = tmp_path / "unit.py"
-    path.write_text(module_text(sensor), encoding="utf-8")
-    press = runpy.run_path(str(path))["Press"]()
-    for row in forces.tolist():
-        press.add(row)
-    assert press.read()[0] == pytest.approx(found.E, rel=1e-9)
-    assert pytest.approx(found.E, rel=1e-5) == read_in_c(tmp_path, sensor, forces.astype(np.float32)).E
+    assert pytest.approx(found.E, rel=1e-9) == read_by_module(sensor, forces).E
+    assert pytest.approx(found.E, rel=1e-5) == read_in_c(tmp_path, sensor, forces).E
 
 
-def test_a_level_table_of_firmware_has_the_creep_in_it(mango, tmp_path):
+def test_a_level_sensor_that_creeps_reads_what_was_pressed(mango):
     _, sensor = weighed(mango)
-    path = tmp_path / "unit.py"
-    path.write_text(module_text(sensor), encoding="utf-8")
-    corrected = runpy.run_path(str(path))["UNIT"].corrected
-    for read in (0.4, 0.9, 2.2, 4.0):
-        assert corrected(read) == pytest.approx(sensor.corrected(read), rel=1e-12)
     assert sensor.corrected(sensor.read_as(1.7)) == pytest.approx(1.7, rel=1e-3)
 
 

@@ -8,11 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import read_in_c
+from measured_units import read_by_module, read_in_c, read_log
 from scipy.interpolate import PchipInterpolator
 from stored_presses import STORED
 
-from instrument.firmware.firmware import module_text
 from instrument.press.one_time import at_one_time
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
@@ -31,6 +30,7 @@ LINE = 0.02
 """Time between two lines [s]."""
 DURATIONS = (0.6, 3.0)
 """Of presses [s]."""
+SPRINGS = [SpringToRead(name=name, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
 CASES = pytest.mark.parametrize("case", PRESSES, ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
 QUICKNESS = pytest.mark.parametrize("duration", DURATIONS)
 
@@ -58,11 +58,13 @@ def read(sensor, lines):
     return reading
 
 
+def with_read_out(sensor, **changed):
+    return replace(sensor, report=replace(sensor.report, read_out=replace(sensor.report.read_out, **changed)))
+
+
 def with_path(sensor, **changed):
     """Return a unit whose read-out has other delays, rate and bound of the times."""
-    read_out = sensor.report.read_out
-    signal = replace(read_out.signal, **changed)
-    return replace(sensor, report=replace(sensor.report, read_out=replace(read_out, signal=signal)))
+    return with_read_out(sensor, signal=replace(sensor.report.read_out.signal, **changed))
 
 
 def with_signal(sensor, signal):
@@ -137,66 +139,26 @@ def test_times_widen_the_bar_by_what_they_move(sensor, case):
     assert math.sqrt(wider.u**2 - first.u**2) == pytest.approx(2.0 * math.hypot(*moved), rel=0.25)
 
 
-@pytest.mark.parametrize("error_ms", [0.0, 1.0, 20.0])
-@QUICKNESS
-def test_firmware_takes_the_same_skew_off_and_has_the_same_flag(sensor, tmp_path, duration, error_ms):
-    for case in PRESSES[1::2]:
-        unit = with_path(told(sensor, 12.5), time_error_ms=error_ms)
-        times, forces = by_hand(case, duration, 12.5)
-        rows = forces.astype(np.float32)
-        expected = read(unit, lines_of(times, rows, timed=False))
-        namespace = {}
-        exec(module_text(unit), namespace)
-        press = namespace["Press"]()
-        for row in rows.tolist():
-            press.add(row)
-        E, _, flags = press.read()
-        assert pytest.approx(expected.E, rel=1e-9) == E
-        assert bool(flags & 128) == ("too_fast" in expected.flags)
-        in_c = read_in_c(tmp_path, unit, rows)
-        assert (in_c.E, in_c.flags) == (pytest.approx(expected.E, rel=1e-5), flags)
-        if error_ms != 1.0:
-            assert bool(flags & 128) == (error_ms > 1.0)
-
-
-def test_a_pair_is_brought_to_one_time_too(paper, tmp_path):
+def test_a_pair_is_brought_to_one_time_too(paper):
     """The forces of flat tips rise evenly with the travel: straight lines between conversions are exact."""
-    springs = [SpringToRead(name=name, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
-    signal = signal_path(Readout(), springs, PROCESSES["fdm-petg"], ("low", "high"))
+    signal = signal_path(Readout(), SPRINGS, PROCESSES["fdm-petg"], ("low", "high"))
     assert signal.delays == (0.0, 0.25)
     plain = paper.measuring()
-    read_out = replace(plain.report.read_out, signal=signal)
-    unit = replace(plain, report=replace(plain.report, read_out=read_out))
+    unit = with_read_out(plain, signal=signal)
     (full,) = paper.forces([Pose(E=1.0, travel=paper.design.press.travel_mm)])
-    at_once = np.linspace(0.0, 1.0, 41)[:, None] * full
-    later = np.clip(np.linspace(0.0, 1.0, 41)[:, None] + 0.025 * np.array(signal.delays), None, 1.0) * full
-    assert not np.allclose(later, at_once)
-    expected = read_in_c(tmp_path, plain, at_once).E
-    assert pytest.approx(expected, rel=1e-4) == read_in_c(tmp_path, unit, later[:-1]).E
-    namespace = {}
-    exec(module_text(unit), namespace)
-    press = namespace["Press"]()
-    for row in later[:-1].tolist():
-        press.add(row)
-    assert press.read()[0] == pytest.approx(expected, rel=1e-4)
-    lines = [
-        "t_s,F_l_N,F_h_N",
-        *(f"{0.2 * number:.12g},{low!r},{high!r}" for number, (low, high) in enumerate(later[:-1].tolist())),
-    ]
-    (found,) = readings_of(unit, Signal(Rows(lines, "press.csv"), 2))
-    assert pytest.approx(expected, rel=1e-3) == found.E
+    steps = np.linspace(0.0, 1.0, 41)[:, None]
+    later = np.clip(steps + 0.025 * np.array(signal.delays), None, 1.0) * full
+    assert not np.allclose(later, steps * full)
+    assert pytest.approx(read_log(plain, steps * full).E, rel=1e-4) == read_log(unit, later[:-1]).E
 
 
 @pytest.fixture
 def at_once(paper):
     """Return the pair with a read-out that converts all channels at once, at times known to 50 ms."""
-    springs = [SpringToRead(name=name, K=K, deflection=0.5) for name, K in (("low", 0.9), ("high", 20.0))]
     readout = Readout(rate_Hz=10.0, delay_ms=(0.0, 0.0), time_error_ms=50.0)
-    signal = signal_path(readout, springs, PROCESSES["fdm-petg"], ("low", "high"))
+    signal = signal_path(readout, SPRINGS, PROCESSES["fdm-petg"], ("low", "high"))
     signal = replace(signal, noise_N=(1e-5, 1e-4), zero_drift_N=(1e-5, 1e-4))
-    plain = paper.measuring()
-    read_out = replace(plain.report.read_out, signal=signal)
-    return replace(plain, report=replace(plain.report, read_out=read_out))
+    return with_read_out(paper.measuring(), signal=signal)
 
 
 def pair_by_hand(paper, duration, E=3.5, later=(0.0, 0.0)):
@@ -215,19 +177,14 @@ def test_fastest_press_of_a_pair_is_the_one_that_is_flagged_also_by_firmware(pap
     signal = at_once.report.read_out.signal
     assert (signal.delays, signal.time_error_ms) == ((), 50.0)
     fastest = with_signal(paper.sensor, signal).fastest_press_s
-    module = {}
-    exec(module_text(at_once), module)
     for duration, too_fast in ((0.9 * fastest, True), (1.1 * fastest, False)):
         forces = pair_by_hand(paper, duration).astype(np.float32)
         found = read_pair(at_once, forces)
         assert pytest.approx(3.5, rel=0.01) == found.E
         assert ("too_fast" in found.flags) == too_fast
-        press = module["Press"]()
-        for row in forces.tolist():
-            press.add(row)
-        assert press.read()[::2] == (pytest.approx(found.E, rel=1e-9), 128 * too_fast)
-        in_c = read_in_c(tmp_path, at_once, forces)
-        assert (in_c.E, in_c.flags) == (pytest.approx(found.E, rel=1e-5), 128 * too_fast)
+        expected = [found.E, found.reduced, 128 * too_fast, 0]
+        assert read_by_module(at_once, forces) == pytest.approx(expected, rel=1e-9)
+        assert read_in_c(tmp_path, at_once, forces) == pytest.approx(expected, rel=1e-5)
 
 
 def test_times_widen_the_bar_of_a_pair_by_what_they_move(paper, at_once):

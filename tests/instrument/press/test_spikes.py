@@ -3,14 +3,12 @@
 Forces are those of the contact engine, at the travels of hands that press steadily or slow down, hold or retreat.
 """
 
-import runpy
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import random_pose, read_in_c, read_press
+from measured_units import random_pose, read_press
 
-from instrument.firmware.firmware import module_text
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal, force_keys
 from pipeline.tables.rows import Rows
@@ -22,7 +20,6 @@ STEPS = np.linspace(0.0, 1.0, 41)
 AIR = 4  # samples before and after a press
 KINDS = ("times 1.3", "zero", "sign", "stuck", "full scale", "nudge")
 HELD = 0.99  # of the presses with a bad sample
-AGREES = 1e-5
 
 
 class Hand:
@@ -250,28 +247,3 @@ def test_two_presses_are_two(hands):
     assert len(hand.read(np.vstack([rows, air, rows]))) == 2
     few = rows[-4:]
     assert [reading.flags for reading in hand.read(np.vstack([rows, air, few, air]))][1] == ("few_samples",)
-
-
-@pytest.mark.parametrize("name", ["paper", "mango"])
-def test_firmware_leaves_out_what_the_command_does(name, hands, tmp_path):
-    """Bad samples of every kind but a sign, which firmware leaves out by itself and the command refuses."""
-    hand = hands[name]
-    sensor = hand.sensor
-    script = tmp_path / "unit.py"
-    script.write_text(module_text(sensor), encoding="utf-8")
-    press_of_board = runpy.run_path(str(script))["Press"]
-    left_out = 0
-    for _ in range(12):
-        rows = np.vstack([hand.spoilt(hand.press(30))[0], np.zeros((3, len(hand.delays)))]).astype(np.float32)
-        if (rows < sensor.lowest_forces).any():
-            continue
-        (expected,) = hand.read(rows.astype(float))
-        in_c = read_in_c(tmp_path, sensor, rows)
-        assert pytest.approx(expected.E or np.nan, rel=AGREES, nan_ok=True) == in_c.E
-        module = press_of_board()
-        for row in rows.astype(float).tolist():
-            module.add(row)
-        assert module.read()[0] == pytest.approx(expected.E, rel=1e-9)
-        assert module.left_out == in_c.left_out == len(expected.lines_left_out)
-        left_out += module.left_out
-    assert left_out > 0
