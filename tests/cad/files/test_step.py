@@ -37,6 +37,7 @@ def test_header_holds_the_given_time_and_millimetres(tmp_path, monkeypatch):
     assert "'1970-01-02T00:00:00'" in text
     assert "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING" in text
     assert "SI_UNIT(.MILLI.,.METRE.)" in text
+    assert "INCH" not in text  # whose unit is so many of these
 
 
 def test_first_file_of_a_process_is_ap242_too(tmp_path):

@@ -6,10 +6,11 @@ import json
 import os
 import shutil
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from stand_ins import result_of
+from stand_ins import GOOD, result_of
 
 from cad.fabrication.file_shapes import files_as_designed
 from cad.files.sensor_files import write_sensor
@@ -135,6 +136,13 @@ def test_edited_report_fails_its_digest_and_one_that_is_not_ours_is_refused(fold
         path.write_text(text, encoding="utf-8")
         assert main(["check", str(folder)]) == 2
         assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 1), (None, 1)])
+def test_verdict_on_a_file_decides_the_exit_code(passed, code, tmp_path, monkeypatch):
+    monkeypatch.setattr("twintip.commands.check.check_path", lambda *_: (replace(GOOD, passed=passed),))
+    (tmp_path / "part.stl").touch()
+    assert main(["check", str(tmp_path / "part.stl")]) == code
 
 
 def end_the_kernel(*_):

@@ -227,6 +227,7 @@ def test_ended_study_goes_on_to_the_same_points(written, engine, tmp_path):
 
 @pytest.mark.parametrize("error", [KeyError, ExportError])
 def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, tmp_path, monkeypatch, error):
+    """The exit code of the command is then 1."""
     count = iter(range(8))
 
     def solve(*_):
@@ -237,6 +238,9 @@ def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, t
     monkeypatch.setattr(tasks, "SensorParts", solve)
     summary = run_study(read_study(written()), tmp_path / "out", engine)
     assert (summary.done, summary.failed) == (7, 1)
+    count = iter(range(8))
+    monkeypatch.setattr(command, "chosen_engine", lambda *_: nullcontext(engine))
+    assert main(["study", str(written()), "--out", str(tmp_path / "other")]) == 1
 
 
 @pytest.mark.parametrize("error", [MemoryError("9 GiB"), OSError(errno.EIO, "I/O error"), MachineError("gmsh says")])
