@@ -116,12 +116,6 @@ def test_fields_are_refused_beside_a_look():
     assert refused.value.field == "--fields"
 
 
-def test_watch_refuses_a_second_design_and_a_file_that_is_none(capsys):
-    for words in (["paper", "--watch", "my.toml"], ["--watch", "my.txt"], ["--watch", "/none/my.toml"]):
-        assert main(["run", *words]) == 2
-        assert len(capsys.readouterr().err.splitlines()) == 1
-
-
 @pytest.mark.slow
 def test_watch_looks_again_at_each_change_and_survives_a_bad_file(tmp_path):
     file = tmp_path / "mine.toml"

@@ -13,7 +13,6 @@ from sensor.design.parameters import Print
 from sensor.design.processes import PROCESSES
 from sensor.quantity import STANDARD_GRAVITY, InputError
 from sensor.theory.creep import NO_CREEP
-from twintip.cli import main
 
 HEADER = "tip,weight_g,t_s,deflection_mm"
 TIMES = (3.0, 10.0, 30.0, 100.0)
@@ -197,12 +196,3 @@ def test_unit_of_an_earlier_version_creeps_as_its_process(paper, calibrate, tmp_
     with pytest.raises(InputError) as caught:
         read_unit(path, paper.report)
     assert caught.value.field in ("--unit", "unit.creep_error")
-
-
-@pytest.mark.parametrize("after", ["0", "-30", "4e7", "nan", "soon"])
-def test_a_time_of_the_weighing_that_is_none_is_refused_before_any_work(after, capsys, tmp_path):
-    assert main(["calibrate", str(tmp_path), str(tmp_path / "none.csv"), f"--after={after}"]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert len(captured.err.splitlines()) == 1
-    assert "--after" in captured.err

@@ -182,26 +182,3 @@ def test_file_that_the_machine_cannot_read_is_no_verdict(folder, monkeypatch):
     monkeypatch.setattr("pipeline.storage.digests.file_digest", unreadable)
     with pytest.raises(OSError, match="Input/output"):
         unchanged_verdicts(folder)
-
-
-@pytest.mark.parametrize(
-    ("words", "field"),
-    [
-        (["nothing"], "PATH"),
-        (["a.txt"], "PATH"),
-        (["."], "PATH"),
-        ([".", "--process", "fdm-pla"], "--process"),
-        (["a.stl", "--process", "fdm-abs"], "--process"),
-        ([".", "--design", "paper"], "--design"),
-        (["a.stl", "--design", "papr"], "--design"),
-        (["a.stl", "--design", "paper", "--process", "fdm-pla"], "--process"),
-    ],
-)
-def test_path_or_process_that_cannot_be_judged_is_one_line(words, field, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    for name in ("a.txt", "a.stl"):
-        Path(name).touch()
-    assert main(["check", *words]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert error.startswith(f"pipeline: {field} = ")

@@ -286,25 +286,6 @@ def test_full_disk_is_no_fault_of_a_point(written, engine, tmp_path, monkeypatch
     assert run_study(study, tmp_path / "out", engine).done == 8
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["--export", "x.xlsx"],
-        ["--export", "none/x.csv"],
-        ["--processes", "0"],
-        ["--processes", "2", "--scheduler", "tcp://x:1"],
-        ["--scheduler", "nonsense"],
-        ["--scheduler", "tcp://127.0.0.1:9"],
-    ],
-)
-def test_wrong_flags_are_one_line_before_anything_is_solved(written, tmp_path, capsys, words):
-    if "--scheduler" in words:
-        pytest.importorskip("distributed")
-    assert main(["study", str(written()), "--out", str(tmp_path / "out"), *words]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
-
-
 FLEXURES = """
 base = "paper"
 how = "grid"

@@ -52,15 +52,6 @@ def test_folder_of_a_run_without_fields_has_its_solids_and_mesh(tmp_path):
     assert names == ["housing", "assembly", "exploded", "mesh"]
 
 
-@pytest.mark.parametrize("text", [None, "", "[]", '{"schema": 1'])
-def test_folder_that_is_no_output_folder_is_refused(text, tmp_path):
-    if text is not None:
-        (tmp_path / "report.json").write_text(text, encoding="utf-8")
-    before = list(tmp_path.iterdir())
-    assert main(["view", str(tmp_path), "--png", str(tmp_path / "png")]) == 2
-    assert list(tmp_path.iterdir()) == before
-
-
 def test_folder_with_nothing_to_show_is_refused(tmp_path):
     write_outputs(result_of(), tmp_path)
     change_report(tmp_path, housing=None)

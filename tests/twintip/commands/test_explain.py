@@ -2,8 +2,6 @@
 
 import json
 
-import pytest
-
 from pipeline.report.explain.entries import entries
 from twintip.cli import main
 
@@ -28,13 +26,6 @@ def test_one_name_has_meaning_formula_and_source(capsys):
     assert json.loads(capsys.readouterr().out)["name"] == "K_m"
 
 
-def test_unknown_name_is_wrong_input(capsys):
-    assert main(["explain", "NLL"]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("pipeline: NAME = 'NLL' must be ")
-    assert " NL?" in error
-
-
 def test_key_of_a_report_has_unit_and_meaning_and_its_value_in_a_folder(stand_in_run, capsys):
     assert main(["run", "--out", "out"]) == 0
     capsys.readouterr()
@@ -42,16 +33,3 @@ def test_key_of_a_report_has_unit_and_meaning_and_its_value_in_a_folder(stand_in
     told = json.loads(capsys.readouterr().out)
     assert (told["unit"], told["number"]) == ("mm", f"{stand_in_run.result.design.press.travel_mm:g} mm")
     assert main(["explain", "files", "--out", "out"]) == 0
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--out", "paper"], "--out = 'paper' must be left out without a NAME. "),
-        (["foo"], "NAME = 'foo' must be "),
-        ([""], "NAME = '' must be "),
-    ],
-)
-def test_words_that_would_be_dropped_or_are_near_nothing_are_wrong_input(words, said, capsys):
-    assert main(["explain", *words]) == 2
-    assert capsys.readouterr().err.startswith(f"pipeline: {said}")

@@ -141,33 +141,6 @@ def test_plot_is_the_same_bytes_and_never_replaces_a_foreign_file(files):
     assert Path("plot.html.bak").read_bytes() == b"mine"
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["none.csv"],
-        [],
-        ["fruit-2.0.csv", "--radius-across", "nan"],
-        ["fruit-2.0.csv", "--radius-across", "high"],
-        ["fruit-2.0.csv", "--strain", "five"],
-        ["fruit-2.0.csv", "--strain", "0"],
-        ["fruit-2.0.csv", "--strain", "5,1e-6"],
-        ["fruit-2.0.csv", "--units", "force=kN"],
-        ["fruit-2.0.csv", "--units", "travel=stone"],
-        ["fruit-2.0.csv", "--columns", "mass=M"],
-        ["fruit-2.0.csv", "--plot", "plot.gif"],
-        ["fruit-2.0.csv", "--poisson", "0.5"],
-        ["fruit-2.0.csv", "--high", "70"],
-    ],
-    ids=" ".join,
-)
-def test_wrong_words_are_one_line_and_write_nothing(words, files, capsys):
-    assert main(["modulus", *words, *SIZES]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert len(err.splitlines()) == 1
-    assert sorted(path.name for path in Path().iterdir()) == files
-
-
 def moduli(capsys, *words):
     assert main(["modulus", *words, "--json"]) == 0
     return json.loads(capsys.readouterr().out)
@@ -206,31 +179,6 @@ def test_sizes_are_those_of_each_specimen(files, capsys):
     assert second["E_MPa"] == alone["E_MPa"]
     (of_other_sizes,) = moduli(capsys, files[1], *SIZES)
     assert second["E_MPa"] != of_other_sizes["E_MPa"]
-
-
-@pytest.mark.parametrize(
-    ("table", "words", "field"),
-    [
-        ("file,height,radius\nfruit-0.8.csv,70,35\n", ["fruit-2.0.csv"], "sizes.csv"),
-        ("file,height,radius\nfruit-0.8.csv,70,35\nfruit-0.8.csv,60,30\n", [], "sizes.csv, line 3"),
-        ("file,height,radius\nfruit-0.8.csv,70,wide\n", [], "sizes.csv, line 2, column 'radius'"),
-        ("file,height,radius\nfruit-0.8.csv,70,35\n", ["--radius", "35"], "sizes.csv, line 1, column 'radius'"),
-        ("height,radius\n70,35\n", ["fruit-0.8.csv"], "sizes.csv, line 1"),
-        ("file,height,radius\nnone.csv,70,35\n", [], "FILE"),
-        ("file,height\nfruit-0.8.csv,70\n", [], "--body"),
-    ],
-)
-@pytest.mark.usefixtures("files")
-def test_wrong_sizes_are_one_line(table, words, field, capsys):
-    Path("sizes.csv").write_text(table, encoding="utf-8")
-    assert main(["modulus", *words, "--sizes", "sizes.csv"]) == 2
-    assert f"pipeline: {field}" in capsys.readouterr().err.splitlines()[-1]
-
-
-@pytest.mark.parametrize("words", [["--compliance-error", "1"], ["--compliance", "-1"], ["--compliance", "1e4"]])
-def test_wrong_compliance_is_one_line(words, files, capsys):
-    assert main(["modulus", files[0], *SIZES, *words]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 def test_what_was_understood_is_one_line_of_the_answer(files, capsys):

@@ -132,48 +132,6 @@ def test_time_of_the_weighing_is_taken_and_told(paper, capsys, written):
     assert "30 s after a weight was hung" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("table", ["coupon,weight_g,deflection_mm\n", "tip,weight_g,t_s,deflection_mm\nlow,0,5,0\n"])
-def test_a_time_that_has_no_place_is_refused(table, paper, capsys, written):
-    """Of a coupon, which tells no unit, and beside a column of times."""
-    rows = table + "low,10,5,0.1\nlow,20,5,0.2\nlow,30,5,0.3\n"
-    text = rows.replace(",5,", ",") if table.startswith("coupon") else rows
-    assert main(["calibrate", paper.folder, written(text), "--after", "20"]) == 2
-    assert capsys.readouterr().err.splitlines()[-1].startswith("pipeline: --after = ")
-
-
-@pytest.mark.parametrize(
-    ("flags", "field"),
-    [
-        (["--ball", "{press}"], "--ball-reduced-modulus"),
-        (["--ball", "{press}", "--ball-reduced-modulus", "1.5"], "--ball-radius"),
-        (["--ball", "{press}", "--ball-reduced-modulus", "1.5", "--ball-radius", "40"], "--ball-modulus-error"),
-        (["--ball-reduced-modulus", "1.5"], "--ball-reduced-modulus"),
-        (["--ball-radius", "40"], "--ball-radius"),
-        (["--ball-modulus-error", "2"], "--ball-modulus-error"),
-        (
-            ["--ball", "{press}", "--ball-reduced-modulus", "1.5", "--ball-radius", "40", "--ball-modulus-error", "2"],
-            "--ball",
-        ),
-    ],
-)
-def test_ball_that_is_not_told_whole_or_has_no_domes_writes_nothing(flags, field, paper, capsys, tmp_path, written):
-    """The last one is told whole, but a pair of flat tips takes none."""
-    unit, weights = tmp_path / "unit.toml", written(paper.weights(1.2))
-    press = written(paper.press(1.0), "press.csv")
-    words = ["calibrate", paper.folder, weights, "--out", str(unit), *(flag.format(press=press) for flag in flags)]
-    assert main(words) == 2
-    err = capsys.readouterr().err.splitlines()
-    assert err[-1].startswith(f"pipeline: {field} ")
-    assert len(err) == 1
-    assert not unit.exists()
-
-
-def test_ball_is_refused_beside_a_coupon(paper, capsys, written):
-    coupon = written("coupon,weight_g,deflection_mm\nlow,10,0.1\nlow,20,0.2\nlow,30,0.3\n")
-    assert main(["calibrate", paper.folder, coupon, "--ball", "press.csv"]) == 2
-    assert capsys.readouterr().err.startswith("pipeline: --ball = ")
-
-
 def test_firmware_is_written_and_not_over_another_file(paper, capsys, tmp_path):
     header, module = tmp_path / "unit.h", tmp_path / "unit.py"
     words = ["read", paper.folder, "--c-header", str(header), "--micropython", str(module)]
@@ -233,39 +191,6 @@ def test_programs_of_the_board_print_readings_of_a_unit_with_counts(wired, capsy
     main(["calibrate", wired.folder, written(wired.weights(1.0)), "--out", unit, "--force"])
     assert main([*words, "--force"]) == 2
     assert capsys.readouterr().err.splitlines()[-1].startswith("pipeline: --unit = ")
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["--logger"],
-        ["--logger", "there.py"],
-        ["--micropython", "there.py", "--c-header", "new.h"],
-        ["--micropython", "new.h", "--c-header", "new.h"],
-        ["there.py", "--forces", "0.2,0.5", "--c-header", "new.h"],
-        ["nowhere.csv", "--c-header", "new.h"],
-        ["there.py", "--c-header", "new.h"],
-        ["--forces", "0.2,nan", "--c-header", "new.h"],
-        [],
-        ["--forces", "1,2,3"],
-        ["--forces=-1,0.2"],
-        ["--forces", "200,2000"],
-        ["--forces", "-0.5,1"],
-        ["--forces", "0.2,0.5", "--unit", "nowhere.toml"],
-        ["--forces", "0.2,0.5", "--classes", "ripe:0.8"],
-        ["--forces", "0.2,0.5", "--radius", "47,110"],
-        ["--forces", "0.2,0.5", "--fruit-presses", "2"],
-    ],
-    ids=" ".join,
-)
-def test_wrong_input_is_refused_and_writes_nothing(paper, tmp_path, monkeypatch, capsys, words):
-    monkeypatch.chdir(tmp_path)
-    Path("there.py").write_text("mine", encoding="utf-8")
-    assert main(["read", paper.folder, *words]) == 2
-    assert [path.name for path in tmp_path.iterdir()] == ["there.py"]
-    answer = capsys.readouterr()
-    assert answer.out == ""
-    assert answer.err.splitlines()[-1].startswith("pipeline: ")
 
 
 def test_reading_imports_no_solver(paper):
@@ -375,23 +300,6 @@ def test_presses_of_a_fruit_are_answered_once(names, words, fruits, paper, capsy
     assert len(capsys.readouterr().out.splitlines()) == len(fruits) + 5
 
 
-@pytest.mark.parametrize(
-    ("names", "words", "field"),
-    [
-        ("", ["--fruit-presses", "-1"], "--fruit-presses = "),
-        ("", ["--fruit-presses", "2", "--each"], "--each = "),
-        ("a", ["--fruit-presses", "2"], "--fruit-presses = "),
-        ("ab", [], "line 21: fruit = "),
-    ],
-)
-def test_presses_that_cannot_be_those_of_a_fruit_are_refused(names, words, field, paper, capsys, written):
-    """Also the samples of one press that name two fruits."""
-    header, *rows = presses_of_fruits(paper, [1.0], names[:1]).splitlines()
-    text = [header, *rows[:19], *(row.replace("a", names[-1:]) for row in rows[19:])]
-    assert main(["read", paper.folder, written("\n".join(text)), *words]) == 2
-    assert field in capsys.readouterr().err.splitlines()[-1]
-
-
 def test_a_column_of_fruit_leaves_each_sample_as_it_is(paper, capsys, written):
     answers = []
     for names in ("", "a"):
@@ -411,19 +319,3 @@ def test_one_press_that_is_read_is_enough(order, code, paper, capsys, written):
     assert main(["read", paper.folder, written(text), "--json"]) == code
     readings = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert ["good" if reading["E_MPa"] else "bad" for reading in readings] == order.split()
-
-
-def test_code_of_counts_is_refused_where_there_are_none(paper, capsys, written):
-    press = written(paper.press(2.5))
-    for words in (["read", paper.folder, press], ["read", paper.folder, "--forces", "0.2,0.5"]):
-        assert main([*words, "--counts-as", "offset"]) == 2
-        assert capsys.readouterr().err.count("--counts-as = ") == 1
-    weights = written(paper.weights(1.0))
-    assert main(["calibrate", paper.folder, weights, "--counts-as", "offset"]) == 2
-    assert capsys.readouterr().err.count("--counts-as = ") == 1
-
-
-def test_flag_for_a_column_that_no_table_has_is_refused(paper, capsys, written):
-    for words in (["--columns", "mass=1"], ["--units", "force=stone"], ["--columns", "force=Gewicht"]):
-        assert main(["calibrate", paper.folder, written(paper.weights(1.0)), *words]) == 2
-        assert len(capsys.readouterr().err.splitlines()) == 1

@@ -93,39 +93,6 @@ def test_what_lies_outside_the_design_is_done_and_said(folder, capsys):
     assert "E 5 MPa is outside 0.5 to 3.5 MPa" in capsys.readouterr().err
 
 
-@QUICK
-@pytest.mark.parametrize(
-    ("flags", "field"),
-    [
-        ([], "--out"),
-        (["--out", "a.csv", "--weights", "a.csv"], "--out"),
-        (["--out", "a.csv", "--E", "0"], "--E"),
-        (["--out", "a.csv", "--radius", "45,"], "--radius"),
-        (["--out", "a.csv", "--radius", "4"], "--radius"),
-        (["--out", "a.csv", "--tilt", "11"], "--tilt"),
-        (["--out", "a.csv", "--thickness", "0.5"], "--thickness"),
-        (["--out", "a.csv", "--presses", "0"], "--presses"),
-        (["--out", "a.csv", "--rate", "1"], "--rate"),
-        (["--out", "a.csv", "--relax", "0.5"], "--relax"),
-        (["--out", "a.csv", "--relax", "0.5:1,0.6:2"], "--relax"),
-        (["--out", "a.csv", "--seed", "-1"], "--seed"),
-        (["--weights", "w.csv", "--unit", "unit.toml"], "--unit"),
-        (["--out", "a.csv", "--unit", "none.toml"], "--unit"),
-        (["--prove", "0"], "--prove"),
-        (["--prove", "10", "--E", "1"], "--E"),
-        (["--prove", "10", "--out", "a.csv"], "--out"),
-        (["--prove", "10", "--noise"], "--noise"),
-        (["--out", "theirs.csv"], "--out"),
-    ],
-)
-def test_what_is_refused(flags, field, folder, capsys, tmp_path):
-    (tmp_path / "theirs.csv").write_text("1,2\n", encoding="utf-8")
-    assert main(["simulate", folder, *flags]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert field in line
-    assert [path.name for path in tmp_path.iterdir()] == ["theirs.csv"]
-
-
 @pytest.mark.parametrize(("bars", "code"), [(0.9, 0), (2.5, 1)])
 def test_the_exit_code_of_a_proof(bars, code, folder, monkeypatch, capsys):
     reading = ProvedReading(

@@ -157,22 +157,3 @@ def test_design_without_a_remedy_ends_with_1(monkeypatch, capsys):
     monkeypatch.setattr(room, "suggestion", none)
     assert main(["suggest"]) == 1
     assert capsys.readouterr().out == "paper: none found: of 3 designs none passes\n"
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (
-            ["--keep", "press.travel"],
-            "--keep = 'press.travel' must be a key of the design file. Did you mean press.travel_mm?",
-        ),
-        (["--keep", "print.leaves"], "print.leaves is gone since 0.3. "),
-        (["--out", "folder"], "--out = 'folder' must be a file that ends in .toml"),
-        (["--out", "/proc/x.toml"], "--out = '/proc/x.toml' must be a file in a place that can be written"),
-        (["--design", "mango"], "--design = 'mango' must be left out beside DESIGN"),
-    ],
-)
-def test_wrong_words_are_one_line(words, said, found, capsys):
-    assert main([*BRUISED, *words]) == 2
-    assert capsys.readouterr().err.startswith(f"pipeline: {said}")
-    assert found == []
