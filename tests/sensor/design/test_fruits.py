@@ -6,7 +6,6 @@ from pipeline.find.changes import change_design
 from pipeline.find.fruit_design import most_alike, scaled_changes
 from pipeline.find.fruit_range import fruit_range
 from pipeline.options import load_design
-from sensor.design.fruit import Fruit
 from sensor.design.fruits import FRUITS, NamedFruit
 from sensor.quantity import InputError
 
@@ -38,12 +37,6 @@ def test_pressure_that_flesh_stands_is_a_power_of_its_modulus():
     """Between the ends of the table in the same ratio: 0.05 to 0.2 MPa over a factor of 4 in E is 0.1 E."""
     guava = NamedFruit.from_table("guava", TABLE)
     assert [guava.bruise_limit(E) for E in (0.5, 1.0, 2.0)] == pytest.approx([0.05, 0.1, 0.2])
-
-
-def test_a_fruit_of_a_design_is_one_of_the_table():
-    with pytest.raises(InputError) as refused:
-        Fruit(name="paer")
-    assert refused.value.field == "fruit.name"
 
 
 def test_the_table_has_the_fruits_of_the_presets_and_as_many_more():

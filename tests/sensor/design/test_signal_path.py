@@ -38,23 +38,6 @@ def test_probe_gives_counts_noise_and_drift():
     assert other.saturation_counts == 2**15 - 1
 
 
-@pytest.mark.parametrize(
-    ("tables", "field"),
-    [
-        ({"reading": {"noise_percent": 0.5}, "readout": {}}, "reading.noise_percent"),
-        ({"reading": {"noise_N": 0.0}, "readout": {}}, "reading.noise_N"),
-        ({"readout": {}, "print": {"gauges": "foil"}}, "print.gauges"),  # version 0.2: a read-out of foil
-        ({"readout": {"amplifier": "HX711"}}, "readout.amplifier"),
-        ({"readout": {"amplifier": "AD620"}}, "readout.amplifier"),
-        ({"readout": {"bits": 64.0}}, "readout.bits"),
-    ],
-)
-def test_read_outs_that_contradict_are_refused(tables, field):
-    with pytest.raises(InputError) as error:
-        design_from_mapping(tables)
-    assert error.value.field == field
-
-
 def test_process_without_its_drift_is_refused_beside_a_read_out():
     design = design_from_mapping({"readout": {}, "reading": {}})
     own = replace(PETG, name="mine", E_per_K=None, sources=tuple(row for row in PETG.sources if row[0] != "E_per_K"))
