@@ -174,33 +174,6 @@ def test_spring_of_few_rows_is_wider_by_student_s_t(paper, calibrate):
     assert relative == pytest.approx(np.tan(0.475 * np.pi) / 2.0 * deviation * K, rel=1e-6)
 
 
-BAD = {
-    "one row each": (TIPS + "low,10,0.1\nhigh,10,0.1\n", ": compliance of low", 1),
-    "one weight": (TIPS + "low,10,0.1\n" * 4, ": compliance of low", 4),
-    "no deflection": ("tip,weight_g\nlow,1\n", ", line 1", "tip,weight_g"),
-    "unknown tip": (TIPS + "middle,1,0.1\n", ", line 2, column 'tip'", "middle"),
-    "spring that rises": (TIPS + "low,0,0.5\nlow,10,0.4\nlow,20,0.3\n", ": compliance of low", -1.0197),
-    "known to nothing": (TIPS + "low,0,0\nlow,10,3\nlow,20,0.1\n", ": compliance of low", 0.50986),
-    "nothing moves": (TIPS + "low,0,0\nlow,50000,1e-6\nlow,99999,2e-6\n", ": compliance of low", 2.0395e-9),
-    "nothing named": ("weight_g,deflection_mm\n1,2\n", ", line 1", "weight_g,deflection_mm"),
-    "two things": ("tip,coupon,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip, coupon"),
-    "unknown column": ("tip,girth_g,deflection_mm\nlow,1,1\n", ", line 1", "tip,girth_g,deflection_mm"),
-    "counts of another sensor": ("tip,weight_g,deflection_mm,counts_1\nlow,1,1,1\n", ", line 1", "counts_1"),
-    "counts of one channel": ("tip,weight_g,deflection_mm,counts_l\nlow,1,1,1\n", ", line 1", "counts_l"),
-    "far too heavy": (TIPS + "low,1e308,1\n", ", line 2, column 'weight_g'", "1e308"),
-    "far too deep": (TIPS + "low,1,101\n", ", line 2, column 'deflection_mm'", "101"),
-}
-
-
-@pytest.mark.parametrize(("text", "place", "value"), BAD.values(), ids=BAD)
-def test_bad_table_is_an_error_that_says_where(text, place, value, paper, calibrate, tmp_path):
-    with pytest.raises(InputError) as caught:
-        calibrate(paper.report, text)
-    assert caught.value.field == f"{tmp_path / 'measured.csv'}{place}"
-    if value is not None:
-        assert caught.value.value == (pytest.approx(value, rel=1e-4) if isinstance(value, float) else value)
-
-
 HEADER = "tip,weight_g,deflection_mm,counts_l,counts_h"
 LOADS = (0.0, 10.0, 20.0, 10.0, 0.0)
 

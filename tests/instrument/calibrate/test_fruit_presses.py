@@ -208,22 +208,6 @@ def test_damaged_scale_is_refused_by_its_field(changes, field):
     assert caught.value.field == field
 
 
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("fruit,F_1_N,F_2_N,F_3_N,F_4_N\na,1,2,1,2", "line 1"),
-        ("fruit,E_MPa,firmness_N,F_1_N,F_2_N,F_3_N,F_4_N\na,1,1,1,2,1,2", "line 1"),
-        (f"{HEADER}\na,0,1,2,1,2", "line 2"),
-        (f"{HEADER}\na,1,1,2,1", "line 2"),
-    ],
-)
-def test_table_that_tells_no_firmness_is_refused_in_one_line(measured, text, place):
-    with pytest.raises(InputError) as caught:
-        measured(text)
-    assert "\n" not in str(caught.value)
-    assert place in caught.value.field
-
-
 def test_forces_that_read_nothing_are_refused_by_line_and_fruit(mango, measured):
     with pytest.raises(InputError) as caught:
         scale_of_presses(measured(f"{HEADER}\nkent,1,0,0.3,0.05,0.3"), mango.measuring())

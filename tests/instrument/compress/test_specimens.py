@@ -89,25 +89,6 @@ def test_headers_that_no_machine_has_are_named_by_a_flag(tmp_path):
     np.testing.assert_allclose(specimen.travel, 1e-3 * TRAVEL)
 
 
-@pytest.mark.parametrize(
-    ("content", "place", "value"),
-    [
-        ("1,2\n3,4\n", "line 1", "1,2"),
-        ("force_N,temperature_C\n1,2\n", "line 1", "force_N,temperature_C"),
-        ("force_N,travel_mm\n1,0\n2\n3,2\n", "line 3, column 'travel_mm'", ""),
-        ("force_N,travel_mm\n1,5,0,5\n", "line 2", 4),
-        ("force_N,travel_mm\n1,0\n\n2,1\n", "line 4", "2,1"),
-        ("force_N,stroke_mm,position_mm\n1,0,0\n", "line 1", "position_mm"),
-        ("force_N,travel_mm\n1,0\n2,1\nforce_N,travel_mm\n", "line 4", "force_N,travel_mm"),
-    ],
-)
-def test_wrong_file_is_refused_with_its_place(content, place, value, tmp_path):
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, content)
-    assert caught.value.field == f"{tmp_path / 'test.csv'}, {place}"
-    assert caught.value.value == value
-
-
 CURVE = [(round(0.1 * row, 1), round(0.5 * row**1.5, 3)) for row in range(30)]  # [mm, N]
 
 
@@ -139,50 +120,6 @@ def test_unit_is_read_wherever_the_file_says_it(content, columns, force, travel,
     np.testing.assert_allclose(specimen.force, [force * F for _, F in CURVE])
     np.testing.assert_allclose(specimen.travel, [travel * x for x, _ in CURVE])
     assert specimen.notes == ()
-
-
-@pytest.mark.parametrize(
-    ("content", "columns", "value"),
-    [
-        ("Load (V),Travel (mm)\n", "force=Load (V)", "V"),
-        ("Load (V),Travel (mm)\n", "force=Load", "V"),
-        ("Load (V),Travel (mm)\n", "force=1,travel=2", "V"),
-        ("Load (counts),Travel (mm)\n", "force=Load (counts)", "counts"),
-        ("Load_raw,Travel (mm)\n", "force=Load_raw", "raw"),
-        ("Load (N),Strain (%)\n", "travel=Strain (%)", "%"),
-        ("Load (N),Strain....\n", "travel=Strain....", "...."),
-        ("Load (N),Speed mm/s\n", "travel=Speed mm/s", "mm/s"),
-        ("Load (N),Turns (rev)\n", "travel=Turns (rev)", "rev"),
-        ("Torque (N m),Travel\n", "force=Torque (N m)", "N m"),
-        ("Load (N),Weg_fathom\n", "travel=Weg_fathom", "fathom"),
-        ("Load unit: kN\nLoad (N),Travel (mm)\n", None, "kN"),
-        ("Load unit: V\nLoad,Travel (mm)\n", None, "V"),
-        ("Load cell: 5 kN\nLoad,Travel (mm)\n", None, "Load cell: 5 kN"),
-        ("Unit system: Imperial\nLoad,Travel\n", None, "Imperial"),
-        ("Load,Travel (mm),Peak load (kN)\n", None, "Peak load (kN)"),
-    ],
-)
-def test_unit_that_contradicts_or_is_of_another_quantity_is_refused(content, columns, value, tmp_path):
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, content + lines_of(CURVE, "{F},{x},0" if content.count(",") > 1 else "{F},{x}"), columns)
-    assert caught.value.value == value
-
-
-@pytest.mark.parametrize(
-    ("below", "value"),
-    [
-        ("\nForce unit: kN\n", "kN"),
-        ("\nLoad (kN),12.3\n", "Load (kN)"),
-        ("(kN),(mm)\n", "(kN)"),
-        ("Units,kN,mm\n", "kN"),
-    ],
-)
-def test_unit_below_a_table_without_one_is_not_passed_over(below, value, tmp_path):
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, "Force,Travel (mm)\n" + lines_of(CURVE) + below)
-    assert caught.value.value == value
-    with pytest.raises(InputError):
-        read(tmp_path, unit_column("N", "mm").replace("1.414,N", "1.414,kN"))
 
 
 RESULTS = "Specimen,Force (kN),Travel (mm)\n1,0.075,2.9\n"
@@ -233,16 +170,6 @@ def test_line_of_text_and_a_cut_last_line_are_left_out_and_named(tmp_path):
         with pytest.raises(InputError) as caught:
             read(tmp_path, "\n".join([*lines[:15], cut.replace("gauge not found", "1,x"), *lines[15:]]))
         assert "line 16" in caught.value.field
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["Travel: {x} mm, Force: {F} N", "force_N:{F},travel_mm:{x}", "Force={F} Travel={x}"],
-)
-def test_labels_in_each_line_are_refused(text, tmp_path):
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, lines_of(CURVE, text))
-    assert "line 1" in caught.value.field
 
 
 @pytest.mark.parametrize(("first", "unit"), [(2**32 - 1000, "ms"), (2**32 - 1000, "us"), (86399.5, "s of a day")])

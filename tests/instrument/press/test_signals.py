@@ -48,32 +48,6 @@ def test_unit_that_is_not_given_is_noted():
     assert signal_of("t_s,counts_l,counts_h\n0,81238,20138\n").notes == ()  # counts have none
 
 
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("", "press.csv, line 1"),
-        (HEAD, "press.csv"),
-        ("0,1,2\n0,1,2\n", "press.csv, line 1"),
-        ("t_s,F_l_stone,F_h_N\n", "press.csv, line 1, column 'F_l_stone'"),
-        ("t_s,F_1_N,F_2_N,F_3_N,F_4_N\n", "press.csv, line 1"),
-        ("t_s,F_l_N,F_h_N,F_3_N\n", "press.csv, line 1, column 'F_3_N'"),
-        ("t_s,F_l_N,F_h_N,counts_l,counts_h\n", "press.csv, line 1, column 'F_l_N'"),
-        ("t_s,F_l_N\n", "press.csv, line 1"),
-        ("F_l_N,F_h_N\n", "press.csv, line 1"),
-        ("t_s,F_l_N,F_l_mN,F_h_N\n", "press.csv, line 1, column 'F_l_mN'"),
-        (HEAD + "0,0,25,0,5\n", "press.csv, line 2"),
-        (HEAD + "0,1\n", "press.csv, line 2"),
-        (HEAD + "0,1,2\n1,one,2\n", "press.csv, line 3, column 'F_l_N'"),
-        (HEAD + "0,1,nan\n", "press.csv, line 2, column 'F_h_N'"),
-        (HEAD + "1,1,2\n0.5,1,2\n", "press.csv, line 3, column 't_s'"),
-    ],
-)
-def test_bad_signal_is_an_error_that_says_where(text, place):
-    with pytest.raises(InputError) as caught:
-        list(signal_of(text))
-    assert caught.value.field == place
-
-
 def test_stream_is_read_line_by_line():
     """No more of a stream is taken than the lines that were asked for."""
     lines = itertools.chain([HEAD], (f"{number},0.2,0.5\n" for number in itertools.count()))

@@ -73,45 +73,6 @@ def test_numbers_are_those_of_python(value):
     assert is_number(repr(value).replace(".", ","))
 
 
-@pytest.mark.parametrize(
-    ("content", "field", "value"),
-    [
-        ("", "table.csv", ""),
-        ("\n \n", "table.csv", ""),
-        (b"\x7fELF\x00\x00\x01", "table.csv", "bytes"),
-        (b"tip,force_N\n\x81,1\n", "table.csv", "bytes"),
-        ("tip,force_N,travel_mm\n", "table.csv", 0),
-        ("tip,force_dyn\n", "line 1, column 'force_dyn'", "dyn"),
-        ("tip,force_MN\n", "line 1, column 'force_MN'", "MN"),
-        ("tip,force\n", "line 1, column 'force'", ""),
-        ("tip,mass_g\n", "line 1", "tip,mass_g"),
-        ("tip,force_N,weight_g\n", "line 1, column 'weight_g'", "weight_g"),
-        (PLAIN + "low,abc,1\n", "line 3, column 'force_N'", "abc"),
-        (PLAIN + "low,nan,1\n", "line 3, column 'force_N'", "nan"),
-        (PLAIN + "low,1e999,1\n", "line 3, column 'force_N'", "1e999"),
-        (PLAIN + "low,1e-99999999999999999999,1\n", "line 3, column 'force_N'", "1e-99999999999999999999"),
-        (PLAIN + "low,\u0661,1\n", "line 3, column 'force_N'", "\u0661"),
-        (PLAIN + "low,1_0,1\n", "line 3, column 'force_N'", "1_0"),
-        (PLAIN + "low,,1\n", "line 3, column 'force_N'", ""),
-        (PLAIN + "low,1000.5,1\n", "line 3, column 'force_N'", "1000.5"),
-        (PLAIN + "low,-1000.5,1\n", "line 3, column 'force_N'", "-1000.5"),
-        (PLAIN + "low,1,0,5\n", "line 3", 4),
-        (PLAIN + "low,1\n", "line 3", 2),
-        (PLAIN + '"low,1,2\n', "line 3", '"low,1,2'),
-        (PLAIN + "low," + "1" * 200_000 + ",2\n", "line 3", "low," + "1" * 36),
-        ("tip;force_N;travel\nlow;1,5;0.5\n", "line 2", "1,5"),
-        ("tip;force_N;travel\nlow;1,500;2,000\n", "line 2", "1,500"),
-    ],
-)
-def test_what_is_no_table_is_refused_with_its_place(content, field, value, source):
-    path = source(content)
-    with pytest.raises(InputError) as caught:
-        read_table(path)
-    assert caught.value.field == (str(path) if field == "table.csv" else f"{path}, {field}")
-    assert caught.value.value == value
-    assert "\n" not in str(caught.value)
-
-
 def test_largest_number_is_allowed(source):
     table = read_table(source("tip,force_kN,travel_mm\nlow,1,0\n"))
     assert table.numbers["force"].tolist() == [1e3]
