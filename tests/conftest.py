@@ -39,6 +39,14 @@ def _no_width_of_a_terminal():
         yield
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _no_lines_of_progress():
+    """Let a busy machine print no line on what a command is at: tests count the lines of an error."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("twintip.commands.progress.FIRST_LINE_S", 3600.0)
+        yield
+
+
 @pytest.fixture
 def rng():
     """Return a generator that starts the same in every test."""
