@@ -17,11 +17,13 @@ from OCP.HLRBRep import HLRBRep_Algo, HLRBRep_HLRToShape
 
 from cad.drawing.canvas import Canvas, Point
 
-Side = Literal["left", "behind"]
+Side = Literal["left", "behind", "corner"]
 # Towards the eye, and what is to the right, of a sensor whose tips lie along x and whose front is at -y.
 _EYES: dict[Side, tuple[gp_Dir, gp_Dir]] = {
     "left": (gp_Dir(-1.0, 0.0, 0.0), gp_Dir(0.0, -1.0, 0.0)),
     "behind": (gp_Dir(0.0, 1.0, 0.0), gp_Dir(-1.0, 0.0, 0.0)),
+    # From the right, before and above: 60 degrees from the front, 25 above the level.
+    "corner": (gp_Dir(0.7849, -0.4532, 0.4226), gp_Dir(0.5, 0.8660, 0.0)),
 }
 _FULL_DEG = 360.0
 _STEPS = 24  # straight lines for a curve that is no arc of a circle
@@ -30,10 +32,9 @@ _SAME_MM = 1e-3  # lines nearer to each other are one
 
 def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
     """Return the edges of a solid that are seen from a side [mm], in the plane z = 0."""
-    towards, right = _EYES[side]
     algorithm = HLRBRep_Algo()
     algorithm.Add(shape.wrapped)
-    algorithm.Projector(HLRAlgo_Projector(gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), towards, right)))
+    algorithm.Projector(HLRAlgo_Projector(_frame(side)))
     algorithm.Update()
     algorithm.Hide()
     lines = HLRBRep_HLRToShape(algorithm)
@@ -43,6 +44,19 @@ def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
             BRepLib.BuildCurves3d_s(compound)
             edges += cq.Shape(compound).Edges()
     return edges
+
+
+def _frame(side: Side) -> gp_Ax2:
+    """Return the axes of a view from a side: its z towards the eye, its x to the right."""
+    towards, right = _EYES[side]
+    return gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), towards, right)
+
+
+def point_in_view(point: cq.Vector, side: Side) -> Point:
+    """Return where a point [mm] is in the view from a side."""
+    frame = _frame(side)
+    x, y = (point.dot(cq.Vector(axis)) for axis in (frame.XDirection(), frame.YDirection()))
+    return x, y
 
 
 def draw_view(canvas: Canvas, edges: Sequence[cq.Edge], at: Point) -> None:

@@ -8,6 +8,7 @@ import cadquery as cq
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
+from cad.fabrication.exploded import write_exploded
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
 from cad.fabrication.plate import write_plate
@@ -35,7 +36,7 @@ class MakerFiles:
 
 
 def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path) -> MakerFiles:
-    """Write the drawing, coupon, cover, bracket, plate, bom.csv and fabrication.md; return what was written.
+    """Write the drawing, coupon, cover, bracket, plate, exploded view, bill and sheet; return what was written.
 
     A signal path has its wiring plan, wiring.svg, too.
 
@@ -71,6 +72,8 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     if signal is not None:
         paths.append(folder / "wiring.svg")
         write_wiring(paths[-1], sensor.tips.names, housing.plates, signal.board)
+    paths.append(folder / "exploded.svg")
+    write_exploded(sensor, bill, paths[-1])
     texts = {
         "bom.csv": bill_csv(bill),
         "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),

@@ -34,7 +34,7 @@ TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
 SHEETS = [
     "drawing.dxf", "drawing.svg", "drawing.pdf", "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step",
-    "mount.stl", "plate.3mf", "bom.csv", "fabrication.md",
+    "mount.stl", "plate.3mf", "exploded.svg", "bom.csv", "fabrication.md",
 ]  # fmt: skip
 
 

@@ -1,0 +1,50 @@
+"""The picture of the sensor taken apart: nothing overlaps along the screws, and numbers are rows of the bill."""
+
+import itertools
+import re
+
+import pytest
+from squares import RESIN, square_sensor
+
+from cad.fabrication.bill import bill_of_materials
+from cad.fabrication.exploded import exploded, write_exploded
+from cad.parts.assembly import assembly_bodies
+from sensor.design.processes import PROCESSES
+
+MASSES = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
+PROCESS = {"sensor": PROCESSES["fdm-petg"], "pinned": PROCESSES["fdm-petg"], "square": RESIN}
+SHOWN = {
+    "sensor": ["screw", "washer", "housing", "mount", "washer", "nut"],
+    "pinned": ["screw", "washer", "cover", "housing", "cover", "mount", "washer", "nut", "pin"],
+    "square": ["screw", "washer", "cover", "housing", "dowel", "housing", "cover", "mount", "washer", "nut"],
+}
+
+
+@pytest.fixture(params=list(SHOWN))
+def case(request):
+    """Return a sensor, its bill, and the parts of which a picture shows groups."""
+    shown = square_sensor() if request.param == "square" else request.getfixturevalue(request.param)
+    return shown, bill_of_materials(shown, PROCESS[request.param], MASSES), SHOWN[request.param]
+
+
+def test_every_body_but_the_fruit_is_shown_and_none_overlaps_another_kind(case):
+    shown, _, _ = case
+    groups = exploded(shown)
+    names = {body.name for group in groups.values() for body in group}
+    assert names == {body.name for body in assembly_bodies(shown)} - {"fruit"} | {"mount"}
+    spans = []
+    for place, group in groups.items():
+        if not place.startswith("pin"):
+            boxes = [body.shape.BoundingBox() for body in group]
+            spans.append((min(box.ymin for box in boxes), max(box.ymax for box in boxes)))
+    assert all(end < start for (_, end), (start, _) in itertools.pairwise(spans))
+
+
+@pytest.mark.slow
+def test_numbers_are_those_of_the_bill_and_stand_apart(case, tmp_path):
+    shown, bill, parts = case
+    write_exploded(shown, bill, tmp_path / "exploded.svg")
+    text = (tmp_path / "exploded.svg").read_text(encoding="utf-8")
+    balloons = [(float(x), int(number)) for x, number in re.findall(r'<text x="(\S+)"[^>]*>(\d+)</text>', text)]
+    assert sorted(bill[number - 1].part for _, number in balloons) == sorted(parts)
+    assert all(first + 7.0 < second for (first, _), (second, _) in itertools.pairwise(balloons))
