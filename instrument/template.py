@@ -34,7 +34,8 @@ def template_parts(template: str, **values: object) -> list[RenderableType]:
         heads, *rows = (escape(line).split(_BAR) for line in block)
         table = Table()
         for index, head in enumerate(heads):
-            table.add_column(head.strip(), justify="right" if index else "left")
+            # A narrow terminal breaks a number over two lines, and cuts none.
+            table.add_column(head.strip(), justify="right" if index else "left", overflow="fold")
         for row in rows:
             table.add_row(*row)
         parts.append(table)

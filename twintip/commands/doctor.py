@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from pipeline.storage.cache import cache_folder
 from pipeline.storage.versions import declared_packages, installed_version
@@ -52,7 +52,8 @@ def run(_arguments: Namespace) -> Iterator[Answer]:
     yield Answer(code=PASSED, text=f"imports {len(IMPORTS)} packages, which takes some seconds")
     with showing_progress(f"imports {', '.join(IMPORTS)}"):
         rows = examination()
-    table = Table("what", "found", "", "remark", title="what this machine has")
+    heads = ("what", "found", "", "remark")
+    table = Table(*(Column(head, overflow="fold") for head in heads), title="what this machine has")
     for row in rows:
         table.add_row(row.name, escape(row.found), f"[{_COLOURS[row.status]}]{row.status}[/]", escape(row.remark))
     is_wrong = any(row.status == "wrong" for row in rows)

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from sensor.design.processes import PROCESSES, Process
@@ -17,7 +17,8 @@ def process_list(own: Process | None) -> Answer:
     """Return every process with its numbers, one column each, and the design's own if it has one."""
     processes = [*PROCESSES.values(), *([] if own is None else [own])]
     records = [dataclasses.asdict(process) for process in processes]
-    table = Table("", *(record["name"] for record in records), title="print processes")
+    heads = ("", *(record["name"] for record in records))
+    table = Table(*(Column(head, overflow="fold") for head in heads), title="print processes")
     for key in records[0]:
         if key not in ("name", "sources"):
             table.add_row(key, *(str(record[key]) for record in records))

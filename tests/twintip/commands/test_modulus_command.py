@@ -38,6 +38,15 @@ def law_of_hertz(monkeypatch):
     monkeypatch.setattr("instrument.compress.modulus.solved_law", law)
 
 
+@pytest.mark.usefixtures("law_of_hertz")
+@pytest.mark.parametrize("words", [["modulus", "fruit-0.8.csv", "--radius", "35"], ["design", "--list-processes"]])
+def test_narrow_terminal_cuts_no_number(words, files, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "60")
+    assert files
+    assert main(words) == 0
+    assert "…" not in capsys.readouterr().out
+
+
 def test_json_is_a_list_with_the_contract_s_keys(files, capsys):
     assert main(["modulus", *files, "--json", "--height", "70", "--radius", "35"]) == 0
     rows = json.loads(capsys.readouterr().out)
