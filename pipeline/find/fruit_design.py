@@ -30,7 +30,7 @@ PRESETS = ("apple", "avocado", "kiwi", "mango", "orange", "peach", "pear", "plum
 MOST_TRIALS = 30
 MOST_RUNS = 4
 TOLERANCE = 0.01  # of the springs whose contact is good enough for the bars of readings
-_LEAST_SPACING_MM = 4.0
+_LEAST_SPACING_MM = 4.5  # smaller sensors have leaves less deep, which a tilted fruit pushes sideways
 _BEYOND_SIDE_MM = 0.5  # between two neighbouring tips, as in the preset
 _OF_DEPTH = 0.6  # by which the corners of the piece of fruit lie below its top
 _OF_THINNEST = 0.9  # the same for the roundest fruit with the thinnest flesh, whose corners must lie on it too
@@ -86,8 +86,9 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
     preset_fruit = preset.fruit
     preset_range = fruit_of(preset)
     moduli = fruit.moduli_MPa
-    # As large as the fruit is, but no smaller than plates and leaves can be printed.
-    length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, _LEAST_SPACING_MM / tips.spacing_mm)
+    # As large as the fruit is, but no smaller than the preset where its tips are close together already.
+    smallest = min(1.0, _LEAST_SPACING_MM / tips.spacing_mm)
+    length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, smallest)
     modulus_ratio = _middle_modulus(fruit) / _middle_modulus(preset_range)
     spacing = _nearest(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
     # The fruit of the design lies within the ranges where that of the preset lies within its own.

@@ -94,7 +94,7 @@ def test_fruit_starts_from_the_preset_most_like_it_and_is_told_what_it_lacks(fru
     )
     ((fruit, preset, keep),) = fruits
     assert fruit.E_max_MPa == 2.0
-    assert preset.fruit == load_design("peach").fruit
+    assert preset.fruit == load_design("tomato").fruit
     assert (preset.name, preset.reading.tilt_deg, keep) == ("ball", 3.0, {"reading.tilt_deg"})
     line = capsys.readouterr().out.splitlines()[1]
     assert re.findall(r"[\d.]+", line.partition(": ")[2])[:3] == ["5.190", "0.080", "5"]
@@ -105,7 +105,7 @@ def test_nearest_fruit_that_has_a_sensor_is_told_with_its_command(monkeypatch, c
     asked = ["suggest", "--fruit", "radius 26, E 0.3 to 2"]
     assert main([*asked, "--json"]) == 1
     data = json.loads(capsys.readouterr().out)
-    assert (data["preset"], data["nearest_fruit"], data["passes"]) == ("peach", "radius 27, E 0.4 to 2", False)
+    assert (data["preset"], data["nearest_fruit"], data["passes"]) == ("tomato", "radius 27, E 0.4 to 2", False)
     assert main(asked) == 1
     command = capsys.readouterr().out.splitlines()[-1].partition(": ")[2]
     assert shlex.split(command) == ["pipeline", "suggest", "--fruit", data["nearest_fruit"]]
@@ -124,7 +124,7 @@ def test_progress_names_the_preset_and_not_the_new_design(monkeypatch):
     monkeypatch.setattr(suggest, "showing_progress", lambda *_, **__: nullcontext(told.append))
     assert main(["suggest", "--fruit", "radius 26, E 0.3 to 2", "--out", "ball.toml"]) == 1
     (line,) = told
-    assert "peach" in line.split()
+    assert "tomato" in line.split()
 
 
 def test_fruit_of_a_preset_is_known_by_its_name(fruits):
