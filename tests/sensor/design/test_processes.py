@@ -13,12 +13,8 @@ each_process = pytest.mark.parametrize("process", PROCESSES.values(), ids=PROCES
 
 
 @each_process
-def test_every_number_has_one_source(process):
-    given = {name for name in NUMBERS if getattr(process, name) is not None}
-    assert {field for field, _ in process.sources} == given
-    assert len(process.sources) == len(given)
-    for name in given:
-        assert len(dict(process.sources)[name]) > len("typical"), name
+def test_every_source_says_more_than_that_a_number_is_typical(process):
+    assert [name for name, source in process.sources if len(source) <= len("typical")] == []
 
 
 @each_process
@@ -36,28 +32,6 @@ def test_moduli_lie_where_their_kind_does(process):
     assert process.strain_limit * process.E_MPa < (25.0 if plastic else 500.0)  # stress [MPa]
 
 
-@pytest.mark.parametrize("name", [name for name in NUMBERS if name not in ("line_width_mm", "layer_mm")])
-@pytest.mark.parametrize("value", ["1", None])
-def test_number_that_is_none_is_refused(name, value):
-    with pytest.raises(InputError) as error:
-        dataclasses.replace(PROCESSES["fdm-petg"], **{name: value})
-    assert error.value.field == f"process fdm-petg.{name}"
-
-
-@pytest.mark.parametrize(("name", "value"), [("accuracy_mm", 0.37), ("E_scatter", 0.24)])
-def test_print_that_may_have_no_leaf_or_no_modulus_left_is_refused(name, value):
-    with pytest.raises(InputError) as error:
-        dataclasses.replace(PROCESSES["fdm-petg"], **{name: value})
-    assert error.value.field == f"process fdm-petg.{name}"
-
-
-@pytest.mark.parametrize("name", ["creep_per_decade", "creep_scatter"])
-def test_creep_without_its_spread_is_refused(name):
-    with pytest.raises(InputError) as error:
-        dataclasses.replace(PROCESSES["fdm-petg"], **{name: None}, sources=without(name))
-    assert error.value.field == f"process fdm-petg.{name}"
-
-
 @each_process
 def test_plastics_creep_and_metals_do_not(process):
     """By less than a tenth in a decade, known to no better than a quarter of it."""
@@ -68,17 +42,32 @@ def test_plastics_creep_and_metals_do_not(process):
         assert process.creep_scatter >= 0.25 * process.creep_per_decade
 
 
+PETG = PROCESSES["fdm-petg"]
+
+
 def without(name):
     """Return the sources of PETG but that of one number."""
-    return tuple(item for item in PROCESSES["fdm-petg"].sources if item[0] != name)
+    return tuple(item for item in PETG.sources if item[0] != name)
 
 
-def test_number_without_a_source_is_refused():
-    petg = PROCESSES["fdm-petg"]
-    for key, sources in (("E_MPa", without("E_MPa")), ("colour", (*petg.sources, ("colour", "a guess")))):
-        with pytest.raises(InputError) as error:
-            dataclasses.replace(petg, sources=sources)
-        assert error.value.field == f"process fdm-petg.{key}"
+NEEDED = [name for name in NUMBERS if name not in ("line_width_mm", "layer_mm")]
+
+
+@pytest.mark.parametrize(
+    ("field", "changes"),
+    [
+        *((name, {name: value}) for name in NEEDED for value in ("1", None)),
+        ("accuracy_mm", {"accuracy_mm": 0.37}),  # a leaf of 0.8 mm may have nothing left
+        ("E_scatter", {"E_scatter": 0.24}),  # a modulus may have nothing left
+        *((name, {name: None, "sources": without(name)}) for name in ("creep_per_decade", "creep_scatter")),
+        ("E_MPa", {"sources": without("E_MPa")}),
+        ("colour", {"sources": (*PETG.sources, ("colour", "a guess"))}),
+    ],
+)
+def test_process_is_refused_by_its_wrong_number(field, changes):
+    with pytest.raises(InputError) as error:
+        dataclasses.replace(PETG, **changes)
+    assert error.value.field == f"process fdm-petg.{field}"
 
 
 TABLE = Path(sensor.design.processes.__file__).with_name("processes.toml")
