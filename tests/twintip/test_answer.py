@@ -1,7 +1,6 @@
 """An answer is printed as data or as text; a reader that has left ends a stream and undoes nothing else."""
 
 import json
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ from instrument.compress.bodies import KINDS
 from sensor.design.processes import PROCESSES
 from twintip.commands import console
 from twintip.commands.console import Answer, print_answer
-from twintip.flags import BODIES, COMMANDS, DEFAULT_PROCESS
+from twintip.flags import BODIES, DEFAULT_PROCESS
 
 TABLE = Table("head")
 DATA = {"a": [1.5, None], "b": "c"}
@@ -51,11 +50,6 @@ def test_reader_that_has_left_ends_a_stream_only(of_stream, monkeypatch):
     else:
         print_answer(Answer(code=0, text="x"), as_json=False)
     assert dropped == [True] * (not of_stream)
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_each_command_has_a_module_that_runs_it(name):
-    assert callable(import_module(COMMANDS[name].module).run)
 
 
 def test_choices_of_flags_are_those_of_the_code():

@@ -42,27 +42,10 @@ def test_page_and_editors_know_all_names_and_no_others():
         _ = twintip.springs_of
 
 
-def test_version_is_that_of_the_command(capsys):
-    assert main(["--version"]) == 0
-    assert capsys.readouterr().out.split()[:2] == ["twintip", twintip.__version__]
-
-
 def test_names_are_those_of_the_pipeline():
     for room, names in ((pipeline, pipeline.__all__), (study, set(study.__all__) - {"Engine"})):
         for name in names:
             assert getattr(twintip, name) is getattr(room, name)
-
-
-def test_cut_takes_its_volume_from_the_housing():
-    """A block of 2 x 3 mm through the whole depth of the frame, above the cavity."""
-    result = result_of()
-    whole = twintip.housing(result)
-    frame = result.springs.housing
-    middle = (0.0, 0.0, 0.5 * (frame.cavity_level + frame.top_level))
-    cut = whole.cut(cq.Workplane(origin=middle).box(2.0, 2.0 * frame.depth, 3.0))
-    lost = whole.val().Volume() - cut.val().Volume()
-    assert lost == pytest.approx(2.0 * 3.0 * frame.depth, abs=1e-9 * whole.val().Volume())  # the kernel's
-    assert cut.solids().size() == 1
 
 
 TAGS = {
@@ -93,7 +76,7 @@ def test_parts_are_solids_whose_named_faces_are_tags():
         assert parts[name].faces(tag="mounting_holes").size() == len(frame.holes)
 
 
-def test_assembly_has_the_parts_of_the_file_and_takes_constraints_on_their_tags(tmp_path):
+def test_assembly_has_the_parts_of_the_file_and_takes_constraints_on_their_tags():
     """A plate is put on the front cover by its rim, without a name that CadQuery cannot read."""
     result = result_of()
     assembly = twintip.assembly(result)
@@ -108,34 +91,6 @@ def test_assembly_has_the_parts_of_the_file_and_takes_constraints_on_their_tags(
     assembly.add(plate, name="plate").constrain("housing", "Fixed")
     assembly.constrain("housing?low_tip", "plate?under", "Plane").solve()
     assert assembly.objects["plate"].loc.toTuple()[0][2] == pytest.approx(-0.5, abs=1e-5)  # its middle, of casadi
-    assembly.export(str(tmp_path / "sensor.step"))
-    again = cq.Assembly.load(str(tmp_path / "sensor.step"))
-    assert {part.name for part in again.children} >= {"housing", "front_cover", "fruit"}
-
-
-def presses():
-    """Return two presses of a pair as a CSV file: forces that rise with the travel, and a sensor lifted between."""
-    depths = [*(0.03 * step for step in range(21)), *(0.03 * step for step in range(21))]
-    rows = [f"{0.02 * number},{x},{0.686 * x},{1.79 * x}" for number, x in enumerate(depths)]
-    return "\n".join(["t_s,x_mm,F_l_N,F_h_N", *rows, ""])
-
-
-def printed_lines(words, capsys):
-    """Run a command and return what it prints, one JSON object a line."""
-    capsys.readouterr()
-    assert main([str(word) for word in words]) == 0
-    return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-
-
-def test_presses_of_a_pair_are_read_as_by_the_command(tmp_path, capsys):
-    out = tmp_path / "out"
-    out.mkdir()
-    write_outputs(result_of(), out)
-    file = tmp_path / "press.csv"
-    file.write_text(presses(), encoding="utf-8")
-    readings = twintip.read_press(twintip.read_report(out), file)
-    assert len(readings) == 2
-    assert [as_data(reading) for reading in readings] == printed_lines(["read", out, file, "--json"], capsys)
 
 
 @pytest.fixture(scope="module")
@@ -161,9 +116,36 @@ def weights(tmp_path_factory):
     return path
 
 
-def test_unit_is_calibrated_and_written_as_firmware_as_by_the_commands(folder, weights, tmp_path):
-    unit, header, module = (tmp_path / name for name in ("unit.toml", "sensor.h", "sensor.py"))
-    assert main(["calibrate", str(folder), str(weights), "--out", str(unit), "--after", "60"]) in (0, 1)
+@pytest.fixture(scope="module")
+def press(tmp_path_factory):
+    """Return two presses of a pair: forces that rise with the travel, and a sensor lifted between."""
+    depths = 2 * [0.03 * step for step in range(21)]
+    rows = [f"{0.02 * number},{x},{0.686 * x},{1.79 * x}" for number, x in enumerate(depths)]
+    path = tmp_path_factory.mktemp("press") / "press.csv"
+    path.write_text("\n".join(["t_s,x_mm,F_l_N,F_h_N", *rows, ""]), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def unit(folder, weights, tmp_path_factory):
+    """Return the unit that the command calibrates by the weights."""
+    path = tmp_path_factory.mktemp("unit") / "unit.toml"
+    assert main(["calibrate", str(folder), str(weights), "--out", str(path), "--after", "60"]) in (0, 1)
+    return path
+
+
+@pytest.mark.parametrize("calibrated", [False, True])
+def test_presses_of_a_pair_are_read_as_by_the_command(calibrated, folder, press, unit, capsys):
+    readings = twintip.read_press(twintip.read_report(folder), press, *[unit] * calibrated)
+    capsys.readouterr()
+    assert main(["read", str(folder), str(press), "--json", *["--unit", str(unit)] * calibrated]) == 0
+    printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [as_data(reading) for reading in readings] == printed
+    assert len(readings) == 2
+
+
+def test_unit_is_calibrated_and_written_as_firmware_as_by_the_commands(folder, weights, press, unit, tmp_path):
+    header, module = tmp_path / "sensor.h", tmp_path / "sensor.py"
     written = ["--unit", str(unit), "--c-header", str(header), "--micropython", str(module)]
     assert main(["read", str(folder), *written]) == 0
     report = twintip.read_report(folder)
@@ -173,21 +155,16 @@ def test_unit_is_calibrated_and_written_as_firmware_as_by_the_commands(folder, w
     for of_unit in (unit, calibrated):
         assert twintip.c_header(report, of_unit) == header.read_text(encoding="utf-8")
         assert twintip.micropython(report, of_unit) == module.read_text(encoding="utf-8")
-    file = tmp_path / "press.csv"
-    file.write_text(presses(), encoding="utf-8")
-    assert twintip.read_press(report, file, calibrated) == twintip.read_press(report, file, unit)
-    assert twintip.read_press(report, file, unit) != twintip.read_press(report, file)
+    assert twintip.read_press(report, press, calibrated) == twintip.read_press(report, press, unit)
 
 
-def test_how_counts_are_written_is_handed_on(folder, weights, tmp_path, monkeypatch):
+def test_how_counts_are_written_is_handed_on(folder, weights, press, monkeypatch):
     report = twintip.read_report(folder)
     with pytest.raises(twintip.InputError) as raised:
         twintip.calibrate(report, weights, counts_as="unsigned")  # a table without counts
     assert raised.value.field == "--counts-as"
-    file = tmp_path / "press.csv"
-    file.write_text(presses(), encoding="utf-8")
     monkeypatch.setattr("instrument.press.presses.readings_of", lambda *_, counts_as: [counts_as])
-    assert twintip.read_press(report, file, counts_as="offset") == ["offset"]
+    assert twintip.read_press(report, press, counts_as="offset") == ["offset"]
 
 
 def test_what_no_unit_can_be_is_refused(folder, weights):
@@ -203,34 +180,18 @@ def test_what_no_unit_can_be_is_refused(folder, weights):
         assert raised.value.field == field
 
 
-@pytest.mark.slow
-def test_press_of_the_examples_is_read_as_by_the_command(tmp_path, capsys):
-    """By the unit that weights calibrated, with its classes."""
-    out = tmp_path / "out"
-    unit = tmp_path / "unit.toml"
-    twintip.run(twintip.load_design(EXAMPLES / "my-fruit.toml"), twintip.RunOptions(out=out, look=True, tolerance=0.02))
-    weights = ["calibrate", out, EXAMPLES / "weights.csv", "--out", unit, "--classes", "ripe:1.1,turning:2.3,unripe"]
-    assert main([str(word) for word in weights]) in (0, 1)
-    file = EXAMPLES / "press.csv"
-    readings = twintip.read_press(twintip.read_report(out), file, unit)
-    by_command = printed_lines(["read", out, file, "--unit", unit, "--json"], capsys)
-    assert [as_data(reading) for reading in readings] == by_command
-    assert readings[0].ripeness == "turning"
-
-
 def of_hertz(test, _count):
     law = hertz_law(test)
     return replace(law, others={POISSON: [law]})
 
 
-@pytest.mark.parametrize("file", ["fruit-1.csv", "fruit-2.csv", "fruit-3.csv"])
-def test_compression_test_is_evaluated_as_by_the_command(file, capsys, monkeypatch):
+def test_compression_test_is_evaluated_as_by_the_command(capsys, monkeypatch):
     """By Hertz's law for both: tests of the compression solve the force of the body."""
     monkeypatch.setattr(modulus, "solved_law", of_hertz)
+    file = EXAMPLES / "fruit-1.csv"
     body = twintip.Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
-    results = twintip.modulus(EXAMPLES / file, twintip.TestGeometry(body=body))
-    capsys.readouterr()
-    assert main(["modulus", str(EXAMPLES / file), "--height", "70", "--radius", "35", "--json"]) == 0
+    results = twintip.modulus(file, twintip.TestGeometry(body=body))
+    assert main(["modulus", str(file), "--height", "70", "--radius", "35", "--json"]) == 0
     by_command = json.loads(capsys.readouterr().out)
     numbers = [json.loads(json.dumps(as_data(result))) for result in results]
     assert [{**row, "notes": None} for row in numbers] == [{**row, "notes": None} for row in by_command]
