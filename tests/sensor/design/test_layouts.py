@@ -1,5 +1,8 @@
 """Layouts of tips: where they stand, on which springs, and what a design file may not ask of them."""
 
+import math
+from dataclasses import replace
+
 import pytest
 
 from sensor.design.design_file import design_from_mapping
@@ -9,33 +12,40 @@ from sensor.design.reading import Reading
 from sensor.design.tips import Press, Tips
 
 SPRINGS = GivenSprings(K_l_N_per_m=1200.0, K_h_N_per_m=20000.0)
-LINE = Tips(layout="line", order="LHL", outer_mm=0.1, spacing_mm=2.5)
 SQUARE = Tips(layout="square", spacing_mm=6.0)
 
 
-def test_pair_stands_on_the_length_axis():
-    tips = Tips()
-    assert tips.names == ("low", "high")
-    assert tips.places_mm == ((-4.0, 0.0), (4.0, 0.0))
-    assert tips.spring_groups == ((0,), (1,))
-
-
-def test_line_has_its_order_and_longer_ends():
-    assert LINE.springs == ("low", "high", "low")
-    assert LINE.names == ("low_1", "high", "low_2")
-    assert LINE.places_mm == ((-2.5, 0.0), (0.0, 0.0), (2.5, 0.0))
-    assert LINE.height_offset_mm == (0.0, -0.1, 0.0)
-    assert Tips(layout="line", order="HLH", spacing_mm=2.5).spring_groups == ((1,), (0, 2))
-
-
-def test_square_has_equal_springs_on_its_diagonals():
-    assert SQUARE.places_mm == ((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0))
-    assert SQUARE.springs == ("low", "high", "low", "high")
-    assert SQUARE.each(1.0, 2.0) == (1.0, 2.0, 1.0, 2.0)
-    low, high = SQUARE.spring_groups
-    for kind in (low, high):
-        first, second = (SQUARE.places_mm[tip] for tip in kind)
-        assert first == (-second[0], -second[1])
+@pytest.mark.parametrize(
+    ("tips", "names", "places", "groups", "heights"),
+    [
+        (Tips(), ("low", "high"), ((-4.0, 0.0), (4.0, 0.0)), ((0,), (1,)), (0.0, 0.0)),
+        (
+            Tips(layout="line", order="LHL", outer_mm=0.1, spacing_mm=2.5),
+            ("low_1", "high", "low_2"),
+            ((-2.5, 0.0), (0.0, 0.0), (2.5, 0.0)),
+            ((0, 2), (1,)),
+            (0.0, -0.1, 0.0),
+        ),
+        (
+            Tips(layout="line", order="HLH", spacing_mm=2.5),
+            ("high_1", "low", "high_2"),
+            ((-2.5, 0.0), (0.0, 0.0), (2.5, 0.0)),
+            ((1,), (0, 2)),
+            (0.0, 0.0, 0.0),
+        ),
+        (
+            SQUARE,  # equal springs on its diagonals
+            ("low_1", "high_1", "low_2", "high_2"),
+            ((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)),
+            ((0, 2), (1, 3)),
+            (0.0, 0.0, 0.0, 0.0),
+        ),
+    ],
+)
+def test_tips_stand_where_their_layout_says(tips, names, places, groups, heights):
+    assert (tips.names, tips.places_mm, tips.spring_groups) == (names, places, groups)
+    assert tips.height_offset_mm == heights
+    assert tips.springs == tips.each("low", "high") == tuple(name.partition("_")[0] for name in names)
 
 
 def test_springs_that_are_given_leave_no_targets_unless_the_file_has_them():
@@ -46,13 +56,10 @@ def test_springs_that_are_given_leave_no_targets_unless_the_file_has_them():
 
 def test_reading_lets_every_tip_travel_by_how_much_its_tilt_changes():
     """The farthest corner of a square of 6 mm is 4.24 mm away: 0.297 mm at 4 degrees. Travel counts from touch."""
-    level = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=Press(travel_mm=0.4))
-    assert level.full_travels_mm == (0.4, 0.4)
-    press = Press(travel_mm=0.4)
-    read = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=press, reading=Reading(tilt_deg=4.0))
-    assert read.full_travels_mm == (0.4, 0.4)
-    read = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=press, reading=Reading(tilt_change_deg=4.0))
-    assert read.full_travels_mm == pytest.approx((0.6967, 0.6967), abs=1e-4)
+    design = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=Press(travel_mm=0.4))
+    lowered = 3.0 * math.sqrt(2.0) * math.tan(math.radians(4.0))
+    for reading, more in ((None, 0.0), (Reading(tilt_deg=4.0), 0.0), (Reading(tilt_change_deg=4.0), lowered)):
+        assert replace(design, reading=reading).full_travels_mm == pytest.approx(2 * (0.4 + more,), rel=1e-12)
 
 
 def test_one_bruise_limit_for_each_modulus():
