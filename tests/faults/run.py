@@ -1,4 +1,4 @@
-"""Plant each fault in a copy of the checkout and run the tests that must fail for it.
+"""Plant each fault in a copy of the checkout and run the quick tests that must fail for it.
 
 `python tests/faults/run.py` tries all faults, `python tests/faults/run.py NAME...` some of them. A fault is caught if
 each of its tests fails, and survives if one passes. The exit code is 1 unless all are caught. The checkout itself is
@@ -40,7 +40,8 @@ def outcome_of(tests: Sequence[str], copy: Path, expected: Sequence[int] = (PASS
 
     What it prints is shown on stderr if the code is none of the expected ones.
     """
-    words = [sys.executable, "-m", "pytest", "-q", "-x", "--no-header", "-p", "no:cacheprovider", *tests]
+    quick = ["-m", "not slow and not study", "-p", "no:cacheprovider"]
+    words = [sys.executable, "-m", "pytest", "-q", "-x", "--no-header", *quick, *tests]
     environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": ""}
     try:
         done = subprocess.run(
