@@ -65,6 +65,7 @@ def nothing_solves(tmp_path, monkeypatch):
     sensor = importlib.import_module("pipeline.sensor")
     monkeypatch.setattr(sensor, "fruit_compliance", lambda *_: pytest.fail("solved"))
     monkeypatch.setattr("instrument.compress.modulus.solved_law", law_of_hertz)
+    monkeypatch.setattr("pipeline.study.tasks.solve_points", lambda *_: pytest.fail("solved"))
 
 
 def law_of_hertz(test, *_):
@@ -82,6 +83,17 @@ def stand(files):
             path.mkdir()
         else:
             path.write_text(text, encoding="latin-1")
+
+
+def files_of(group, named):
+    """Return the files of a row: those that it names, or the text of its group with what it replaces."""
+    if "text" not in group:
+        return named
+    text = group["text"]
+    for old, new in named.items():
+        assert old in text
+        text = text.replace(old, new)
+    return {"search.toml": text}
 
 
 def what_stands():
@@ -102,7 +114,7 @@ def test_command_line_is_refused(row, make, monkeypatch, capsys):
         monkeypatch.setattr(pipeline, "run", lambda *_, **__: pytest.fail("run"))
     for name in group.get("made", ()):
         make(name)
-    stand(group.get("stands", {}) | dict(*files))
+    stand(group.get("stands", {}) | files_of(group, dict(*files)))
     before = what_stands()
     first, *flags = shlex.split(f"{group['command']} {words}")
     assert main([first, *flags]) == 2
