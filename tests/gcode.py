@@ -24,7 +24,7 @@ class Printed:
         now = dict.fromkeys(("TYPE", "WIDTH", "HEIGHT", "Z"), "0")
         at, is_relative, rows = {"X": 0.0, "Y": 0.0, "E": 0.0}, "\nM83" in text, []
         self.corners = defaultdict(list)
-        self.objects = re.findall(r"^; printing object (\w+)", text, flags=re.MULTILINE)
+        self.objects = re.findall(r"^; printing object (.+) id:", text, flags=re.MULTILINE)
         for line in text.splitlines():
             if told := _TOLD.match(line):
                 now[told[1]] = told[2].strip()
@@ -49,13 +49,18 @@ class Printed:
         """Return the share of the length of lines that are chosen, of all or of some."""
         return float(self.length[chosen & of].sum() / self.length[of & (self.length > 0.0)].sum())
 
+    def common(self, values, near):
+        """Return the median of values [mm] if nearly all lines are near it: else one object has another."""
+        median = float(np.median(values))
+        return round(median, 2) if self.share(np.abs(values - median) < near) > 0.95 else None
+
     def settings(self, solid_mm3):
         """Return what the lines show of the settings of a print, of a solid of this volume."""
         infill = self.kind == "Internal infill"
         first, second = (np.array(self.corners[level]) for level in sorted(self.corners)[:2])
         return {
-            "layer": round(float(np.median(self.height)), 3),
-            "line width": round(float(np.median(self.width)), 2),
+            "layer": self.common(self.height, 0.01),
+            "line width": self.common(self.width, 0.03),
             "filled": bool(0.99 < self.volume / solid_mm3 < 1.04),
             "rectilinear": self.share(np.abs(self.angle % 90.0 - 45.0) < 1.0, infill) > 0.8,
             "perimeters": 1

@@ -4,7 +4,7 @@ Settings of a print stand beside the objects as in a project of PrusaSlicer. Oth
 """
 
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -55,27 +55,14 @@ class Package:
     faults: tuple[str, ...]
 
 
-Places = Sequence[tuple[float, float]]  # moves of the copies of a body on the bed [mm]
-
-
-def write_3mf(
-    bodies: Mapping[str, trimesh.Trimesh],
-    path: Path,
-    settings: Mapping[str, str] | None = None,
-    places: Mapping[str, Places] | None = None,
-) -> None:
+def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mapping[str, str] | None = None) -> None:
     """Write closed meshes [mm] with merged corners, each as the object of its name; raises OSError.
 
-    `settings` are those of PrusaSlicer, by its keys, for all objects. `places` has the moves of a body that is there
-    more than once, or not where its mesh is. The package is dated `file_date` and as plain as can be, without
-    extensions and 64-bit sizes, for old slicers.
+    `settings` are those of PrusaSlicer, by its keys, for all objects. The package is dated `file_date` and as plain as
+    can be, without extensions and 64-bit sizes, for old slicers.
     """
     meshes = [_object_text(number, name, mesh) for number, (name, mesh) in enumerate(bodies.items(), start=1)]
-    items = [
-        _item_text(number, move)
-        for number, name in enumerate(bodies, start=1)
-        for move in (places or {}).get(name, [None])
-    ]
+    items = [f'<item objectid="{number}"/>' for number in range(1, len(bodies) + 1)]
     parts = {name: text.replace("{more}", _SETTINGS_TYPE if settings else "") for name, text in _FRAME.items()}
     parts["3D/3dmodel.model"] = _MODEL.format(objects="\n".join(meshes), items="".join(items))
     if settings:
@@ -87,12 +74,6 @@ def write_3mf(
             part.compress_type = zipfile.ZIP_DEFLATED
             part.create_system = 0  # the same on every system
             package.writestr(part, text)
-
-
-def _item_text(number: int, move: tuple[float, float] | None) -> str:
-    """Return the XML of an object on the bed, moved there [mm]."""
-    moved = "" if move is None else f' transform="1 0 0 0 1 0 0 0 1 {move[0]:.9g} {move[1]:.9g} 0"'
-    return f'<item objectid="{number}"{moved}/>'
 
 
 def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str, str]) -> str:

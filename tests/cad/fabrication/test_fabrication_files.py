@@ -53,9 +53,9 @@ def sheet_of(sensor, title=TITLE, signal=None, folder="OUT", bench=None):
 
 @pytest.fixture(scope="module")
 def curved(sensor):
-    """Return the sensor over a curved fruit, with its name engraved."""
+    """Return the sensor between its covers, over a curved fruit, with its name engraved."""
     fruit = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
-    return replace(sensor, name="paper", fruit=fruit)
+    return replace(sensor, name="paper", fruit=fruit, housing=replace(sensor.housing, mount="covers"))
 
 
 def write_all(sensor, folder):
@@ -273,7 +273,7 @@ def test_slicer_prints_a_plate_by_its_settings_and_an_stl_by_the_profile(written
     profile = ("--brim-width", "3", "--bed-shape", "0x0,180x0,180x180,0x180")
     lines = sliced(plate, tmp_path, "--dont-arrange", "--gcode-label-objects", *profile)
     assert lines.settings(read_3mf(plate).mesh.volume) == PRINTED
-    assert set(lines.objects) == {"housing", "coupon", "mount"}  # washers hold this housing
+    assert set(lines.objects) == {"housing", "cover 1", "cover 2", "coupon", "mount"}
     other = sliced(bare, tmp_path, *profile).settings(read_stl(bare).volume)
     assert [name for name, setting in PRINTED.items() if other[name] == setting] == []
 

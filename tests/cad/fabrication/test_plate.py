@@ -3,10 +3,11 @@
 import itertools
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import trimesh
 
-from cad.fabrication.plate import GAP_MM, MARGIN_MM, ROW_MM, places_of
+from cad.fabrication.plate import GAP_MM, on_plate
 from cad.files.slicer_settings import slicer_settings
 from sensor.design.processes import PROCESSES
 
@@ -20,17 +21,17 @@ def test_parts_lie_apart_in_rows(rng, longest):
         size = rng.uniform(5.0, longest, 3)
         meshes[str(number)] = trimesh.creation.box(size).apply_translation(rng.uniform(-50.0, 50.0, 3))
     counts = {name: 1 + int(name) % 3 for name in meshes}
-    places = places_of(meshes, counts)
-    boxes = []
-    for name, moves in places.items():
-        assert len(moves) == counts[name]
-        low, high = meshes[name].bounds[:, :2]
-        boxes += [(low + move, high + move) for move in moves]
+    placed = on_plate(meshes, counts)
+    assert len(placed) == sum(counts.values())
+    volumes = sum(counts[name] * mesh.volume for name, mesh in meshes.items())
+    assert sum(mesh.volume for mesh in placed.values()) == pytest.approx(volumes)
+    boxes = [mesh.bounds[:, :2] for mesh in placed.values()]
     for (low, high), (other_low, other_high) in itertools.combinations(boxes, 2):
         assert ((high + GAP_MM < other_low + 1e-9) | (other_high + GAP_MM < low + 1e-9)).any()
-    for low, high in boxes:
-        assert (low > MARGIN_MM - 1e-9).all()
-        assert high[0] < MARGIN_MM + max(ROW_MM, high[0] - low[0]) + 1e-9
+    assert all((low > GAP_MM - 1e-9).all() for low, _ in boxes)
+    area = sum(float(np.prod(high - low)) for low, high in boxes)
+    side = max(float(high.max()) for _, high in boxes)
+    assert side < max(2.0 * area**0.5, 2.0 * longest)
 
 
 @pytest.mark.parametrize(("thickness", "perimeters"), [(0.4, "1"), (0.8, "1"), (1.2, "2"), (1.6, "2"), (2.0, "3")])
