@@ -22,6 +22,7 @@ _PROC = Path("/proc/self")
 ONE_THREAD = dict.fromkeys(("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 # Of a crash BrokenExecutor tells; loky would dump the stack too. An empty text turns that off, any other one on.
 _ENVIRONMENT = {**ONE_THREAD, "PYTHONFAULTHANDLER": ""}
+_LOKY = r"loky\.process_executor"  # not the one inside joblib
 _IDLE_SECONDS = 20.0  # after which a worker ends by itself: the workers of a killed process have no other end
 
 
@@ -42,6 +43,9 @@ def open_workers(count: int) -> Executor:
             "/proc", "absent", "", "mounted for worker processes", "mount it, or use another machine"
         )
     from loky import ProcessPoolExecutor
+
+    # Once it has meshed and solved, a worker holds more memory. loky then starts another one, and nothing is lost.
+    warnings.filterwarnings("ignore", "A worker was restarted", UserWarning, _LOKY)
 
     class Workers(ProcessPoolExecutor):  # type: ignore[misc]  # loky is untyped
         """Processes with a folder of their own for what a worker that is killed leaves unfinished."""
