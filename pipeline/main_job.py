@@ -118,7 +118,7 @@ def look(sensor: Sensor) -> SensorResult:
 
 
 @in_turn
-def evaluate(design: Design, options: RunOptions | None = None) -> SensorResult:
+def evaluate(design: Design, options: RunOptions | None = None, *, progress: Progress = silent) -> SensorResult:
     """Return every number, verdict and error of a design but the verdicts on its files; raises as `run`.
 
     Parameters
@@ -127,6 +127,8 @@ def evaluate(design: Design, options: RunOptions | None = None) -> SensorResult:
         What `load_design` returns.
     options : RunOptions, optional
         How exactly to solve.
+    progress : callable
+        Called with the name of each stage when it begins.
 
     Examples
     --------
@@ -135,7 +137,7 @@ def evaluate(design: Design, options: RunOptions | None = None) -> SensorResult:
     >>> round(K_l.value / K_l.limit, 2)
     1.0
     """
-    result = evaluated(Sensor(design=design, options=options or RunOptions()))
+    result = evaluated(Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress)))
     return replace(result, report=report_data(report_of_result(result)))
 
 

@@ -99,7 +99,7 @@ class CompressionResult:
 
 
 @in_turn
-def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]:
+def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count = silent) -> list[CompressionResult]:
     """Return the modulus [MPa] of each specimen in the file of a compression test, as `pipeline modulus` does.
 
     Raises InputError for a file that holds no force over travel, and for a curve that is no compression of a fruit.
@@ -111,6 +111,8 @@ def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]
         A table of force over travel.
     geometry : TestGeometry
         What was pressed, and between what.
+    progress : callable
+        Called with the numbers of parts of the work on a specimen that are done, and of all.
 
     Examples
     --------
@@ -119,7 +121,7 @@ def modulus(file: str | Path, geometry: TestGeometry) -> list[CompressionResult]
     >>> round(test.E_MPa, 1)
     0.7
     """
-    return [measured_modulus(specimen, geometry) for specimen in read_specimens(Path(file))]
+    return [measured_modulus(specimen, geometry, count=progress) for specimen in read_specimens(Path(file))]
 
 
 def measured_modulus(

@@ -43,8 +43,9 @@ class Stopwatch:
     """Adds up the seconds of named stages, which may be entered again, and inside each other: the inner one counts."""
 
     def __init__(self, progress: Progress = silent) -> None:
-        """Start the total; `progress` is told of each stage."""
+        """Start the total; `progress` is told of each stage that is another than the one before."""
         self._progress = progress
+        self._told = ""
         self._wall_start = time.perf_counter()
         self._cpu_start = time.process_time()
         self._wall_counted = self._wall_start
@@ -56,7 +57,10 @@ class Stopwatch:
     @contextmanager
     def stage(self, stage: str) -> Iterator[None]:
         """Count the seconds of a block to a stage."""
-        self._progress(f"{stage}: {WORK[stage]}" if stage in WORK else stage)
+        told = f"{stage}: {WORK[stage]}" if stage in WORK else stage
+        if told != self._told:
+            self._told = told
+            self._progress(told)
         self._count()
         self._entered.append(stage)
         try:

@@ -264,7 +264,10 @@ def test_error_is_made_of_its_shares():
 
 def test_law_and_friction_that_are_not_known_are_in_the_error_bar():
     """The curve that a press by another law, or with a grip, would give: read with the law of the product."""
-    law = solved_law(BALL)
+    counts = []
+    law = solved_law(BALL, lambda *count: counts.append(count))
+    assert counts == sorted(counts)
+    assert counts[0] == (0, counts[-1][0] + 1)  # each part but the last, while it is solved, is told
     for others in law.others.values():
         for other in others[-1:]:
             travel = np.concatenate([np.linspace(0.0, 0.9, 60), 1.0 + other.travels])

@@ -22,10 +22,13 @@ def test_stages_add_up_also_one_that_fails_and_are_told(monkeypatch):
             pass
     with pytest.raises(ZeroDivisionError), timed.stage("contact"):
         _ = 1 / 0
+    told_once = len(told)
     seconds = timed.seconds()
     assert seconds.wall == {"contact": 2.001, "springs": 1.0, "total": 7.003}
     assert seconds.cpu == {"contact": 2.001, "springs": 1.0, "total": 7.003}
     assert told == [f"{stage}: {WORK[stage]}" for stage in ("contact", "springs", "contact")]
+    with timed.stage("contact"):
+        assert len(told) == told_once  # the same stage goes on
 
 
 def test_seconds_of_a_stage_inside_another_one_count_to_the_inner_one(monkeypatch):
