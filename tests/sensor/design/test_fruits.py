@@ -61,8 +61,3 @@ def test_a_wrong_fruit_is_refused_by_its_key(key, value, field):
     with pytest.raises(InputError) as refused:
         NamedFruit.from_table("guava", {**TABLE, key: value})
     assert refused.value.field.startswith(f"fruit guava.{field}")
-
-
-def test_a_fruit_that_is_not_in_the_table_is_refused_with_one_that_is_like_it():
-    with pytest.raises(InputError, match="pear"):
-        fruit_range("paer")
