@@ -7,10 +7,8 @@ Mech. 27 (1960) 438), by the trapezoidal rule.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from measured_units import readings_at
 
-from instrument.press.presses import readings_of
-from instrument.press.signals import Signal, force_keys
-from pipeline.tables.rows import Rows
 from sensor.theory.contrast_law import ContrastLaw
 from solve.contact.relaxing import elastic_forces
 
@@ -90,10 +88,6 @@ def read_by_command(sensor, times, forces, rest=0.5):
     """Return what the command reads of a log that begins and ends in the air [N], (samples, tips)."""
     air = np.zeros((10, forces.shape[1]))
     before = np.linspace(-rest, -rest / 10, 10)
-    lines = [",".join(["t_s", *(f"{key}_N" for key in force_keys(forces.shape[1]))])]
-    rows = np.column_stack(
-        [np.concatenate([before, times, times[-1] + rest + before + 0.1 * rest]) + rest, np.vstack([air, forces, air])]
-    )
-    lines += [",".join(map(repr, row)) for row in rows.tolist()]
-    (reading,) = readings_of(sensor, Signal(Rows(lines, "press.csv"), forces.shape[1]))
+    t = np.concatenate([before, times, times[-1] + rest + before + 0.1 * rest]) + rest
+    (reading,) = readings_at(sensor, t, np.vstack([air, forces, air]))
     return reading

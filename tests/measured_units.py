@@ -16,8 +16,9 @@ from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.one_time import at_one_time
+from instrument.press.presses import readings_of
 from instrument.press.printed_unit import unit_of
-from instrument.press.signals import Sample
+from instrument.press.signals import Sample, Signal, force_keys
 from instrument.press.touches import PressSamples, presses_of
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import analyse_readings, reading_constants
@@ -28,6 +29,7 @@ from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import springs_for
 from pipeline.springs.sizing import spring_sizing
+from pipeline.tables.rows import Rows
 from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.theory.creep import CreepLaw
@@ -163,20 +165,43 @@ def read_log(sensor, rows):
     return press_reading(sensor, replace(deepest, touched_s=np.nan), timing)
 
 
+def text_of(head, rows):
+    """Return a table as text; `head` are its labels with commas between."""
+    return "\n".join([head, *(",".join(map(str, row)) for row in rows)])
+
+
+def lines_of(times, forces):
+    """Return a log of forces [N], (samples, tips), at times [s]."""
+    head = ",".join(["t_s", *(f"{key}_N" for key in force_keys(forces.shape[1]))])
+    return [head, *(",".join(map(repr, row)) for row in np.column_stack([times, forces]).tolist())]
+
+
+def readings_at(sensor, times, forces, **how):
+    """Return what the command reads of a log of forces [N], (samples, tips), at times [s]."""
+    log = Rows(lines_of(times, forces), "press.csv")
+    return list(readings_of(sensor, Signal(log, forces.shape[1]), **how))
+
+
+def with_read_out(sensor, **changed):
+    """Return a unit whose report has another read-out."""
+    return replace(sensor, report=replace(sensor.report, read_out=replace(sensor.report.read_out, **changed)))
+
+
+def with_design(sensor, **changed):
+    """Return a unit whose report has another design."""
+    return replace(sensor, report=replace(sensor.report, design=replace(sensor.report.design, **changed)))
+
+
 def with_heights(sensor, heights):
     """Return a unit whose report says that each tip stands out by so much more [mm]."""
-    read_out = sensor.report.read_out
-    gaps = tuple(np.subtract(read_out.gaps_mm, heights).tolist())
-    return replace(sensor, report=replace(sensor.report, read_out=replace(read_out, gaps_mm=gaps)))
+    gaps = np.subtract(sensor.report.read_out.gaps_mm, heights)
+    return with_read_out(sensor, gaps_mm=tuple(gaps.tolist()))
 
 
 def with_exact_tips(sensor):
     """Return a unit of a process that makes tips as high as designed."""
     process = replace(sensor.report.design.process, name="exact", accuracy_mm=1e-6)
-    design = replace(
-        sensor.report.design, print=replace(sensor.report.design.print, process=process.name), printer=process
-    )
-    return replace(sensor, report=replace(sensor.report, design=design))
+    return with_design(sensor, print=replace(sensor.report.design.print, process=process.name), printer=process)
 
 
 def stated_and_moved(sensor, forces, read, field, tip):

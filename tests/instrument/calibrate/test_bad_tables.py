@@ -1,35 +1,128 @@
-"""Tables of weights and of a plate with one fault: it is named, or the stiffnesses stay in their bar."""
+"""Tables of weights and of a plate with one fault: it is named, or the stiffnesses stay in their bar.
+
+The units are pairs of the paper with random gains and springs. Counts, dial and travel have noise and are rounded.
+"""
+
+from collections import Counter
 
 import numpy as np
 import pytest
-from bad_tables import COUNTS_PER_N, FAULTS, GRAM, PlantedUnit, outcomes
+from refusal import refusal
 
-from sensor.quantity import InputError
+from sensor.quantity import COVERAGE, InputError
 
-COUNTS = "tip,weight_g,deflection_mm,counts_l,counts_h\n"
+GRAM = 9.80665e-3  # [N]
+LOADS_G = ((0.0, 10.0, 20.0, 30.0, 40.0), (0.0, 100.0, 200.0, 300.0, 400.0))  # up, and down again
+COUNTS_PER_N = (1.5e6, 2.0e5)
+NOISE = 40.0  # counts
+TRAVEL_MM = 0.16
+FAULTS = ("none", "swapped", "late", "scaled", "dead", "drifting", "coarse", "one row")
+WEIGHTS = "tip,weight_g,deflection_mm,counts_l,counts_h"
+PLATE = "travel_mm,counts_l,counts_h"
+
+
+def text_of(head, rows, cell):
+    """Return a table whose rows are written by a format."""
+    return "\n".join([head, *(cell.format(*row) for row in rows)])
+
+
+def weights_of(rows):
+    return text_of(WEIGHTS, rows, "{},{:g},{:.3f},{:.0f},{:.0f}")
+
+
+def plate_of(rows, digits=4):
+    return text_of(PLATE, rows, f"{{:.{digits}f}},{{:.0f}},{{:.0f}}")
+
+
+class PlantedUnit:
+    """A unit of the pair with springs K [N/mm], 10 % off, and channels of its own, with gains 20 % off."""
+
+    def __init__(self, nominal, rng):
+        self.rng = rng
+        self.K = nominal * rng.normal(1.0, 0.1, 2).clip(0.75, 1.25)
+        crosstalk = np.eye(2) + 0.01 * rng.uniform(-1.0, 1.0, (2, 2)) * (1.0 - np.eye(2))
+        self.gains = crosstalk * COUNTS_PER_N * rng.uniform(0.8, 1.2, 2)
+        self.zero = rng.uniform(-3e5, 3e5, 2)
+
+    def counts(self, forces):
+        """Return whole counts of forces [N], (tips,)."""
+        clean = self.zero + self.gains @ forces + NOISE * self.rng.normal(size=2)
+        return np.rint(clean).tolist()
+
+    def weights(self):
+        """Return the rows of weights, up and down."""
+        rows = []
+        for tip, (name, loads) in enumerate(zip(("low", "high"), LOADS_G, strict=True)):
+            for load in (*loads, *loads[-2::-1]):
+                force = np.eye(2)[tip] * load * GRAM
+                deflection = force[tip] / self.K[tip] + 3e-4 * self.rng.normal()
+                rows.append([name, load, round(deflection, 3), *self.counts(force)])
+        return rows
+
+    def plate(self, late_mm=0.0, drift=0.0, digits=4, stiffer=1.0):
+        """Return the rows of a press on a plate, down and up; tips late by [mm], channels that drift.
+
+        `drift` is a fraction of the largest counts of each channel, from the first row to the last.
+        """
+        steps = np.concatenate([np.linspace(0.1, 1.0, 7), np.linspace(1.0, 0.1, 7)[1:]]) * TRAVEL_MM
+        largest = self.gains.diagonal() * self.K * TRAVEL_MM
+        rows = []
+        for part, travel in zip(np.linspace(0.0, 1.0, len(steps)), steps.tolist(), strict=True):
+            counts = self.counts(stiffer * self.K * np.maximum(travel - late_mm, 0.0))
+            shown = np.rint(counts + drift * largest * part).tolist()
+            rows.append([round(travel + 5e-5 * self.rng.normal(), digits), *shown])
+        return rows
+
+
+def planted(unit, fault):
+    """Return the rows of the tables of a unit with a fault of some size, at a place at random."""
+    rng = unit.rng
+    tip = int(rng.integers(2))
+    late = np.eye(2)[tip] * rng.uniform(0.05, 0.3) * TRAVEL_MM if fault == "late" else 0.0
+    drift = np.eye(2)[tip] * rng.uniform(-0.1, 0.1) if fault == "drifting" else 0.0
+    weights, plate = unit.weights(), unit.plate(late, drift, 2 if fault == "coarse" else 4)
+    if fault == "swapped":
+        for row in weights if rng.random() < 0.5 else plate:
+            row[-2:] = row[:-3:-1]
+    elif fault == "scaled":  # the travel, the dial of one tip, or the counts of one channel on the plate
+        factor = float(rng.choice([0.1, 0.5, 0.8, 0.9, 0.95, 0.98, 1.02, 1.05, 1.1, 1.25, 2.0, 10.0]))
+        kind = int(rng.integers(3))
+        rows, column = [(plate, 0), (plate, 1 + tip), (weights[9 * tip : 9 * tip + 9], 2)][kind]
+        for row in rows:
+            row[column] *= factor
+    elif fault == "dead":  # a channel shows one number, in one of the tables or in both
+        which = int(rng.integers(3))
+        for row in [*(weights if which != 1 else []), *(plate if which != 0 else [])]:
+            row[len(row) - 2 + tip] = 4711.0
+    elif fault == "one row":
+        rows, columns = [(plate, [0, 1 + tip]), (weights, [2, 3 + tip])][int(rng.random() < 0.5)]
+        row, column = rows[int(rng.integers(len(rows)))], int(rng.choice(columns))
+        row[column] *= float(rng.choice([-1.0, 0.0, 0.9, 1.1, 1.3, 10.0]))
+    return weights, plate
 
 
 @pytest.mark.parametrize("tables", [40, pytest.param(344, marks=pytest.mark.study)])
-def test_a_planted_fault_is_named_or_in_the_bar(tables, paper):
+def test_a_planted_fault_is_named_or_in_the_bar(tables, paper, calibrate):
     """The bar holds 95 % of tables without a fault: one of five, or three of 43, may miss it by chance."""
-    counted = outcomes(paper.report, tables, seed=23)
-    assert set(counted) == {"none", *FAULTS}
-    each = tables // len(counted)
-    assert counted["none"]["in the bar"] >= each - max(1, round(0.07 * each))
-    for fault in FAULTS:
-        assert counted[fault]["wrong"] <= max(0, round(0.05 * each) - 1)
-    for fault in ("swapped", "dead"):
-        assert counted[fault]["named"] == each
-
-
-def weights(unit, **spoilt):
-    """Return a table of weights up and down; `spoilt` has new cells by line and column."""
-    tables = unit.tables(np.zeros(2), np.zeros(2), 4)
-    rows = [[("low", "high")[int(row[0])], *row[1:]] for row in tables[0]]
-    for key, value in spoilt.items():
-        line, column = map(int, key.removeprefix("at_").split("_"))
-        rows[line - 2][column] = value
-    return COUNTS + "\n".join(",".join(map(str, row)) for row in rows)
+    rng = np.random.default_rng(23)
+    outcomes = Counter()
+    for number in range(tables):
+        fault = FAULTS[number % len(FAULTS)]
+        unit = PlantedUnit(paper.K, rng)
+        weights, plate = planted(unit, fault)
+        digits = 4 if any(round(row[0], 2) != row[0] for row in plate) else 2
+        try:
+            found = calibrate(paper.report, weights_of(weights), plate_of(plate, digits)).unit
+        except InputError:
+            outcomes[fault, "named"] += 1
+            continue
+        off = np.abs(np.array(found.stiffnesses) / unit.K - 1.0)
+        held = (off <= COVERAGE * 0.01 * np.array(found.K_percent)).all()
+        outcomes[fault, "in the bar" if held else "wrong"] += 1
+    each = tables // len(FAULTS)
+    assert outcomes["none", "in the bar"] >= each - max(1, round(0.07 * each))
+    assert all(outcomes[fault, "wrong"] <= max(0, round(0.05 * each) - 1) for fault in FAULTS[1:])
+    assert (outcomes["swapped", "named"], outcomes["dead", "named"]) == (each, each)
 
 
 @pytest.fixture
@@ -37,60 +130,49 @@ def unit(paper):
     return PlantedUnit(paper.K, np.random.default_rng(4))
 
 
-@pytest.mark.parametrize(("line", "column", "name"), [(4, 2, "deflection"), (6, 3, "counts_l"), (13, 4, "counts_h")])
-def test_the_row_that_does_not_fit_is_named(line, column, name, unit, paper, calibrate, tmp_path):
-    assert calibrate(paper.report, weights(unit)).unit.stiffnesses == pytest.approx(unit.K.tolist(), rel=0.01)
-    value = 4194303 if column > 2 else 0.9
-    with pytest.raises(InputError) as caught:
-        calibrate(paper.report, weights(unit, **{f"at_{line}_{column}": value}))
-    assert caught.value.field == f"{tmp_path / 'measured.csv'}, line {line}, column {name!r}"
-    assert caught.value.value == value
+@pytest.mark.parametrize(
+    ("lines", "column", "value", "place"),
+    [
+        ([4], 2, 0.9, ", line 4, column 'deflection'"),
+        ([6], 3, 4194303, ", line 6, column 'counts_l'"),
+        ([13], 4, 4194303, ", line 13, column 'counts_h'"),
+        (range(2, 20), 3, 0, ": counts_l over the weight on low"),
+        (range(2, 20), 4, 0, ": counts_h over the weight on high"),
+        (range(2, 20), 1, 1e-160, ": compliance of low"),
+    ],
+)
+def test_the_row_or_the_column_that_does_not_fit_is_named(
+    lines, column, value, place, unit, paper, calibrate, tmp_path
+):
+    rows = unit.weights()
+    assert calibrate(paper.report, weights_of(rows)).unit.stiffnesses == pytest.approx(unit.K.tolist(), rel=0.01)
+    for line in lines:
+        rows[line - 2][column] = value if column != 1 else value * rows[line - 2][column]
+    told = refusal(calibrate, paper.report, weights_of(rows))
+    assert told.field == f"{tmp_path / 'measured.csv'}{place}"
+    assert len(lines) > 1 or told.value == value
 
 
-def test_a_channel_that_shows_nothing_is_one_line(unit, paper, calibrate):
-    for column in (3, 4):
-        dead = {f"at_{line}_{column}": 0 for line in range(2, 20)}
-        with pytest.raises(InputError) as caught:
-            calibrate(paper.report, weights(unit, **dead))
-        assert ("counts_l", "counts_h")[column - 3] in caught.value.field
-
-
-def test_loads_and_travels_of_nothing_are_one_line(unit, paper, calibrate):
-    head, *rows = weights(unit).splitlines()
-    tiny = [",".join([cells[0], f"{cells[1]}e-160", *cells[2:]]) for cells in (row.split(",") for row in rows)]
-    with pytest.raises(InputError):
-        calibrate(paper.report, "\n".join([head, *tiny]))
-    plate = unit.tables(np.zeros(2), np.zeros(2), 4)[1]
-    lines = [f"{row[0]}e-300,{row[1]:.0f},{row[2]:.0f}" for row in plate]
-    with pytest.raises(InputError):
-        calibrate(paper.report, weights(unit), "\n".join(["travel_mm,counts_l,counts_h", *lines]))
-
-
-def plate_table(unit, K=1.0, late=0.0, digits=4):
-    """Return a press on a plate of a unit whose low spring shows a stiffness times K, its tip late by [mm]."""
-    stiffer = PlantedUnit(unit.K, np.random.default_rng(5))
-    stiffer.K, stiffer.gains, stiffer.zero = unit.K * [K, 1.0], unit.gains, unit.zero
-    plate = stiffer.tables(np.array([late, 0.0]), np.zeros(2), digits)[1]
-    rows = [f"{row[0]:.{digits}f},{row[1]:.0f},{row[2]:.0f}" for row in plate]
-    return "\n".join(["travel_mm,counts_l,counts_h", *rows])
+def test_travels_of_nothing_are_refused(unit, paper, calibrate):
+    tiny = text_of(PLATE, unit.plate(), "{}e-300,{:.0f},{:.0f}")
+    assert "travel" in str(refusal(calibrate, paper.report, weights_of(unit.weights()), tiny))
 
 
 def test_channels_on_a_plate_are_compared_with_each_other(unit, paper, calibrate):
     """Three per cent apart are refused, with the tip that weights contradict; less is in the bar."""
-    table = weights(unit)
-    with pytest.raises(InputError) as caught:
-        calibrate(paper.report, table, plate_table(unit, K=1.059))
-    assert "low" in caught.value.field
-    found = calibrate(paper.report, table, plate_table(unit, K=1.02)).unit
+    table = weights_of(unit.weights())
+    plates = [plate_of(unit.plate(stiffer=np.array([stiffer, 1.0]))) for stiffer in (1.059, 1.02, 1.0)]
+    assert "low" in refusal(calibrate, paper.report, table, plates[0]).field
+    found, good = (calibrate(paper.report, table, plate).unit for plate in plates[1:])
     assert abs(found.stiffnesses[0] / unit.K[0] - 1.0) < 0.02 * found.K_percent[0]
-    good = calibrate(paper.report, table, plate_table(unit)).unit
     assert good.K_percent[0] < 0.5 * found.K_percent[0]
 
 
 @pytest.mark.parametrize("share", [0.12, 0.15, 0.25])
 def test_a_tip_that_touches_late_is_named_or_in_the_bar(share, unit, paper, calibrate):
+    plate = plate_of(unit.plate(late_mm=np.array([share * TRAVEL_MM, 0.0])))
     try:
-        found = calibrate(paper.report, weights(unit), plate_table(unit, late=share * 0.16)).unit
+        found = calibrate(paper.report, weights_of(unit.weights()), plate).unit
     except InputError:
         return
     off = np.abs(np.array(found.stiffnesses) / unit.K - 1.0)
@@ -99,17 +181,10 @@ def test_a_tip_that_touches_late_is_named_or_in_the_bar(share, unit, paper, cali
 
 def test_a_plate_that_tells_less_than_the_weights_is_said_to(unit, paper, calibrate):
     """Travel to 0.01 mm of 0.16 mm: the note names both errors and the last digit."""
-    table = weights(unit)
-    assert calibrate(paper.report, table, plate_table(unit)).assumed == []
-    coarse = calibrate(paper.report, table, plate_table(unit, digits=2))
-    assert len(coarse.assumed) == 1
-    assert "0.01 mm" in coarse.assumed[0]
-
-
-def test_the_planted_unit_counts_its_forces(unit):
-    """By its gains, near those that are named."""
-    counts = np.array(unit.counts(np.array([20.0 * GRAM, 0.0]))) - unit.zero
-    assert counts[0] == pytest.approx(20.0 * GRAM * COUNTS_PER_N[0], rel=0.3)
+    table = weights_of(unit.weights())
+    assert calibrate(paper.report, table, plate_of(unit.plate())).assumed == []
+    (note,) = calibrate(paper.report, table, plate_of(unit.plate(digits=2), 2)).assumed
+    assert "0.01 mm" in note
 
 
 WEIGHED = [("low", 20.0 * k, 0.185 * k) for k in range(6)] + [("high", 100.0 * k, 0.043 * k) for k in range(5)]
@@ -117,7 +192,7 @@ WEIGHED = [("low", 20.0 * k, 0.185 * k) for k in range(6)] + [("high", 100.0 * k
 
 def table_of(rows, header="tip,weight_g,deflection_mm", names=("low", "high")):
     called = dict(zip(("low", "high"), names, strict=True))
-    return "\n".join([header, *(f"{called[tip]},{weight:.0f},{shown:.4f}" for tip, weight, shown in rows), ""])
+    return text_of(header, [(called[tip], *row) for tip, *row in rows], "{},{:.0f},{:.4f}")
 
 
 @pytest.mark.parametrize(
@@ -127,7 +202,7 @@ def table_of(rows, header="tip,weight_g,deflection_mm", names=("low", "high")):
         ("tip,Load [g],travel_mm", ("L", "H")),
         ("Tip,Mass (g),Displacement (mm)", ("l", "h")),
         ("Spitze,Masse [g],Weg [mm]", ("LOW", "high")),
-        ("Spitze;Gewicht in g;Verschiebung in mm".replace(";", ","), ("low", "high")),
+        ("Spitze,Gewicht in g,Verschiebung in mm", ("low", "high")),
     ],
 )
 def test_words_and_names_of_other_benches_give_the_same_springs(header, names, paper, calibrate):
@@ -136,20 +211,18 @@ def test_words_and_names_of_other_benches_give_the_same_springs(header, names, p
 
 
 @pytest.mark.parametrize("row", [3, 8])
-@pytest.mark.parametrize("change", ["weight x 10", "deflection x 10", "other tip", "letter"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda tip, weight, shown: (tip, f"{10.0 * weight:.0f}", shown),
+        lambda tip, weight, shown: (tip, weight, 10.0 * shown),
+        lambda tip, weight, shown: ({"low": "high", "high": "low"}[tip], weight, shown),
+        lambda tip, weight, shown: (tip, f"{weight:.0f}".replace("0", "O", 1), shown),
+    ],
+    ids=["weight x 10", "deflection x 10", "other tip", "letter"],
+)
 def test_a_typing_error_in_one_row_of_weights_is_named(row, change, paper, calibrate):
     rows = list(WEIGHED)
-    tip, weight, shown = rows[row]
-    changed = {
-        "weight x 10": (tip, 10.0 * weight, shown),
-        "deflection x 10": (tip, weight, 10.0 * shown),
-        "other tip": ({"low": "high", "high": "low"}[tip], weight, shown),
-        "letter": (tip, weight, shown),
-    }
-    rows[row] = changed[change]
-    lines = table_of(rows).splitlines()
-    if change == "letter":
-        lines[row + 1] = lines[row + 1].replace("0,", "O,", 1)
-    with pytest.raises(InputError) as caught:
-        calibrate(paper.report, "\n".join(lines))
-    assert f"line {row + 2}" in caught.value.field
+    rows[row] = change(*rows[row])
+    table = text_of("tip,weight_g,deflection_mm", rows, "{},{},{:.4f}")
+    assert f"line {row + 2}" in refusal(calibrate, paper.report, table).field

@@ -4,18 +4,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import read_press
+from measured_units import read_press, text_of
+from refusal import refusal
 from stand_ins import default_housing
 
 from cad.parts.coupon import modulus_factor
 from instrument.calibrate.calibration import measured_print, modulus_of_coupon
 from instrument.calibrate.unit_table import level_press, unit_table
-from sensor.quantity import InputError
 from sensor.theory.leaf_spring import pair_length, pair_stiffness
 from solve.contact.poses import Pose
 
 THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick
 GRAM = 9.80665e-3  # [N]
+TIPS = "tip,weight_g,deflection_mm"
+
+
+@pytest.fixture
+def housed(paper):
+    """Return the report of the pair with a housing, whose leaves may be trimmed."""
+    return replace(paper.report, housing=default_housing())
 
 
 @pytest.mark.parametrize("name", ["paper", "mango"])
@@ -56,48 +63,45 @@ def test_springs_that_read_nothing_of_a_unit_leave_its_table_open(paper):
     assert {row.with_design for row in unit_table(sensor, sensor.with_stiffness(0, 30.0))} == {None}
 
 
-def test_weights_tell_the_springs_and_how_to_trim_them(paper, calibrate):
+def weighed(K, loads):
+    """Return a table of loads [N] on springs K [N/mm], which a dial shows exactly, but for a zero of its own."""
+    rows = [[name, F / GRAM, f"{F / of_tip + 0.03:.9f}"] for name, of_tip in K for F in loads(of_tip)]
+    return text_of(TIPS, rows)
+
+
+def test_weights_tell_the_springs_and_how_to_trim_them(housed, paper, calibrate):
     """A stiff spring is filed longer, a soft one clamped shorter, by what the beam formula needs; the zero is off."""
-    report = replace(paper.report, housing=default_housing())
-    stiffnesses = paper.K * (1.2, 0.9)
-    lines = ["tip,weight_g,deflection_mm"]
-    for tip, K in zip(report.tips, stiffnesses.tolist(), strict=True):
-        lines += [f"{tip.name},{grams},{grams * GRAM / K + 0.03:.9f}" for grams in (0, 20, 40)]
-    calibration = calibrate(report, "\n".join(lines))
-    assert calibration.unit.stiffnesses == pytest.approx(stiffnesses.tolist(), rel=1e-6)
+    K = paper.K * (1.2, 0.9)
+    table = weighed(zip(("low", "high"), K.tolist(), strict=True), lambda _: (0.0, 20.0 * GRAM, 40.0 * GRAM))
+    calibration = calibrate(housed, table)
+    assert calibration.unit.stiffnesses == pytest.approx(K.tolist(), rel=1e-6)
     assert [longer > 0.0 for longer in calibration.trims] == [True, False]
-    for longer, K, target, arm in zip(calibration.trims, stiffnesses, paper.K, report.housing.arms, strict=True):
+    for longer, own, target, arm in zip(calibration.trims, K, paper.K, housed.housing.arms, strict=True):
         leaf = arm.flexure
-        acting = K / pair_stiffness(1.0, leaf.depth, leaf.thickness, leaf.length)
+        acting = own / pair_stiffness(1.0, leaf.depth, leaf.thickness, leaf.length)
         trimmed = pair_stiffness(acting, leaf.depth, leaf.thickness, leaf.length + longer)
         assert trimmed == pytest.approx(target, rel=1e-6)
 
 
-def test_no_cut_is_named_for_a_spring_whose_error_holds_its_target(paper, calibrate):
+@pytest.mark.parametrize(("digits", "known"), [(1, False), (9, True)])
+def test_no_cut_is_named_for_a_spring_whose_error_holds_its_target(digits, known, housed, paper, calibrate):
     """A dial to 0.1 mm leaves K to tens of per cent; the same spring read to 1 um is known to be too stiff."""
-    report = replace(paper.report, housing=default_housing())
-    stiffnesses = paper.K * (1.05, 1.05)
-    for digits, known in ((1, False), (9, True)):
-        lines = ["tip,weight_g,deflection_mm"]
-        for tip, K in zip(report.tips, stiffnesses.tolist(), strict=True):
-            full = 0.3 * K / GRAM
-            lines += [f"{tip.name},{full * part:.6f},{0.3 * part:.{digits}f}" for part in (0.0, 1 / 3, 2 / 3, 1.0)]
-        assert [longer is not None for longer in calibrate(report, "\n".join(lines)).trims] == [known, known]
+    rows = []
+    for name, K in zip(("low", "high"), 1.05 * paper.K, strict=True):
+        rows += [[name, f"{x * K / GRAM:.6f}", f"{x:.{digits}f}"] for x in (0.0, 0.1, 0.2, 0.3)]
+    assert [longer is not None for longer in calibrate(housed, text_of(TIPS, rows)).trims] == [known, known]
 
 
-def test_second_print_from_the_coupon_is_within_a_hundredth(rng, tmp_path, paper):
+def test_second_print_from_the_coupon_is_within_a_hundredth(housed, rng, tmp_path, paper):
     """A print whose material is 15 % softer: its coupon shows the modulus that makes the second print right."""
-    report = replace(paper.report, housing=default_housing())
-    modulus = 0.85 * report.design.process.E_MPa
-    lines = ["coupon;weight_g;deflection_mm"]
-    for arm in report.housing.arms:
+    modulus = 0.85 * housed.design.process.E_MPa
+    rows = []
+    for arm in housed.housing.arms:
         for weight in (0, 5, 10, 15, 20):
             sag = modulus_factor(arm.flexure) * weight * GRAM / modulus
-            lines.append(f"{arm.name};{weight};{sag * (1.0 + 0.005 * rng.normal()):.6f}")
-    path = tmp_path / "coupon.csv"
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    E = modulus_of_coupon(measured_print(path, report), report)
-    for arm, K in zip(report.housing.arms, paper.K, strict=True):
+            rows.append(f"{arm.name},{weight},{sag * (1.0 + 0.005 * rng.normal()):.6f}")
+    E = coupon(rows, housed, tmp_path / "coupon.csv")
+    for arm, K in zip(housed.housing.arms, paper.K, strict=True):
         leaf = arm.flexure
         length = pair_length(E.value, leaf.depth, leaf.thickness, K)
         assert pair_stiffness(modulus, leaf.depth, leaf.thickness, length) == pytest.approx(K, rel=0.01)
@@ -112,33 +116,30 @@ def coupon(rows, report, path):
     return modulus_of_coupon(measured_print(path, report), report)
 
 
-def test_leaves_of_a_coupon_are_named_as_tips_are(tmp_path, paper):
-    report = replace(paper.report, housing=default_housing())
-    plain = coupon(COUPON, report, tmp_path / "coupon.csv")
+def test_leaves_of_a_coupon_are_named_as_tips_are(housed, tmp_path):
+    path = tmp_path / "coupon.csv"
+    plain = coupon(COUPON, housed, path)
     initials = [row.replace("low", "L").replace("high", "High") for row in COUPON]
-    assert coupon(initials, report, tmp_path / "coupon.csv") == plain
-    one = coupon(COUPON[:3], report, tmp_path / "coupon.csv")
-    assert one.value == pytest.approx(plain.value, rel=0.01)
-    with pytest.raises(InputError) as caught:
-        coupon([*COUPON, "arm,0,0"], report, tmp_path / "coupon.csv")
-    assert (caught.value.field, caught.value.value) == (f"{tmp_path / 'coupon.csv'}, line 8, column 'coupon'", "arm")
+    assert coupon(initials, housed, path) == plain
+    assert coupon(COUPON[:3], housed, path).value == pytest.approx(plain.value, rel=0.01)
+    told = refusal(coupon, [*COUPON, "arm,0,0"], housed, path)
+    assert (told.field, told.value) == (f"{path}, line 8, column 'coupon'", "arm")
 
 
-def test_a_coupon_that_bends_is_wider_by_its_bend(tmp_path, paper):
+def test_a_coupon_that_bends_is_wider_by_its_bend(housed, tmp_path):
     """The modulus of one leaf whose slope changes by 4 %: anywhere within 2 % to either side."""
-    report = replace(paper.report, housing=default_housing())
     rows = [f"low,{load},{0.15 * load * (1.0 + 0.02 * load / 20.0):.9f}" for load in (0, 5, 10, 15, 20)]
-    assert coupon(rows, report, tmp_path / "coupon.csv").relative == pytest.approx(0.02 / 1.02 / np.sqrt(3.0), rel=0.01)
+    found = coupon(rows, housed, tmp_path / "coupon.csv")
+    assert found.relative == pytest.approx(0.02 / 1.02 / np.sqrt(3.0), rel=0.01)
 
 
 def test_gains_without_counts_are_as_certain_as_the_design_with_their_drift(mango, calibrate):
     """A drift lies anywhere within its bound."""
-    lines = [TIPS]
-    for tip, K in zip(mango.report.tips, mango.K.tolist(), strict=True):
-        lines += [f"{tip.name},{g},{g * GRAM / K:.9f}\n" for g in (0, 1, 2)]
+    K = zip((tip.name for tip in mango.report.tips), mango.K.tolist(), strict=True)
+    table = weighed(K, lambda _: (0.0, GRAM, 2.0 * GRAM))
     drifts = np.array(mango.report.read_out.signal.gain_drift_percent)
     expected = np.hypot(mango.design.reading.uncalibrated_gain_percent, drifts / np.sqrt(3.0))
-    assert calibrate(mango.report, "".join(lines)).unit.gain_percent == pytest.approx(expected.tolist(), rel=1e-9)
+    assert calibrate(mango.report, table).unit.gain_percent == pytest.approx(expected.tolist(), rel=1e-9)
 
 
 def test_level_forces_are_those_of_the_engine(mango, paper):
@@ -148,13 +149,12 @@ def test_level_forces_are_those_of_the_engine(mango, paper):
             assert level_press(measured.measuring(), E)[-1] == pytest.approx(expected, rel=near)
 
 
-TIPS = "tip,weight_g,deflection_mm\n"
 HIGH = "high,0,0.0004\nhigh,100,0.0426\nhigh,200,0.0851\nhigh,300,0.1277\n"
 
 
 def low_spring(calibrate, report, rows):
     """Return the stiffness [N/mm] of the low spring and its relative error, by rows of weights [g] and deflections."""
-    table = TIPS + "".join(f"low,{row}\n" for row in rows) + HIGH
+    table = f"{TIPS}\n" + "".join(f"low,{row}\n" for row in rows) + HIGH
     unit = calibrate(report, table).unit
     return unit.stiffnesses[0], 0.01 * unit.K_percent[0]
 
@@ -183,13 +183,13 @@ def counted(K, returns, zeros, cross=0.0):
 
     `returns` and `zeros` are what each shows more on the way back, and at last [counts].
     """
-    lines = [HEADER]
+    rows = []
     for tip, (name, stiffness) in enumerate(zip(("low", "high"), K, strict=True)):
         for step, load in enumerate(LOADS):
             own = 1000.0 * load + (returns[tip] if step == 3 else 0.0) + (zeros[tip] if step == 4 else 0.0)
             counts = [own, cross * load] if tip == 0 else [cross * load, own]
-            lines.append(f"{name},{load},{load * GRAM / stiffness:.9f}," + ",".join(f"{each:.3f}" for each in counts))
-    return "\n".join(lines)
+            rows.append([name, load, f"{load * GRAM / stiffness:.9f}", *(f"{each:.3f}" for each in counts)])
+    return text_of(HEADER, rows)
 
 
 def test_channels_tell_what_comes_back_otherwise_and_what_drifts(paper, calibrate):
@@ -213,13 +213,13 @@ def test_channels_tell_what_comes_back_otherwise_and_what_drifts(paper, calibrat
 
 def test_counts_that_creep_come_back_as_of_one_time(paper, calibrate):
     """Each weight is read twice, and the counts grow by 3 % in a decade: that is creep and no hysteresis."""
-    lines = [HEADER.replace("deflection", "t_s,deflection")]
+    rows = []
     for tip, (name, K) in enumerate(zip(("low", "high"), paper.K, strict=True)):
         for load, t in ((0, 3), (10, 3), (10, 30), (20, 3), (20, 30), (0, 3)):
             shown = load * t ** np.log10(1.03)
             counts = [f"{5000.0 * shown * (tip == own):.2f}" for own in range(2)]
-            lines.append(",".join([name, f"{load}", f"{t}", f"{shown * GRAM / K:.9f}", *counts]))
-    found = calibrate(paper.report, "\n".join(lines))
+            rows.append([name, load, t, f"{shown * GRAM / K:.9f}", *counts])
+    found = calibrate(paper.report, text_of(HEADER.replace("deflection", "t_s,deflection"), rows))
     assert found.unit.creep_per_decade == pytest.approx(0.03, rel=1e-4)
     assert max(found.channels.hysteresis_percent) < 0.001
 
@@ -234,6 +234,5 @@ def test_counts_of_another_tip_are_judged_over_the_span_of_their_own(paper, cali
         if not refused:
             calibrate(paper.report, table)
             continue
-        with pytest.raises(InputError) as caught:
-            calibrate(paper.report, table)
-        assert caught.value.field == f"{tmp_path / 'measured.csv'}, line 4, column 'counts_h'"
+        told = refusal(calibrate, paper.report, table)
+        assert told.field == f"{tmp_path / 'measured.csv'}, line 4, column 'counts_h'"

@@ -4,20 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, random_pose, read_press
+from measured_units import MeasuredDesign, random_pose, read_press, text_of
+from refusal import refusal
 
 from instrument.calibrate.fruit_presses import fitted_scale, measured_fruit, scale_of_presses
 from instrument.press.fruit_scale import FruitScale
 from instrument.press.printed_unit import read_unit, unit_as_toml
 from pipeline.response.scene_press import scene_of
 from pipeline.storage.told import as_data
-from sensor.quantity import COVERAGE, InputError
+from sensor.quantity import COVERAGE
 from solve.contact.poses import Pose, Stand, pose_forces
 
 HEADER = "fruit,E_MPa,F_1_N,F_2_N,F_3_N,F_4_N"
 SETS = 60
 SHARES = np.linspace(0.3, 1.0, 14)  # of the travel, in a press
 CHECKED = 50  # fruit that each set is tried on
+TIMED = ((0.1, 0.0), (0.2, 1.0), (0.3, 1.0))  # forces [N] at times [s] of which the last does not rise
 SCALE = FruitScale(unit="N", curve="power", percent=10.0, E_MPa=(0.5, 2.0), firmness=(10.0, 30.0))
 
 
@@ -25,19 +27,33 @@ SKIN = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0, "reading.calibrated_by":
 
 
 @pytest.fixture
-def measured(tmp_path):
-    """Return a function that reads a text as a table of presses of fruit by four tips."""
+def scale_of(tmp_path):
+    """Return a function that reads presses of fruit from a text, and fits their scale."""
 
-    def table(text):
+    def fit(text, sensor):
         path = tmp_path / "fruit.csv"
         path.write_text(text, encoding="utf-8")
-        return measured_fruit(path, 4)
+        return scale_of_presses(measured_fruit(path, len(sensor.report.tips)), sensor)
 
-    return table
+    return fit
+
+
+def table_of(presses, firmness, head=HEADER):
+    """Return a table of presses, pairs of a modulus [MPa] and rows of numbers; `firmness` is that of 1 MPa."""
+    return text_of(head, ([f"{E:.3f}", firmness * E, *row] for E, rows in presses for row in np.array(rows).tolist()))
+
+
+def presses_of(measured, shares, heights=7 * ((),), **stand):
+    """Yield the moduli [MPa] of seven fruit with the forces [N] of their presses, (samples, tips)."""
+    travels = (shares * measured.design.press.travel_mm).tolist()
+    for E, high in zip(np.geomspace(0.5, 3.5, 7).tolist(), heights, strict=True):
+        poses = [Pose(E=E, travel=x, stand=Stand(**stand)) for x in travels]
+        scene = scene_of(measured.design, tuple(high), measured.sideways)
+        yield E, pose_forces(scene, measured.contact, measured.C, poses).F
 
 
 @pytest.mark.study
-def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng):
+def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, scale_of, rng):
     """Forces are those of contact on a layered body in random poses; the unit reads them as those of bare flesh."""
     skinned = MeasuredDesign("mango", assessed=False, **SKIN)
     sensor = mango.measuring(percent=0.5)
@@ -53,12 +69,8 @@ def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng)
         noisy = pressed + sensor.noises * rng.normal(size=pressed.shape)
         return noisy.reshape(len(moduli), len(SHARES), -1)
 
-    lines = [HEADER]
     moduli = np.geomspace(0.5, 3.5, 24).tolist()
-    for E, rows in zip(moduli, presses(moduli), strict=True):
-        for row in rows.tolist():
-            lines.append(",".join([f"mango {E:.3f}", f"{E:.6f}", *(f"{force:.6f}" for force in row)]))
-    fit = scale_of_presses(measured("\n".join(lines)), sensor)
+    fit = scale_of(table_of(zip(moduli, presses(moduli), strict=True), 1.0), sensor)
     assert (fit.fruit, fit.scale.unit) == (24, "MPa")
 
     scaled = replace(sensor, unit=replace(sensor.unit, scale=fit.scale))
@@ -77,19 +89,20 @@ def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng)
     )
 
 
-def test_square_reads_all_rows_of_a_fruit_as_one_press(mango, measured):
-    """Fruit of a saddle of its own each: heights that are off by random millimetres stand for it."""
-    heights = np.random.default_rng(3).uniform(-0.04, 0.04, (7, 4))
-    sensor = mango.measuring()
-    lines = [HEADER]
-    travels = (np.linspace(0.2, 1.0, 12) * mango.design.press.travel_mm).tolist()
-    for E, high in zip(np.geomspace(0.5, 3.5, 7).tolist(), heights.tolist(), strict=True):
-        scene = scene_of(mango.design, tuple(high), mango.sideways)
-        rows = pose_forces(scene, mango.contact, mango.C, [Pose(E=E, travel=x) for x in travels]).F
-        lines += [",".join([f"{E:.2f}", f"{2.0 * E}", *(f"{force:.9f}" for force in row)]) for row in rows.tolist()]
-    fit = scale_of_presses(measured("\n".join(lines)), sensor)
+@pytest.mark.parametrize(
+    ("name", "head", "shares", "spread", "stand", "near"),
+    [
+        ("mango", HEADER, np.linspace(0.2, 1.0, 12), 0.04, {}, 0.02),
+        ("paper", "fruit,firmness_N,F_l_N,F_h_N", np.linspace(0.25, 1.0, 10), None, {"tilt_deg": (0.5, 0.0)}, 2e-3),
+    ],
+)
+def test_all_rows_of_a_fruit_are_one_press(name, head, shares, spread, stand, near, request, scale_of):
+    """Fruit of a saddle of its own each, for which heights stand that are off by random millimetres; or tilted."""
+    measured = request.getfixturevalue(name)
+    heights = 7 * [()] if spread is None else np.random.default_rng(3).uniform(-spread, spread, (7, 4)).tolist()
+    fit = scale_of(table_of(presses_of(measured, shares, heights, **stand), 20.0, head), measured.measuring())
     assert fit.scale.curve == "power"
-    assert np.divide(fit.scale.firmness, fit.scale.E_MPa) == pytest.approx(2.0, rel=0.02)
+    assert np.divide(fit.scale.firmness, fit.scale.E_MPa) == pytest.approx(20.0, rel=near)
 
 
 LAWS = {
@@ -135,41 +148,19 @@ def test_band_holds_95_per_cent_of_fruit_that_were_left_out(simplest, fruit, noi
         assert max(curves, key=curves.count) == simplest
 
 
-def test_pair_reads_all_rows_of_a_fruit_as_one_press(paper, tmp_path):
-    sensor = paper.measuring()
-    lines = ["fruit,firmness_N,F_l_N,F_h_N"]
-    moduli = np.geomspace(0.5, 3.5, 7).tolist()
-    travels = np.linspace(0.15, 0.6, 10).tolist()
-    for E in moduli:
-        rows = paper.forces([Pose(E=E, travel=travel, stand=Stand(tilt_deg=(0.5, 0.0))) for travel in travels]).tolist()
-        lines += [f"{E:.2f},{20.0 * E},{low:.9f},{high:.9f}" for low, high in rows]
-    path = tmp_path / "fruit.csv"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    fit = scale_of_presses(measured_fruit(path, 2), sensor)
-    assert fit.scale.curve == "power"
-    assert np.divide(fit.scale.firmness, fit.scale.E_MPa) == pytest.approx(20.0, rel=2e-3)
-
-
-def test_times_of_a_press_tell_its_duration_as_a_reading_has_it(mango, measured):
+def test_times_of_a_press_tell_its_duration_as_a_reading_has_it(mango, scale_of):
     """Springs that creep are stiffer in a fast press: k = (30 s / (T / sqrt(e)))^n. The sensor hangs free at first."""
     creeping = mango.measuring()
     creeping = replace(creeping, unit=replace(creeping.unit, creep_per_decade=0.05))
-    travels = (np.linspace(0.2, 1.0, 12) * mango.design.press.travel_mm).tolist()
-
-    def scale(duration=None):
-        lines = [HEADER if duration is None else f"{HEADER},t_s"]
-        for E in np.geomspace(0.5, 3.5, 7).tolist():
-            rows = [[0.0] * 4, *mango.forces([Pose(E=E, travel=x) for x in travels]).tolist()]
-            for step, row in enumerate(rows):
-                time = [] if duration is None else [f"{5.0 + (step - 1) / 11.0 * duration if step else 0.0}"]
-                lines.append(",".join([f"{E:.2f}", f"{2.0 * E}", *(f"{force:.9f}" for force in row), *time]))
-        return np.array(scale_of_presses(measured("\n".join(lines)), creeping).scale.E_MPa)
-
+    presses = [(E, np.vstack([np.zeros(4), F])) for E, F in presses_of(mango, np.linspace(0.2, 1.0, 12))]
+    untimed = np.array(scale_of(table_of(presses, 2.0), creeping).scale.E_MPa)
     n = np.log10(1.05)
-    of_design = mango.design.press_s
     # What the contact model adds at a level press differs a little between the moduli before and behind: by 3e-5.
     for duration in (10.0, 0.5):
-        assert scale(duration) / scale() == pytest.approx((of_design / duration) ** n, rel=1e-4)
+        times = np.array([0.0, *(5.0 + np.linspace(0.0, duration, 12))])
+        timed = table_of([(E, np.column_stack([F, times])) for E, F in presses], 2.0, f"{HEADER},t_s")
+        ratio = (mango.design.press_s / duration) ** n
+        assert scale_of(timed, creeping).scale.E_MPa / untimed == pytest.approx(ratio, rel=1e-4)
 
 
 def test_reading_tells_the_scale_and_where_it_ends(mango, tmp_path):
@@ -203,32 +194,26 @@ def test_reading_tells_the_scale_and_where_it_ends(mango, tmp_path):
     ],
 )
 def test_damaged_scale_is_refused_by_its_field(changes, field):
-    with pytest.raises(InputError) as caught:
-        replace(SCALE, **changes)
-    assert caught.value.field == field
+    assert refusal(replace, SCALE, **changes).field == field
 
 
-def test_forces_that_read_nothing_are_refused_by_line_and_fruit(mango, measured):
-    with pytest.raises(InputError) as caught:
-        scale_of_presses(measured(f"{HEADER}\nkent,1,0,0.3,0.05,0.3"), mango.measuring())
-    assert "line 2: fruit kent" in caught.value.field
-
-
-def test_times_that_do_not_rise_are_refused_by_line_and_fruit(mango, measured):
-    rows = "\n".join(f"kent,1,{force},{force},{force},{force},{t}" for force, t in ((0.1, 0.0), (0.2, 1.0), (0.3, 1.0)))
-    with pytest.raises(InputError) as caught:
-        scale_of_presses(measured(f"{HEADER},t_s\n{rows}"), mango.measuring())
-    assert "line 4" in caught.value.field
-    assert "kent" in caught.value.field
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        (f"{HEADER}\nkent,1,0,0.3,0.05,0.3", "line 2: fruit kent"),  # forces that read nothing
+        (
+            f"{HEADER},t_s\n" + "\n".join(f"kent,1,{F},{F},{F},{F},{t}" for F, t in TIMED),
+            "line 4, column 't': fruit kent",
+        ),
+    ],
+)
+def test_presses_that_tell_nothing_are_refused_by_line_and_fruit(text, place, mango, scale_of):
+    assert place in refusal(scale_of, text, mango.measuring()).field
 
 
 def test_too_few_fruit_and_readings_that_tell_nothing_are_refused():
     read = np.geomspace(0.5, 3.5, 12)
-    with pytest.raises(InputError) as caught:
-        fitted_scale("fruit.csv", ("a", "b", "a"), read[:3], read[:3], "N")
-    assert caught.value.value == 2
-    names = tuple("abcdefghijkl")
+    assert refusal(fitted_scale, "fruit.csv", ("a", "b", "a"), read[:3], read[:3], "N").value == 2
     for firmness in (read[::-1], np.full(12, 3.0), np.tile([3.0, 5.0], 6)):
-        with pytest.raises(InputError) as caught:
-            fitted_scale("fruit.csv", names, read, firmness, "N")
-        assert caught.value.field == "fruit.csv: error of fruit left out"
+        told = refusal(fitted_scale, "fruit.csv", tuple("abcdefghijkl"), read, firmness, "N")
+        assert told.field == "fruit.csv: error of fruit left out"
