@@ -18,7 +18,9 @@ from measured_units import (
     read_by_module,
     read_in_c,
     read_log,
+    with_design,
     with_heights,
+    with_read_out,
 )
 
 from instrument.press import press_core
@@ -51,10 +53,6 @@ BALL = BallCorrection(
 )
 
 
-def with_read_out(sensor, **changed):
-    return replace(sensor, report=replace(sensor.report, read_out=replace(sensor.report.read_out, **changed)))
-
-
 def with_level_rows(sensor, count):
     return with_read_out(sensor, rise_level=sensor.report.read_out.rise_level[:count])
 
@@ -76,9 +74,8 @@ def late(sensor, time_error_ms, rate_Hz):
 
 def loud(sensor):
     """Return a unit whose design has noise of 5 % of full scale."""
-    design = sensor.report.design
-    design = replace(design, reading=replace(design.reading, noise_percent=5.0))
-    return with_read_out(replace(sensor, report=replace(sensor.report, design=design)), signal=None)
+    reading = replace(sensor.report.design.reading, noise_percent=5.0)
+    return with_read_out(with_design(sensor, reading=reading), signal=None)
 
 
 def in_turn(sensor):

@@ -5,14 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from maxwell_springs import pressed, read_by_command, weighed_stiffness
-from measured_units import elastic, read_by_module, read_in_c, read_press
+from measured_units import elastic, read_by_module, read_in_c, read_press, readings_at
 
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.pair_press import single_reading
-from instrument.press.presses import readings_of
 from instrument.press.printed_unit import nominal_unit
-from instrument.press.signals import Signal
-from pipeline.tables.rows import Rows
 from sensor.design.processes import PROCESSES
 
 STIFFER = 1.07  # of the virtual print against its design, at the first instant
@@ -58,11 +55,8 @@ def test_a_press_begins_after_the_zero_that_the_one_before_has_left(paper):
     forces = deflections * sensor.unit.stiffnesses
     pause = np.linspace(0.1, 20.0, 200)
     left = np.outer(1.0 + 0.01 * (20.0 - pause), [2.0 * sensor.least_forces[0], 0.0])  # creeps back
-    log = [(0.0, *np.zeros(2)), *np.column_stack([0.1 + times, forces])]
-    log += [(0.1 + times[-1] + t, *row) for t, row in zip(pause, left, strict=True)]
-    log += [(20.2 + times[-1] + t, *row) for t, row in zip(times, forces, strict=True)]
-    lines = ["t_s,F_l_N,F_h_N", *(",".join(map(repr, map(float, row))) for row in log)]
-    first, second = readings_of(sensor, Signal(Rows(lines, "press.csv"), 2))
+    t = [0.0, *(0.1 + times), *(0.1 + times[-1] + pause), *(20.2 + times[-1] + times)]
+    first, second = readings_at(sensor, np.array(t), np.vstack([np.zeros((1, 2)), forces, left, forces]))
     assert pytest.approx(first.E, rel=1e-3) == second.E
     assert pytest.approx(2.0, rel=0.015) == second.E
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import read_press, with_exact_tips
+from measured_units import read_press, with_design, with_exact_tips
+from refusal import refusal
 
 from instrument.press.half_width import Deviations, half_width
 from instrument.press.pair_press import single_reading
 from instrument.press.ripeness import ripeness_classes
 from pipeline.reading.records import UnevenFruit
 from pipeline.response.scene_press import scene_of
-from sensor.quantity import InputError
 from sensor.theory.contrast_rise import read_rise, rise_of
 from solve.contact.domes.body import dome_body
 from solve.contact.domes.geometry import dome_poses
@@ -51,8 +51,7 @@ def test_tilt_and_its_direction_are_read(ball):
 def test_tilts_that_heights_of_tips_may_show_are_no_tilts_of_the_hand(beyond, flags, ball):
     """A line through heights of 0.05 mm at four corners 6 mm apart has a slope of 0.05 / 6; domes roll as they tilt."""
     sensor = ball.measuring()
-    upright = replace(sensor.report.design, reading=replace(ball.design.reading, tilt_deg=1.0))
-    narrow = replace(sensor, report=replace(sensor.report, design=upright))
+    narrow = with_design(sensor, reading=replace(ball.design.reading, tilt_deg=1.0))
     deviation = math.degrees(0.5 * ball.design.process.accuracy_mm / 6.0 * sensor.domes.rolling_factor)
     assert narrow.tilt_deviation_deg == pytest.approx(deviation, rel=1e-3)
     forces = pressed(ball, 1.0, tilt_deg=(narrow.steepest_deg + beyond * deviation, 0.0))
@@ -61,16 +60,14 @@ def test_tilts_that_heights_of_tips_may_show_are_no_tilts_of_the_hand(beyond, fl
 
 def test_planted_causes_raise_their_flags(ball):
     sensor = ball.measuring()
-    upright = replace(sensor.report.design, reading=replace(ball.design.reading, tilt_deg=1.0))
-    narrow = replace(sensor, report=replace(sensor.report, design=upright))
+    narrow = with_design(sensor, reading=replace(ball.design.reading, tilt_deg=1.0))
     forces = pressed(ball, 1.0, tilt_deg=(3.5, 0.0))
     assert read_press(narrow, forces).flags == ("tilt_beyond_design",)
     assert read_press(sensor, forces).flags == ()
     soft = read_press(sensor, pressed(ball, 0.3))
     assert soft.flags == ("out_of_range",)
     assert pytest.approx(0.3, rel=0.01) == soft.E
-    tender = replace(sensor.report.design, fruit=replace(ball.design.fruit, bruise_limit_MPa=0.04))
-    bruised = replace(sensor, report=replace(sensor.report, design=tender))
+    bruised = with_design(sensor, fruit=replace(ball.design.fruit, bruise_limit_MPa=0.04))
     assert read_press(bruised, pressed(ball, 0.6)).flags == ("press_over_bruise_limit",)
 
 
@@ -95,8 +92,7 @@ def test_bruise_is_told_at_the_pressure_of_the_pressed_contact(off, bruises, bal
     poses = dome_poses([scene], np.array([ball.design.press.travel_mm]))
     domes = dome_forces(poses, np.array([0.8]), ball.C, dome_body(scene, contact, [scene.fruit]))
     limit = off * float(domes.mean_pressure.max())
-    tender = replace(ball.design, fruit=replace(ball.design.fruit, bruise_limit_MPa=limit))
-    bruised = replace(sensor, report=replace(sensor.report, design=tender))
+    bruised = with_design(sensor, fruit=replace(ball.design.fruit, bruise_limit_MPa=limit))
     assert bruised.bruises(domes.F[0], 0.8) is bruises
 
 
@@ -153,8 +149,7 @@ def test_uneven_skin_and_flesh_differ_from_press_to_press(ball):
 def test_sources_that_an_old_report_lacks_are_asked_for(ball):
     sensor = ball.measuring()
     old = replace(sensor.report.moduli[0], sources={"pose_percent": 1.0})
-    with pytest.raises(InputError):
-        half_width(replace(sensor, report=replace(sensor.report, moduli=(old,))), 1.0, READ_OFF)
+    refusal(half_width, replace(sensor, report=replace(sensor.report, moduli=(old,))), 1.0, READ_OFF)
 
 
 def test_spread_of_poisson_s_ratio_is_in_the_uncertainty_of_E(paper):
@@ -162,6 +157,6 @@ def test_spread_of_poisson_s_ratio_is_in_the_uncertainty_of_E(paper):
     sensor = paper.measuring()
     u = []
     for spread in (0.05, 0.0):
-        design = replace(paper.design, fruit=replace(paper.design.fruit, poisson=0.4, poisson_spread=spread))
-        u.append(half_width(replace(sensor, report=replace(sensor.report, design=design)), 1.0, READ_OFF).of_one_press)
+        fruit = replace(paper.design.fruit, poisson=0.4, poisson_spread=spread)
+        u.append(half_width(with_design(sensor, fruit=fruit), 1.0, READ_OFF).of_one_press)
     assert u[0] == pytest.approx(math.hypot(u[1], 2.0 * 0.4 * 0.05 / (1.0 - 0.4**2)))

@@ -1,18 +1,14 @@
 """A press of a pair: the line reads through any tilt, the force ratio does not and is told apart."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, read_press, stated_and_moved
+from measured_units import MeasuredDesign, read_press, readings_at, stated_and_moved, with_design
+from refusal import refusal
 
 from instrument.press.pair_press import single_reading
-from instrument.press.presses import readings_of, refuse_out_of_scale
+from instrument.press.presses import refuse_out_of_scale
 from instrument.press.seating import seating_of
-from instrument.press.signals import Signal
-from pipeline.tables.rows import Rows
 from sensor.design.reading import Reading
-from sensor.quantity import InputError
 from sensor.theory.contrast_rise import read_rise, rise_of
 from solve.contact.poses import Pose, Stand
 
@@ -50,38 +46,20 @@ def test_line_reads_through_a_tilt_that_the_force_ratio_does_not(paper, E, tilt)
         assert abs(reading.others["force_ratio"] / E - 1.0) > 0.15
 
 
-def test_way_out_of_the_fruit_does_not_count(paper):
-    """A fruit that gives back nine tenths of its force on the way out reads as it did on the way in."""
-    forces = press(paper, 1.0)
-    there_and_back = np.concatenate([forces, 0.9 * forces[::-1]])
-    assert pytest.approx(1.0, rel=0.01) == read(paper.measuring(), there_and_back).E
-
-
-def test_swapped_channels_are_of_no_fruit(paper):
-    reading = read(paper.measuring(), press(paper, 2.0)[:, ::-1])
-    assert (reading.E, reading.flags) == (None, ("out_of_range",))
-
-
-def signal(rows):
-    text = "t_s,F_l_N,F_h_N\n" + "".join(f"{t},{soft},{stiff}\n" for t, (soft, stiff) in rows)
-    return Signal(Rows(text.splitlines(), "-"), 2)
-
-
 def test_each_press_of_a_signal_is_one_reading(paper):
     air = np.zeros((20, 2))
     forces = np.concatenate([air, press(paper, 0.8), air, press(paper, 3.0, 1.0), air])
     times = 1e-3 * np.arange(len(forces))
-    rows = list(zip(times.tolist(), forces.tolist(), strict=True))
-    readings = list(readings_of(paper.measuring(), signal(rows)))
+    readings = readings_at(paper.measuring(), times, forces)
     assert [reading.E for reading in readings] == [pytest.approx(0.8, rel=1e-3), pytest.approx(3.0, rel=0.01)]
     assert [reading.t for reading in readings] == [pytest.approx(0.059), pytest.approx(0.119)]
-    every = list(readings_of(paper.measuring(), signal(rows), every_sample=True))
+    every = readings_at(paper.measuring(), times, forces, every_sample=True)
     assert len(every) > 60
     assert pytest.approx(readings[-1].E) == every[-1].E
 
 
 def test_signal_without_a_press_is_told(paper):
-    (reading,) = readings_of(paper.measuring(), signal([(0.0, (0.0, 0.0)), (1.0, (0.0, 0.001))]))
+    (reading,) = readings_at(paper.measuring(), [0.0, 1.0], np.array([[0.0, 0.0], [0.0, 0.001]]))
     assert (reading.E, reading.flags) == (None, ("lift_off",))
 
 
@@ -101,12 +79,9 @@ def test_force_beyond_zero_or_the_scale_is_refused_at_its_tip(paper):
     lowest, highest = -8.0 * sensor.noises, 20.0 * np.array(sensor.report.read_out.full_scale_N)
     refuse_out_of_scale(sensor, [lowest[0], highest[1]], "{}".format)
     for forces, name in (([1.01 * lowest[0], 0.1], "low"), ([0.1, 1.01 * highest[1]], "high")):
-        with pytest.raises(InputError) as caught:
-            refuse_out_of_scale(sensor, forces, ("low", "high").__getitem__)
-        assert caught.value.field == name
-        with pytest.raises(InputError) as caught:
-            list(readings_of(sensor, signal([(0.0, forces)])))
-        assert caught.value.field == f"-, line 2, column 'F_{name[0]}_N'"
+        assert refusal(refuse_out_of_scale, sensor, forces, ("low", "high").__getitem__).field == name
+        told = refusal(readings_at, sensor, [0.0], np.array([forces]))
+        assert told.field == f"press.csv, line 2, column 'F_{name[0]}_N'"
 
 
 def test_tilt_that_a_design_allows_is_in_the_uncertainty_of_one_reading(paper):
@@ -117,8 +92,7 @@ def test_tilt_that_a_design_allows_is_in_the_uncertainty_of_one_reading(paper):
     u = []
     for tilt in (1.0, 2.0):
         asked = Reading(tilt_deg=tilt, off_centre_mm=0.0, radius_spread=0.0)
-        report = replace(paper.report, design=replace(paper.design, reading=asked))
-        u.append(single_reading(replace(paper.measuring(), report=report), forces).u)
+        u.append(single_reading(with_design(paper.measuring(), reading=asked), forces).u)
     assert np.sqrt(u[1] ** 2 - u[0] ** 2) == pytest.approx(2.0 * per_degree, rel=0.02)  # 4 - 1 degrees^2 over 3
 
 

@@ -66,8 +66,3 @@ def test_numbers_of_the_line_are_in_the_units_that_it_names():
     assert [t, reduced] == ["t 0.500 s", "E/(1 - nu^2) 1.65 MPa"]
     assert ("± 50 %" in E, "30 %" in noise, "9 samples" in noise, " 2 %" in bend) == (True, True, True, True)
     assert f"± {5.0 * COVERAGE:g} %" in firmness
-
-
-def test_reading_that_is_hardly_known_says_so():
-    lines = [as_line(FruitReading(**READ, flags=(flag,)), LINE) for flag in ("spike", "uncertain")]
-    assert ["hardly" in line for line in lines] == [False, True]

@@ -6,17 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign, read_press
+from measured_units import MeasuredDesign, read_press, readings_at
+from refusal import refusal
 from squares import BALL
 
 from instrument.calibrate.ball import ReferenceBall, correction_of, deep_press
 from instrument.press.hold import LATE
-from instrument.press.presses import readings_of
-from instrument.press.signals import Signal, force_keys
 from pipeline.reading.over_time import reading_over_time
 from pipeline.response.scene_press import scene_of
-from pipeline.tables.rows import Rows
-from sensor.quantity import InputError
 from sensor.theory.contrast_law import ContrastLaw
 from sensor.theory.relaxation import Relaxation
 from solve.contact.domes.body import dome_body
@@ -84,12 +81,8 @@ def pair_press(pair, E, times, lead=0.0):
     return timed_forces(law, Relaxation(ARMS), np.array([E]), times[None], travel[None]).F[0]
 
 
-def read_log(sensor, times, forces, **flags):
-    header = ",".join(["t_s", *(f"{key}_N" for key in force_keys(forces.shape[1]))])
-    lines = [header]
-    for t, row in zip(times.tolist(), forces.tolist(), strict=True):
-        lines.append(",".join(f"{value:.9g}" for value in (t, *row)))
-    (reading,) = readings_of(sensor, Signal(Rows(lines, "press.csv"), forces.shape[1]), **flags)
+def read_log(sensor, times, forces):
+    (reading,) = readings_at(sensor, times, forces)
     return reading
 
 
@@ -210,6 +203,4 @@ def test_what_knows_no_moment_is_refused(pair, flag, monkeypatch, tmp_path):
     line = {"--each": ["press.csv", flag], "--forces": [flag, "0.4,1.1"]}.get(flag, [flag, str(tmp_path / "file")])
     parser = ArgumentParser()
     COMMANDS["read"].add_flags(parser)
-    with pytest.raises(InputError) as refused:
-        list(read.run(parser.parse_args(["folder", *line])))
-    assert refused.value.field == flag
+    assert refusal(list, read.run(parser.parse_args(["folder", *line]))).field == flag

@@ -7,11 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import random_pose, read_press
+from measured_units import random_pose, read_press, readings_at
 
-from instrument.press.presses import readings_of
-from instrument.press.signals import Signal, force_keys
-from pipeline.tables.rows import Rows
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import moduli_without, rise_of
 from solve.contact.poses import Pose, Stand
@@ -84,15 +81,8 @@ class Hand:
         }[rng.choice(KINDS)]
         return bad, place
 
-    def lines(self, rows):
-        keys = [f"{key}_N" for key in force_keys(rows.shape[1])]
-        return [
-            ",".join(["t_s", *keys]),
-            *(",".join(map(repr, [i / self.rate, *row])) for i, row in enumerate(rows.tolist())),
-        ]
-
     def read(self, rows):
-        return list(readings_of(self.sensor, Signal(Rows(self.lines(rows), "press.csv"), rows.shape[1])))
+        return readings_at(self.sensor, np.arange(len(rows)) / self.rate, rows)
 
 
 @pytest.fixture(scope="module")
@@ -222,15 +212,6 @@ def test_the_deepest_sample_is_left_out_and_named(name, factor, hands):
             assert lost_touch_at_end or "spike" in reading.flags
 
 
-def test_a_lost_zero_splits_no_press(hands):
-    for hand in hands.values():
-        rows = hand.press(40)
-        rows[AIR + 25] = 0.0
-        (reading,) = hand.read(rows)
-        assert AIR + 25 + 2 in reading.lines_left_out
-        assert reading.samples > 20
-
-
 def test_noise_at_the_first_touch_splits_no_press(hands):
     """Slow presses with noise of 0.5 % of full scale, whose tips hover at the least force of a touch."""
     hand = hands["paper"]
@@ -239,11 +220,10 @@ def test_noise_at_the_first_touch_splits_no_press(hands):
         assert len(hand.read(rows)) == 1
 
 
-def test_two_presses_are_two(hands):
-    """A lift of two samples ends a press, and a press of few samples is told."""
+def test_a_press_of_few_samples_is_told(hands):
+    """Of two presses with a lift of two samples between."""
     hand = hands["paper"]
     rows = hand.press(30)[AIR:]
     air = np.zeros((2, rows.shape[1]))
-    assert len(hand.read(np.vstack([rows, air, rows]))) == 2
-    few = rows[-4:]
-    assert [reading.flags for reading in hand.read(np.vstack([rows, air, few, air]))][1] == ("few_samples",)
+    readings = hand.read(np.vstack([rows, air, rows[-4:], air]))
+    assert [reading.flags for reading in readings][1:] == [("few_samples",)]

@@ -4,13 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
+from refusal import refusal
 
 from instrument.press import press_core, touches
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
 from instrument.press.spikes import spike_constants
 from pipeline.tables.rows import Rows
-from sensor.quantity import InputError
 from solve.contact.poses import Pose
 
 HEAD = "t_s,F_l_N,F_h_N"
@@ -41,9 +41,8 @@ def test_a_press_without_an_end_is_refused_at_its_last_line(paper, forces, monke
     monkeypatch.setattr(touches, "MOST_SAMPLES", 30)
     readings = readings_of(paper.measuring(), Signal(Rows(lines_of(forces), "-"), 2), every_sample=True)
     assert len(list(itertools.islice(readings, 30))) == 30
-    with pytest.raises(InputError) as refused:
-        next(readings)
-    assert (refused.value.field, refused.value.value) == ("-, line 32: samples of one press", 31)
+    told = refusal(next, readings)
+    assert (told.field, told.value) == ("-, line 32: samples of one press", 31)
 
 
 @pytest.mark.parametrize(("lost", "presses"), [(1, 1), (2, 2), (3, 2)])
