@@ -4,8 +4,7 @@ The units, words and layouts are those of makers' manuals, not those of the read
 """
 
 import random
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -55,7 +54,6 @@ class DrawnTable:
     units: str | None = None
     encoding: str = "utf-8"
     must: str = ""
-    kinds: list[str] = field(default_factory=list)
 
 
 @dataclass
@@ -73,24 +71,22 @@ class _Column:
 class _Draw:
     """One draw of a table."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed):
         self.draw = random.Random(seed)
-        self.kinds: list[str] = []
         self.must = ""
-        self.above: list[list[str]] = []
-        self.below: list[list[str]] = []
-        self.results_above: list[list[str]] = []
-        self.flag_units: dict[str, str] = {}
-        self.flag_columns: dict[str, str] = {}
+        self.above = []
+        self.below = []
+        self.results_above = []
+        self.flag_units = {}
+        self.flag_columns = {}
 
-    def column(self, key: str, name: str, units: dict[str, float], others: list[str], default: str) -> _Column:
+    def column(self, key, name, units, others, default):
         """Return a column, with the lines that say its unit."""
         draw = self.draw
         unit = draw.choice(list(units))
         hows = ["label"] * 4 + ["below", "column", "number", "line", "flag", "mention", "sibling", "foot", "no unit"]
         how = draw.choice(hows)
         column = _Column(name, unit, units[unit], how, key, name)
-        self.kinds.append(f"{key} by {how}")
         if how == "label":
             column.label = draw.choice(LABELS).format(name=name, unit=unit)
         elif how == "line":
@@ -114,7 +110,7 @@ class _Draw:
         return column
 
 
-def drawn_table(seed: int) -> DrawnTable:
+def drawn_table(seed):
     """Return the table of a seed."""
     own = _Draw(seed)
     draw = own.draw
@@ -140,7 +136,6 @@ def drawn_table(seed: int) -> DrawnTable:
     comma = draw.random() < 0.25
     delimiter = draw.choice([";", "\t"]) if comma else draw.choice([",", ";", "\t", ",", "|"])
     if comma:
-        own.kinds.append("decimal commas")
         written = [[cell.replace(".", ",") for cell in cells] for cells in written]
     _name_columns(own, columns)
     header, body, units_row = _laid_out(own, columns, written, rows)
@@ -158,28 +153,25 @@ def drawn_table(seed: int) -> DrawnTable:
     if not own.must and hows <= {"label", "below", "column", "number", "line", "flag", "default"}:
         own.must = "read"
     return DrawnTable(
-        text, travel, force, (digits[0], digits[1]), flags[0] or None, flags[1] or None, encoding, own.must, own.kinds
+        text, travel, force, (digits[0], digits[1]), flags[0] or None, flags[1] or None, encoding, own.must
     )
 
 
-def _name_columns(own: _Draw, columns: list[_Column]) -> None:
+def _name_columns(own, columns):
     """Give some columns names that no machine has, which flags name."""
     for column in columns:
         if column.how == "no unit" and own.flag_columns.get(column.key) == "":
             del own.flag_columns[column.key]
         elif column.how in ("label", "column", "below", "number") and own.draw.random() < 0.2:
-            own.kinds.append("named by a flag")
             other = own.draw.choice(["Channel A", "Signal 7", "Y", "Messwert", "AI0"]) + column.key[0]
             column.label = column.label.replace(column.name, other)
             own.flag_columns[column.key] = own.draw.choice([column.label, other])
 
 
-def _laid_out(
-    own: _Draw, columns: list[_Column], written: list[list[str]], rows: int
-) -> tuple[list[str], list[list[str]], list[str]]:
+def _laid_out(own, columns, written, rows):
     """Return the header, the rows, and a row of units below the header, if there is one."""
     draw = own.draw
-    parts: list[tuple[list[str], list[list[str]], list[str]]] = []
+    parts = []
     has_row = any(column.how == "below" for column in columns)
     for column, cells in zip(columns, written, strict=True):
         below = column.unit if column.how == "below" else ""
@@ -206,11 +198,10 @@ def _laid_out(
     return header, body, [cell for _, _, below in parts for cell in below] if has_row else []
 
 
-def _with_segments(own: _Draw, header: list[str], units_row: list[str], body: list[list[str]]) -> list[list[str]]:
+def _with_segments(own, header, units_row, body):
     """Return the lines of a table, whose header may come again for each of its segments."""
     head = [header, *([units_row] if units_row else [])]
     if own.draw.random() < 0.15:
-        own.kinds.append("segments")
         own.must = own.must or "either"
         third = len(body) // 3
         gap = [[""], ["Segment", "next"]] if own.draw.random() < 0.5 else [[""]]
@@ -218,7 +209,7 @@ def _with_segments(own: _Draw, header: list[str], units_row: list[str], body: li
     return [*head, *body]
 
 
-def _add_results(own: _Draw, columns: list[_Column], force: np.ndarray) -> None:
+def _add_results(own, columns, force):
     """Add a table of results in units of its own, above or below the curve."""
     draw = own.draw
     if draw.random() < 0.3:
@@ -228,7 +219,6 @@ def _add_results(own: _Draw, columns: list[_Column], force: np.ndarray) -> None:
         results = [["Results"], labels, ["1", largest, "3"]]
         results += draw.choice([[], [["Mean", largest, "3"], ["S.D.", "0", "0"]]])
         where = draw.choice(["above", "below"])
-        own.kinds.append(f"results {where}")
         own.must = own.must or "either"
         if where == "above":
             own.results_above = [[""], *results, *draw.choice([[], [[""]]])]
@@ -236,7 +226,7 @@ def _add_results(own: _Draw, columns: list[_Column], force: np.ndarray) -> None:
             own.below += results
 
 
-def _contradict(own: _Draw, columns: list[_Column]) -> None:
+def _contradict(own, columns):
     """Say another unit of a column in a second place."""
     stated = [column for column in columns if column.how not in ("mention", "sibling", "default")]
     if stated and own.draw.random() < 0.12:
@@ -244,16 +234,12 @@ def _contradict(own: _Draw, columns: list[_Column]) -> None:
         other = own.draw.choice([unit for unit in ("kgf", "mil", "N", "um") if _worth(unit) != column.worth])
         if (other in FORCES) == (column.key == "force"):
             own.above.append([f"{column.name} unit: {other}"])
-            own.kinds.append("contradiction")
             own.must = "refused"
 
 
-def _worth(unit: str) -> float:
+def _worth(unit):
     return {**FORCES, **TRAVELS}[unit]
 
 
-def _quoted(cell: str, delimiter: str) -> str:
+def _quoted(cell, delimiter):
     return f'"{cell}"' if delimiter in cell else cell
-
-
-Draw = Callable[[int], DrawnTable]

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from refusal import refusal
 
 from instrument.press.measuring import MeasuringUnit
 from instrument.proof import ProvedReading, judged, prove
@@ -67,8 +68,7 @@ def test_a_press_without_a_solution_is_drawn_again(refused, again, mango, monkey
 
     monkeypatch.setattr("instrument.proof._proved", proved)
     if again is None:
-        with pytest.raises(InputError):
-            prove(mango.report, 3, 1)
+        refusal(prove, mango.report, 3, 1)
         return
     assert prove(mango.report, 3, 1).drawn_again == again
     assert len(set(draws)) == len(draws) == 3 + again

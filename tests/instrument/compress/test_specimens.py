@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from refusal import refusal
 
 from instrument.compress.specimens import QUANTITIES, read_specimens
 from pipeline.tables.headers import ColumnFlags
-from sensor.quantity import InputError
 
 TRAVEL = np.array([0.0, 0.5, 1.0, 1.5])  # [mm]
 FORCE = np.array([0.25, 0.5, 4.0, 9.75])  # [N]
@@ -30,32 +30,6 @@ def read(tmp_path, content, columns=None, units=None):
 def assert_is_the_curve(specimen):
     np.testing.assert_allclose(specimen.travel, TRAVEL, rtol=1e-12)
     np.testing.assert_allclose(specimen.force, FORCE, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        f"force_N,travel_mm\n{PLAIN}",
-        f"\ufeffForce,Displacement\nN,mm\n{PLAIN}",
-        f"load N\tposition mm\n{PLAIN}".replace(",", "\t"),
-        "Kraft [N];Weg [mm]\n0,25;0\n0,5;0,5\n4;1\n9,75;1,5\n",
-        f"machine 7,\nspeed,5 mm/min\n\nForce (N),Distance (mm)\n{PLAIN}\n\nlargest,9.75\n",
-        # TA.XT with a row of units, and as it names them in its headers; Zwick in cp1252 with a micro sign
-        f'"Force","Distance"\n"N","mm"\n{PLAIN}',
-        "Force (g)\tDistance (mm)\tTime (sec)\n"
-        + "".join(f"{F / 9.80665e-3}\t{x}\t{x}\n" for F, x in zip(FORCE, TRAVEL, strict=True)),
-        "Prüfzeit;Standardweg;Standardkraft\ns;µm;N\n0;0;0,25\n1;500,0;0,5\n2;1000,0;4\n3;1500,0;9,75\n".encode(
-            "cp1252"
-        ),
-        SECTIONS.split("1 _ 2,,")[0],
-        SECTIONS.split("1 _ 2,,")[0].encode("cp932"),
-        SIDE_BY_SIDE,
-    ],
-)
-def test_every_layout_gives_the_same_curve(content, tmp_path):
-    specimen = read(tmp_path, content)[0]
-    assert_is_the_curve(specimen)
-    assert specimen.notes == ()
 
 
 def test_specimens_side_by_side_end_each_at_its_own_row(tmp_path):
@@ -155,9 +129,8 @@ def test_segments_of_one_test_are_one_specimen(gap, time, tmp_path):
     again = [f"{header}\n" + lines_of(CURVE, form)] * 2
     assert len(read(tmp_path, "\n".join(again))) == 2
     if time:  # which begins anew in a segment whose curve goes on
-        with pytest.raises(InputError) as caught:
-            read(tmp_path, "\n".join([parts[0], parts[1].replace(",1.0,1.0", ",1.0,0.0")]))
-        assert caught.value.field.endswith("column 'Time (s)'")
+        anew = parts[1].replace(",1.0,1.0", ",1.0,0.0")
+        assert refusal(read, tmp_path, f"{parts[0]}\n{anew}").field.endswith("column 'Time (s)'")
 
 
 def test_line_of_text_and_a_cut_last_line_are_left_out_and_named(tmp_path):
@@ -166,10 +139,9 @@ def test_line_of_text_and_a_cut_last_line_are_left_out_and_named(tmp_path):
     (specimen,) = read(tmp_path, text)
     np.testing.assert_allclose(specimen.force, [F for _, F in CURVE])
     assert "line 16, 'gauge not found', line 33, '81.2'" in specimen.understood
-    for cut in ("gauge not found", "82.1,"):  # is no number, nor the last line
-        with pytest.raises(InputError) as caught:
-            read(tmp_path, "\n".join([*lines[:15], cut.replace("gauge not found", "1,x"), *lines[15:]]))
-        assert "line 16" in caught.value.field
+    for cut in ("1,x", "82.1,"):  # is no number, nor the last line
+        table = "\n".join([*lines[:15], cut, *lines[15:]])
+        assert "line 16" in refusal(read, tmp_path, table).field
 
 
 @pytest.mark.parametrize(("first", "unit"), [(2**32 - 1000, "ms"), (2**32 - 1000, "us"), (86399.5, "s of a day")])
@@ -190,14 +162,11 @@ def test_clock_that_begins_anew_goes_on_and_is_said(first, unit, tmp_path):
 def test_time_that_runs_back_is_refused_with_the_time_before(tmp_path):
     rows = [f"{F},{x},{row}" for row, (x, F) in enumerate(CURVE)]
     rows[20] = rows[20].replace(",20", ",5")
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, "Force (N),Travel (mm),Time (s)\n" + "\n".join(rows))
-    assert (caught.value.field[-26:], caught.value.value) == ("line 22, column 'Time (s)'", 5.0)
-    assert "19 s" in caught.value.bound
-    assert "sort" not in str(caught.value).lower()
+    told = refusal(read, tmp_path, "Force (N),Travel (mm),Time (s)\n" + "\n".join(rows))
+    assert (told.field[-26:], told.value) == ("line 22, column 'Time (s)'", 5.0)
+    assert "19 s" in told.bound
+    assert "sort" not in str(told).lower()
 
 
 def test_unit_of_flag_and_file_may_not_differ(tmp_path):
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, f"force_N,travel_mm\n{PLAIN}", units="force=kN")
-    assert caught.value.value == "N"
+    assert refusal(read, tmp_path, f"force_N,travel_mm\n{PLAIN}", units="force=kN").value == "N"
