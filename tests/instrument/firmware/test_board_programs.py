@@ -12,19 +12,17 @@ import numpy as np
 import pytest
 from deadline import DEADLINE_S
 from emulated_board import GREATEST, STUBS, Board, Chip, board_pins, run_on_arduino, run_on_pico, wires_of
-from measured_units import elastic
+from refusal import refusal
 
 from cad.fabrication.wiring import write_wiring
 from instrument.firmware.firmware import board_files
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import TARE_SAMPLES, readings_of
-from instrument.press.signals import Signal, count_keys
+from instrument.press.signals import Signal
 from pipeline.tables.rows import Rows
 from sensor.design.readout import Readout
-from sensor.quantity import InputError
 from solve.contact.poses import Pose
 
-GRAM = 9.80665e-3  # [N]
 AGREES = 1e-5  # single precision
 PROGRAMS = ("main.py", "sketch/sketch.ino")
 LEVELS = (0.5, -0.012345, 0.9999999, 3e-7)  # of the supply: usual, below ground, the largest and one of few counts
@@ -204,41 +202,7 @@ def test_planted_faults_are_found(fault, name, mango, printed):
         hold_logger(mango, sources | wrong, name, printed, 0.1)
 
 
-class Bench:
-    """Springs and electronics of one unit whose forces [N] a chip shows, as they go with the time [s]."""
-
-    def __init__(self, measured, rng):
-        """Make gains up to 20 % off, crosstalk and offsets."""
-        self.tips = len(measured.K)
-        nominal = np.array(measured.report.read_out.signal.counts_per_N)
-        gains = nominal * (1.0 + 0.2 * rng.uniform(-1.0, 1.0, self.tips))
-        crosstalk = np.eye(self.tips) + 0.02 * rng.uniform(-1.0, 1.0, (self.tips, self.tips))
-        self.matrix = crosstalk * gains
-        self.zero = OFFSETS * rng.uniform(0.9, 1.1, self.tips)
-
-    def chip(self, forces_at):
-        """Return a chip that shows forces, a function of the time [s]."""
-
-        def level(channel, t):
-            if channel >= self.tips:
-                return 0.0
-            return float(self.zero[channel] + self.matrix[channel] @ forces_at(1e-6 * t)) / 2**23
-
-        return Chip(level)
-
-
-def weights_at(measured):
-    """Return names, weights [g] and the forces of all tips [N] of a series of weights up and down on each tip."""
-    for tip, name in enumerate(tip.name for tip in measured.report.tips):
-        full = round(0.9 * measured.report.read_out.full_scale_N[tip] / GRAM, 2)
-        for part in (0.0, 0.5, 1.0, 0.5, 0.0):
-            force = np.zeros(len(measured.K))
-            force[tip] = part * full * GRAM
-            yield name, part * full, force
-
-
 HEADERS = {"mango": "t_s,counts_1,counts_2,counts_3,counts_4", "pair": "t_s,counts_l,counts_h"}
-HELD_S = 0.08  # that a weight hangs
 
 
 @pytest.mark.parametrize(
@@ -250,56 +214,52 @@ HELD_S = 0.08  # that a weight hangs
         pytest.param("pair", PROGRAMS[0], marks=pytest.mark.slow),
     ],
 )
-def test_counts_of_a_board_become_a_unit_that_reads_a_press(name, design, request, rng, calibrate, printed):
-    """From the logger's rows beside weights to a unit; its forces are those that the chip was given, and E as well."""
-    measured = request.getfixturevalue(design)
-    bench, hung = Bench(measured, rng), list(weights_at(measured))
-    held = np.array([force for _, _, force in hung])
-    chip = bench.chip(lambda t: held[min(int(t / HELD_S), len(held) - 1)])
-    _, rows = rows_of_text(printed(measured, files_of(measured), name, chip, HELD_S * len(hung)))
-    lines = [",".join(["tip,weight_g,deflection_mm", *count_keys(bench.tips)])]
-    for index, (tip, weight, force) in enumerate(hung):
-        shown = [row for row in rows if index + 0.3 < 1e-6 * row[0] / HELD_S < index + 0.7][-1]
-        deflection = round(float((force / measured.K).max()), 4)
-        lines.append(",".join(map(str, [tip, weight, deflection, *shown[1:]])))
-    unit = elastic(calibrate(measured.report, "\n".join(lines)).unit)
-    sensor = MeasuringUnit(report=measured.report, unit=unit)
+def test_a_board_reads_the_press_that_its_log_shows(name, design, request, printed):
+    """Forces of the log are those that the chip was given, each channel at its own time; E of the program is the log's.
 
-    travel = measured.design.press.travel_mm
-    steps = np.linspace(0.02, 1.0, 60)
-    forces = measured.forces([Pose(E=1.4, travel=share * travel) for share in steps])
-    forces = np.concatenate([np.zeros((1, bench.tips)), forces, forces[::-3], np.zeros((1, bench.tips))])
+    How counts of weights become a unit is held beside the counts.
+    """
+    measured = request.getfixturevalue(design)
+    signal, tips = measured.report.read_out.signal, len(measured.K)
+    unit = replace(counted(measured), zero_counts=(OFFSETS,) * tips)
+    sensor = MeasuringUnit(report=measured.report, unit=unit)
+    travels = np.linspace(0.02, 1.0, 60) * measured.design.press.travel_mm
+    forces = measured.forces([Pose(E=1.4, travel=x) for x in travels.tolist()])
+    forces = np.concatenate([np.zeros((1, tips)), forces, forces[::-3], np.zeros((1, tips))])
     times = 0.4 + 0.025 * np.arange(len(forces))  # the tare is free
 
-    def forces_at(t):
-        return np.array([np.interp(t, times, row) for row in forces.T])
+    def force_at(t, tip):
+        return np.interp(t, times, forces[:, tip])
 
-    text = printed(measured, files_of(measured), name, bench.chip(forces_at), 2.6)
-    read = Signal(Rows(text.splitlines(), "press.csv"), bench.tips)
-    (expected,) = readings_of(sensor, read)
+    def chip():
+        def level(channel, t):
+            counts = 0.0 if channel >= tips else OFFSETS + signal.counts_per_N[channel] * force_at(1e-6 * t, channel)
+            return float(counts) / 2**23
+
+        return Chip(level)
+
+    text = printed(measured, files_of(measured), name, chip(), 2.6)
+    (expected,) = readings_of(sensor, Signal(Rows(text.splitlines(), "press.csv"), tips))
+    assert pytest.approx(1.4, rel=0.03) == expected.E
+    assert set(expected.flags) <= {"uncertain"}
     _, rows = rows_of_text(text)
-    delays = np.array(measured.report.read_out.signal.delay_ms)
     above = np.array(rows, dtype=float)[:, 1:] - np.array(rows)[:TARE_SAMPLES, 1:].mean(axis=0)
     newtons = above @ np.array(unit.newtons_per_count).T
     assert newtons[:TARE_SAMPLES] == pytest.approx(0.0, abs=1e-4 * forces.max())
     for (t, *_), found in zip(rows, newtons, strict=True):
-        if 0.45 < 1e-6 * t < 1.9:  # each channel at the middle of its own conversion, crosstalk aside
-            given = [forces_at(1e-6 * t + 1e-3 * (delay + 2.9))[tip] for tip, delay in enumerate(delays)]
+        if 0.45 < 1e-6 * t < 1.9:  # each channel at the middle of its own conversion
+            given = [force_at(1e-6 * t + 1e-3 * (delay + 2.9), tip) for tip, delay in enumerate(signal.delay_ms)]
             assert found == pytest.approx(given, rel=0.01, abs=2e-3 * forces.max())
-    assert pytest.approx(1.4, rel=0.03) == expected.E
-    assert set(expected.flags) <= {"uncertain"}
 
-    chip = bench.chip(forces_at)
-    said = printed(measured, files_of(measured, unit), name, chip, 2.6).replace("\r", "")
-    signal = measured.report.read_out.signal
-    counts = np.array([count for _, _, count in chip.conversions])
+    board = chip()
+    said = printed(measured, files_of(measured, unit), name, board, 2.6).replace("\r", "")
+    counts = np.array([count for _, _, count in board.conversions])
     counts = counts[: len(counts) // 4 * 4].reshape(-1, 4)[:, np.argsort(signal.conversion_order)]
     lines = [",".join(map(str, [index / signal.rate_Hz, *row])) for index, row in enumerate(counts.tolist())]
-    (expected,) = readings_of(sensor, Signal(Rows([HEADERS[design], *lines], "press.csv"), bench.tips))
+    (expected,) = readings_of(sensor, Signal(Rows([HEADERS[design], *lines], "press.csv"), tips))
     (found,) = re.findall(r"^E (\S+) MPa, E/\(1 - nu\^2\) (\S+) MPa, flags 0$", said, flags=re.M)
     digits = {"rel": AGREES} if name == "main.py" else {"abs": 0.6e-4}  # the sketch prints four decimals
-    assert float(found[0]) == pytest.approx(expected.E, **digits)
-    assert float(found[1]) == pytest.approx(sensor.reduced(expected.E), **digits)
+    assert list(map(float, found)) == pytest.approx([expected.E, sensor.reduced(expected.E)], **digits)
 
 
 COMPILERS = {
@@ -352,15 +312,11 @@ def test_board_that_is_not_known_is_refused(readout, field, mango):
         report = replace(report, read_out=replace(report.read_out, signal=None))
     else:
         report = replace(report, design=replace(report.design, readout=replace(report.design.readout, **readout)))
-    with pytest.raises(InputError) as refused:
-        board_files(replace(mango.measuring(), report=report), calibrated=False)
-    assert refused.value.field == field
+    assert refusal(board_files, replace(mango.measuring(), report=report), calibrated=False).field == field
 
 
 def test_unit_without_counts_is_refused(mango):
-    with pytest.raises(InputError) as refused:
-        board_files(mango.measuring(), calibrated=True)
-    assert refused.value.field == "--unit"
+    assert refusal(board_files, mango.measuring(), calibrated=True).field == "--unit"
 
 
 def test_logger_needs_no_reading(mango):
