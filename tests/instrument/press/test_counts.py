@@ -112,17 +112,16 @@ class Made:
                 rows.append([tip.name, part * full, round(shown[number] * part * full * GRAM, 3), *counts])
         return text_of(",".join(["tip", "weight_g", "deflection_mm", *self.keys]), rows)
 
-    def plate(self, modulus=1.0, digits=3, late=0.0):
+    def plate(self, modulus=1.0, digits=3):
         """Return the table of a press on a plate of glass, by a dial that is rounded to digits of a millimetre.
 
-        Springs and domes in series, of a print whose modulus is a share of its process's; the first tip is `late` [mm].
+        Springs and domes in series, of a print whose modulus is a share of its process's.
         """
         share = 1.0 / np.sqrt(self.factors)
         C = share[:, None] * self.measured.C * share
         rows = []
         for travel in np.linspace(0.1, 0.9, 9) * self.measured.design.press.travel_mm:
             lowered = np.full(len(share), travel)
-            lowered[0] = max(travel - late, 0.0)
             forces = np.linalg.solve(C, lowered)
             for _ in range(50):
                 forces = np.linalg.solve(C, lowered - self.flattened(forces, modulus))
@@ -250,17 +249,6 @@ def test_a_unit_without_the_plate_or_the_ball_of_its_design_is_told_so(made, man
     assert calibrate(ball.report, Made(ball, rng).weights()).assumed == []
 
 
-def test_a_travel_that_is_rounded_is_so_for_all_tips(made, mango, calibrate):
-    """A dial of 0.01 mm: E is off by at most 1.5 of what a slope by it is, and the bar hardly grows."""
-    rows = made.press(mango.design.fruit.largest_E_MPa)
-    units = [calibrate(mango.report, made.weights(), made.plate(digits=digits)).unit for digits in (3, 2)]
-    fine, coarse = (read(MeasuringUnit(report=mango.report, unit=unit), rows)[0] for unit in units)
-    travels = np.linspace(0.1, 0.9, 9) * mango.design.press.travel_mm
-    rounding = 0.01 / np.sqrt(12.0) / np.linalg.norm(travels - travels.mean())
-    assert abs(coarse.E / fine.E - 1.0) < 3.0 * 1.5 * rounding
-    assert fine.u < coarse.u < fine.u + 2.0 * 2.0 * 3.0 * 1.5 * rounding
-
-
 def changed(text, change):
     """Return a table whose header and rows of cells are changed."""
     head, *rows = (line.split(",") for line in text.splitlines())
@@ -293,10 +281,6 @@ def test_tables_that_tell_no_unit_are_refused(on_plate, spoilt, change, mango, r
     calibrate(mango.report, *tables)
     tables[spoilt] = changed(tables[spoilt], change)
     refusal(calibrate, mango.report, *tables)
-
-
-def test_a_tip_that_touches_late_is_refused(made, mango, calibrate):
-    refusal(calibrate, mango.report, made.weights(), made.plate(late=0.2 * mango.design.press.travel_mm))
 
 
 def test_weights_tell_gain_crosstalk_hysteresis_and_zero(made, mango, calibrate):
