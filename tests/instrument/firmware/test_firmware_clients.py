@@ -11,15 +11,14 @@ import numpy as np
 import pytest
 from boards import BOARDS
 from deadline import DEADLINE_S
+from firmware_presses import PRESSES, forces_of
 from measured_units import read_log
 
 from instrument.firmware.firmware import board_files, header_text, module_text
 from instrument.press.presses import TARE_SAMPLES
-from solve.contact.poses import Pose
 
 pytestmark = pytest.mark.slow
 
-FACTORS = {"mango": (1.19, 1.11, 1.15, 1.12), "paper": (1.19, 1.11)}
 AGREES = 1e-5  # single precision over the samples of a press
 INTERPRETER = Path(__file__).parents[3] / ".ci" / "micropython"
 PROGRAM = """
@@ -116,14 +115,22 @@ board.runPython(readFileSync("program.py", "utf-8"));
 """
 
 
-@pytest.fixture(params=["paper", "mango"])
-def press(request):
-    """Return a unit and the forces [N] of one press, (samples, tips) in single precision."""
-    measured = request.getfixturevalue(request.param)
-    sensor = measured.measuring(FACTORS[request.param])
-    travels = (np.linspace(0.1, 1.0, 30) * measured.design.press.travel_mm).tolist()
-    forces = measured.forces([Pose(E=1.0, travel=x) for x in travels], FACTORS[request.param])
-    return sensor, forces.astype(np.float32)
+PRESS_OF = {press["name"]: press for press in PRESSES}
+USUAL = ("paper of 1.2 MPa, tilted by 0.5 degrees", "mango of 1.2 MPa, tilted by 1.9 degrees")
+OTHERS = (
+    "a deep touch after one of less force",
+    "paper-on-mango of 2.1 MPa, tilted by 0.9 degrees",
+    "unit: ball and creep",
+    "pair, channels in turn",
+    "mango with a sample that is zero",
+)
+
+
+@pytest.fixture(params=USUAL)
+def press(request, unit_of):
+    """Return a unit and the forces [N] of one stored press, (samples, tips) in single precision."""
+    press = PRESS_OF[request.param]
+    return unit_of(press), forces_of(press)
 
 
 @pytest.mark.parametrize(
@@ -153,6 +160,7 @@ def test_microcontroller_reads_what_the_command_reads(board, press, tmp_path):
     assert pytest.approx(E, rel=AGREES) == read_log(sensor, forces).E
 
 
+@pytest.mark.parametrize("press", [*USUAL, *OTHERS], indirect=True)
 def test_micropython_reads_what_the_command_reads(press, tmp_path):
     """The real interpreter, in doubles of its own: E to the digits of its numbers."""
     sensor, forces = press
