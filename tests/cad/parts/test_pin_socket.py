@@ -61,6 +61,11 @@ def test_pockets_are_a_square_and_a_gable_deep_and_leave_the_faces_their_names(p
     assert pinned.part.face_area("low_tip") == pytest.approx(3.8**2 - square_and_gable)
 
 
+def test_gable_is_the_roof_of_its_pocket_in_print(pinned, foot):
+    """No ledge is as wide as a pocket; on the other side the gable would leave its level roof."""
+    assert overhang(pinned.part) < 0.95 * foot.pocket_side
+
+
 def test_neck_above_a_wide_foot_prints_without_support():
     """A foot 0.8 mm short of the plate on each side: the step above it rises at 45 degrees."""
     design = Design(tips=Tips(socket="pin", side_mm=2.0, spacing_mm=12.0), fruit=Fruit(length_mm=40.0))

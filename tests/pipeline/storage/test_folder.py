@@ -200,6 +200,16 @@ def test_report_that_lists_a_file_outside_is_none_of_ours(path, tmp_path):
     assert letter.read_text(encoding="utf-8") == "precious"
 
 
+def test_report_that_a_person_changed_is_neither_answered_nor_replaced(tmp_path):
+    run(tmp_path / "out", "1")
+    path = tmp_path / "out" / "report.json"
+    path.write_text(json.dumps({**json.loads(path.read_bytes()), "text": "mine"}), encoding="utf-8")
+    assert whole_report(tmp_path / "out") is None
+    with pytest.raises(OutputError):
+        run(tmp_path / "out", "2")
+    assert json.loads(path.read_bytes())["text"] == "mine"
+
+
 def test_second_run_at_the_same_time_is_refused_and_a_repeat_of_the_first_is_answered(tmp_path):
     target = tmp_path / "out"
     with output_folder(target) as folder:
