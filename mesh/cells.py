@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import Element, Mesh
 from skfem.quadrature import get_quadrature
-from skfem.refdom import RefHex, RefQuad
+from skfem.refdom import RefQuad
 
 from sensor.arrays import Floats
 
@@ -102,7 +102,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class ReferenceFacet:
-    """The elements that have the same one of their six facets on a surface: its corner and two edges from it, (3,)."""
+    """The elements that have the same one of their facets on a surface: its corner and two edges from it, (3,)."""
 
     elements: Ints
     corner: Floats
@@ -122,12 +122,12 @@ class ReferenceFacet:
 
 
 def reference_facets(mesh: Mesh, facets: Ints) -> Iterator[ReferenceFacet]:
-    """Yield the elements that facets (n,) of a mesh belong to, grouped by the facet of the unit cube [1] they are."""
+    """Yield the elements that facets (n,) of a mesh belong to, grouped by the facet of the unit cell [1] they are."""
     owners = mesh.f2t[0, facets]
-    for local, corners in enumerate(RefHex.facets):
+    for local, corners in enumerate(mesh.refdom.facets):
         elements = owners[mesh.t2f[local, owners] == facets]
         if len(elements):
-            first, second, _, last = RefHex.p[:, corners].T  # corners in order round the facet
+            first, second, *_, last = mesh.refdom.p[:, corners].T  # corners in order round the facet
             yield ReferenceFacet(elements, first, second - first, last - first)
 
 

@@ -1,7 +1,7 @@
 """The meshes of a part of any shape: its section in quadrilaterals, graded to what is thin, swept over the depth.
 
 Boundaries are the names of the part's faces, `side_faces`, the ends of the sweep, `fillets`, the round inner corners of
-the section, and `symmetry` where half the part is meshed.
+the section, `walls`, all other walls that carry no load, and `symmetry` where half the part is meshed.
 """
 
 import dataclasses
@@ -23,7 +23,7 @@ from sensor.arrays import Flags, Floats
 if TYPE_CHECKING:
     from cad.checks.own_part import Extrusion
 
-SIDES, FILLETS, SYMMETRY = "side_faces", "fillets", "symmetry"
+SIDES, FILLETS, WALLS, SYMMETRY = "side_faces", "fillets", "walls", "symmetry"
 _HINT = "check the solid at its smallest faces"
 _SAMPLES = 2000  # places of the outline at which its thickness is measured
 _FEWEST = 8  # of them on a curve
@@ -31,6 +31,8 @@ _PER_THICKNESS = 1.0  # quadrilaterals across a wall, before each is divided int
 _PER_QUARTER = 3.0  # on a quarter of a round inner corner, likewise
 _APART_MM = 0.4  # between lines along which mesh and part are compared
 _MOST_LINES = 10  # on a side of a quadrilateral
+_IMPLIED = 1.05
+_BIN_SHARE = 0.02  # of the longest side
 _GROWTH = 0.45  # of the size per distance
 _NEAR = 1e-6  # [mm]
 _PARALLEL = 1e-12
@@ -140,11 +142,11 @@ def _meshed_section(extrusion: "Extrusion", scale: float) -> _Section:
             gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1.0)
             gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1.0)
             outline = _Outline(surfaces)
-            (at_x, at_z), sizes = _decisive(outline.points, outline.sizes(scale))
+            sizes = GradedSizes(outline.points, outline.sizes(scale), _GROWTH)
 
             def size_at(dim: int, _tag: int, x: float, _y: float, z: float, size: float) -> float:
                 # Inside, gmsh takes the sizes of the outline, which are its own.
-                return size if dim > 1 else float((sizes + _GROWTH * np.hypot(at_x - x, at_z - z)).min())
+                return size if dim > 1 else sizes.at(x, z)
 
             gmsh.model.mesh.setSizeCallback(size_at)
         with stage("generate", _HINT):
@@ -179,14 +181,39 @@ def _imported(extrusion: "Extrusion") -> list[int]:
     return surfaces
 
 
-def _decisive(points: Floats, sizes: Floats) -> tuple[Floats, Floats]:
-    """Return the points and sizes [mm] that other points with their sizes do not imply to a twentieth."""
-    kept: list[int] = []
-    for i in np.argsort(sizes):
-        away = np.hypot(*(points[:, kept] - points[:, i, None]))
-        if not kept or (sizes[kept] + _GROWTH * away).min() > 1.05 * sizes[i]:
-            kept.append(int(i))
-    return points[:, kept], sizes[kept]
+class GradedSizes:
+    """Sizes of elements at points, which grow with the distance from them [mm]; gmsh asks for one a million times."""
+
+    def __init__(self, points: Floats, sizes: Floats, growth: float) -> None:
+        """Take points (dim, n) and sizes (n,), of which those are kept that others do not imply to a twentieth."""
+        kept = np.zeros(0, dtype=np.int64)
+        for i in np.argsort(sizes):
+            away = np.linalg.norm(points[:, kept] - points[:, i, None], axis=0)
+            if not len(kept) or (sizes[kept] + growth * away).min() > _IMPLIED * sizes[i]:
+                kept = np.append(kept, i)
+        self._points = points[:, kept]
+        self._sizes = sizes[kept]
+        self._growth = growth
+        self._bin = _BIN_SHARE * float(np.ptp(points, axis=1).max())
+        self._near: dict[tuple[int, ...], tuple[Floats, Floats]] = {}
+
+    def at(self, *place: float) -> float:
+        """Return the size at a place [mm]."""
+        key = tuple(int(value // self._bin) for value in place)
+        near = self._near.get(key)
+        if near is None:
+            near = self._near[key] = self._in_bin(key)
+        points, sizes = near
+        away = points - np.array(place)[:, None]
+        return float((sizes + self._growth * np.sqrt((away * away).sum(axis=0))).min())
+
+    def _in_bin(self, key: tuple[int, ...]) -> tuple[Floats, Floats]:
+        """Return the points that may set a size within a cube of space."""
+        middle = (np.array(key) + 0.5)[:, None] * self._bin
+        there = self._sizes + self._growth * np.linalg.norm(self._points - middle, axis=0)
+        reach = self._growth * self._bin * np.sqrt(len(key))  # either way, from the middle to a corner
+        near = there <= there.min() + reach
+        return self._points[:, near], self._sizes[near]
 
 
 class _Outline:
@@ -362,6 +389,8 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
         boundaries[name] = outside[on_face]
         if not on_face.any():
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "take another face")
+    named = np.concatenate(list(boundaries.values()))
+    boundaries[WALLS] = np.setdiff1d(outside[~is_level], named)
     return boundaries
 
 

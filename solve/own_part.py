@@ -8,16 +8,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from skfem import CellBasis
+from scipy.sparse import csc_matrix
+from skfem import CellBasis, ElementTetP2, MeshTet2
 
-from mesh.own_part import FILLETS, SweptPart
+from mesh.own_part import FILLETS, WALLS, SweptPart
 from sensor.arrays import Floats
 from solve.displacement_basis import scalar_gradients
-from solve.elasticity import stress
-from solve.housing.clamped_half import BALANCE_LIMIT, ClampedHalf, clamped_half, face_mean
-from solve.housing.elastic_layer import ElasticLayer
+from solve.elasticity import stiffness_matrix, stress, vector_basis
+from solve.housing.clamped_half import BALANCE_LIMIT, HOLES, ClampedHalf, clamped_half, face_mean
+from solve.housing.elastic_layer import ElasticLayer, layer_matrix
 from solve.housing.stiffness import largest_strain
 from solve.linear import SolveError
+from solve.multigrid import two_grid
 
 Direction = tuple[float, float, float]
 # Of the energy that material carries, by which a part without it gives more: 2 for a round hole under tension, more for
@@ -26,6 +28,8 @@ VOID_FACTOR = 4.0
 # Of the difference between both meshes, and a floor: tests/reference/fits/test_own_part.py
 ERROR_SHARE = 1.0
 ERROR_FLOOR = 1e-3
+_TETRAHEDRA_ORDER = 4  # of the quadrature: edges are curved
+_RATES = (1.0, 3.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,14 +70,8 @@ def swept_compliance(
     means = np.column_stack([press_mean(half.basis, name, direction) for name, direction in presses.items()])
     u = half.factor.solve(part.share * means)
     C = means.T @ u
-    skew = float(np.abs(C - C.T).max())
-    if not skew <= BALANCE_LIMIT * float(np.abs(C).max()):
-        msg = f"own part: compliances of two loads differ by {skew:.1e} mm/N: must be equal; check the solid"
-        raise SolveError(msg)
-    corners = [
-        largest_strain(half.basis, FILLETS, column) if FILLETS in part.mesh.boundaries else (np.nan, np.nan)
-        for column in u.T
-    ]
+    _check_reciprocal(C)
+    corners = [_corner_strain(half.basis, column) for column in u.T]
     return PartCompliance(
         C=0.5 * (C + C.T),
         strain_per_N=tuple(corner for corner, _ in corners),
@@ -82,6 +80,71 @@ def swept_compliance(
         dofs=int(half.basis.N),
         seconds=time.perf_counter() - start,
     )
+
+
+def _check_reciprocal(C: Floats) -> None:
+    """Raise SolveError unless each load moves the other's face as that moves its own (Betti)."""
+    skew = float(np.abs(C - C.T).max())
+    if not skew <= BALANCE_LIMIT * float(np.abs(C).max()):
+        msg = f"own part: compliances of two loads differ by {skew:.1e} mm/N: must be equal; check the solid"
+        raise SolveError(msg)
+
+
+def _corner_strain(basis: CellBasis, u: Floats) -> tuple[float, float]:
+    """Return the largest strain at round inner corners [1], as `largest_strain` does; nan where another wall has more.
+
+    There it is at a sharp corner, and grows with every finer mesh.
+    """
+    if FILLETS not in basis.mesh.boundaries:
+        return np.nan, np.nan
+    corner, inside = largest_strain(basis, FILLETS, u)
+    elsewhere, _ = largest_strain(basis, WALLS, u)
+    return (corner, inside) if corner >= elsewhere else (np.nan, np.nan)
+
+
+def tetrahedral_compliance(
+    mesh: MeshTet2,
+    material: tuple[float, float],
+    presses: Mapping[str, Direction],
+    layers: Sequence[ElasticLayer] = (),
+) -> PartCompliance:
+    """Return the compliance of the pressed faces of a whole part in quadratic tetrahedra, without strains.
+
+    Raises SolveError as `swept_compliance` does.
+    """
+    start = time.perf_counter()
+    basis = vector_basis(mesh, ElementTetP2(), _TETRAHEDRA_ORDER)
+    matrix = stiffness_matrix(basis, *material)
+    held = basis.get_dofs(HOLES).all()
+    if layers:
+        matrix = csc_matrix(matrix + layer_matrix(basis, layers, *material))
+        held = held[:0]
+    means = np.column_stack([press_mean(basis, name, direction) for name, direction in presses.items()])
+    C = means.T @ two_grid(basis, matrix, held).solve(means)
+    _check_reciprocal(C)
+    unknown = (np.nan,) * len(presses)
+    return PartCompliance(
+        C=0.5 * (C + C.T),
+        strain_per_N=unknown,
+        strain_inside_per_N=unknown,
+        left_out=(0.0,) * len(presses),
+        dofs=int(basis.N),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def extrapolated(sizes: Sequence[float], values: Sequence[float]) -> tuple[float, float, float]:
+    """Return a value at size 0 from those on three meshes, what it differs from the last, and the rate of convergence.
+
+    The rate is that of the three, but at least 1 and at most 3: beyond, their scatter would set it.
+    """
+    far, near = values[-3] - values[-2], values[-2] - values[-1]
+    h = np.asarray(sizes[-3:])
+    rates = np.linspace(*_RATES, 201)
+    of_rate = (h[0] ** rates - h[1] ** rates) / (h[1] ** rates - h[2] ** rates)
+    rate = float(rates[np.argmin(np.abs(of_rate - far / near))]) if near != 0.0 else _RATES[0]
+    step = near * h[2] ** rate / (h[1] ** rate - h[2] ** rate)
+    return float(values[-1] - step), abs(float(step)), rate
 
 
 def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:

@@ -14,7 +14,7 @@ import OCP
 
 from cad.files.step import read_step
 from cad.parts.housing import Housing
-from cad.parts.part import Part
+from cad.parts.part import Part, on_plane
 from sensor.arrays import Flags, Floats
 from sensor.quantity import InputError, validation_error
 
@@ -29,6 +29,10 @@ _SWEPT_SHARE = 0.9  # of the surface that lies along or across the sweep, at the
 _SAMPLES = (0.1, 0.5, 0.9)  # of the parameters of a face, where its normal is looked at
 _NEAR_MM = 1e-5
 _ONE_SIDED = 0.5  # of the area of a face, which its mean normal must have
+_WALL_POINTS = 3000  # on a part, of its walls
+_STEP_MM = 1e-3  # into a wall, where its thickness is measured
+_CORNER_SHARE = 0.25  # of half a turn
+_CHORD_MM, _ANGLE_RAD = 0.01, 0.3
 _BEYOND = 1.0  # [mm] that a line begins before the part
 
 
@@ -207,16 +211,18 @@ class Extrusion:
         caster = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
         caster.Load(self.part.shape.wrapped, 1e-7)
         along = OCP.gp.gp_Dir(0.0, 1.0, 0.0)
+        box = self.part.shape.BoundingBox()
+        below, reach = box.ymin - _BEYOND, box.ylen + 2.0 * _BEYOND
         entered, left, inside = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
         for i, (place_x, place_z) in enumerate(zip(x.tolist(), z.tolist(), strict=True)):
-            line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(place_x, self.low - _BEYOND, place_z), along)
-            caster.Perform(line, 0.0, self.high - self.low + 2.0 * _BEYOND)
+            line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(place_x, below, place_z), along)
+            caster.Perform(line, 0.0, reach)
             levels = sorted(caster.WParameter(number + 1) for number in range(caster.NbPnt()))
             levels = [level for level, after in itertools.pairwise([*levels, math.inf]) if after - level > _NEAR_MM]
             if len(levels) > 1:
                 entered[i], left[i] = levels[0], levels[-1]
                 inside[i] = sum(b - a for a, b in zip(levels[::2], levels[1::2], strict=False))
-        return entered + self.low - _BEYOND, left + self.low - _BEYOND, inside
+        return entered + below, left + below, inside
 
     def lies_on(self, name: str, points: Floats, tolerance: float) -> Flags:
         """Say of points (3, n) [mm] whether they lie on a named face within a tolerance."""
@@ -352,3 +358,62 @@ def _line(edge: cq.Edge) -> tuple[tuple[float, float], tuple[float, float]]:
 def own_part(solid: cq.Solid, faces: Mapping[str, tuple[int, ...]]) -> Part:
     """Return a solid with its named faces."""
     return Part(name="part", shape=solid, faces=dict(faces))
+
+
+def with_sides(part: Part, name: str, level: float) -> tuple[Part, bool]:
+    """Return a part with its faces at y = -+ level [mm] under a name, and whether there are any."""
+    tests = [on_plane(1, sign * level) for sign in (-1.0, 1.0)]
+    places = tuple(i for i, face in enumerate(part.shape.Faces()) if any(test(face) for test in tests))
+    return (replace(part, faces={**part.faces, name: places}), True) if places else (part, False)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Walls:
+    """Points (3, n) on the surface of a part [mm], and the size [mm] that what is thin or round there asks for."""
+
+    points: Floats
+    sizes: Floats
+
+
+def walls_of(part: Part) -> Walls:
+    """Return points on every face of a part, with the thickness of the wall there, less at round inner corners."""
+    shape = part.shape
+    caster = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
+    caster.Load(shape.wrapped, 1e-7)
+    apart = math.sqrt(float(shape.Area()) / _WALL_POINTS)
+    points, sizes = [], []
+    for face in shape.Faces():
+        least = _corner_size(face)
+        for point, normal in _points_on(face, apart):
+            line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
+            caster.Perform(line, 0.0, LONGEST_MM)
+            # The nearest may be the face itself, beside which a triangle lies by its chord.
+            depths = [caster.WParameter(number + 1) for number in range(caster.NbPnt())]
+            depth = min((depth for depth in depths if depth > 2.0 * _CHORD_MM), default=math.inf)
+            if math.isfinite(depth):
+                points.append(point)
+                sizes.append(min(least, depth))
+    return Walls(points=np.array(points).T, sizes=np.array(sizes))
+
+
+def _corner_size(face: cq.Face) -> float:
+    """Return half a quarter of the round of a cylinder that is hollow [mm]; infinity for another face."""
+    axis = _cylinder(face)
+    return math.inf if axis is None else _CORNER_SHARE * math.pi * float(axis[0])
+
+
+def _points_on(face: cq.Face, apart: float) -> Iterator[tuple[Floats, Floats]]:
+    """Yield points on a face some distance apart [mm], with the outer normal at each."""
+    corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
+    places = np.array([corner.toTuple() for corner in corners])
+    for triangle in triangles:
+        a, b, c = places[list(triangle)]
+        normal = np.cross(b - a, c - a)
+        length = float(np.linalg.norm(normal))
+        if not length > _NEAR_MM**2:
+            continue
+        count = max(1, math.ceil(math.sqrt(length) / apart))
+        for i, j in itertools.product(range(count), repeat=2):
+            r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
+            if r + s < 1.0:
+                yield a + r * (b - a) + s * (c - a), normal / length

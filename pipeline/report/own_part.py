@@ -33,6 +33,7 @@ def part_data(found: PartStiffness) -> dict[str, object]:
         "seconds": found.seconds,
         "left_out_mm3": found.left_out_mm3,
         "left_out_at_mm": found.left_out_at,
+        "curve": found.curve,
         "faces": {
             name: {
                 "K_N_per_m": 1e3 * face.K,
@@ -54,11 +55,14 @@ def part_notes(found: PartStiffness) -> list[str]:
 
 def _notes(found: PartStiffness) -> Iterator[str]:
     yield f"solved as {found.method}: {found.dofs} unknowns, {found.seconds:.1f} s, held by {found.held_by}"
+    for unknowns, seconds, *K in found.curve:
+        each = ", ".join(f"{value:.5g}" for value in K)
+        yield f"{unknowns:.0f} unknowns, {seconds:.1f} s without its mesh: {each} N/m"
     for name, face in found.faces.items():
         yield f"{name}: {with_bar(face.estimate.value, face.estimate.error)} N/m"
         if face.K_held is not None:
-            K = with_bar(1e3 * face.K_held, 1e3 * face.K_error * face.K_held)
-            yield f"{name}: {K} N/m where the walls of the screw holes are held instead"
+            with_holes = with_bar(1e3 * face.K_held, 1e3 * face.K_error * face.K_held)
+            yield f"{name}: {with_holes} N/m where the walls of the screw holes are held instead"
         if face.strain_per_N is not None and face.strain_error is not None:
             strain = with_bar(face.strain_per_N, face.strain_error * face.strain_per_N)
             yield f"{name}: largest strain at a round inner corner {strain} for 1 N"

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementHexS2, Mesh
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTet, RefTri
 
 from sensor.arrays import Floats, Ints
 from solve.displacement_basis import scalar_shapes
@@ -21,6 +23,7 @@ REDUCED = 3  # polynomial degree: 2^3 Gauss points
 _GAUSS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
 POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])
 WEIGHTS = np.full(4, 0.25)
+_TRIANGLE_ORDER = 4
 
 
 # Axes, and for those of a load on the tips the components that the plane of symmetry y = 0 holds under each.
@@ -94,13 +97,21 @@ def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
     return replace(half, factor=factorise(half.matrix, held))
 
 
+def facet_rule(mesh: Mesh) -> tuple[Floats, Floats]:
+    """Return points (2, q) and weights (q,) of a quadrature on the facets of a mesh."""
+    if mesh.refdom is RefTet:
+        points, weights = get_quadrature(RefTri, _TRIANGLE_ORDER)
+        return points, weights
+    return POINTS, WEIGHTS
+
+
 def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:
     """Return the vector (dofs,) whose product with displacements is the mean of a component over a face.
 
     With `slope`, LENGTHWISE or ACROSS, it is the slope of the component along that axis, by least squares. Half of the
     vector is also the load of 1 N, or of a moment of 1 N mm, on the whole face.
     """
-    patches = list(surface_patches(basis, name, POINTS, WEIGHTS))
+    patches = list(surface_patches(basis, name, *facet_rule(basis.mesh)))
     centre = 0.0  # across, of the face whose other half is beyond the plane of symmetry
     if slope == LENGTHWISE:
         area = sum(float(patch.weights.sum()) for patch in patches)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_matrix, kron
 from skfem import CellBasis
+from skfem.refdom import RefTet
 
 from mesh.cells import cell_points, shape_table
 from sensor.arrays import Flags, Floats
@@ -24,6 +25,10 @@ _ACROSS = 1  # the axis y, along which the layer is thin
 _SIDE = (np.arange(8) + 0.5) / 8
 _POINTS = np.array([np.repeat(_SIDE, 8), np.tile(_SIDE, 8)])
 _WEIGHT = 1.0 / 64
+# The middles of 64 equal triangles, eight along each side: 36 stand as the whole does, 28 upside down.
+_TRIANGLE_POINTS = np.array(
+    [((i + t) / 8, (j + t) / 8) for t, n in ((1 / 3, 8), (2 / 3, 7)) for i in range(n) for j in range(n - i)]
+).T
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,11 +70,13 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
     along = csc_matrix((count, count))  # for each component along the layer
     across = csc_matrix((count, count))
     for layer in layers:
+        points = _TRIANGLE_POINTS if basis.mesh.refdom is RefTet else _POINTS
         for facet in surface_facets(basis, layer.name):
-            inside = facet.inside(_POINTS)
-            area = np.linalg.norm(facet.normals(basis.mesh, _POINTS), axis=0)
+            inside = facet.inside(points)
+            area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
             x, _, z = cell_points(basis.mesh, inside, facet.elements)
-            weights = area * _WEIGHT * layer.covers(x, z)  # (facets, points), 0 beside the layer
+            weight = (0.5 if basis.mesh.refdom is RefTet else 1.0) * _WEIGHT
+            weights = area * weight * layer.covers(x, z)  # (facets, points), 0 beside the layer
             # The shape functions are those of the unit cube, the same on every facet.
             shapes = shape_table(basis.elem.elem, inside).values
             springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)

@@ -69,6 +69,17 @@ def test_a_pocket_is_left_out_and_bounded(plain):
     assert face.K_error > plain[0].K_error
 
 
+@pytest.mark.slow
+def test_a_part_that_is_no_extrusion_is_solved_in_tetrahedra(plain):
+    """A ball on the end of the leaf stands above its foot, where it gives nothing and stiffens nothing."""
+    ball = cq.Workplane("XY").sphere(4.0).translate((LONG + 0.5 * FOOT, -0.5 * DEEP, THICK + 3.9))
+    face, found = solved(leaf().union(ball))
+    assert "tetrahedra" in found.method
+    assert len(found.curve) >= 3
+    assert abs(face.K - plain[0].K) <= face.K * face.K_error + plain[0].K * plain[0].K_error
+    assert face.K_error < 0.05
+
+
 FOOTLESS = cq.Workplane("XZ").rect(20.0, 10.0).extrude(DEEP)
 REFUSED = {
     "no point on a face": (None, {"held": (0.0, 5.0, 0.5)}, "held"),
