@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from browser import open_page, opened_browser  # noqa: F401 - fixtures
 from deadline import DEADLINE_S
+from progress_lines import without_progress
 
 
 def wait_until(holds):
@@ -49,9 +50,9 @@ class Run:
         )
 
     def ended(self):
-        """Wait for its end; return its exit code, and what it wrote on stdout and on stderr."""
+        """Wait for its end; return its exit code, and what it wrote on stdout and, but for its progress, on stderr."""
         printed, complaint = self.process.communicate(timeout=DEADLINE_S)
-        return self.process.returncode, printed, complaint
+        return self.process.returncode, printed, without_progress(complaint)
 
     def wait_for(self, holds):
         """Wait until something holds or the process has ended, whichever is first."""

@@ -6,6 +6,7 @@ import sys
 import time
 
 import pytest
+from progress_lines import without_progress
 
 from twintip.commands import progress
 from twintip.commands.progress import Work, duration, showing_progress
@@ -53,6 +54,8 @@ def test_lines_come_once_work_is_long_and_then_less_often(monkeypatch, capsys):
     lines = capsys.readouterr().err.splitlines()
     assert 1 <= len(lines) <= 3
     assert {re.sub(r"\d s", "N s", line) for line in lines} == {"pipeline: N s, 1 of 2: solves"}
+    complaint = "pipeline: --out = 3 s must be a folder.\n"
+    assert without_progress("\n".join([*lines, complaint])) == complaint
     with showing_progress("is quick"):
         pass
     assert capsys.readouterr().err == ""
