@@ -60,39 +60,33 @@ def test_size_at_an_unknown_face_lists_the_known_ones():
         volume_mesh(box(), size)
 
 
-def test_face_that_is_not_the_one_of_its_place_is_refused(monkeypatch):
-    part = box()
-    other = cq.Solid.makeBox(3.0, 2.0, 1.5)
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [(cq.Solid.makeBox(3.0, 2.0, 1.5), "face 0"), (cq.Solid.makeCylinder(1.0, 1.0), "3 faces")],
+)
+def test_solid_with_other_faces_is_refused(other, said, monkeypatch):
     monkeypatch.setattr(Part, "write_brep", lambda _, path: other.exportBrep(str(path)))
-    with pytest.raises(MeshError, match="face 0"):
-        volume_mesh(part, COARSE)
-
-
-def test_solid_with_another_number_of_faces_is_refused(monkeypatch):
-    other = cq.Solid.makeCylinder(1.0, 1.0)
-    monkeypatch.setattr(Part, "write_brep", lambda _, path: other.exportBrep(str(path)))
-    with pytest.raises(MeshError, match="3 faces"):
+    with pytest.raises(MeshError, match=said):
         volume_mesh(box(), COARSE)
 
 
 def test_mesh_with_a_face_too_small_or_a_part_too_large_is_refused():
     part = box()
     mesh = volume_mesh(part, COARSE)
-    short = mesh.with_boundaries({"left": mesh.boundaries["left"][1:]})
-    with pytest.raises(MeshError, match="left"):
-        check_against_part(short, part, ROUND_OFF)
-    with pytest.raises(MeshError, match="volume"):
-        check_against_part(mesh.scaled(1.001), part, ROUND_OFF)
-    bare = MeshTet1(mesh.p, mesh.t).with_boundaries({"left": mesh.boundaries["left"]})
-    with pytest.raises(MeshError, match="upper"):
-        check_against_part(bare, part, ROUND_OFF)
+    left = mesh.boundaries["left"]
+    for wrong, said in (
+        (mesh.with_boundaries({"left": left[1:]}), "left"),
+        (mesh.scaled(1.001), "volume"),
+        (MeshTet1(mesh.p, mesh.t).with_boundaries({"left": left}), "upper"),
+    ):
+        with pytest.raises(MeshError, match=said):
+            check_against_part(wrong, part, ROUND_OFF)
 
 
 def test_sliver_and_inverted_tetrahedron_are_refused():
     corner = np.vstack([np.zeros(3), np.eye(3)]).T  # at its right angle det J is the product of the edges
     assert check_quality(corner, np.array([[0, 1, 2, 3]]).T, 0.0) == pytest.approx(np.sqrt(0.5))
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, 0.3, 0.01]]).T
-    with pytest.raises(MeshError, match="Jacobian"):
-        check_quality(points, np.array([[0, 1, 2, 3]]).T, 0.05)
-    with pytest.raises(MeshError, match="Jacobian"):
-        check_quality(points, np.array([[0, 2, 1, 3]]).T, 0.0)
+    for nodes, least in (([0, 1, 2, 3], 0.05), ([0, 2, 1, 3], 0.0)):
+        with pytest.raises(MeshError, match="Jacobian"):
+            check_quality(points, np.array([nodes]).T, least)
