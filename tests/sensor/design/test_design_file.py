@@ -28,40 +28,35 @@ spacing_mm = 8
 """
 
 
-@st.composite
-def _designs(draw):
-    size = st.floats(0.01, 5.0)
-    side = draw(size)
-    spacing = side + draw(size)
-    offset = draw(st.floats(-5.0, 5.0))
-    stiffnesses = sorted(draw(st.lists(st.floats(1e-3, 1e6), min_size=2, max_size=2, unique=True)))
-    given_springs = draw(st.booleans())
-    return Design(
-        name=draw(st.from_regex(r"[A-Za-z0-9_-]{0,20}[A-Za-z0-9]", fullmatch=True)),
-        targets=Targets(
-            P_max=draw(st.floats(1.001, 100.0)),
-            NL=draw(st.floats(1e-5, 0.4999)),
-            NL_definition=draw(st.sampled_from(["mid-range", "largest"])),
-        ),
-        springs=GivenSprings(K_l_N_per_m=stiffnesses[0], K_h_N_per_m=stiffnesses[1])
-        if given_springs
-        else GivenSprings(),
-        fruit=Fruit(
-            length_mm=spacing + side + 2.0 * abs(offset) + draw(size),
-            width_mm=side + draw(size),
-            height_mm=1.0 + draw(size),
-            poisson=draw(st.floats(-1.0, 0.5, exclude_min=True, exclude_max=True)),
-            E_MPa=tuple(draw(st.lists(st.floats(1e-6, 1e6), min_size=1, max_size=5))),
-            bruise_limit_MPa=draw(st.none() | st.floats(1e-3, 1e3)),
-        ),
-        tips=Tips(side_mm=side, spacing_mm=spacing, offset_mm=offset, gap_mm=draw(st.floats(0.0, 5.0))),
-        press=Press(travel_mm=draw(st.floats(1e-6, 1.0)), tilt_deg=draw(st.floats(-30.0, 30.0))),
-        print=Print(process=draw(st.sampled_from(list(PROCESSES))), max_length_mm=draw(st.floats(1e-3, 1e3))),
-    )
+SIZE = st.floats(0.01, 5.0)
+SOFTER, STIFFER = st.floats(1e-3, 1.0), st.floats(1.1, 1e6)
+DESIGNS = st.builds(
+    Design,
+    name=st.from_regex(r"[A-Za-z0-9_-]{0,20}[A-Za-z0-9]", fullmatch=True),
+    targets=st.builds(
+        Targets,
+        P_max=st.floats(1.001, 100.0),
+        NL=st.floats(1e-5, 0.4999),
+        NL_definition=st.sampled_from(["mid-range", "largest"]),
+    ),
+    springs=st.just(GivenSprings()) | st.builds(GivenSprings, K_l_N_per_m=SOFTER, K_h_N_per_m=STIFFER),
+    fruit=st.builds(
+        Fruit,
+        length_mm=st.floats(30.0, 100.0),
+        width_mm=st.floats(5.0, 100.0),
+        height_mm=st.floats(1.01, 50.0),
+        poisson=st.floats(-1.0, 0.5, exclude_min=True, exclude_max=True),
+        E_MPa=st.lists(st.floats(1e-6, 1e6), min_size=1, max_size=5).map(tuple),
+        bruise_limit_MPa=st.none() | st.floats(1e-3, 1e3),
+    ),
+    tips=st.builds(Tips, side_mm=SIZE, spacing_mm=st.floats(5.01, 10.0), offset_mm=st.floats(-5.0, 5.0), gap_mm=SIZE),
+    press=st.builds(Press, travel_mm=st.floats(1e-6, 1.0), tilt_deg=st.floats(-30.0, 30.0)),
+    print=st.builds(Print, process=st.sampled_from(list(PROCESSES)), max_length_mm=st.floats(1e-3, 1e3)),
+)
 
 
 @settings(max_examples=15)
-@given(design=_designs())
+@given(design=DESIGNS)
 def test_design_survives_toml_and_every_key_can_be_set_from_the_command_line(design):
     text = design_as_toml(design)
     read = design_from_mapping(tomllib.loads(text))
