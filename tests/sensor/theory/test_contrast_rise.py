@@ -80,7 +80,7 @@ def level_press(E, samples=60, tilt=0.0):
 
 
 def flat_line():
-    """Return the law of three flat tips in a line, whose springs are coupled by the flesh alone."""
+    """Return the law of three flat tips in a line, which only the flesh couples."""
     apart = np.abs(np.subtract.outer(*2 * [np.array(LINE)[:, 0]]))
     S = 0.91 / np.where(apart > 0.0, np.pi * apart, 1.15)
     C = np.diag(1.0 / np.array([17.3, 0.75, 17.3]))
