@@ -401,8 +401,3 @@ def test_presses_that_tell_no_factor_are_refused(ball, chosen, scale, field, man
     scaled = [forces / scale for forces in presses[chosen]]
     told = refusal(on_ball, scaled, ball=replace(BALL, **ball), sensor=mango.measuring(1.0 / scale))
     assert told.field.startswith(field or str(tmp_path / "ball.csv"))
-
-
-def test_ball_is_refused_for_tips_that_it_does_not_show(paper, tmp_path):
-    pressed = PressedBall(source=tmp_path / "ball.csv", ball=BALL)
-    assert refusal(correction_by_ball, pressed, paper.measuring()).field == "--ball"

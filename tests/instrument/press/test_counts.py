@@ -303,11 +303,14 @@ def test_counts_that_tell_no_force_are_refused(made, mango, calibrate):
     beyond[-1, 0] = 8388607
     unsteady[3] += rows[-1] - rows[0]
     pressed = np.concatenate([made.zero + 1.5 * np.repeat(rows[-1:] - made.zero, TARE_SAMPLES, axis=0), rows])
-    for unit, bad in (
-        *((sensor, bad) for bad in (beyond, unsteady, pressed.astype(np.int64), rows[:4])),
-        (mango.measuring(), rows),
+    for unit, bad, place in (
+        (sensor, beyond, f"press.csv, line {len(rows) + 1}, column 'counts_1'"),
+        (sensor, unsteady, "press.csv, line 2, "),  # beside the mean of all ten
+        (sensor, pressed.astype(np.int64), "press.csv, line 2, "),
+        (sensor, rows[:4], "press.csv, line 5, "),
+        (mango.measuring(), rows, "FILE.csv"),
     ):
-        refusal(read, unit, bad)
+        assert refusal(read, unit, bad).field.startswith(place)
     held = np.concatenate([rows, rows[-1:]])  # at the time of its first channel, as all were before
     (found,) = read(sensor, held)
     assert pytest.approx(found.E, rel=1e-12) == read(sensor, held, every_sample=True)[-1].E

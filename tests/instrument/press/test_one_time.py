@@ -247,28 +247,37 @@ def test_times_of_some_channels_are_refused():
     assert refusal(Signal, rows, 4).field == "press.csv, line 1"
 
 
-def test_delays_follow_from_the_circuit():
-    springs = [SpringToRead(name=name, K=0.5, deflection=0.5) for name in ("low", "high")]
-    square = ("low", "high", "low", "high")
+SQUARE = ("low", "high", "low", "high")
 
-    def path(readout):
-        return signal_path(readout, springs, PROCESSES["fdm-petg"], square)
 
-    in_turn = path(Readout())  # four inputs, 42 rounds a second
-    assert in_turn.delay_ms == pytest.approx(np.array([0.0, 0.25, 0.75, 0.5]) * 1e3 / 42.0)
-    assert in_turn.conversion_order == (0, 1, 3, 2)
-    assert in_turn.delays == pytest.approx((0.0, 0.25, 0.75, 0.5))
-    faster = path(Readout(rate_Hz=50.0))
-    assert faster.delay_ms == pytest.approx((0.0, 5.0, 15.0, 10.0))
-    at_once = path(Readout(rate_Hz=80.0, delay_ms=(0.0,) * 4))
-    assert (at_once.delays, at_once.time_error_ms) == ((), pytest.approx(0.0125 * 12.5))
-    given = path(Readout(delay_ms=(0.0, 3.0, 0.0, 3.0), time_error_ms=0.1))
-    assert (given.delay_ms, given.time_error_ms) == ((0.0, 3.0, 0.0, 3.0), 0.1)
-    for kinds in (square, ("low", "low", "high", "high"), ("high", "low", "high"), ("low", "high", "low")):
-        place = {tip: number for number, tip in enumerate(balanced_order(kinds))}
-        means = [np.mean([place[tip] for tip, kind in enumerate(kinds) if kind == name]) for name in ("low", "high")]
-        assert means[0] == means[1]
-    assert balanced_order(("low", "high")) == (0, 1)
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (  # four inputs, 42 rounds a second
+            {},
+            {
+                "delay_ms": pytest.approx(np.array([0.0, 0.25, 0.75, 0.5]) * 1e3 / 42.0),
+                "delays": pytest.approx((0.0, 0.25, 0.75, 0.5)),
+                "conversion_order": (0, 1, 3, 2),
+            },
+        ),
+        ({"rate_Hz": 50.0}, {"delay_ms": pytest.approx((0.0, 5.0, 15.0, 10.0))}),
+        ({"rate_Hz": 80.0, "delay_ms": (0.0,) * 4}, {"delays": (), "time_error_ms": pytest.approx(0.0125 * 12.5)}),
+        ({"delay_ms": (0.0, 3.0, 0.0, 3.0), "time_error_ms": 0.1},) * 2,
+    ],
+)
+def test_delays_follow_from_the_circuit(given, told):
+    path = signal_path(Readout(**given), SPRINGS, PROCESSES["fdm-petg"], SQUARE)
+    assert {key: getattr(path, key) for key in told} == told
+
+
+@pytest.mark.parametrize(
+    "kinds", [SQUARE, ("low", "low", "high", "high"), ("high", "low", "high"), ("low", "high", "low")]
+)
+def test_both_kinds_of_tips_are_converted_at_the_same_mean_time(kinds):
+    place = {tip: number for number, tip in enumerate(balanced_order(kinds))}
+    means = [np.mean([place[tip] for tip, kind in enumerate(kinds) if kind == name]) for name in ("low", "high")]
+    assert means[0] == means[1]
 
 
 @pytest.mark.parametrize("delay", [[0.0, 1.0], [0.0, 300.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], []])
