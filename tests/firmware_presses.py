@@ -80,5 +80,5 @@ UNITS = {
 
 def forces_of(press):
     """Return the forces [N] of a stored press, (samples, tips), in single precision, with its hold."""
-    forces = np.array(press["forces"], dtype=np.float32).reshape(-1, 2 if press["design"].startswith("paper") else 4)
+    forces = np.array(press["forces"] or np.empty((0, 4)), dtype=np.float32)
     return np.concatenate([forces, np.repeat(forces[-1:], press.get("held", 0), axis=0)])
