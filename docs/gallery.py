@@ -15,8 +15,8 @@ EXAMPLES = ROOT / "examples"
 PAGE = ROOT / "docs" / "python.md"
 
 ORDER = (
-    "two_spring_law", "figures_of_the_paper", "cut_into_an_assembly", "your_own_printer", "contact_and_closed_form",
-    "fields_in_pyvista", "study_as_a_table", "optimum", "press_read", "firmware",
+    "two_spring_law", "figures_of_the_paper", "cut_into_an_assembly", "own_housing", "your_own_printer",
+    "contact_and_closed_form", "fields_in_pyvista", "study_as_a_table", "optimum", "press_read", "firmware",
 )  # fmt: skip
 PICTURES = {
     "figures_of_the_paper": "figures-9-and-11.png",
