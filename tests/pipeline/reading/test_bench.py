@@ -148,10 +148,10 @@ def judged(name, settings):
 
 
 def test_a_low_spring_of_a_gram_and_a_half_is_not_calibrated_on_a_kitchen_balance():
-    """Six readings up to 0.9 of 1.48 g whose last digit is 1 g, with a dial of 0.01 mm."""
-    _, verdict, readings = judged("apple", {"bench.balance_g": 1.0, "bench.balance_max_g": 2000.0})
+    """Six readings up to 0.9 of 1.41 g whose last digit is 1 g, with a dial of 0.01 mm."""
+    _, verdict, readings = judged("avocado", {"bench.balance_g": 1.0, "bench.balance_max_g": 2000.0})
     grams = min(readings.full_scale) / N_PER_G
-    assert grams == pytest.approx(1.48, abs=0.01)
+    assert grams == pytest.approx(1.41, abs=0.01)
     by_balance = slope_error(DIGIT, 0.9 * grams, np.linspace(0.0, 1.0, 6))
     assert verdict.passed is False
     assert by_balance < verdict.value < 1.02 * by_balance
