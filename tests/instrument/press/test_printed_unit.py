@@ -20,39 +20,6 @@ from pipeline.options import load_design
 MY_FRUIT = str(Path(__file__).parents[3] / "docs" / "examples" / "my-fruit.toml")
 
 
-@pytest.fixture
-def unit(paper):
-    return replace(
-        nominal_unit(paper.report),
-        K_N_per_m=(1078.0, 23120.0),
-        classes="ripe:0.8,unripe",
-        newtons_per_count=((1e-6, 0.0), (1e-8, 1e-5)),
-        zero_counts=(5.0, -7.0),
-        saturation_counts=99,
-        force_bend=(0.0, 0.1),
-        force_bend_per_N=(0.0, -0.05),
-    )
-
-
-@pytest.fixture
-def refused(tmp_path):
-    """Return a function that reads a text as a unit and returns the field of the error."""
-
-    def field(text, report):
-        path = tmp_path / "unit.toml"
-        path.write_text(text, encoding="utf-8")
-        told = refusal(read_unit, path, report)
-        return told.field
-
-    return field
-
-
-def test_unit_comes_back_as_it_was_written(unit, paper, tmp_path):
-    path = tmp_path / "unit.toml"
-    path.write_text(unit_as_toml(unit), encoding="utf-8")
-    assert read_unit(path, paper.report) == unit
-
-
 BALL = BallCorrection(
     factor=1.07,
     percent=2.1,
@@ -63,22 +30,49 @@ BALL = BallCorrection(
     gain_slopes=(0.5, 0.6, 0.5, 0.6),
     form_percent=(4.0, -7.0, -4.0),
 )
+OF_PAPER = {
+    "K_N_per_m": (1078.0, 23120.0),
+    "classes": "ripe:0.8,unripe",
+    "newtons_per_count": ((1e-6, 0.0), (1e-8, 1e-5)),
+    "zero_counts": (5.0, -7.0),
+    "saturation_counts": 99,
+    "force_bend": (0.0, 0.1),
+    "force_bend_per_N": (0.0, -0.05),
+}
+HEIGHTS = "height_mm = [0.0, 0.01]\nheight_error_mm = [1e-6, 1e-6]\n"
+"""As units of version 0.1 told them."""
 
 
-def test_unit_with_a_ball_comes_back_as_it_was_written(mango, tmp_path):
-    path = tmp_path / "unit.toml"
-    unit = replace(nominal_unit(mango.report), ball=BALL)
-    path.write_text(unit_as_toml(unit), encoding="utf-8")
-    assert read_unit(path, mango.report) == unit
+@pytest.fixture
+def unit(paper):
+    return replace(nominal_unit(paper.report), **OF_PAPER)
 
 
-def test_unit_without_a_ball_has_no_key_of_one(mango, tmp_path):
-    """It is written as before there were balls, and read as one without."""
-    text = unit_as_toml(nominal_unit(mango.report))
-    assert "ball" not in text
+@pytest.fixture
+def refused(tmp_path):
+    """Return a function that reads a text as a unit and returns the field of the error."""
+
+    def field(text, report):
+        path = tmp_path / "unit.toml"
+        path.write_text(text, encoding="utf-8")
+        return refusal(read_unit, path, report).field
+
+    return field
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "above"),
+    [("paper", OF_PAPER, ""), ("paper", OF_PAPER, HEIGHTS), ("mango", {"ball": BALL}, ""), ("mango", {}, "")],
+)
+def test_unit_comes_back_as_it_was_written(name, changes, above, request, tmp_path):
+    """One without a ball is written as before there were balls."""
+    report = request.getfixturevalue(name).report
+    unit = replace(nominal_unit(report), **changes)
+    text = above + unit_as_toml(unit)
+    assert ("ball" in text) == ("ball" in changes)
     path = tmp_path / "unit.toml"
     path.write_text(text, encoding="utf-8")
-    assert read_unit(path, mango.report).ball is None
+    assert read_unit(path, report) == unit
 
 
 @pytest.mark.parametrize(
@@ -109,13 +103,6 @@ def test_ball_of_another_number_of_tips_or_errors_is_refused(key, mango, refused
 
 def test_ball_of_a_design_that_takes_none_is_refused(unit, paper, refused):
     assert refused(unit_as_toml(replace(unit, ball=BALL)), paper.report) == "unit.ball"
-
-
-def test_unit_of_version_0_1_that_tells_heights_is_read(unit, paper, tmp_path):
-    path = tmp_path / "unit.toml"
-    heights = "height_mm = [0.0, 0.01]\nheight_error_mm = [1e-6, 1e-6]\n"
-    path.write_text(heights + unit_as_toml(unit), encoding="utf-8")
-    assert read_unit(path, paper.report) == unit
 
 
 def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
