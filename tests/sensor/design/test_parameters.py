@@ -91,7 +91,7 @@ def test_every_table_is_frozen_and_takes_names_only(kind):
     assert hash(record) == hash(kind())
 
 
-def test_modulus_of_a_coupon_takes_the_place_of_that_of_the_process():
-    nominal = Design().process
-    assert nominal == PROCESSES["fdm-petg"]
-    assert Design(print=Print(E_MPa=1750.0)).process == dataclasses.replace(nominal, E_MPa=1750.0)
+@pytest.mark.parametrize("numbers", [{}, {"E_MPa": 1750.0}, {"leaf_thickness_low_mm": 1.2}])
+def test_numbers_of_a_print_take_the_place_of_those_of_the_process(numbers):
+    """The modulus of a coupon, and the thickness of leaves."""
+    assert Design(print=Print(**numbers)).process == dataclasses.replace(PROCESSES["fdm-petg"], **numbers)

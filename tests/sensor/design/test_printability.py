@@ -117,13 +117,3 @@ def test_given_springs_are_answered_in_their_own_unit():
     assert low.passed is True
     assert high.passed is False
     assert high.reason.startswith("springs.K_h_N_per_m = 1e+06 N/m: asks fdm-petg for a leaf")
-
-
-def test_leaf_of_another_thickness_is_longer_in_proportion_by_the_beam_law():
-    """K is proportional to (t / L)^3. The high leaves, which the design leaves to the process, stay as they are."""
-    design = _design()
-    thick = dataclasses.replace(design, print=Print(leaf_thickness_low_mm=1.2))
-    before, after = (check_printable(each, _sized(design), K_M) for each in (design, thick))
-    assert after[0].length_mm == pytest.approx(1.5 * before[0].length_mm, rel=1e-12)
-    assert after[1].length_mm == before[1].length_mm
-    assert thick.process.leaf_thicknesses_mm == (1.2, 1.2)
