@@ -196,6 +196,7 @@ def file_stiffness(
         pressed_direction,
         read_own_solid,
         tip_points,
+        with_flat_tips,
     )
 
     solid = read_own_solid(path, housing)
@@ -204,6 +205,7 @@ def file_stiffness(
         directions = {name: pressed_direction(solid, "--pressed", places) for name, places in faces.items()}
     else:
         tips = tip_points(housing) if housing is not None else {}
+        solid = with_flat_tips(solid, tips.values())
         faces = {name: faces_at(solid, f"the {name} tip of the design", [point]) for name, point in tips.items()}
         directions = dict.fromkeys(tips, _UP)
     if held:
