@@ -46,12 +46,15 @@ _MOVES = 10  # of inner nodes, which makes angles rounder
 class SweptPart:
     """The mesh of a swept part, and of each of its columns of cells by how much its length is wrong [mm].
 
-    `area` [mm^2] are the areas of the quadrilaterals, `cells` (layers, quadrilaterals) the cells over each. `share` is
-    the part of the solid that is meshed, 1 or 0.5. `places` are the middles of the columns [mm].
+    `effect` is `excess`, but larger where what is left out is narrower than it is long, or leaves little of the depth
+    [mm]: the cut of a saw weakens as much as a hole as wide as it is long. `area` [mm^2] are the areas of the
+    quadrilaterals, `cells` (layers, quadrilaterals) the cells over each. `share` is the part of the solid that is
+    meshed, 1 or 0.5. `places` are the middles of the columns [mm].
     """
 
     mesh: MeshHex2
     excess: Floats
+    effect: Floats
     area: Floats
     cells: Ints
     share: float
@@ -71,15 +74,16 @@ def swept_part(
 ) -> SweptPart:
     """Return the mesh [mm] of a swept part; `scale` 1 is the mesh to solve on, 2 the coarse one.
 
-    It is the half above the middle of the depth where both halves are alike and no press has a component along the
-    sweep. `layers` are those of a half. Raises MeshError with the stage that failed.
+    It is the half above the middle of the depth where both halves are alike, held and pressed alike, and no press has a
+    component along the sweep. `layers` are those of a half. Raises MeshError with the stage that failed.
     """
     section = _meshed_section(extrusion, scale)
     profile = section.profile
     low, high = _depths(extrusion, section)
     middle = 0.5 * (extrusion.low + extrusion.high)
     is_across = all(abs(direction[1]) < _NEAR for direction in presses)
-    is_half = is_across and bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)
+    is_even = all(extrusion.is_even(name) for name in extrusion.part.faces)
+    is_half = is_across and is_even and bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)
     up = half_depth_shares(layers)
     shares = 0.5 + 0.5 * (up if is_half else np.concatenate([-up[:0:-1], up]))
     straight = swept(profile, shares)
@@ -95,9 +99,12 @@ def swept_part(
     area = 0.5 * np.abs(_cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
     cells = np.arange(straight.t.shape[1]).reshape(len(shares) - 1, -1)
     x, z = corners.mean(axis=1)
+    excess = _excess(extrusion, profile, high - low, area)
+    narrow, effect = _narrow(extrusion, profile, high - low, area)
     return SweptPart(
         mesh=mesh,
-        excess=_excess(extrusion, profile, high - low, area),
+        excess=np.maximum(excess, narrow),
+        effect=np.maximum(excess, effect),
         area=area,
         cells=cells,
         share=0.5 if is_half else 1.0,
@@ -125,6 +132,34 @@ def _excess(extrusion: "Extrusion", profile: Profile, depth: Floats, area: Float
         missed = np.where(inside > 0.0, np.abs(meshed - inside), 0.0)
         excess[quads] = np.where(missed > _NEAR, missed, 0.0).reshape(len(quads), -1).mean(axis=1)
     return excess
+
+
+def _narrow(extrusion: "Extrusion", profile: Profile, depth: Floats, area: Floats) -> tuple[Floats, Floats]:
+    """Return the excess of columns by where the depth of the part changes, and its effect [mm]; see SweptPart."""
+    excess, effect = np.zeros(len(area)), np.zeros(len(area))
+    pieces = list(extrusion.uneven())
+    if not pieces:
+        return excess, effect
+    places = np.array([place for place, _, _ in pieces]).T
+    sizes, widths = (np.array([piece[i] for piece in pieces]) for i in (1, 2))
+    corners = profile.points[:, profile.quads]
+    sides = np.roll(corners, -1, axis=1) - corners
+    _, _, inside = extrusion.spans(*places)
+    for i in np.flatnonzero(inside > 0.0):
+        place = places[:, i]
+        turns = _cross(sides, place[:, None, None] - corners)
+        quad = int(np.argmax(turns.min(axis=0)))  # of those that have the place on the left of all sides
+        if not turns[:, quad].min() >= -_NEAR:
+            continue
+        over = depth[profile.quads[:, quad]]
+        meshed = float(over.mean())
+        missed = abs(meshed - float(inside[i]))
+        if np.ptp(over) > _NEAR or not missed > _NEAR:
+            continue  # the mesh follows a slanted face there, and lines see what it misses
+        excess[quad] += missed * sizes[i] / area[quad]
+        weak = max(1.0, missed / widths[i]) * meshed / inside[i] if meshed > inside[i] else 1.0
+        effect[quad] += weak * missed * sizes[i] / area[quad]
+    return excess, effect
 
 
 def _cross(a: Floats, b: Floats) -> Floats:

@@ -166,4 +166,4 @@ def _left_out(part: SweptPart, half: ClampedHalf, material: tuple[float, float],
     sigma = stress(gradient, *material)
     density = np.asarray((sigma * gradient).sum(axis=(0, 1)).mean(axis=1))  # twice the energy [N/mm^2]
     worst = density[part.cells].max(axis=0)
-    return float(VOID_FACTOR * (part.excess * part.area * worst).sum())
+    return float(VOID_FACTOR * (part.effect * part.area * worst).sum())

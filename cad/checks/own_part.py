@@ -33,6 +33,9 @@ _WALL_POINTS = 3000  # on a part, of its walls
 _STEP_MM = 1e-3  # into a wall, where its thickness is measured
 _CORNER_SHARE = 0.25  # of half a turn
 _CHORD_MM, _ANGLE_RAD = 0.01, 0.3
+_BESIDE_MM2 = 0.01  # of a section beside the one that is swept
+_UNEVEN = 1e-3  # of the depth, by which the middle of a face may lie off that of the part
+_PIECE_MM = 0.5  # of a face whose depth is compared with that of the mesh
 _BEYOND = 1.0  # [mm] that a line begins before the part
 
 
@@ -108,8 +111,24 @@ def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, 
             place = ",".join(f"{value:g}" for value in point)
             bound = f"within {_ON_FACE_MM:g} mm of a face: the nearest is {distances[nearest]:.3g} mm away"
             raise validation_error(flag, place, "mm", bound, "take a point on the face, in the frame of the file")
-        found += _whole_wall(every, nearest)
+        wall = _whole_wall(every, nearest)
+        _refuse_edge(every, distances, wall, flag, point)
+        found += wall
     return tuple(dict.fromkeys(found))
+
+
+def _refuse_edge(
+    every: Sequence[cq.Face], distances: Sequence[float], wall: Sequence[int], flag: str, point: Place
+) -> None:
+    """Raise InputError for a point on the edge between a wall and a face that looks another way."""
+    at = cq.Vector(*point)
+    for place, face in enumerate(every):
+        if place in wall or distances[place] > min(distances) + _NEAR_MM:
+            continue
+        if abs(face.normalAt(at).dot(every[wall[0]].normalAt(at))) < 1.0 - _TURNED:
+            where = ",".join(f"{value:g}" for value in point)
+            bound = "on one face: it lies on the edge between two"
+            raise validation_error(flag, where, "mm", bound, "take a point inside the face")
 
 
 def _whole_wall(every: Sequence[cq.Face], place: int) -> list[int]:
@@ -172,10 +191,15 @@ def pressed_direction(solid: cq.Solid, flag: str, places: Sequence[int]) -> Plac
     return float(x), float(y), float(z)
 
 
-def as_one_shape(solid: cq.Workplane | cq.Shape) -> cq.Shape:
+def as_one_shape(solid: object) -> cq.Shape:
     """Return a shape, or what lies on a workplane as one."""
     if isinstance(solid, cq.Shape):
         return solid
+    if not isinstance(solid, cq.Workplane):
+        bound = "a workplane or a shape of CadQuery"
+        raise validation_error(
+            "PART", type(solid).__name__, "", bound, "take the part of an assembly or a file by itself"
+        )
     shapes = [value for value in solid.vals() if isinstance(value, cq.Shape)]
     return shapes[0] if len(shapes) == 1 else cq.Compound.makeCompound(shapes)
 
@@ -239,6 +263,32 @@ class Extrusion:
                 entered[i], left[i] = levels[0], levels[-1]
                 inside[i] = sum(b - a for a, b in zip(levels[::2], levels[1::2], strict=False))
         return entered + below, left + below, inside
+
+    def uneven(self) -> Iterator[tuple[Floats, float, float]]:
+        """Yield where the depth of the part changes: (x, z), the area of a small piece there, and the feature's width.
+
+        Those are the bottoms of pockets and tops of ribs, and slanted faces, in small pieces [mm, mm^2]. A narrow one,
+        as the cut of a saw, lies between lines of any grid.
+        """
+        for face in self.part.shape.Faces():
+            normals = _FaceNormals(face)
+            across = np.array([0.0, 1.0, 0.0])
+            is_end = (
+                normals.is_cap(across) and min(abs(normals.middle[1] - at) for at in (self.low, self.high)) < _NEAR_MM
+            )
+            if is_end or normals.is_side(across):
+                continue
+            pieces = [(middle[[0, 2]], area) for middle, area in _seen_along_y(face) if area > _NEAR_MM**2]
+            box = face.BoundingBox()
+            width = sum(area for _, area in pieces) / math.hypot(box.xlen, box.zlen)
+            yield from ((middle, area, width) for middle, area in pieces)
+
+    def is_even(self, name: str) -> bool:
+        """Say whether named faces lie as much on one side of the middle of the depth as on the other."""
+        every = self.part.shape.Faces()
+        faces = [every[place] for place in self.part.faces[name]]
+        moment = sum(face.Area() * (face.Center().y - 0.5 * (self.low + self.high)) for face in faces)
+        return abs(moment) < _UNEVEN * (self.high - self.low) * sum(face.Area() for face in faces)
 
     def lies_on(self, name: str, points: Floats, tolerance: float) -> Flags:
         """Say of points (3, n) [mm] whether they lie on a named face within a tolerance."""
@@ -361,8 +411,31 @@ def _section_of(part: Part, turn: Floats) -> Extrusion | None:
     section, plane = max(sections, key=lambda each: round(each[0].Area(), 3))
     if len(section.Faces()) != 1:
         return None
+    # A bridge or a second leaf beside the section would be lost without a word.
+    if any(_beside(other, level, section, plane) > _BESIDE_MM2 for other, level in sections if level != plane):
+        return None
     long = tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
     return Extrusion(part=part, turn=turn, section=section.Faces()[0], lines=long, low=low, high=high, plane=plane)
+
+
+def _beside(other: cq.Shape, level: float, section: cq.Shape, plane: float) -> float:
+    """Return the area of a section that lies beside another of the same part [mm^2]."""
+    moved = other.translate(cq.Vector(0.0, plane - level, 0.0))
+    return float(moved.cut(section).Area()) if other.Area() > 0.0 else 0.0
+
+
+def _seen_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
+    """Yield the middles of small pieces of a face [mm], with the area of each as seen along y [mm^2]."""
+    corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
+    places = np.array([corner.toTuple() for corner in corners])
+    for triangle in triangles:
+        a, b, c = places[list(triangle)]
+        seen = 0.5 * abs(float(np.cross(b - a, c - a)[1]))
+        count = max(1, math.ceil(math.sqrt(seen) / _PIECE_MM))
+        for i, j in itertools.product(range(count), repeat=2):
+            r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
+            if r + s < 1.0:
+                yield a + r * (b - a) + s * (c - a), 2.0 * seen / (count * (count + 1))
 
 
 def _line(edge: cq.Edge) -> tuple[tuple[float, float], tuple[float, float]]:

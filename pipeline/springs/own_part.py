@@ -5,10 +5,12 @@ A part is held and pressed as the housing of a design is, or at faces that point
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +22,7 @@ from mesh.own_part import SIDES, swept_part
 from mesh.own_tetrahedra import tetrahedra
 from mesh.session import MeshError
 from pipeline.springs.mounts import mount_layers
-from sensor.quantity import Estimate, validation_error
+from sensor.quantity import Estimate, InputError, validation_error
 from sensor.record import Record
 from sensor.turns import in_turn
 from solve.housing.stiffness import STRAIN_ERROR_SHARE
@@ -48,6 +50,7 @@ _SCALES = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35)
 _FEWEST = 3
 _SHARP = "it is not largest at a round inner corner, and at a sharp one it has no limit"
 _FINE_ENOUGH = 0.01
+_SWEPT_ENOUGH = 0.1  # the bar of a sweep beyond which too much of the part is left out for it
 MOST_SECONDS = 120.0
 MOST_BYTES = 6.0 * 2**30
 _SECONDS_PER_UNKNOWN = 2e-4
@@ -145,12 +148,18 @@ def stiffness(
     """
     from cad.checks.own_part import as_one_shape, own_part, own_solid, pressed_direction
 
+    numbers: dict[str, object] = {"E_MPa": E_MPa, "poisson": poisson}
+    for name, value in numbers.items():
+        if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+            raise validation_error(name, str(value), "", "a finite number", "as in E_MPa=2000, poisson=0.38")
     if not E_MPa > 0.0:
         raise validation_error("E_MPa", E_MPa, "MPa", "greater than 0 MPa", "PETG has about 2000")
     if not 0.0 <= poisson < 0.5:  # noqa: PLR2004 - a material that keeps its volume
         raise validation_error("poisson", poisson, "1", "at least 0 and less than 0.5", "PETG has about 0.38")
-    if not pressed or HELD in pressed:
-        raise validation_error("pressed", len(pressed), "", "one face or more", "give a name and a point on the face")
+    names: object = pressed
+    if not isinstance(names, Mapping) or not pressed or HELD in pressed:
+        hint = "as in {'tip': (20.5, -3, -3)}"
+        raise validation_error("pressed", str(pressed), "", "a mapping of names to one face or more", hint)
     one = own_solid(as_one_shape(solid), "solid")
     faces = {name: _faces_of(solid, one, f"pressed[{name!r}]", where) for name, where in pressed.items()}
     directions = {name: pressed_direction(one, f"pressed[{name!r}]", places) for name, places in faces.items()}
@@ -165,10 +174,14 @@ def _faces_of(solid: object, one: cq.Solid, flag: str, where: Where) -> tuple[in
 
     if isinstance(where, str):
         return tagged_faces(solid, one, flag, where)
-    points = [where] if where and isinstance(where[0], int | float) else list(where)
-    if not points or any(len(point) != 3 for point in points):  # type: ignore[arg-type]  # noqa: PLR2004
+    try:
+        points = np.array(where, dtype=float)
+    except (TypeError, ValueError):
+        points = np.empty(0)
+    points = points[None] if points.ndim == 1 else points
+    if not points.size or points.shape[1:] != (3,) or not np.isfinite(points).all():
         raise validation_error(flag, str(where), "mm", "a tag, or points of three numbers", "as in (4, 0, 0)")
-    return faces_at(one, flag, points)  # type: ignore[arg-type]
+    return faces_at(one, flag, [(x, y, z) for x, y, z in points.tolist()])
 
 
 def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]]) -> None:
@@ -236,12 +249,18 @@ def _stiffness(
 
     start = time.perf_counter()
     extrusion = extrusion_of(part)
+    swept = None
     if extrusion is not None:
-        try:
-            return _swept(extrusion, presses, material, housing, start)
-        except MeshError:  # a section that cannot be swept: its part is solved whole
-            pass
-    return _in_tetrahedra(part, presses, material, housing, start)
+        with contextlib.suppress(MeshError):  # a section that cannot be swept: its part is solved whole
+            swept = _swept(extrusion, presses, material, housing, start)
+    if swept is not None and max(face.K_error for face in swept.faces.values()) <= _SWEPT_ENOUGH:
+        return swept
+    try:
+        return _in_tetrahedra(part, presses, material, housing, start)
+    except InputError:
+        if swept is None:
+            raise
+        return swept
 
 
 def _in_tetrahedra(

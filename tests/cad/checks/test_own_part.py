@@ -80,6 +80,14 @@ def test_a_ball_on_a_stick_is_not_swept():
     assert extrusion_of(own_part(solid, {})) is None
 
 
+def test_a_bridge_beside_the_section_is_not_swept():
+    """A plate on the front of a frame closes its window, in which the section through the middle has nothing."""
+    frame = PLATE.cut(cq.Workplane("XZ").rect(30.0, 10.0).extrude(6.0))
+    bridge = cq.Workplane("XZ", origin=(0.0, -6.0, 0.0)).rect(4.0, 16.0).extrude(1.0)
+    assert extrusion_of(own_part(frame.val(), {})) is not None
+    assert extrusion_of(own_part(frame.union(bridge).val(), {})) is None
+
+
 def test_lines_along_the_sweep_know_pockets():
     solid = PLATE.faces("<Y").workplane().hole(4.0, 2.0).val()
     swept = extrusion_of(own_part(solid, {}))

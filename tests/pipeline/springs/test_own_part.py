@@ -1,9 +1,12 @@
 """`twintip.stiffness`: beams whose stiffness is a formula, in every direction of the sweep, and what is refused."""
 
 import cadquery as cq
+import numpy as np
+import OCP
 import pytest
 
 import twintip
+from pipeline.springs import own_part
 from sensor.quantity import InputError
 
 LONG, THICK, DEEP, FOOT = 20.0, 1.0, 6.0, 1.0  # of a leaf with a foot at its end [mm]
@@ -53,6 +56,11 @@ def test_a_turned_part_is_as_stiff(plain, turn):
     assert pytest.approx(plain[0].K, rel=plain[0].K_error + face.K_error) == face.K
 
 
+def test_numbers_and_points_may_be_those_of_numpy(plain):
+    face, _ = solved(held=np.array(HELD), E_MPa=np.int64(E))
+    assert plain[0].K == face.K
+
+
 def test_tags_name_faces(plain):
     solid = leaf()
     solid.faces("<X").tag("wall")
@@ -67,6 +75,31 @@ def test_a_pocket_is_left_out_and_bounded(plain):
     face, found = solved(leaf().cut(pocket))
     assert found.left_out_mm3 == pytest.approx(0.8, rel=0.5)  # by lines 0.4 mm apart
     assert face.K_error > plain[0].K_error
+
+
+def test_a_narrow_cut_is_in_the_bar(plain, monkeypatch):
+    """A cut of 0.05 mm, 4 of 6 mm deep, is a thousandth of the leaf, and takes 36 % of its stiffness by tetrahedra."""
+    monkeypatch.setattr(own_part, "MOST_SECONDS", 0.0)
+    cut = cq.Workplane("XZ").center(3.0, 0.5 * THICK).rect(0.05, 3.0 * THICK).extrude(4.0)
+    face, _ = solved(leaf().cut(cut))
+    assert face.K * (1.0 - face.K_error) < 0.64 * plain[0].K
+
+
+def test_a_wall_that_is_held_on_one_side_only_is_not_mirrored(plain):
+    """The held half carries a leaf that twists about it: softer than the leaf that is held all over."""
+    solid = leaf().val()
+    wall = leaf_wall(solid)
+    splitter = OCP.BRepFeat.BRepFeat_SplitShape(solid.wrapped)
+    middle = cq.Edge.makeLine(cq.Vector(0.0, -0.5 * DEEP, 0.0), cq.Vector(0.0, -0.5 * DEEP, THICK))
+    splitter.Add(middle.wrapped, wall.wrapped)
+    splitter.Build()
+    face, _ = solved(cq.Shape.cast(splitter.Shape()), held=(0.0, -0.75 * DEEP, 0.5 * THICK))
+    assert face.K * (1.0 + face.K_error) < 0.95 * plain[0].K
+
+
+def leaf_wall(solid):
+    """Return the face of a leaf at x = 0."""
+    return min(solid.Faces(), key=lambda face: face.Center().x)
 
 
 @pytest.mark.slow
@@ -87,6 +120,11 @@ REFUSED = {
     "held and pressed": (None, {"held": PRESSED}, "foot"),
     "a block": (FOOTLESS, {"held": (-10.0, -3.0, 0.0), "pressed": (10.0, -3.0, 0.0)}, "stiffness at foot"),
     "two bodies": (leaf().union(leaf().translate((0.0, 50.0, 0.0))), {}, "PART"),
+    "on an edge": (None, {"held": (0.0, -3.0, 0.0)}, "held"),
+    "not a number": (None, {"held": (0.0, float("nan"), 0.0)}, "held"),
+    "no workplane": (cq.Assembly(leaf()), {}, "PART"),
+    "a stiffness as text": (None, {"E_MPa": "2000"}, "E_MPa"),
+    "no finite stiffness": (None, {"E_MPa": float("inf")}, "E_MPa"),
     "no stiffness": (None, {"E_MPa": -1.0}, "E_MPa"),
     "incompressible": (None, {"poisson": 0.5}, "poisson"),
 }
