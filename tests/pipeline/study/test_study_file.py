@@ -1,18 +1,15 @@
 """What a study file says is what a study has: its variations, its points and its base; wrong ones are refused."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from stand_ins import GOOD
+from refusal import refusal
 
 from pipeline.options import load_design
 from pipeline.study import read_study
 from pipeline.study.points import point_count, points_of
 from pipeline.study.variation import Choices, Normal, Range, setting_of_cell
 from pipeline.study.wanted import level_of, wanted_value
-from sensor.design.design_file import tables_as_toml
-from sensor.design.processes import PROCESSES, process_as_table
 from sensor.quantity import InputError
 
 ROOT = Path(__file__).parents[3]
@@ -34,36 +31,6 @@ def test_points_of_a_file_are_read_with_its_byte_order_mark(written, tmp_path):
         {"targets.P_max": 6.5, "print.process": "sla-resin"},
     ]
     assert [setting_of_cell("any", cell) for cell in ("true", "[1, 2]", "1e-3")] == [True, (1, 2), 1e-3]
-
-
-def test_base_may_name_a_process_file_beside_it(written, tmp_path):
-    resin = PROCESS_FILE.read_text(encoding="utf-8").partition("[sla-resin]")[2].partition("[dmls-17-4ph]")[0]
-    own = "[tough-resin]" + resin.replace("sla-resin", "tough-resin").replace("E_MPa = 2500.0", "E_MPa = 1900.0")
-    (tmp_path / "own.toml").write_text(own, encoding="utf-8")
-    (tmp_path / "mine.toml").write_text('[print]\nprocess_file = "own.toml"\n', encoding="utf-8")
-    study = read_study(written(**{'"paper"': '"mine.toml"'}))
-    assert study.base.design({}) == load_design(tmp_path / "mine.toml")
-    named = read_study(written(**{"[vary]": '[set]\n"print.process_file" = "own.toml"\n[vary]'}))
-    assert [one.base.design({}).process.E_MPa for one in (study, named)] == [1900.0, 1900.0]
-
-
-def test_study_of_own_processes_solves_each(written, tmp_path):
-    tables = {"name": "none"}
-    for name, E in (("petg-750", 750.0), ("petg-900", 900.0)):
-        tables[name] = {**process_as_table(PROCESSES["fdm-petg"]), "E_MPa": E}
-    (tmp_path / "own.toml").write_text(tables_as_toml(tables).partition("\n")[2], encoding="utf-8")
-    (tmp_path / "mine.toml").write_text('[print]\nprocess_file = "own.toml"\nprocess = "petg-900"\n', encoding="utf-8")
-    varied = {"targets.P_max": "print.process", "{ from = 3, to = 8 }": '["petg-750", "petg-900", "fdm-pla"]'}
-    study = read_study(written(**{'"paper"': '"mine.toml"', "samples = 8": 'how = "grid"', **varied}))
-    found = [study.base.design(point.settings).process for point in points_of(study)]
-    assert [(process.name, process.E_MPa) for process in found] == [
-        ("petg-750", 750.0),
-        ("petg-900", 900.0),
-        ("fdm-pla", PROCESSES["fdm-pla"].E_MPa),
-    ]
-    with pytest.raises(InputError) as refused:
-        read_study(written(**{"targets.P_max": "print.process_file", "{ from = 3, to = 8 }": '["own.toml"]'}))
-    assert refused.value.field == "vary.print.process_file"
 
 
 def test_base_may_need_what_varies(written):
@@ -95,16 +62,6 @@ def test_leaves_vary_by_whole_lines(written):
     assert [design.process.leaf_thickness_low_mm for design in designs] == pytest.approx([0.8, 1.2, 1.6])
     with pytest.raises(InputError):
         study.base.design({key: 1.0})
-
-
-@pytest.mark.parametrize("base", ["paper", "mango"])
-def test_design_of_a_point_is_that_of_its_settings(written, base):
-    study = read_study(
-        written(**{'"paper"': f'"{base}"', "targets.P_max": "press.travel_mm", "3, to = 8": "0.3, to = 0.5"})
-    )
-    settings = {"press.travel_mm": 0.4, "fruit.E_max_MPa": 2.5}
-    assert study.base.design(settings) == load_design(base, settings)
-    assert study.base.design({}) == load_design(base)
 
 
 def test_grid_takes_every_combination_with_both_ends(written):
@@ -170,14 +127,9 @@ def test_key_needs_no_more_than_its_level(key, level):
     assert level_of("wanted", [key, "springs.K_l_N_per_m"]) == level
 
 
-def test_value_is_found_by_its_path():
-    report = {"a": ({"b": 1.5},), "c": None, "verdicts": (replace(GOOD, name="x.y", value=2.0),)}
-    found = [wanted_value(report, key) for key in ("a.0.b", "a.-1.b", "c", "verdicts.x.y.value")]
-    assert found == [1.5, 1.5, None, 2.0]
-    for key in ("a.1.b", "a.x", "c.0", "d", "verdicts.x.value", "verdicts.x.y.e"):
-        with pytest.raises(InputError) as absent:
-            wanted_value(report, key)
-        assert absent.value.value == key
+def test_key_without_a_value_is_refused():
+    absent = refusal(wanted_value, {"a": ({"b": 1.5},)}, "a.1.b")
+    assert (absent.field, absent.value) == ("wanted", "a.1.b")
 
 
 @pytest.mark.parametrize("name", ["front-tilt", "front-radius", "front-bruise"])
