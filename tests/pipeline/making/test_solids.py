@@ -5,6 +5,7 @@ from concurrent.futures import Future
 from types import SimpleNamespace
 
 import pytest
+import stand_ins
 from squares import GENTLE, LENGTHS
 from stand_ins import GOOD, springs_of
 
@@ -49,20 +50,12 @@ def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tm
 
 
 @pytest.mark.usefixtures("first")
-def test_another_leaf_is_another_solid(tmp_path, monkeypatch):
-    made = []
-    monkeypatch.setattr(
-        cad.files.sensor_files, "write_sensor", lambda sensor, *_: made.append(sensor.housing) or NO_FILES
-    )
-    monkeypatch.setattr(cad.checks.sensor_checks, "sensor_verdicts", lambda *_: ())
-    monkeypatch.setattr(cad.fabrication.file_shapes, "files_as_designed", lambda *_: GOOD)
-    springs = springs_of(Design(), lengths=(29.9, 14.8))
-    write_solids(Design(), springs, tmp_path)
-    assert made == [springs.housing]
-
-
-@pytest.mark.usefixtures("first")
-def test_another_process_is_judged_anew(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("design", "lengths"),
+    [(Design(), (29.9, 14.8)), (Design(print=Print(E_MPa=1900.0)), stand_ins.LENGTHS)],
+    ids=["another leaf", "another process"],
+)
+def test_another_leaf_or_process_is_made_anew(design, lengths, tmp_path, monkeypatch):
     """A check may be judged from any number of the process."""
     made = []
     monkeypatch.setattr(
@@ -70,8 +63,8 @@ def test_another_process_is_judged_anew(tmp_path, monkeypatch):
     )
     monkeypatch.setattr(cad.checks.sensor_checks, "sensor_verdicts", lambda *_: ())
     monkeypatch.setattr(cad.fabrication.file_shapes, "files_as_designed", lambda *_: GOOD)
-    springs = springs_of(Design())
-    write_solids(Design(print=Print(E_MPa=1900.0)), springs, tmp_path)
+    springs = springs_of(Design(), lengths=lengths)
+    write_solids(design, springs, tmp_path)
     assert made == [springs.housing]
 
 

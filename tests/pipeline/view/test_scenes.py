@@ -10,7 +10,7 @@ from view_stand_ins import DEPTH, LENGTH
 
 from pipeline.options import load_design
 from pipeline.report.report import read_report
-from pipeline.view.scene import deformation_factor, deformed_surface, draw_scene
+from pipeline.view.scene import deformed_surface, draw_scene
 from pipeline.view.scenes import (
     STRAIN_OVER_LIMIT,
     TOTAL_DISPLACEMENT,
@@ -117,11 +117,3 @@ def test_sphere_is_drawn_as_a_sphere():
     np.testing.assert_allclose(bent.points[base, 2], -12.0)
     flat = design_from_mapping({"name": "flat"})
     np.testing.assert_array_equal(on_true_shape(flat, block).points, block.points)
-
-
-@pytest.mark.parametrize(
-    ("largest", "length", "factor"),
-    [(0.4, 78.0, 10.0), (0.1, 10.0, 5.0), (1e-6, 10.0, 5e5), (8.0, 100.0, 1.0), (20.0, 100.0, 1.0), (0, 1, 1)],
-)
-def test_deformation_is_drawn_at_eight_percent_of_the_part_or_the_next_round_factor_below(largest, length, factor):
-    assert deformation_factor(largest, length) == pytest.approx(factor, rel=1e-12)

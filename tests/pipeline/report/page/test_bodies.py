@@ -32,7 +32,15 @@ def test_colours_run_from_dark_to_bright_and_are_cut_at_the_ends():
 
 @pytest.mark.parametrize(
     ("largest", "length", "factor"),
-    [(1.0, 62.5, 5.0), (1.0, 62.4, 2.0), (8.0, 100.0, 1.0), (100.0, 10.0, 1.0), (0.0, 9.0, 1.0)],
+    [
+        (1.0, 62.5, 5.0),
+        (1.0, 62.4, 2.0),
+        (0.4, 78.0, 10.0),
+        (1e-6, 10.0, 5e5),
+        (8.0, 100.0, 1.0),
+        (100.0, 10.0, 1.0),
+        (0.0, 9.0, 1.0),
+    ],
 )
 def test_deformation_factor(largest, length, factor):
     """At most 0.08 of the length: 1, 2 or 5 times a power of ten."""
