@@ -110,12 +110,6 @@ def test_look_keeps_to_the_rules_of_output_folders(tmp_path):
     assert json.loads((out / "report.json").read_text()) == report
 
 
-def test_fields_are_refused_beside_a_look():
-    with pytest.raises(InputError) as refused:
-        RunOptions(look=True, fields=True)
-    assert refused.value.field == "--fields"
-
-
 @pytest.mark.slow
 def test_watch_looks_again_at_each_change_and_survives_a_bad_file(tmp_path):
     file = tmp_path / "mine.toml"

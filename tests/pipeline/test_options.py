@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
+from refusal import refusal
 
 from pipeline import RunOptions, load_design, options
 from sensor.design.fruit import Fruit
@@ -42,9 +43,8 @@ def test_path_needs_no_ending_and_a_name_no_path(tmp_path, monkeypatch):
 
 
 def test_preset_that_is_gone_is_refused_with_what_to_use():
-    with pytest.raises(InputError) as refused:
-        load_design("fruit")
-    assert str(refused.value).endswith(GONE["preset fruit"])
+    refused = refusal(load_design, "fruit")
+    assert str(refused).endswith(GONE["preset fruit"])
 
 
 def test_presets_beside_the_checkout_are_found_from_anywhere(tmp_path, monkeypatch):
@@ -55,9 +55,7 @@ def test_presets_beside_the_checkout_are_found_from_anywhere(tmp_path, monkeypat
 
 def test_without_presets_a_path_is_asked_for(tmp_path, monkeypatch):
     monkeypatch.setattr(options, "DESIGNS", tmp_path)
-    with pytest.raises(InputError) as caught:
-        options.design_path("paper")
-    assert caught.value.field == "--design"
+    assert refusal(options.design_path, "paper").field == "--design"
 
 
 def test_changes_are_numbers_lists_or_their_text():
@@ -82,21 +80,16 @@ def test_changes_are_numbers_lists_or_their_text():
 
 
 BAD = [
-    *(("targets.NL", value) for value in (math.nan, math.inf, {1, 2}, 1 + 2j, True, {"a": 1}, [0.05], 0.7)),
+    *(("targets.NL", value) for value in (math.inf, {1, 2}, 1 + 2j, True, {"a": 1})),
     pytest.param("targets.NL", object(), id="object"),
     *(("fruit.E_MPa", value) for value in ([1.0, math.nan], [], [1, "2"], [[1.0]], 10**400)),
-    ("targets.N", 1),
-    ("target.NL", 0.1),
-    ("NL", 0.1),
 ]
+"""Values that a file cannot have, or only as another: tests/refused/design.toml has those that it can."""
 
 
 @pytest.mark.parametrize(("key", "value"), BAD, ids=str)
 def test_bad_value_is_one_line(key, value):
-    with pytest.raises(InputError) as caught:
-        load_design("paper", {key: value})
-    assert caught.value.field == key
-    assert "\n" not in str(caught.value)
+    assert refusal(load_design, "paper", {key: value}).field == key
 
 
 @pytest.mark.parametrize(
@@ -108,15 +101,11 @@ def test_bad_value_is_one_line(key, value):
 )
 def test_option_that_names_nothing_is_refused(option, value, flag):
     """By the name of its flag."""
-    with pytest.raises(InputError) as caught:
-        RunOptions(**{option: value})
-    assert caught.value.field == flag
+    assert refusal(RunOptions, **{option: value}).field == flag
 
 
 def test_look_writes_no_fields():
-    with pytest.raises(InputError) as caught:
-        RunOptions(look=True, fields=True)
-    assert caught.value.field == "--fields"
+    assert refusal(RunOptions, look=True, fields=True).field == "--fields"
 
 
 def test_contact_takes_a_quarter_of_the_tolerance():

@@ -14,7 +14,6 @@ from pipeline.reading.poses import Placement
 from pipeline.reading.records import UnevenFruit
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.notes import notes
-from pipeline.report.verdict_table import WIDTH
 from sensor.design.fruit import USUAL_MODULI, Fruit
 from sensor.design.parameters import Design, GivenSprings, Print
 from sensor.design.reading import Reading
@@ -131,13 +130,6 @@ def test_weight_of_a_sensor_that_is_held_sideways():
     assert "(tips 0.2 mm off level) moves P_max by" in note(result, "Zero the tips")
     read = dataclasses.replace(result, readings=Readings(method="rise", touch=Estimate(0.4, 0.01)))
     assert numbers_of(note(read, "Tare in any attitude"))[0] == pytest.approx(0.2)
-
-
-def test_each_is_one_sentence_that_fits_a_line():
-    for result in (result_of(), read_result(moduli=(read_at(0.1),), flesh=0.031), relaxing_result()):
-        for line in notes(result):
-            assert re.fullmatch(r"[A-Z][^.]*(\.\S[^.]*)*\.", line), line
-            assert len(line) <= WIDTH - len("- "), line
 
 
 def numbers_of(line):

@@ -157,29 +157,24 @@ def test_shorter_travel_is_just_within_its_bound(verdict, tips, springs, bound):
     assert travel is None if bound is None else 0.97 * bound < travel < bound
 
 
+AT_LIMIT = {"limit": 5.0, "tolerance": 0.01}
+
+
 @pytest.mark.parametrize(
-    ("verdict", "asked", "words"),
+    ("name", "changes", "asked", "words"),
     [
-        (
-            missed("P_max", **{**WIDE, "limit": 5.0, "tolerance": 0.01, "error": 0.1}),
-            0.02,
-            "`--tol 0.005` would decide",
-        ),
-        (
-            missed("P_max", **{**WIDE, "limit": 5.0, "tolerance": 0.01, "error": 0.07}),
-            0.02,
-            "`--tol 0.005` would decide",
-        ),
-        (missed("P_max", **{**WIDE, "limit": 5.0, "tolerance": 0.01, "error": 0.5}), 0.02, "no `--tol` would decide"),
-        (missed("P_max", **{**WIDE, "limit": 5.0, "tolerance": 0.01, "error": 1e3}), 1e-3, "no `--tol` would decide"),
+        ("P_max", AT_LIMIT | {"error": 0.1}, 0.02, "`--tol 0.005` would decide"),
+        ("P_max", AT_LIMIT | {"error": 0.07}, 0.02, "`--tol 0.005` would decide"),
+        ("P_max", AT_LIMIT | {"error": 0.5}, 0.02, "no `--tol` would decide"),
+        ("P_max", AT_LIMIT | {"error": 1e3}, 1e-3, "no `--tol` would decide"),
         # the tolerance of a run is the error that it allows to a spring: 0.1 %, which is what the verdict allows
-        (missed("K_l", **WIDE), 0.02, f"`--tol {DEFAULT_TOLERANCE:g}` would decide"),
-        (missed("K_h", **WIDE), 0.02, f"`--tol {DEFAULT_TOLERANCE:g}` would decide"),
-        (missed("K_h", **{**WIDE, "passed": True}), 0.02, None),
-        (missed("K_h", **{**WIDE, "passed": False}), 0.02, None),
-        (missed("K_h", **{**WIDE, "error": 0.09}), 0.02, None),  # undecided as the springs were not made
+        ("K_l", {}, 0.02, f"`--tol {DEFAULT_TOLERANCE:g}` would decide"),
+        ("K_h", {}, 0.02, f"`--tol {DEFAULT_TOLERANCE:g}` would decide"),
+        ("K_h", {"passed": True}, 0.02, None),
+        ("K_h", {"passed": False}, 0.02, None),
+        ("K_h", {"error": 0.09}, 0.02, None),  # undecided as the springs were not made
     ],
 )
-def test_only_an_undecided_verdict_says_which_tolerance_would_decide(verdict, asked, words):
-    found = tolerance_hint(verdict, asked)
+def test_only_an_undecided_verdict_says_which_tolerance_would_decide(name, changes, asked, words):
+    found = tolerance_hint(missed(name, **WIDE | changes), asked)
     assert found is None if words is None else found == f"undecided by its error bar, {words}"

@@ -29,10 +29,6 @@ SIDE = 16  # random values of each of two sliders, one in each sixteenth of its 
 SLOPE_STEP = 1e-6  # of P, for the slope of the two-spring law
 
 
-def scene_of_result(result):
-    return result.press.scene
-
-
 def random_settings(page, rng, key, side=SIDE):
     """Return random moduli and values of another slider over their whole ranges, and a setting for each pair."""
     ends = page.evaluate("() => Object.fromEntries(window.twintip.sliders.map((s) => [s.key, [s.min, s.max]]))")
@@ -59,7 +55,7 @@ def off(found, expected):
 def least_whole_travel(result):
     """Return the least travel of the table [mm] from which on every flat tip touches with its whole face."""
     design, curve = result.design, result.press.curve
-    scene = scene_of_result(result)
+    scene = result.press.scene
     for travel in curve.x.tolist():
         pressure = footprint_pressure(scene, result.contact, result.springs.C, design.fruit.E_max_MPa, travel)
         if (pressure.cell_forces > 0.0).all():
@@ -70,7 +66,7 @@ def least_whole_travel(result):
 def solved_over_travel(result, moduli, travels):
     """Return forces, P and mean pressures of presses, on the cells of the run where there are any."""
     full = result.design.press.travel_mm  # the cells follow from the farthest travel
-    scene = scene_of_result(result)
+    scene = result.press.scene
     solved = scene_response(scene, result.contact, result.springs.C, moduli, [*travels, full])
     pressure = solved.F / result.design.tips.face_mm2 if solved.mean_pressure is None else solved.mean_pressure
     count = len(moduli) * len(travels)
