@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from refusal import refusal
 
 from pipeline import RunOptions, load_design, run
 from sensor.design.tip_mount import plate_depth
@@ -99,9 +100,7 @@ def test_files_to_make_a_line_by_are_refused_before_any_work(tmp_path, capsys, m
     assert (out, err.count("\n")) == ("", 1)
     assert err.startswith("pipeline: tips.layout = 'line' must be pair or square")
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(InputError) as refused:
-        run(load_design(FOULY), RunOptions(out=tmp_path / "made", fabrication=True))
-    assert refused.value.field == "tips.layout"
+    assert refusal(run, load_design(FOULY), RunOptions(out=tmp_path / "made", fabrication=True)).field == "tips.layout"
     assert list(tmp_path.iterdir()) == []
 
 

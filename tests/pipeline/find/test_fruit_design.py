@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from refusal import refusal
 
 from instrument.compress.bodies import Ellipsoid
 from pipeline.find import fruit_design as room
@@ -17,7 +18,7 @@ from pipeline.options import load_design
 from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.reading.records import CalibrationLeft
 from pipeline.verdicts.hints import least_travel
-from sensor.quantity import Estimate, InputError
+from sensor.quantity import Estimate
 from sensor.verdict import Verdict
 
 MANGO = load_design("mango")
@@ -57,9 +58,7 @@ def test_fruit_of_a_name_with_ranges_of_its_own():
     ],
 )
 def test_wrong_fruit_is_refused(text, field):
-    with pytest.raises(InputError) as refused:
-        fruit_range(text)
-    assert refused.value.field == field
+    assert refusal(fruit_range, text).field == field
 
 
 @pytest.mark.parametrize("across", [1.0, 1.5, 2.0, 3.0])
@@ -101,9 +100,8 @@ def test_fruit_from_compression_tests_has_their_error_bars(tmp_path):
 def test_file_that_tells_no_fruit_is_one_line(text, tmp_path):
     path = tmp_path / "tests.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError) as refused:
-        fruit_range(str(path))
-    assert refused.value.field.startswith("--fruit")
+    refused = refusal(fruit_range, str(path))
+    assert refused.field.startswith("--fruit")
 
 
 def test_bruise_limits_are_the_stated_law_never_wider():

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from refusal import refusal
 
 from mesh.session import MeshError
 from pipeline.find import optimise, proof
@@ -164,19 +165,26 @@ def test_lost_worker_ends_a_search_whose_next_run_goes_on(written, engine, tmp_p
     assert again == search(study, tmp_path / "whole", engine)
 
 
+class EndedError(RuntimeError):
+    """Ends a search from outside."""
+
+
+def end_search(study, folder, engine, at):
+    """Begin a search, and end it after so many candidates."""
+
+    def end(solved, _count):
+        if solved == at:
+            raise EndedError
+
+    with pytest.raises(EndedError):
+        search(study, folder, engine, end)
+
+
 def test_front_that_was_ended_goes_on_to_the_same_candidates(written, engine, tmp_path):
     study = read_study(written(FRONT))
     whole = search(study, tmp_path / "whole", engine)
 
-    class EndedError(RuntimeError):
-        pass
-
-    def end(solved, _count):
-        if solved == 100:  # in the second of three values
-            raise EndedError
-
-    with pytest.raises(EndedError):
-        search(study, tmp_path / "ended", engine, end)
+    end_search(study, tmp_path / "ended", engine, at=100)  # in the second of three values
     again = search(study, tmp_path / "ended", engine)
     assert [(one.number, one.changes) for one in again] == [(one.number, one.changes) for one in whole]
     numbers = [one.number for one in whole if one.changes["targets.P_max"] == 3]
@@ -199,19 +207,9 @@ def test_ended_search_goes_on_to_the_same_candidates_and_a_longer_one_begins_wit
     study = read_study(written(SOFTEST.replace("400", "96")))
     whole = search(study, tmp_path / "whole", engine)
 
-    class EndedError(RuntimeError):
-        pass
-
-    def end(solved, _count):
-        if solved == 40:
-            raise EndedError
-
-    with pytest.raises(EndedError):
-        search(study, tmp_path / "ended", engine, end)
+    end_search(study, tmp_path / "ended", engine, at=40)
     short = replace(study, goal=replace(study.goal, evaluations=64))
-    with pytest.raises(InputError) as refused:
-        search(short, tmp_path / "ended", engine)
-    assert refused.value.field == "goal.evaluations"
+    assert refusal(search, short, tmp_path / "ended", engine).field == "goal.evaluations"
     first = search(short, tmp_path / "grown", engine)
     grown = search(study, tmp_path / "grown", engine)
     assert len(grown) > len(first)
@@ -283,9 +281,7 @@ def test_uncertainty_with_a_limit_at_each_modulus_is_compared_over_its_limit(wri
 def test_distribution_is_refused_before_anything_is_written(written, engine, tmp_path):
     normal = "{ mean = 5, sd = 0.1, source = 'x' }"
     study = read_study(written(SOFTEST.replace("{ from = 3, to = 8 }", normal)))
-    with pytest.raises(InputError) as refused:
-        search(study, tmp_path / "out", engine)
-    assert refused.value.field == "targets.P_max"
+    assert refusal(search, study, tmp_path / "out", engine).field == "targets.P_max"
     assert not (tmp_path / "out").exists()
 
 

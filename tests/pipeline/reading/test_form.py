@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from flat_square import square_design
+from refusal import refusal
 from squares import GENTLE
 
 from cad.parts.dome_form import CAPS
@@ -16,7 +17,7 @@ from pipeline.reading.rise import rolling_domes
 from pipeline.reading.uncertainty import SlopesOnBall, designed_channels
 from pipeline.sensor import Sensor
 from sensor.design.reading import PRESS_S, Reading
-from sensor.quantity import BOUNDED, InputError
+from sensor.quantity import BOUNDED
 from sensor.theory.contrast_law import contrast_weights
 from sensor.theory.contrast_rise import RiseError
 from sensor.theory.creep import CreepLaw
@@ -87,15 +88,11 @@ def test_a_ball_takes_out_what_moves_its_own_reading():
     ],
 )
 def test_a_ball_is_refused_where_it_shows_nothing(name, settings):
-    with pytest.raises(InputError) as caught:
-        load_design(name, {**settings, "reading.calibrated_by": "ball"})
-    assert caught.value.field == "reading.calibrated_by"
+    assert refusal(load_design, name, {**settings, "reading.calibrated_by": "ball"}).field == "reading.calibrated_by"
 
 
 def test_a_ball_is_refused_for_flat_tips():
-    with pytest.raises(InputError) as caught:
-        square_design(calibrated_by="ball")
-    assert caught.value.field == "reading.calibrated_by"
+    assert refusal(square_design, calibrated_by="ball").field == "reading.calibrated_by"
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from refusal import refusal
 from squares import BALL
 from stand_ins import with_compliance
 
@@ -13,7 +14,6 @@ from pipeline.reading.over_time import refuse_unsolvable_time
 from pipeline.response.scene_press import scene_of
 from pipeline.sensor import refuse_unsolvable
 from pipeline.springs.sizing import fruit_stiffening, spring_sizing
-from sensor.quantity import InputError
 from sensor.theory.two_spring_law import (
     Springs,
     curve_nonlinearity,
@@ -69,9 +69,8 @@ def test_without_a_skin_the_curve_gives_the_springs_of_the_closed_form(definitio
 
 
 def test_an_nl_that_the_skin_alone_exceeds_is_refused(contact):
-    with pytest.raises(InputError) as refused:
-        spring_sizing(load_design("paper", {**SKIN, "targets.NL": 0.01}), contact, RunOptions())
-    assert refused.value.field == "targets.NL"
+    design = load_design("paper", {**SKIN, "targets.NL": 0.01})
+    assert refusal(spring_sizing, design, contact, RunOptions()).field == "targets.NL"
 
 
 def test_stiffening_is_the_fruit_stiffness_over_the_modulus(contact):
@@ -120,9 +119,7 @@ def test_moduli_count_for_the_contact_of_a_fruit_with_a_skin_alone():
 )
 def test_contact_under_a_skin_that_is_not_solved_is_refused(design, settings):
     changes = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0}
-    with pytest.raises(InputError) as refused:
-        refuse_unsolvable(load_design(design, {**changes, **settings}))
-    assert refused.value.field == "fruit.skin_mm"
+    assert refusal(refuse_unsolvable, load_design(design, {**changes, **settings})).field == "fruit.skin_mm"
 
 
 def dome_forces(contact, E):
@@ -160,6 +157,4 @@ def test_skin_on_flesh_that_relaxes_is_refused():
         "paper",
         {**SKIN, "fruit.relaxation": "[[0.3, 10.0]]", "press.speed_mm_per_s": 1.0, "press.hold_s": 5.0},
     )
-    with pytest.raises(InputError) as refused:
-        refuse_unsolvable_time(design)
-    assert refused.value.field == "fruit.relaxation"
+    assert refusal(refuse_unsolvable_time, design).field == "fruit.relaxation"

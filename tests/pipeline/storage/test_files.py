@@ -5,6 +5,7 @@ import socket
 from pathlib import Path
 
 import pytest
+from refusal import refusal
 
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.folder import OutputError, output_folder
@@ -16,9 +17,8 @@ def test_unchanged_file_of_ours_is_replaced_and_a_changed_one_never(tmp_path):
     assert write_files({path: b"one"}, "--html") == [path]
     write_files({path: b"two"}, "--html")
     path.write_bytes(b"mine")
-    with pytest.raises(InputError) as refused:
-        write_files({path: b"three"}, "--html")
-    assert (refused.value.field, refused.value.value, path.read_bytes()) == ("--html", str(path), b"mine")
+    refused = refusal(write_files, {path: b"three"}, "--html")
+    assert (refused.field, refused.value, path.read_bytes()) == ("--html", str(path), b"mine")
     write_files({path: b"three"}, "--html", force=True)
     write_files({path: b"four"}, "--html", force=True)
     for kept in (b"also mine", b"mine too"):
@@ -114,9 +114,8 @@ def test_what_a_kill_left_is_cleared_by_the_next_and_a_folder_of_a_person_is_not
     mine = tmp_path / ".unit.toml.twintip" / "part"
     mine.parent.mkdir()
     mine.write_bytes(b"precious")
-    with pytest.raises(InputError) as refused:
-        write_files({path: b"newer"}, "--out")
-    assert (refused.value.field, path.read_bytes(), mine.read_bytes()) == ("--out", b"new", b"precious")
+    refused = refusal(write_files, {path: b"newer"}, "--out")
+    assert (refused.field, path.read_bytes(), mine.read_bytes()) == ("--out", b"new", b"precious")
 
 
 @pytest.mark.parametrize("place", ["file/page.html", "/proc/page.html", "/proc/new/page.html"])
@@ -127,7 +126,5 @@ def test_place_that_cannot_be_written_is_refused_before_anything_is_done(place, 
         lambda: refuse_taken([Path(place)], "--html"),
         lambda: write_files({Path(place): b"x"}, "--html", force=True),
     ):
-        with pytest.raises(InputError) as refused:
-            write()
-        assert refused.value.field == "--html"
+        assert refusal(write).field == "--html"
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

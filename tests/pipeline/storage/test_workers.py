@@ -7,6 +7,7 @@ from concurrent.futures import BrokenExecutor
 from multiprocessing import resource_tracker
 
 import pytest
+from refusal import refusal
 
 from pipeline.storage import workers
 from pipeline.storage.workers import cad_worker, close_workers, open_workers, submit
@@ -30,17 +31,14 @@ def test_without_proc_there_is_one_core_and_no_worker(monkeypatch, tmp_path):
     assert workers.available_cores() == 1
     with workers.cad_worker() as executor:
         assert executor is None
-    with pytest.raises(InputError) as refused:
-        workers.open_workers(1)
-    assert refused.value.field == "/proc"
+    assert refusal(workers.open_workers, 1).field == "/proc"
 
 
 def test_work_runs_elsewhere_on_one_thread_and_its_errors_come_back_whole(executor):
     assert submit(executor, os.getpid).result() != os.getpid()
     assert submit(executor, os.getenv, "OMP_NUM_THREADS").result() == "1"
-    with pytest.raises(InputError) as refused:
-        submit(executor, refuse, "tips.side_mm").result()
-    assert (refused.value.field, refused.value.value, refused.value.bound) == ("tips.side_mm", 3.0, "less than 2")
+    refused = refusal(submit(executor, refuse, "tips.side_mm").result)
+    assert (refused.field, refused.value, refused.bound) == ("tips.side_mm", 3.0, "less than 2")
     assert submit(executor, abs, -3).result() == 3
 
 

@@ -6,6 +6,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
+from refusal import refusal
 
 from pipeline.study import read_study, run_study
 from pipeline.study.points import Point
@@ -119,9 +120,7 @@ def test_row_that_is_gone_is_solved_again(written, engine, tmp_path):
 def test_changed_study_is_refused_with_the_difference(written, engine, tmp_path, old, new, field):
     (tmp_path / "rows.csv").write_text("targets.P_max\n4\n", encoding="utf-8")
     run_study(read_study(written()), tmp_path / "out", engine)
-    with pytest.raises(InputError) as refused:
-        run_study(read_study(written(**{old: new})), tmp_path / "out", engine)
-    assert refused.value.field == field
+    assert refusal(run_study, read_study(written(**{old: new})), tmp_path / "out", engine).field == field
 
 
 def test_two_runs_on_one_study_refuse(written, tmp_path):
@@ -138,9 +137,7 @@ def test_folder_of_something_else_is_refused(written, engine, tmp_path):
     (tmp_path / "file").touch()
     (tmp_path / "out" / "report.json").touch()
     for folder in (tmp_path / "out", tmp_path / "file", tmp_path / "file" / "below"):
-        with pytest.raises(InputError) as refused:
-            run_study(study, folder, engine)
-        assert refused.value.field == "--out"
+        assert refusal(run_study, study, folder, engine).field == "--out"
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["report.json"]
 
 
@@ -153,9 +150,7 @@ def test_foreign_database_is_refused_and_left_as_it_is(written, engine, tmp_path
     else:
         edit(tmp_path / "out", content)
     before = path.read_bytes()
-    with pytest.raises(InputError) as refused:
-        run_study(read_study(written()), tmp_path / "out", engine)
-    assert refused.value.field == "study store"
+    assert refusal(run_study, read_study(written()), tmp_path / "out", engine).field == "study store"
     assert path.read_bytes() == before
     with pytest.raises(InputError), stored_study(tmp_path / "none"):
         pass

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import pyvista as pv
+from refusal import refusal
 from stand_ins import result_of
 from view_stand_ins import change_report, half_beam, write_output_folder
 
@@ -10,7 +11,6 @@ from pipeline.report.outputs import write_outputs
 from pipeline.storage.vtu import write_vtu
 from pipeline.view import pictures as viewer
 from pipeline.view.pictures import pictures, show_pictures, window_of, write_pictures
-from sensor.quantity import InputError
 from twintip.cli import main
 
 FLEXURES = ["flexure-low", "flexure-low-limit", "flexure-high", "flexure-high-limit"]
@@ -55,9 +55,7 @@ def test_folder_of_a_run_without_fields_has_its_solids_and_mesh(tmp_path):
 def test_folder_with_nothing_to_show_is_refused(tmp_path):
     write_outputs(result_of(), tmp_path)
     change_report(tmp_path, housing=None)
-    with pytest.raises(InputError) as caught:
-        pictures(tmp_path)
-    assert caught.value.field == "DIR"
+    assert refusal(pictures, tmp_path).field == "DIR"
 
 
 def test_empty_solid_is_refused_and_leaves_no_picture(tmp_path):
@@ -69,17 +67,13 @@ def test_empty_solid_is_refused_and_leaves_no_picture(tmp_path):
 
 def test_picture_folder_that_is_a_file_is_refused(stand_in_folder, tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        write_pictures(pictures(stand_in_folder)[:1], tmp_path / "file")
-    assert caught.value.field == "--png"
+    assert refusal(write_pictures, pictures(stand_in_folder)[:1], tmp_path / "file").field == "--png"
 
 
 def test_without_a_display_a_window_is_refused(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    with pytest.raises(InputError) as caught:
-        show_pictures([], "paper")
-    assert caught.value.field == "display"
+    assert refusal(show_pictures, [], "paper").field == "display"
 
 
 @pytest.mark.slow

@@ -6,11 +6,11 @@ import re
 import pytest
 from browser import grave_findings, validator_findings
 from deadline import DEADLINE_S
+from refusal import refusal
 from stand_ins import result_of
 
 from pipeline.report.outputs import write_outputs
 from pipeline.view.web_page import write_web_page
-from sensor.quantity import InputError
 from twintip.cli import main
 
 
@@ -43,17 +43,13 @@ def test_user_file_is_kept(stand_in_folder, tmp_path):
 
 @pytest.mark.parametrize("name", ["page.htm", "page", "page.png"])
 def test_page_under_another_ending_is_refused(name, stand_in_folder, tmp_path):
-    with pytest.raises(InputError) as caught:
-        write_web_page(stand_in_folder, tmp_path / name)
-    assert caught.value.field == "--html"
+    assert refusal(write_web_page, stand_in_folder, tmp_path / name).field == "--html"
     assert list(tmp_path.iterdir()) == []
 
 
 def test_folder_without_a_body_is_refused(tmp_path):
     write_outputs(result_of(), tmp_path)
-    with pytest.raises(InputError) as caught:
-        write_web_page(tmp_path, tmp_path.parent / "scenes.html")
-    assert caught.value.field == "DIR"
+    assert refusal(write_web_page, tmp_path, tmp_path.parent / "scenes.html").field == "DIR"
 
 
 @pytest.mark.slow
