@@ -12,13 +12,6 @@ from golden.freeze import answer_of_run, measured
 from twintip.cli import main
 
 ACCURACY = Path(__file__).parents[2] / "docs" / "measurements.md"
-MAIN_KEYS = {
-    "schema", "design", "springs", "flexures", "material", "contact", "response", "verdicts", "paper", "files",
-    "seconds", "versions",
-}  # fmt: skip
-ALWAYS = {
-    "P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high",
-}  # fmt: skip
 
 
 def report_of(folder):
@@ -45,17 +38,6 @@ def test_default_run_passes_every_verdict(default_run):
     report = report_of(default_run.folder)
     assert {v["name"]: v["reference"] for v in report["verdicts"] if v["passed"] is not True} == {}
     assert (default_run.code, default_run.result.passed) == (0, True)
-
-
-def test_default_run_keeps_the_contract(default_run):
-    report = report_of(default_run.folder)
-    assert set(report) >= MAIN_KEYS
-    assert set(verdicts_of(report)) >= ALWAYS
-    assert any(name.startswith("geometry.") for name in verdicts_of(report))
-    for row in report["response"]:
-        assert row["x_mm"][0] > 0.0
-        assert row["x_mm"][-1] == report["design"]["press"]["travel_mm"]
-        assert {len(row[key]) for key in ("x_mm", "F_l_N", "F_h_N", "P", "slope_ratio")} == {len(row["x_mm"])}
 
 
 def test_default_run_answers_what_it_answered(default_run, tmp_path):

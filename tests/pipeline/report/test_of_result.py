@@ -13,6 +13,7 @@ from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.reading.poses import Placement
 from pipeline.reading.records import SkinPressure
 from pipeline.reading.uncertainty import UncertaintySources
+from pipeline.report.keys import value_at
 from pipeline.report.of_result import OF_SENSOR
 from pipeline.report.outputs import write_outputs
 from pipeline.report.parts import ContactReport, ReadingReport, SizingReport
@@ -25,63 +26,31 @@ from sensor.design.tips import Press, Tips
 from sensor.quantity import Estimate
 
 
-def test_stiffnesses_are_in_newtons_per_metre_and_errors_in_per_cent():
-    result = result_of()
-    report = stored_report(result)
-    low = result.springs.springs["low"]
-    entry = report["flexures"]["low"]
-    assert entry["target_N_per_m"] == pytest.approx(1e3 * low.target)
-    assert entry["stiffness_N_per_m"] == pytest.approx(1e3 * low.K)
-    assert entry["error_percent"] == pytest.approx(100.0 * low.K_error)
-    assert entry["safety_factor"] == pytest.approx(result.springs.process.strain_limit / 2e-3)
-    assert entry["root_strain_error_percent"] == pytest.approx(1.0)  # 2e-5 of 2e-3
-    sized, springs = result.sizing, report["springs"]
-    for name, K in (("K_l", sized.springs.K_l), ("K_h", sized.springs.K_h), ("K_m_max", sized.K_m_max)):
-        assert springs[f"{name}_N_per_m"] == pytest.approx(1e3 * K)
-    assert report["contact"]["s11_error_percent"] == pytest.approx(100.0 * CONTACT.error_own)
-    assert report["contact"]["error_percent"] == pytest.approx(100.0 * CONTACT.error_pair)
+@pytest.mark.parametrize(
+    ("key", "error"),
+    [
+        *((f"flexures.{name}.error_percent", error) for name, error in zip(("low", "high"), ERRORS, strict=True)),
+        ("flexures.low.root_strain_error_percent", 0.01),
+        ("accuracy.springs.error_percent", max(ERRORS)),
+        ("accuracy.contact.error_percent", CONTACT.error_pair),
+        ("contact.s11_error_percent", CONTACT.error_own),
+    ],
+)
+def test_error_of_a_solve_is_in_per_cent(key, error):
+    """Other numbers of a pair are frozen in tests/golden, which compares errors on one machine only."""
+    assert value_at(stored_report(result_of()), key) == pytest.approx(100.0 * error)
 
 
-def test_errors_are_in_per_cent_and_name_what_they_are_made_of():
-    result = result_of()
-    report = stored_report(result)
-    for name, budget in vars(result.errors.budgets).items():
+def test_budgets_are_in_per_cent_and_name_what_they_are_made_of():
+    report = stored_report(result_of())
+    for name, budget in vars(result_of().errors.budgets).items():
         entry = report["errors"][name]
-        sums = (entry["discretisation_percent"], entry["model_percent"], entry["inputs_percent"])
-        assert sums == pytest.approx(
-            [100.0 * part for part in (budget.numerical, budget.model_total, budget.inputs_total)]
-        )
-        for key, parts in (("model", budget.model), ("inputs", budget.inputs)):
-            assert [part["effect"] for part in entry[key]] == [part.effect for part in parts]
-            assert all(part.keys() == {"effect", "size_percent", "reason"} for part in entry[key])
-            assert [part["reason"] for part in entry[key]] == [part.reason for part in parts]
-            assert [part["size_percent"] for part in entry[key]] == pytest.approx([100.0 * part.size for part in parts])
-    accuracy = report["accuracy"]
-    assert accuracy["springs"]["error_percent"] == pytest.approx(100.0 * max(ERRORS))
-    assert accuracy["contact"]["error_percent"] == pytest.approx(100.0 * CONTACT.error_pair)
-    P_max, NL = result.reached.P_max, result.reached.NL  # of a level sensor
-    level = {"P_max": P_max.value, "P_max_error": P_max.error, "NL": NL.value, "NL_error": NL.error}
-    assert report["level"] == pytest.approx(level)
-    assert (report["paper"]["K_l_N_per_m"], report["paper"]["K_h_N_per_m"]) == pytest.approx((753.0, 17300.0))
-
-
-def test_curve_is_the_table_at_full_travel_without_the_fruit_softer_than_all():
-    table = result_of().errors.reading
-    curve = stored_report(result_of())["curve"]
-    assert curve["x_mm"] == table.response.x[-1]
-    assert (curve["P_softest"], *curve["P"]) == tuple(table.response.P[:, -1].tolist())
-    assert curve["E_MPa"] == table.response.E[1:].tolist()
-    bands = {"as_printed": table.printed, "calibrated": table.calibrated}
-    for name, band in bands.items():
-        for end, side in enumerate(("lower", "upper")):
-            numbers = [math.nan if E is None else E for E in curve[f"E_{side}_{name}_MPa"]]
-            expected = np.where(np.isfinite(band[1:, -1, end]), band[1:, -1, end], math.nan)
-            np.testing.assert_array_equal(numbers, expected)
-
-
-def test_behaviour_of_each_spring_is_told():
-    result = result_of()
-    assert stored_report(result)["behaviour"] == dataclasses.asdict(result.behaviour)
+        sums = [entry[f"{part}_percent"] for part in ("discretisation", "model", "inputs")]
+        assert sums == pytest.approx([100.0 * x for x in (budget.numerical, budget.model_total, budget.inputs_total)])
+        for key in ("model", "inputs"):
+            told = [(part["effect"], part["reason"], part["size_percent"]) for part in entry[key]]
+            parts = getattr(budget, key)
+            assert told == [(part.effect, part.reason, pytest.approx(100.0 * part.size)) for part in parts]
 
 
 def test_reading_is_in_per_cent_of_the_modulus():
@@ -165,19 +134,6 @@ def test_error_of_a_force_is_that_of_its_spring_in_its_share():
     ]
     assert row["F_error_percent"] == pytest.approx(100.0 * table.F_error[-1] + max(parts), rel=1e-9)
     assert row["P_error_percent"] == pytest.approx(100.0 * table.P_error[-1] + sum(parts), rel=1e-9)
-
-
-def test_forces_of_the_table():
-    """At every travel x = C F + S F / E, solved here; slopes of straight lines have the force ratio too."""
-    result = result_of()
-    for row in stored_report(result)["response"]:
-        A = result.springs.C + CONTACT.S / row["E_MPa"]
-        low, high = np.linalg.solve(A, np.broadcast_to(row["x_mm"], (2, len(row["x_mm"]))))
-        assert row["F_l_N"] == pytest.approx(low)
-        assert row["F_h_N"] == pytest.approx(high)
-        assert row["P"] == pytest.approx(high / low)
-        assert row["slope_ratio"] == pytest.approx(high / low)
-        assert "F_N" not in row or row["F_N"] == []
 
 
 def test_response_of_a_square():
