@@ -8,10 +8,7 @@ from squares import gentle, square_housing, square_sensor
 from cad.checks.part_checks import check_file
 from cad.files.sensor_files import write_sensor
 from cad.parts.housing_solid import cut_domes, housing_part
-from cad.parts.layout import housing_for
-from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
-from sensor.design.tips import Tips
 
 KERNEL = 1e-6  # relative, of a volume by the geometry kernel
 
@@ -25,16 +22,6 @@ def test_half_sphere_is_left_of_a_tip_as_wide_as_its_sphere():
     whole, cut = housing_part(housing).shape, cut_domes(housing_part(housing), housing).shape
     taken = whole.Volume(tol=KERNEL) - cut.Volume(tol=KERNEL)
     assert taken == pytest.approx(2.0 * (0.98 * 2.2**2 - 0.98**2 * math.pi * (1.0 - 0.98 / 3.0)), rel=1e-6)
-
-
-def test_pair_may_have_domes_too_and_flat_tips_have_none():
-    flat = housing_for(Design(), PROCESSES["fdm-petg"], (28.9, 14.7), (0.5, 0.1))
-    whole = housing_part(flat)
-    assert cut_domes(whole, flat) is whole
-    design = Design(tips=Tips(shape="dome", dome_radius_mm=3.0, side_mm=2.0))
-    housing = housing_for(design, PROCESSES["fdm-petg"], (28.9, 14.7), (0.5, 0.1))
-    part = cut_domes(housing_part(housing), housing)
-    assert part.shape.isValid()
 
 
 @pytest.mark.slow

@@ -41,12 +41,6 @@ each_housing = pytest.mark.parametrize("housing", VARIANTS.values(), ids=VARIANT
 _part = functools.cache(housing_part)
 
 
-def _prismatoid(bottom, top, height):
-    """Return the volume between two parallel rectangles by Simpson's rule, exact for straight edges."""
-    middle = ((bottom[0] + top[0]) / 2.0, (bottom[1] + top[1]) / 2.0)
-    return height / 6.0 * (math.prod(bottom) + 4.0 * math.prod(middle) + math.prod(top))
-
-
 def _plate_area(h):
     """Return frame - cavity + shuttles + leaves + fillets - holes [mm^2]."""
     cavity = (h.arms[1].wall - h.arms[0].wall) * (h.cavity_level - h.protrusion)
@@ -58,24 +52,11 @@ def _plate_area(h):
     return frame - cavity + shuttles + leaves + fillets - holes
 
 
-def _volume(h):
-    """Return the area of the plate times its depth, + necks + tips [mm^3]."""
-    necks = 2.0 * _prismatoid((h.tip_side, h.tip_side), (h.shuttle_width, h.depth), h.neck_level - h.tip_height)
-    tips = 2.0 * h.tip_side**2 * h.tip_height
-    return h.depth * _plate_area(h) + necks + tips
-
-
 @each_housing
-def test_solid_is_one_valid_piece_with_the_volume_of_the_formula(housing):
-    shape = _part(housing).shape
-    assert shape.isValid()
-    assert shape.ShapeType() == "Solid"
-    assert shape.Volume() == pytest.approx(_volume(housing), rel=1e-8)  # the kernel integrates cylinders numerically
-
-
-@each_housing
-def test_named_faces_have_the_areas_of_the_formulas(housing):
+def test_named_faces_of_one_valid_solid_have_the_areas_of_the_formulas(housing):
     part = _part(housing)
+    assert part.shape.isValid()
+    assert part.shape.ShapeType() == "Solid"
     # A neck reaches the sides of the plate where its tip is as deep as it.
     deep = housing.tip_side == housing.depth
     neck = 0.5 * (housing.tip_side + housing.shuttle_width) * (housing.neck_level - housing.tip_height)
@@ -92,20 +73,14 @@ def test_named_faces_have_the_areas_of_the_formulas(housing):
     assert centres["high_tip"] == pytest.approx((0.5 * housing.spacing, 0.0, 0.0), abs=1e-9)
 
 
-def _solid_along(shape, start, end):
-    """Return the lengths of a straight line that lie inside the solid, from the start on."""
-    origin = cq.Vector(*start)
-    inside = cq.Edge.makeLine(origin, cq.Vector(*end)).intersect(shape).Edges()
-    return [edge.Length() for edge in sorted(inside, key=lambda edge: (edge.Center() - origin).Length)]
-
-
 @each_housing
 def test_depth_share_is_that_of_the_solid(housing):
     shape = _part(housing).shape
     x = 0.5 * housing.spacing
     levels = (0.5 * housing.tip_height, 0.5 * (housing.tip_height + housing.neck_level), housing.neck_level + 0.5)
     for z in levels:
-        inside = sum(_solid_along(shape, (x, -20.0, z), (x, 20.0, z)))
+        across = cq.Edge.makeLine(cq.Vector(x, -20.0, z), cq.Vector(x, 20.0, z))
+        inside = sum(edge.Length() for edge in across.intersect(shape).Edges())
         assert inside == pytest.approx(housing.depth_share(z) * housing.depth, abs=1e-6)
 
 
