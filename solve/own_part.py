@@ -25,8 +25,8 @@ Direction = tuple[float, float, float]
 # Of the energy that material carries, by which a part without it gives more: 2 for a round hole under tension, more for
 # a slender one. J. D. Eshelby, Proc. R. Soc. A 241 (1957) 376, doi:10.1098/rspa.1957.0133.
 VOID_FACTOR = 4.0
-# Of the difference between both meshes, and a floor. Of the stiffnesses in benchmarks/own_parts.py one lies beyond, by a
-# third: that of a leaf with sharp corners, where meshes converge slowly.
+# Of the difference between both meshes, and a floor. One stiffness of benchmarks/own_parts.py lies beyond, by a third:
+# that of a leaf with sharp corners, where meshes converge slowly.
 ERROR_SHARE = 1.0
 ERROR_FLOOR = 1e-3
 _TETRAHEDRA_ORDER = 4  # of the quadrature: edges are curved

@@ -290,6 +290,15 @@ class Extrusion:
         moment = sum(face.Area() * (face.Center().y - 0.5 * (self.low + self.high)) for face in faces)
         return abs(moment) < _UNEVEN * (self.high - self.low) * sum(face.Area() for face in faces)
 
+    def polygon_area(self, name: str) -> float | None:
+        """Return the area of named faces [mm^2], None where one is curved or has a curved edge."""
+        every = self.part.shape.Faces()
+        faces = [every[place] for place in self.part.faces[name]]
+        is_straight = all(
+            face.geomType() == "PLANE" and all(edge.geomType() == "LINE" for edge in face.Edges()) for face in faces
+        )
+        return sum(face.Area() for face in faces) if is_straight else None
+
     def lies_on(self, name: str, points: Floats, tolerance: float) -> Flags:
         """Say of points (3, n) [mm] whether they lie on a named face within a tolerance."""
         found = np.zeros(points.shape[1], dtype=bool)

@@ -6,6 +6,10 @@ import OCP
 import pytest
 
 import twintip
+from cad.checks.own_part import extrusion_of, faces_at
+from cad.checks.own_part import own_part as own_part_of
+from mesh.own_part import swept_part
+from mesh.session import MeshError
 from pipeline.springs import own_part
 from sensor.quantity import InputError
 
@@ -87,14 +91,27 @@ def test_a_narrow_cut_is_in_the_bar(plain, monkeypatch):
 
 def test_a_wall_that_is_held_on_one_side_only_is_not_mirrored(plain):
     """The held half carries a leaf that twists about it: softer than the leaf that is held all over."""
-    solid = leaf().val()
-    wall = leaf_wall(solid)
-    splitter = OCP.BRepFeat.BRepFeat_SplitShape(solid.wrapped)
-    middle = cq.Edge.makeLine(cq.Vector(0.0, -0.5 * DEEP, 0.0), cq.Vector(0.0, -0.5 * DEEP, THICK))
-    splitter.Add(middle.wrapped, wall.wrapped)
-    splitter.Build()
-    face, _ = solved(cq.Shape.cast(splitter.Shape()), held=(0.0, -0.75 * DEEP, 0.5 * THICK))
+    face, _ = solved(leaf_with_split_wall(-0.5 * DEEP), held=(0.0, -0.75 * DEEP, 0.5 * THICK))
     assert face.K * (1.0 + face.K_error) < 0.95 * plain[0].K
+
+
+@pytest.mark.parametrize("level", [-2.5, -3.4])
+def test_a_wall_whose_edge_lies_between_two_layers_is_not_swept(level):
+    """Its facets would hold more or less than the face."""
+    solid = leaf_with_split_wall(level)
+    faces = {"held": faces_at(solid, "held", [(0.0, -0.9 * DEEP, 0.5 * THICK)])}
+    with pytest.raises(MeshError, match="held has"):
+        swept_part(extrusion_of(own_part_of(solid, faces)), 1.0, 2)
+
+
+def leaf_with_split_wall(level):
+    """Return the leaf whose wall is two faces, which meet at a level y [mm]."""
+    solid = leaf().val()
+    splitter = OCP.BRepFeat.BRepFeat_SplitShape(solid.wrapped)
+    edge = cq.Edge.makeLine(cq.Vector(0.0, level, 0.0), cq.Vector(0.0, level, THICK))
+    splitter.Add(edge.wrapped, leaf_wall(solid).wrapped)
+    splitter.Build()
+    return cq.Shape.cast(splitter.Shape())
 
 
 def leaf_wall(solid):
