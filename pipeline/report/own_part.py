@@ -29,6 +29,9 @@ def part_data(found: PartStiffness) -> dict[str, object]:
     return {
         "method": found.method,
         "held_by": found.held_by,
+        "E_MPa": found.material[0],
+        "poisson": found.material[1],
+        "not_swept": found.not_swept or None,
         "dofs": found.dofs,
         "seconds": found.seconds,
         "left_out_mm3": found.left_out_mm3,
@@ -54,12 +57,17 @@ def part_notes(found: PartStiffness) -> list[str]:
 
 
 def _notes(found: PartStiffness) -> Iterator[str]:
-    yield f"solved as {found.method}: {found.dofs} unknowns, {found.seconds:.1f} s, held by {found.held_by}"
+    E, poisson = found.material
+    material = f"E {E:g} MPa, Poisson's ratio {poisson:g}"
+    yield f"solved as {found.method}: {found.dofs} unknowns, {found.seconds:.1f} s, held by {found.held_by}; {material}"
+    if found.not_swept:
+        yield f"not swept: {found.not_swept}"
     for unknowns, seconds, *K in found.curve:
         each = ", ".join(f"{value:.5g}" for value in K)
         yield f"{unknowns:.0f} unknowns, {seconds:.1f} s without its mesh: {each} N/m"
     for name, face in found.faces.items():
-        yield f"{name}: {with_bar(face.estimate.value, face.estimate.error)} N/m"
+        if name not in _VERDICTS:  # those have a row of their own
+            yield f"{name}: {with_bar(face.estimate.value, face.estimate.error)} N/m"
         if face.K_held is not None:
             with_holes = with_bar(1e3 * face.K_held, 1e3 * face.K_error * face.K_held)
             yield f"{name}: {with_holes} N/m where the walls of the screw holes are held instead"

@@ -5,7 +5,6 @@ A part is held and pressed as the housing of a design is, or at faces that point
 
 from __future__ import annotations
 
-import contextlib
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -88,7 +87,8 @@ class PartStiffness(Record):
     """What a part gives under a force on each face that is pressed, by name, and how it was solved.
 
     `left_out_mm3` is the volume that the mesh has too much or too little, and `left_out_at` where most of it lies [mm].
-    `curve` has unknowns, seconds and stiffnesses [N/m] of each mesh of tetrahedra.
+    `material` is the modulus [MPa] and Poisson's ratio. `curve` has unknowns, seconds and stiffnesses [N/m] of each
+    mesh of tetrahedra, and `not_swept` the reason for them.
 
     Examples
     --------
@@ -101,6 +101,7 @@ class PartStiffness(Record):
     """
 
     faces: Mapping[str, PressedFace]
+    material: tuple[float, float]
     method: str
     held_by: str
     dofs: int
@@ -108,6 +109,7 @@ class PartStiffness(Record):
     left_out_mm3: float
     left_out_at: tuple[float, float, float] | None
     curve: tuple[tuple[float, ...], ...] = ()
+    not_swept: str = ""
 
 
 @in_turn
@@ -164,7 +166,7 @@ def stiffness(
     faces = {name: _faces_of(solid, one, f"pressed[{name!r}]", where) for name, where in pressed.items()}
     directions = {name: pressed_direction(one, f"pressed[{name!r}]", places) for name, places in faces.items()}
     faces[HELD] = _faces_of(solid, one, "held", held)
-    _refuse_held_and_pressed(faces)
+    _refuse_held_and_pressed(faces, "pressed")
     return _stiffness(own_part(one, faces), directions, (E_MPa, poisson), None)
 
 
@@ -184,11 +186,13 @@ def _faces_of(solid: object, one: cq.Solid, flag: str, where: Where) -> tuple[in
     return faces_at(one, flag, [(x, y, z) for x, y, z in points.tolist()])
 
 
-def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]]) -> None:
-    """Raise InputError where a face is held and pressed at once."""
+def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) -> None:
+    """Raise InputError where a face is held and pressed at once; the flag names what is pressed."""
     for name, places in faces.items():
         if name != HELD and set(places) & set(faces[HELD]):
-            raise validation_error(name, "a face", "", "free: it is held too", "press another face, or hold another")
+            what = f"{flag} {name}"
+            hint = "press another face, or hold another"
+            raise validation_error(what, "a face", "", "free: it is held too", hint)
 
 
 def file_stiffness(
@@ -225,7 +229,7 @@ def file_stiffness(
         faces[HELD] = faces_at(solid, "--held", held)
     elif housing is not None:
         faces[HELD] = faces_at(solid, "a screw hole of the design", hole_points(housing))
-    _refuse_held_and_pressed(faces)
+    _refuse_held_and_pressed(faces, "--pressed")
     found = _stiffness(own_part(solid, faces), directions, material, None if held else housing)
     if housing is None or not housing.pin_side:
         return found
@@ -250,13 +254,19 @@ def _stiffness(
     start = time.perf_counter()
     extrusion = extrusion_of(part)
     swept = None
+    reason = "no section is swept over most of it"
     if extrusion is not None:
-        with contextlib.suppress(MeshError):  # a section that cannot be swept: its part is solved whole
+        try:
             swept = _swept(extrusion, presses, material, housing, start)
-    if swept is not None and max(face.K_error for face in swept.faces.values()) <= _SWEPT_ENOUGH:
-        return swept
+        except MeshError as error:  # its part is solved whole
+            reason = str(error)
+    if swept is not None:
+        bar = max(face.K_error for face in swept.faces.values())
+        if bar <= _SWEPT_ENOUGH:
+            return swept
+        reason = f"what its sweep leaves out may move K by {100.0 * bar:.2g} %"
     try:
-        return _in_tetrahedra(part, presses, material, housing, start)
+        return replace(_in_tetrahedra(part, presses, material, housing, start), not_swept=reason)
     except InputError:
         if swept is None:
             raise
@@ -308,6 +318,7 @@ def _in_tetrahedra(
         )
     return PartStiffness(
         faces=faces,
+        material=material,
         method=f"quadratic tetrahedra, {len(solved)} meshes",
         held_by="the design's covers" if layers else "the faces that are held",
         dofs=solved[-1].dofs,
@@ -350,6 +361,7 @@ def _swept(
         where = (float(x), float(y), float(z))
     return PartStiffness(
         faces=_faces(presses, coarse, fine, held if layers else None),
+        material=material,
         method="section in quadratic hexahedra, swept",
         held_by="the design's covers" if layers else "the faces that are held",
         dofs=fine.dofs,
