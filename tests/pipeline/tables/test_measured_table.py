@@ -52,6 +52,7 @@ def source(tmp_path):
         "travel_µm,tip,force N\n250,low,1.5\n".encode("cp1252"),
         "travel_in,tip,force_kgf\n0.00984251968503937,low,0.15295743194\n",
         "tip,weight_g,travel_mm\nlow,152.95743194,.25\n",
+        "tip,force_ozf,travel_mm\nlow,5.3954145,.25\n",
         "tip,weight_oz,travel_mm\nlow,5.3954145,.25\n",  # a pound-force is 4.4482216152605 N
     ],
 )
