@@ -18,6 +18,7 @@ from pipeline.reading.over_time import reading_over_time
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.report.answer import every_section, summary
 from pipeline.report.of_result import report_of_result
+from pipeline.report.outputs import write_outputs
 from pipeline.report.report import report_data
 from pipeline.report.verdict_table import print_parts
 from pipeline.result import SensorResult, with_solids
@@ -226,3 +227,11 @@ class StandInRun:
                 raise self.error
         self.asked.append((design, options))
         return result
+
+
+def write_paper(parent: Path) -> Path:
+    """Write an output folder of a pair whose contact and springs stand in for solved ones; return its path."""
+    folder = parent / "paper"
+    folder.mkdir()
+    write_outputs(result_of(None), folder)
+    return folder

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 from deadline import DEADLINE_S
-from stand_ins import result_of
+from stand_ins import write_paper
 
-from pipeline.report.outputs import write_outputs
 from pipeline.study.study_file import read_study
 from twintip.cli import main
 
@@ -74,10 +73,7 @@ ATTACKED = [
 @pytest.fixture(scope="module")
 def output(tmp_path_factory):
     """Return an output folder whose contact and springs stand in for solved ones."""
-    folder = tmp_path_factory.mktemp("attacked") / "paper"
-    folder.mkdir()
-    write_outputs(result_of(None), folder)
-    return folder
+    return write_paper(tmp_path_factory.mktemp("attacked"))
 
 
 @pytest.fixture

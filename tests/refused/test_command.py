@@ -10,12 +10,11 @@ from pathlib import Path
 
 import pytest
 from measured_units import MeasuredDesign
-from stand_ins import result_of
+from stand_ins import write_paper
 from virtual_compression import VirtualTest
 
 import pipeline
 from instrument.compress.force_law import POISSON, hertz_law
-from pipeline.report.outputs import write_outputs
 from twintip.cli import main
 
 GROUPS = tomllib.loads(Path(__file__).with_name("command.toml").read_text(encoding="utf-8"))["group"]
@@ -25,10 +24,7 @@ ROWS = [(group, *row) for group in GROUPS for row in group["rows"]]
 @pytest.fixture(scope="session")
 def paper(tmp_path_factory):
     """Return the output folder of a pair whose contact and springs stand in for solved ones."""
-    folder = tmp_path_factory.mktemp("refused") / "paper"
-    folder.mkdir()
-    write_outputs(result_of(None), folder)
-    return folder
+    return write_paper(tmp_path_factory.mktemp("refused"))
 
 
 @pytest.fixture(scope="session")
