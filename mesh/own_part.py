@@ -15,6 +15,7 @@ import gmsh
 import numpy as np
 from skfem import MeshHex1, MeshHex2
 
+from mesh.cells import facets_area
 from mesh.housing.profile import Profile
 from mesh.housing.sweep import check_jacobian, curved, half_depth_shares, swept
 from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
@@ -426,26 +427,13 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
         if not on_face.any():
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "take another face")
         area = extrusion.polygon_area(name)
-        meshed = (2.0 if is_half else 1.0) * _facet_areas(straight.p[:, corners[:, on_face]])
+        meshed = (2.0 if is_half else 1.0) * facets_area(straight, boundaries[name])
         if area is not None and abs(meshed / area - 1.0) > _SAME_AREA:
             # An edge of the face lies between two layers of the sweep, or between nodes of the section.
             raise MeshError("faces", f"{name} has {area:g} mm^2, its facets {meshed:g}", "take another face")
     named = np.concatenate(list(boundaries.values()))
     boundaries[WALLS] = np.setdiff1d(outside[~is_level], named)
     return boundaries
-
-
-def _facet_areas(corners: Floats) -> float:
-    """Return the area of plane quadrilaterals [mm^2] with corners (3, 4, n) in any order.
-
-    Half the cross product of two lines that join the corners in pairs is the area if they cross, else less.
-    """
-    halves = []
-    for other in (1, 2, 3):
-        first, second = (corner for corner in (1, 2, 3) if corner != other)
-        crossed = np.cross(corners[:, other] - corners[:, 0], corners[:, second] - corners[:, first], axis=0)
-        halves.append(0.5 * np.linalg.norm(crossed, axis=0))
-    return float(np.max(halves, axis=0).sum())
 
 
 def _facet_middles(profile: Profile, straight: MeshHex1, outside: Ints, below: Ints) -> Floats:
