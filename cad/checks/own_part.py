@@ -12,6 +12,7 @@ import cadquery as cq
 import numpy as np
 import OCP
 
+from cad.checks.triangle_checks import LONGEST_MM, SHORTEST_MM
 from cad.files.step import read_step
 from cad.parts.housing import Housing
 from cad.parts.part import Part, on_plane
@@ -20,22 +21,21 @@ from sensor.quantity import InputError, validation_error
 
 Place = tuple[float, float, float]
 
-SHORTEST_MM, LONGEST_MM = 5.0, 1000.0  # of the longest side of a part, as geometry.units has them
 _INCH_MM = 25.4
 _SAME_SIZE = 0.1  # relative: a part of a design is as large as its housing, and not an inch for a millimetre
 _ON_FACE_MM = 0.05  # as far as geometry.as_designed lets a file of another program lie from its design
-_TURNED = 1e-4  # of a unit normal: what counts as along or across the sweep
-_SWEPT_SHARE = 0.8  # of the surface that lies along or across the sweep, at the least
-_SAMPLES = (0.1, 0.5, 0.9)  # of the parameters of a face, where its normal is looked at
+_TURNED = 1e-4  # largest component of a unit normal that still lies along or across the sweep
+_SWEPT_SHARE = 0.8  # least share of the surface that must lie along or across the sweep
+_SAMPLES = (0.1, 0.5, 0.9)  # parameters at which the normal of a face is taken, over their range
 _NEAR_MM = 1e-5
-_ONE_SIDED = 0.5  # of the area of a face, which its mean normal must have
+_ONE_SIDED = 0.5  # least length of the mean normal of a face that has a direction; a closed ring has 0
 _WALL_POINTS = 3000  # on a part, of its walls
 _STEP_MM = 1e-3  # into a wall, where its thickness is measured
-_CORNER_SHARE = 0.25  # of half a turn
+_CORNER_SHARE = 0.25  # size of an element at a round corner, over half the circle of its radius
 _CHORD_MM, _ANGLE_RAD = 0.01, 0.3
-_BESIDE_MM2 = 0.01  # of a section beside the one that is swept
-_UNEVEN = 1e-3  # of the depth, by which the middle of a face may lie off that of the part
-_PIECE_MM = 0.5  # of a face whose depth is compared with that of the mesh
+_BESIDE_MM2 = 0.01  # largest area by which another section may differ from the swept one
+_UNEVEN = 1e-3  # largest offset of the middle of a face from that of the part, over the depth
+_PIECE_MM = 0.5  # size of the pieces of a face at which its depth is compared with that of the mesh
 _BEYOND = 1.0  # [mm] that a line begins before the part
 
 

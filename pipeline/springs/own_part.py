@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
@@ -105,9 +105,9 @@ class PartStiffness(Record):
     method: str
     held_by: str
     dofs: int
-    seconds: float
     left_out_mm3: float
     left_out_at: tuple[float, float, float] | None
+    seconds: float = 0.0
     curve: tuple[tuple[float, ...], ...] = ()
     not_swept: str = ""
 
@@ -167,7 +167,7 @@ def stiffness(
     directions = {name: pressed_direction(one, f"pressed[{name!r}]", places) for name, places in faces.items()}
     faces[HELD] = _faces_of(solid, one, "held", held)
     _refuse_held_and_pressed(faces, "pressed")
-    return _stiffness(own_part(one, faces), directions, (E_MPa, poisson), None)
+    return _stiffness(own_part(one, faces), _Scene(presses=directions, material=(E_MPa, poisson), housing=None))
 
 
 def _faces_of(solid: object, one: cq.Solid, flag: str, where: Where) -> tuple[int, ...]:
@@ -230,7 +230,8 @@ def file_stiffness(
     elif housing is not None:
         faces[HELD] = faces_at(solid, "a screw hole of the design", hole_points(housing))
     _refuse_held_and_pressed(faces, "--pressed")
-    found = _stiffness(own_part(solid, faces), directions, material, None if held else housing)
+    scene = _Scene(presses=directions, material=material, housing=None if held else housing)
+    found = _stiffness(own_part(solid, faces), scene)
     if housing is None or not housing.pin_side:
         return found
     pin = pin_compliance(housing, *material)
@@ -242,12 +243,24 @@ def _with_pin(face: PressedFace, pin: Estimate) -> PressedFace:
     return replace(face, K=K, K_error=K / face.K * face.K_error + pin.error * K)
 
 
-def _stiffness(
-    part: Part,
-    presses: Mapping[str, tuple[float, float, float]],
-    material: tuple[float, float],
-    housing: Housing | None,
-) -> PartStiffness:
+@dataclass(frozen=True, kw_only=True)
+class _Scene:
+    """Unit directions in which named faces are pressed, the modulus [MPa] and Poisson's ratio, and what holds a part.
+
+    That is the mount of a housing, or if there is none, that the faces named `HELD` do not move.
+    """
+
+    presses: Mapping[str, tuple[float, float, float]]
+    material: tuple[float, float]
+    housing: Housing | None
+
+    @property
+    def layers(self) -> tuple[ElasticLayer, ...]:
+        """Return the layers of the mount of the housing; none without one."""
+        return () if self.housing is None else mount_layers(self.housing)
+
+
+def _stiffness(part: Part, scene: _Scene) -> PartStiffness:
     """Return the stiffness of a part whose faces are named; raises InputError."""
     from cad.checks.own_part import extrusion_of
 
@@ -257,7 +270,7 @@ def _stiffness(
     reason = "no section is swept over most of it"
     if extrusion is not None:
         try:
-            swept = _swept(extrusion, presses, material, housing, start)
+            swept = replace(_swept(extrusion, scene), seconds=time.perf_counter() - start)
         except MeshError as error:  # its part is solved whole
             reason = str(error)
     if swept is not None:
@@ -266,26 +279,21 @@ def _stiffness(
             return swept
         reason = f"what its sweep leaves out may move K by {100.0 * bar:.2g} %"
     try:
-        return replace(_in_tetrahedra(part, presses, material, housing, start), not_swept=reason)
+        found = _in_tetrahedra(part, scene)
     except InputError:
         if swept is None:
             raise
         return swept
+    return replace(found, not_swept=reason, seconds=time.perf_counter() - start)
 
 
-def _in_tetrahedra(
-    part: Part,
-    presses: Mapping[str, tuple[float, float, float]],
-    material: tuple[float, float],
-    housing: Housing | None,
-    start: float,
-) -> PartStiffness:
+def _in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
     """Return the stiffness of any solid, on finer and finer meshes until the bar or the cost is reached."""
     from cad.checks.own_part import walls_of, with_sides
 
-    layers = () if housing is None else mount_layers(housing)
-    if layers and housing is not None:
-        part, has_sides = with_sides(part, SIDES, 0.5 * housing.depth)
+    layers = scene.layers
+    if layers and scene.housing is not None:
+        part, has_sides = with_sides(part, SIDES, 0.5 * scene.housing.depth)
         layers = layers if has_sides else ()
     walls = walls_of(part)
     solved: list[PartCompliance] = []
@@ -298,10 +306,10 @@ def _in_tetrahedra(
             break
         if not solved:
             layers = layers if _is_covered(mesh, layers) else ()
-        solved.append(tetrahedral_compliance(mesh, material, presses, layers))
+        solved.append(tetrahedral_compliance(mesh, scene.material, scene.presses, layers))
         if len(solved) == 1:
-            _refuse_block(solved[0], part, tuple(presses), material)
-        if len(solved) >= _FEWEST and max(_bars(solved)) < _FINE_ENOUGH:
+            _refuse_block(solved[0], part, scene)
+        if len(solved) >= _FEWEST and max(step / abs(K) for K, step in _extrapolated(solved)) < _FINE_ENOUGH:
             break
     if len(solved) < _FEWEST:
         bound = (
@@ -310,49 +318,38 @@ def _in_tetrahedra(
         hint = "take fine details away from where nothing bends, or draw the part as one section that is swept"
         what = "unknowns of the part in tetrahedra"
         raise validation_error(what, unknowns, "", bound, hint)
-    faces = {}
-    for i, name in enumerate(presses):
-        K, step, _ = extrapolated(_SCALES[: len(solved)], [each.K[i] for each in solved])
-        faces[name] = PressedFace(
-            K=K, K_error=step / K + ERROR_FLOOR, no_strain="tetrahedra are too coarse at the roots of leaves for it"
-        )
+    no_strain = "tetrahedra are too coarse at the roots of leaves for it"
+    faces = {
+        name: PressedFace(K=K, K_error=step / K + ERROR_FLOOR, no_strain=no_strain)
+        for name, (K, step) in zip(scene.presses, _extrapolated(solved), strict=True)
+    }
     return PartStiffness(
         faces=faces,
-        material=material,
+        material=scene.material,
         method=f"quadratic tetrahedra, {len(solved)} meshes",
         held_by="the design's covers" if layers else "the faces that are held",
         dofs=solved[-1].dofs,
-        seconds=time.perf_counter() - start,
         left_out_mm3=0.0,
         left_out_at=None,
         curve=tuple((each.dofs, each.seconds, *(1e3 * each.K).tolist()) for each in solved),
     )
 
 
-def _bars(solved: Sequence[PartCompliance]) -> list[float]:
-    """Return the relative bar of each pressed face [1] from the last three meshes."""
-    bars = []
-    for i in range(len(solved[0].K)):
-        K, step, _ = extrapolated(_SCALES[: len(solved)], [each.K[i] for each in solved])
-        bars.append(step / abs(K))
-    return bars
+def _extrapolated(solved: Sequence[PartCompliance]) -> list[tuple[float, float]]:
+    """Return the stiffness of each pressed face at size 0 [N/mm], and what it differs from that of the last mesh."""
+    sizes = _SCALES[: len(solved)]
+    return [extrapolated(sizes, K)[:2] for K in np.array([each.K for each in solved]).T.tolist()]
 
 
-def _swept(
-    extrusion: Extrusion,
-    presses: Mapping[str, tuple[float, float, float]],
-    material: tuple[float, float],
-    housing: Housing | None,
-    start: float,
-) -> PartStiffness:
+def _swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     """Return the stiffness of an extrusion from two meshes, held by the layers of the design's mount if any."""
-    turned = {name: tuple((extrusion.turn @ direction).tolist()) for name, direction in presses.items()}
-    layers = () if housing is None or not np.allclose(extrusion.turn, np.eye(3)) else mount_layers(housing)
+    turned = {name: tuple((extrusion.turn @ direction).tolist()) for name, direction in scene.presses.items()}
+    layers = scene.layers if np.allclose(extrusion.turn, np.eye(3)) else ()
     meshes = [swept_part(extrusion, scale, count, turned.values()) for scale, count in _MESHES]
     layers = layers if _is_covered(meshes[-1].mesh, layers) else ()
-    coarse, fine = (swept_compliance(mesh, material, turned, layers) for mesh in meshes)
-    _refuse_block(fine, extrusion.part, tuple(presses), material)
-    held = swept_compliance(meshes[-1], material, turned) if layers else fine
+    coarse, fine = (swept_compliance(mesh, scene.material, turned, layers) for mesh in meshes)
+    _refuse_block(fine, extrusion.part, scene)
+    held = swept_compliance(meshes[-1], scene.material, turned) if layers else fine
     mesh = meshes[-1]
     volume = mesh.excess * mesh.area
     where = None
@@ -360,19 +357,18 @@ def _swept(
         x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volume))]
         where = (float(x), float(y), float(z))
     return PartStiffness(
-        faces=_faces(presses, coarse, fine, held if layers else None),
-        material=material,
+        faces=_faces(scene.presses, coarse, fine, held if layers else None),
+        material=scene.material,
         method="section in quadratic hexahedra, swept",
         held_by="the design's covers" if layers else "the faces that are held",
         dofs=fine.dofs,
-        seconds=time.perf_counter() - start,
         left_out_mm3=float(volume.sum()),
         left_out_at=where,
     )
 
 
 def _faces(
-    names: Sequence[str] | Mapping[str, object],
+    names: Iterable[str],
     coarse: PartCompliance,
     fine: PartCompliance,
     held: PartCompliance | None,
@@ -404,11 +400,11 @@ def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
     return any(layer.covers(middles[0], middles[2]).any() for layer in layers)
 
 
-def _refuse_block(found: PartCompliance, part: Part, names: Sequence[str], material: tuple[float, float]) -> None:
+def _refuse_block(found: PartCompliance, part: Part, scene: _Scene) -> None:
     """Raise InputError for a part in which nothing bends between what is pressed and what is held."""
-    for name, K in zip(names, found.K.tolist(), strict=True):
+    for name, K in zip(scene.presses, found.K.tolist(), strict=True):
         away = part.face_distance(name, HELD)
-        most = _MOST_STIFF * material[0] * away
+        most = _MOST_STIFF * scene.material[0] * away
         if not most >= K:
             bound = f"at most {1e3 * most:.3g} N/m: nothing of the part bends over the {away:.3g} mm to what is held"
             what = f"stiffness at {name}"
