@@ -25,6 +25,7 @@ from pipeline.reading.analysis import (
     uncertainty_by_pose,
     uncertainty_by_thickness,
 )
+from pipeline.reading.form import moved_by_form
 from pipeline.reading.measurement import LEVEL_MODULI, RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, Presses
@@ -35,6 +36,7 @@ from sensor.design.parameters import Design
 from sensor.design.reading import Reading
 from sensor.design.tips import Press, Tips
 from sensor.quantity import Estimate
+from sensor.theory.contrast_rise import RiseError
 from solve.contact.domes.body import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
@@ -198,12 +200,23 @@ def hard(E_max):
     return dataclasses.replace(design, fruit=dataclasses.replace(design.fruit, E_max_MPa=E_max))
 
 
-def test_forces_that_need_be_known_better_than_to_a_ten_thousandth_fail_bias_and_uncertainty():
+def no_modulus(*_):
+    """Tell of a press, as whose domes are off, that it has no modulus."""
+    raise RiseError("out_of_range", "the forces belong to no modulus")
+
+
+@pytest.mark.parametrize(
+    ("design", "form"),
+    [(hard(1e6), moved_by_form), (square_design(tilt_deg=1.0), no_modulus)],
+    ids=["known better than to a ten thousandth", "no modulus where domes are off"],
+)
+def test_forces_that_tell_no_modulus_or_hardly_one_fail_bias_and_uncertainty(design, form, monkeypatch):
     """At 1e6 MPa the fruit gives less than 1e-6 of the travel."""
-    found = assessed(hard(1e6))
+    monkeypatch.setattr("pipeline.reading.analysis.moved_by_form", form)
+    found = assessed(design)
     assert (found.bias, found.uncertainty, found.moduli) == (None, None, ())
-    assert found.refused
-    checked = outcomes(found, hard(1e6))
+    assert bool(found.refused) == (form is moved_by_form)
+    checked = outcomes(found, design)
     assert (checked["reading.bias"], checked["reading.uncertainty"]) == (False, False)
 
 

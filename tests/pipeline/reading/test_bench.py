@@ -1,13 +1,20 @@
 """What a bench leaves of springs and gains, against formulas of least squares; and the benches that are refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from flat_square import square_contact, square_design, square_springs
 from refusal import refusal
+from stand_ins import with_compliance
 
 from pipeline.find.fruit_design import PRESETS
 from pipeline.options import RunOptions, load_design
+from pipeline.reading.analysis import analyse_readings
 from pipeline.reading.bench import left_by_bench
 from pipeline.sensor import Sensor
+from pipeline.verdicts.rules import calibration_verdict
+from sensor.design.bench import Bench
 from sensor.quantity import STANDARD_GRAVITY
 from sensor.theory.hertz import force_factor
 
@@ -138,29 +145,31 @@ def test_a_bench_that_cannot_weigh_the_softest_spring_is_refused_before_work_sta
     Sensor(design=design, springs_as="sized")  # a search goes on to stiffer springs
 
 
-def judged(name, settings):
-    """Return the verdicts on the uncertainty and on the bench, with the readings, of springs as they were sized."""
-    sensor = Sensor(
-        design=load_design(name, {**UNSET, **settings}), options=RunOptions(tolerance=0.01), springs_as="sized"
-    )
-    return sensor.verdict("reading.uncertainty"), sensor.verdict("reading.calibration"), sensor.readings
+def assessed(bench=None, **reading):
+    """Return the readings of a square of flat tips that is calibrated on a bench, and the verdict on its springs."""
+    design = replace(square_design(noise_percent=0.01, **reading), bench=Bench(**bench or {}))
+    readings = analyse_readings(with_compliance(design, square_contact(), square_springs()))
+    return readings, calibration_verdict(readings, design.reading)
 
 
-def test_a_low_spring_of_a_gram_and_a_half_is_not_calibrated_on_a_kitchen_balance():
-    """Six readings up to 0.9 of 1.41 g whose last digit is 1 g, with a dial of 0.01 mm."""
-    _, verdict, readings = judged("avocado", {"bench.balance_g": 1.0, "bench.balance_max_g": 2000.0})
-    grams = min(readings.full_scale) / N_PER_G
-    assert grams == pytest.approx(1.41, abs=0.01)
-    by_balance = slope_error(DIGIT, 0.9 * grams, np.linspace(0.0, 1.0, 6))
+@pytest.mark.usefixtures("linear_world")
+def test_a_low_spring_that_is_little_more_than_the_last_digit_of_a_balance_is_not_calibrated():
+    """Six readings up to 0.9 of 1.4 last digits, with a dial of 0.01 mm."""
+    full, _ = assessed()
+    grams = min(full.full_scale) / N_PER_G
+    readings, verdict = assessed({"balance_g": grams / 1.4})
+    by_balance = slope_error(DIGIT / 1.4, 0.9, np.linspace(0.0, 1.0, 6))
     assert verdict.passed is False
     assert by_balance < verdict.value < 1.02 * by_balance
     assert readings.calibration.by == "balance"
 
 
+@pytest.mark.usefixtures("linear_world")
 def test_what_the_bench_leaves_is_in_the_uncertainty():
     """Springs that are known ten times worse: their part grows as much, and the others stay."""
-    _, fine, of_fine = judged("mango", {})
-    _, coarse, of_coarse = judged("mango", {"bench.balance_g": 0.1, "bench.dial_mm": 0.1})
+    (of_fine, fine), (of_coarse, coarse) = (
+        assessed({"balance_g": digit, "dial_mm": digit}, calibrated_by="plate") for digit in (0.001, 0.01)
+    )
     assert (fine.passed, coarse.passed) == (True, False)
     assert coarse.value / fine.value == pytest.approx(10.0, rel=0.01)
     for one, other in zip(of_fine.moduli, of_coarse.moduli, strict=True):
@@ -169,8 +178,9 @@ def test_what_the_bench_leaves_is_in_the_uncertainty():
         assert after == pytest.approx(before)
 
 
+@pytest.mark.usefixtures("linear_world")
 def test_a_stiffness_that_the_design_gives_passes_as_given():
-    _, verdict, _ = judged("mango", {"reading.stiffness_percent": 20.0})
+    _, verdict = assessed(stiffness_percent=20.0)
     assert (verdict.value, verdict.limit, verdict.passed) == (0.2, "as given", True)
 
 
@@ -178,6 +188,7 @@ def test_a_stiffness_that_the_design_gives_passes_as_given():
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_are_calibrated_on_the_default_bench_and_not_on_a_kitchen_s(name):
     for bench, passes in ((KITCHEN, False), ({}, True), (LABORATORY, True)):
-        uncertainty, calibration, _ = judged(name, bench)
-        assert calibration.passed is passes
-        assert uncertainty.passed is True or not passes
+        design = load_design(name, {**UNSET, **bench})
+        sensor = Sensor(design=design, options=RunOptions(tolerance=0.01), springs_as="sized")
+        assert sensor.verdict("reading.calibration").passed is passes
+        assert sensor.verdict("reading.uncertainty").passed is True or not passes

@@ -10,7 +10,7 @@ from refusal import refusal
 from squares import GENTLE
 
 from cad.parts.dome_form import CAPS
-from pipeline.options import RunOptions, load_design
+from pipeline.options import load_design
 from pipeline.reading.form import moved_by_form, of_middle
 from pipeline.reading.measurement import RiseModel
 from pipeline.reading.rise import rolling_domes
@@ -19,7 +19,6 @@ from pipeline.sensor import Sensor
 from sensor.design.reading import PRESS_S, Reading
 from sensor.quantity import BOUNDED
 from sensor.theory.contrast_law import contrast_weights
-from sensor.theory.contrast_rise import RiseError
 from sensor.theory.creep import CreepLaw
 
 # As of level domes with springs of 0.15 and 1.4 N/mm on flesh of 2 MPa, whose low tips carry a sixth of the high ones.
@@ -113,17 +112,3 @@ def test_form_of_domes_decides_the_verdict_of_mango(by, accuracy, passes):
     if by == "plate":
         for row in readings.moduli:
             assert row.sources.contributions["dome_form"] == pytest.approx(math.hypot(*row.form), rel=0.01)
-
-
-def test_presses_whose_slopes_have_no_modulus_fail_the_verdicts(monkeypatch):
-    """A press that hardly has a modulus may have none when its domes are off: nothing is told of the uncertainty."""
-
-    def no_modulus(*_):
-        raise RiseError("out_of_range", "the forces belong to no modulus")
-
-    monkeypatch.setattr("pipeline.reading.analysis.moved_by_form", no_modulus)
-    sensor = Sensor(design=load_design("kiwi"), options=RunOptions(tolerance=0.01), springs_as="sized")
-    sensor.solve("verdicts")
-    assert sensor.readings.uncertainty is None
-    failed = {verdict.name for verdict in sensor.verdicts if verdict.passed is False}
-    assert {"reading.bias", "reading.uncertainty"} <= failed
