@@ -107,12 +107,11 @@ def invented(seed: int) -> Shape:
     )
 
 
-def contradictory(seed: int) -> Shape:
-    """Return a table that says two things: each is to be refused."""
-    draw = random.Random(seed)
+def contradictory() -> list[Shape]:
+    """Return tables that each say two things, by themselves or with flags: each is to be refused."""
     rows = two().split("\n", 1)[1]
     fine = [f"{value:.3f}" for value in FORCE]
-    kinds = [
+    texts = [
         two("Force (N)", "Travel (mm)").replace("\n", "\nkN,mm\n", 1),  # header and row of units
         two("Force (dyn)", "Travel (mm)"),
         two("Force (mm)", "Travel (N)"),
@@ -144,10 +143,7 @@ def contradictory(seed: int) -> Shape:
         two("travel_mm", "force_N"),  # swapped names: a force that rises ever less
         f"{two()}\n{rows}",  # numbers after a blank line
     ]
-    number = draw.randrange(len(kinds) + 6)
-    if number < len(kinds):
-        return Shape(kinds[number].encode())
-    flags = [
+    with_flags = [
         (two("Force (N)", "Travel (mm)"), None, "force=kN"),
         (two("Force (N)", "Travel (mm)"), "force=Travel,travel=Force", None),
         (two("Force (N)", "Travel (mm)"), "force=3", None),
@@ -155,8 +151,8 @@ def contradictory(seed: int) -> Shape:
         (two("Force (N/s)", "Travel (mm)"), "force=1", None),
         (two("Zeit (s)", "Travel (mm)"), "force=Zeit", None),
     ]
-    text, columns, units = flags[number - len(kinds)]
-    return Shape(text.encode(), columns, units)
+    shapes = [(text, None, None) for text in texts] + with_flags
+    return [Shape(text.encode(), columns, units) for text, columns, units in shapes]
 
 
 def bombs() -> dict[str, Shape]:
