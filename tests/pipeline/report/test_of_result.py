@@ -122,20 +122,6 @@ def test_force_ratio_is_null_where_a_tip_is_off_the_fruit():
     assert row["x_mm"][0] > 0.0
 
 
-def test_error_of_a_force_is_that_of_its_spring_in_its_share():
-    """At E the spring has the share (1/K) / (1/K + 1/K_m) of the force; both tips add up in P; the contact's adds."""
-    result = result_of()
-    table = result.press.table
-    row = stored_report(result)["response"][-1]
-    K_m = 3.5 * CONTACT.K_m_over_E()
-    parts = [
-        100.0 * spring.K_error * (1.0 / spring.stiffness) / (1.0 / spring.stiffness + 1.0 / K_m)
-        for spring in result.springs.springs.values()
-    ]
-    assert row["F_error_percent"] == pytest.approx(100.0 * table.F_error[-1] + max(parts), rel=1e-9)
-    assert row["P_error_percent"] == pytest.approx(100.0 * table.P_error[-1] + sum(parts), rel=1e-9)
-
-
 def test_response_of_a_square():
     """It has means of its kinds and every force, and errors of its springs in the shares of their tips."""
     tips = Tips(layout="square")

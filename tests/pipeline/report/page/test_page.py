@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 import pytest
 from stand_ins import result_of
 
+from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
 from pipeline.report.page.answer import brief, closest_to_limit
 from pipeline.report.page.page import page_of
@@ -110,6 +111,12 @@ def test_numbers_of_the_page_are_those_of_the_report(page):
     entries = [f"{entry['path']} {entry['sha256']}" for entry in data["files"] if entry["path"] != PAGE]
     assert len(entries) > 1
     assert all(entry in text for entry in entries)
+
+
+def test_dimension_has_the_meaning_of_its_key_as_a_tooltip(flat_page):
+    titles = {attributes["title"] for _, attributes in Outline(flat_page.text).elements if "title" in attributes}
+    for name in ("housing.shuttle_width", "flexures.low.dimensions_mm.fillet"):
+        assert report_key(name).meaning in titles
 
 
 def test_page_is_a_listed_file_and_the_same_every_time(page, tmp_path):

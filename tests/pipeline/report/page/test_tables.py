@@ -63,24 +63,6 @@ def least_whole_travel(result):
     return np.inf
 
 
-def solved_over_travel(result, moduli, travels):
-    """Return forces, P and mean pressures of presses, on the cells of the run where there are any."""
-    full = result.design.press.travel_mm  # the cells follow from the farthest travel
-    scene = result.press.scene
-    solved = scene_response(scene, result.contact, result.springs.C, moduli, [*travels, full])
-    pressure = solved.F / result.design.tips.face_mm2 if solved.mean_pressure is None else solved.mean_pressure
-    count = len(moduli) * len(travels)
-    return solved.F[:, :-1].reshape(count, -1), solved.P[:, :-1].ravel(), pressure[:, :-1].reshape(count, -1)
-
-
-def press_readings(sensor, presses, full_scale):
-    """Return the moduli that presses tell [MPa], and those over their deviations by one per cent of noise."""
-    model = rise_model(sensor)
-    found = [model.reading(press, 0.01 * np.array(full_scale)) for press in presses]
-    fewer = np.sqrt(presses.shape[1] / PRESS_SAMPLES)
-    return np.array([each.E for each in found]), 1.0 / (fewer * np.array([each.noise for each in found]))
-
-
 def pair_over_noise(result, F):
     """Return a modulus over its deviation by one per cent of noise [1]: by the slope of the two-spring law over P."""
     P = F[:, 1] / F[:, 0]
@@ -94,69 +76,78 @@ def pair_over_noise(result, F):
     return 1.0 / np.array(noise)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "changes"),
-    [
-        ("paper", {}),
-        pytest.param("paper", {"press.tilt_deg": 1.0}, marks=pytest.mark.study),
-        pytest.param("mango", {}, marks=pytest.mark.study),
-        pytest.param("kiwi", {}, marks=pytest.mark.study),
-        pytest.param("docs/examples/fouly.toml", {}, marks=pytest.mark.study),
-    ],
-)
-def test_numbers_over_modulus_and_travel_are_those_of_a_solve(name, changes, preset_page, open_page, rng):
-    """Settings below the first travel of the table at which every flat tip touches whole are where a tip lifts."""
-    written = preset_page(load_design(name, changes))
-    result = written.result
-    page = open_page(written.address)
-    moduli, travels, settings = random_settings(page, rng, "travel")
-    found = evaluated(page, settings)
-    F, P, pressure = solved_over_travel(result, moduli, travels)
+def solved_over_travel(result, moduli, travels):
+    """Return the numbers of presses, on the cells of the run where there are any, and where every flat tip is whole."""
+    full = result.design.press.travel_mm  # the cells follow from the farthest travel
+    solved = scene_response(result.press.scene, result.contact, result.springs.C, moduli, [*travels, full])
+    pressure = solved.F / result.design.tips.face_mm2 if solved.mean_pressure is None else solved.mean_pressure
+    count = len(moduli) * len(travels)
+    numbers = {name: each[:, :-1].reshape(count, -1) for name, each in (("F", solved.F), ("pressure", pressure))}
+    numbers["P"] = solved.P[:, :-1].ravel()
+    if result.read_out.is_pair and result.press.level:
+        numbers["E_read"] = np.repeat(moduli, len(travels))
+        numbers["E_over_noise"] = pair_over_noise(result, numbers["F"])
     is_flat = result.design.tips.tip_shape.has_flat_face
     least = least_whole_travel(result) if is_flat and not result.press.level else 0.0
-    touching = np.array([one["travel"] >= least for one in settings])
-    assert touching.sum() > len(settings) // 2
-    expected = {"F": F, "P": P, "pressure": pressure}
-    if result.read_out.is_pair and result.press.level:
-        expected["E_read"], expected["E_over_noise"] = (
-            np.array([one["E"] for one in settings]),
-            pair_over_noise(result, F),
-        )
-    for key, numbers in expected.items():
-        assert off(found[key], numbers)[touching].max() <= AGREEMENT, key
+    return numbers, np.tile(travels >= least, len(moduli))
+
+
+def solved_over_tilt(result, moduli, tilts):
+    """Return the numbers of whole presses, whose readings have as much less noise as a hand takes more samples."""
+    solved = result.pressed.presses(moduli.tolist(), [Placement(tilt_deg=(tilt, 0.0)) for tilt in tilts])
+    count = len(moduli) * len(tilts)
+    F, pressure = (each[:, :, -1].reshape(count, -1) for each in (solved.F, solved.mean_pressure))
+    model, noises = rise_model(result.pressed), 0.01 * np.array(result.read_out.full_scale_N)
+    found = [model.reading(press, noises) for press in solved.F.reshape(count, *solved.F.shape[2:])]
+    springs = np.array(result.design.tips.springs)
+    numbers = {
+        "F": F,
+        "P": F[:, springs == "high"].sum(axis=1) / F[:, springs == "low"].sum(axis=1),
+        "pressure": pressure,
+        "E_read": np.array([each.E for each in found]),
+        "E_over_noise": np.sqrt(PRESS_SAMPLES / solved.F.shape[2]) / np.array([each.noise for each in found]),
+    }
+    return numbers, np.ones(count, dtype=bool)
 
 
 @pytest.mark.slow
-def test_numbers_over_the_tilt_are_those_of_a_solve(preset_page, open_page, rng):
-    written = preset_page(load_design("mango"))
-    result, design = written.result, written.result.design
+@pytest.mark.parametrize(
+    ("name", "changes", "key", "solved"),
+    [
+        ("paper", {}, "travel", solved_over_travel),
+        ("mango", {}, "tilt", solved_over_tilt),
+        pytest.param("paper", {"press.tilt_deg": 1.0}, "travel", solved_over_travel, marks=pytest.mark.study),
+        pytest.param("mango", {}, "travel", solved_over_travel, marks=pytest.mark.study),
+        pytest.param("kiwi", {}, "travel", solved_over_travel, marks=pytest.mark.study),
+        pytest.param("docs/examples/fouly.toml", {}, "travel", solved_over_travel, marks=pytest.mark.study),
+    ],
+)
+def test_numbers_over_a_slider_are_those_of_a_solve(name, changes, key, solved, preset_page, open_page, rng):
+    """Settings below the first travel of the table at which every flat tip touches whole are where a tip lifts."""
+    written = preset_page(load_design(name, changes))
     page = open_page(written.address)
-    moduli, tilts, settings = random_settings(page, rng, "tilt")
-    assert np.ptp(tilts) > design.reading.tilt_deg
+    moduli, values, settings = random_settings(page, rng, key)
     found = evaluated(page, settings)
-    sensor = result.pressed
-    placements = [Placement(tilt_deg=(tilt, 0.0)) for tilt in tilts]
-    solved = sensor.presses(moduli.tolist(), placements)
-    F = solved.F[:, :, -1].reshape(len(settings), -1)
-    presses = solved.F.reshape(len(settings), *solved.F.shape[2:])
-    E_read, over_noise = press_readings(sensor, presses, result.read_out.full_scale_N)
-    springs = np.array(design.tips.springs)
-    P = F[:, springs == "high"].sum(axis=1) / F[:, springs == "low"].sum(axis=1)
-    pressure = solved.mean_pressure[:, :, -1].reshape(len(settings), -1)
-    expected = {"F": F, "P": P, "pressure": pressure, "E_read": E_read}
-    for key, numbers in expected.items():
-        assert off(found[key], numbers).max() <= AGREEMENT, key
-    assert off(found["E_over_noise"], over_noise).max() <= ONE_SAMPLE
+    expected, touching = solved(written.result, moduli, values)
+    assert touching.sum() > len(settings) // 2
+    for number, of_solve in expected.items():
+        bar = ONE_SAMPLE if (key, number) == ("tilt", "E_over_noise") else AGREEMENT
+        assert off(found[number], of_solve)[touching].max() <= bar, number
 
-    # The tilt takes the travel to the full one, and the travel the tilt back.
+
+@pytest.mark.slow
+def test_tilt_takes_the_travel_to_the_full_one_and_the_travel_the_tilt_back(preset_page, open_page):
+    written = preset_page(load_design("mango"))
+    design = written.result.design
+    page = open_page(written.address)
     page.focus("#slider-travel")
     page.keyboard.press("Home")
     page.locator("details:has(#more-sliders) summary").click()
     page.focus("#slider-tilt")
-    page.keyboard.press("End")
-    state = page.evaluate("() => ({ ...window.twintip.setting })")
-    assert (state["travel"], state["tilt"]) == (design.press.travel_mm, design.reading.tilt_deg)
+    for key, tilt in (("Home", -design.reading.tilt_deg), ("End", design.reading.tilt_deg)):
+        page.keyboard.press(key)
+        state = page.evaluate("() => ({ ...window.twintip.setting })")
+        assert (state["travel"], state["tilt"]) == (design.press.travel_mm, tilt)
     assert float(page.input_value("#slider-travel")) == design.press.travel_mm
     page.focus("#slider-travel")
     page.keyboard.press("Home")
@@ -168,8 +159,8 @@ def test_planted_wrong_number_of_a_table_is_found(flat_page, open_page, rng):
     page = open_page(flat_page.address)
     page.evaluate("() => { data.tables[0].numbers.F[1][40][3] *= 1.02; }")  # one node: by finer settings
     moduli, travels, settings = random_settings(page, rng, "travel", side=2 * SIDE)
-    F, _, _ = solved_over_travel(flat_page.result, moduli, travels)
-    assert off(evaluated(page, settings)["F"], F).max() > AGREEMENT
+    expected, _ = solved_over_travel(flat_page.result, moduli, travels)
+    assert off(evaluated(page, settings)["F"], expected["F"]).max() > AGREEMENT
 
 
 @pytest.mark.slow
