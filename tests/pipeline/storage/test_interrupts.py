@@ -227,6 +227,13 @@ def run(_):
         except BaseException as error:
             raise ImportError("numpy.core.multiarray failed to import") from error
 """
+RUNS_A_TEXT = "def run(_):\n    exec('while True: pass')\n"
+"""As where a dataclass is made: Python would end itself by Ctrl-C once more."""
+ENDLESS = {
+    **{f"answer-{number}": (PRINTS_FOR_EVER, number) for number in SIGNALS},
+    **{f"import-{number}": (LOADS_FOR_EVER, number) for number in SIGNALS},
+    "text": (RUNS_A_TEXT, signal.SIGINT),
+}
 PROGRAM = """
 import sys, types, twintip.__main__
 sys.modules["twintip.commands.doctor"] = types.SimpleNamespace(run=run)
@@ -257,8 +264,7 @@ def test_wrong_input_is_one_line_though_a_worker_leaves_a_semaphore():
     assert (done.returncode, done.stderr) == (2, "ready\npipeline: wrong\n")
 
 
-@pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("command", [PRINTS_FOR_EVER, LOADS_FOR_EVER], ids=["answer", "import"])
+@pytest.mark.parametrize(("command", "number"), ENDLESS.values(), ids=ENDLESS)
 def test_signal_ends_a_command_whatever_it_is_at(command, number):
     """Also where the reader of the answer takes nothing more."""
     with subprocess.Popen(
@@ -273,18 +279,3 @@ def test_signal_ends_a_command_whatever_it_is_at(command, number):
         process.send_signal(number)
         assert process.wait(DEADLINE_S) == 128 + number
         assert process.stderr.read() == "pipeline: interrupted\n"
-
-
-def test_signal_while_python_runs_a_text_ends_with_its_code():
-    """As where a dataclass is made: Python would end itself by Ctrl-C once more."""
-    text = "def run(_):\n    exec('while True: pass')\n"
-    with subprocess.Popen(
-        [sys.executable, "-c", text + PROGRAM],
-        cwd=Path(__file__).parents[3],
-        stderr=subprocess.PIPE,
-        encoding="utf-8",
-    ) as process:
-        assert process.stderr.readline() == "ready\n"
-        time.sleep(1.0)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(DEADLINE_S) == 128 + signal.SIGINT

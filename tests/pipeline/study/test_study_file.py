@@ -10,10 +10,11 @@ from pipeline.study import read_study
 from pipeline.study.points import point_count, points_of
 from pipeline.study.variation import Choices, Normal, Range, setting_of_cell
 from pipeline.study.wanted import level_of, wanted_value
+from sensor.design.design_file import tables_as_toml
+from sensor.design.processes import PROCESSES, process_as_table
 from sensor.quantity import InputError
 
 ROOT = Path(__file__).parents[3]
-PROCESS_FILE = ROOT / "sensor" / "design" / "processes.toml"
 
 
 def test_study_file_is_read(written):
@@ -31,6 +32,15 @@ def test_points_of_a_file_are_read_with_its_byte_order_mark(written, tmp_path):
         {"targets.P_max": 6.5, "print.process": "sla-resin"},
     ]
     assert [setting_of_cell("any", cell) for cell in ("true", "[1, 2]", "1e-3")] == [True, (1, 2), 1e-3]
+
+
+def test_process_file_of_a_study_lies_beside_it_and_never_varies(written, tmp_path):
+    own = tables_as_toml({"name": "none", "mine": {**process_as_table(PROCESSES["fdm-petg"]), "E_MPa": 750.0}})
+    (tmp_path / "own.toml").write_text(own.partition("\n")[2], encoding="utf-8")
+    study = read_study(written(**{"[vary]": '[set]\n"print.process_file" = "own.toml"\n[vary]'}))
+    assert study.base.design({}).process.E_MPa == 750.0
+    varied = written(**{"targets.P_max": "print.process_file", "{ from = 3, to = 8 }": '["own.toml"]'})
+    assert refusal(read_study, varied).field == "vary.print.process_file"
 
 
 def test_base_may_need_what_varies(written):
