@@ -41,10 +41,14 @@ def sensor_of_preset(name):
 
 
 class Sheets(dict):
-    """Sheets by their kind, drawn when they are first asked for."""
+    """Sheets by their kind, drawn when they are first asked for; `shown` gives the sensor of a kind and its title."""
+
+    def __init__(self, shown):
+        super().__init__()
+        self.shown = shown
 
     def __missing__(self, kind):
-        self[kind] = self[f"draw {kind}"]()
+        self[kind] = housing_drawing(*self.shown[kind]())
         return self[kind]
 
 
@@ -56,17 +60,14 @@ def with_housing(sensor, **changes):
 
 @pytest.fixture(scope="module")
 def sheets(sensor, pinned):
-    paper, of_paper = sensor_of_preset("paper")
-    mango, of_mango = sensor_of_preset("mango")
-    draw = {
-        "pair": lambda: housing_drawing(sensor, TITLE),
-        "square": lambda: housing_drawing(hall_square(), TITLE),
-        "long": lambda: housing_drawing(hall_square(square_housing(lengths=(50.0, 36.0))), TITLE),
-        "pins": lambda: housing_drawing(pinned, TITLE),
-        "steel": lambda: housing_drawing(paper, replace(of_paper, process=STEEL)),
-        "mango": lambda: housing_drawing(mango, of_mango),
-    }
-    return Sheets({f"draw {kind}": drawing for kind, drawing in draw.items()})
+    return Sheets({
+        "pair": lambda: (sensor, TITLE),
+        "square": lambda: (hall_square(), TITLE),
+        "long": lambda: (hall_square(square_housing(lengths=(50.0, 36.0))), TITLE),
+        "pins": lambda: (pinned, TITLE),
+        "steel": lambda: (sensor_of_preset("paper")[0], Title(name="paper", process=STEEL)),
+        "mango": lambda: sensor_of_preset("mango"),
+    })  # fmt: skip
 
 
 SELDOM = ("long", "steel", "mango")
@@ -151,12 +152,10 @@ def dimensions_of(sensor):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_dimension_of_the_housing_stands_once(kind, sheets, sensor, pinned):
+def test_every_dimension_of_the_housing_stands_once(kind, sheets):
     """A mango's tips are as wide as their shuttles and as the plate is deep: they have no neck to measure."""
-    of = {"pair": lambda: sensor, "pins": lambda: pinned, "square": hall_square,
-          "long": lambda: hall_square(square_housing(lengths=(50.0, 36.0)))}  # fmt: skip
-    drawn = of[kind]() if kind in of else sensor_of_preset({"steel": "paper"}.get(kind, kind))[0]
-    assert measured(sheets[kind].canvas) == dimensions_of(drawn)
+    sensor, _ = sheets.shown[kind]()
+    assert measured(sheets[kind].canvas) == dimensions_of(sensor)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -226,7 +225,7 @@ def test_revision_is_that_of_what_is_drawn(sensor):
     assert len(others) == 4
 
 
-def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(sheets, tmp_path):
+def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(sheets, sensor, tmp_path):
     sheet = sheets["pair"]
     dxf, svg, pdf = sheet.write(tmp_path / "drawing")
     document = ezdxf.readfile(dxf)
@@ -238,7 +237,7 @@ def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(sh
     root = ET.parse(svg).getroot()
     assert (root.get("width"), root.get("height")) == tuple(f"{side:.0f}mm" for side in SIZES[sheet.size])
     before = [path.read_bytes() for path in (dxf, svg, pdf)]
-    sheets["draw pair"]().write(tmp_path / "drawing")
+    housing_drawing(sensor, TITLE).write(tmp_path / "drawing")
     assert [path.read_bytes() for path in (dxf, svg, pdf)] == before
 
 
@@ -357,7 +356,7 @@ def seen_from_behind(sheet, sensor):
 @pytest.mark.parametrize("kind", ["square", pytest.param("mango", marks=pytest.mark.slow)])
 def test_view_from_behind_shows_the_pads(kind, sheets):
     """Every straight edge of the faces that stand out farthest behind is drawn, mirrored."""
-    sensor = square_sensor() if kind == "square" else sensor_of_preset("mango")[0]
+    sensor, _ = sheets.shown[kind]()
     box = sensor.part.shape.BoundingBox()
     pads = [face for face in sensor.part.shape.Faces() if face.BoundingBox().ymin > box.ymax - 1e-6]
     assert sum(face.Area() for face in pads) > 0.2 * box.xlen * box.zlen
