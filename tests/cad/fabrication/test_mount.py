@@ -1,13 +1,12 @@
 """The bracket: its holes, what it stays away from, and planted wrong ones that fail their verdict."""
 
-import math
 from dataclasses import replace
 
 import cadquery as cq
 import pytest
 from squares import RESIN
 
-from cad.fabrication.mount import PLATE_MM, back_of, flange_holes, mount_solid, mounted_grip
+from cad.fabrication.mount import PLATE_MM, back_of, mount_solid, mounted_grip
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.parts.assembly import grip, screw_length
 
@@ -29,15 +28,6 @@ def test_bracket_passes_behind_a_pair_and_behind_a_square(sensor, square, bracke
     assert outcome(sensor, mount_solid(sensor)) == ALL
     covered = replace(sensor, housing=replace(sensor.housing, mount="covers", cover_level=sensor.housing.protrusion))
     assert outcome(covered, mount_solid(covered)) == ALL
-
-
-def test_flange_has_four_holes_on_its_circle_about_the_press(sensor, square, bracket):
-    for each in (sensor, square):
-        assert [math.hypot(x, y) for x, y in flange_holes(each)] == pytest.approx([25.0] * 4)
-    assert bracket.isValid()
-    upright = [face.BoundingBox() for face in bracket.Faces() if face.geomType() == "CYLINDER"]
-    flange = [box for box in upright if box.xlen == pytest.approx(6.6) and box.ylen == pytest.approx(6.6)]
-    assert sorted((round(box.center.x, 6), round(box.center.y, 6)) for box in flange) == sorted(flange_holes(square))
 
 
 def test_screws_reach_through_the_bracket_too(square):

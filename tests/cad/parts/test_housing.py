@@ -92,10 +92,3 @@ def test_tips_and_shuttles_without_room_are_refused(field, value):
     with pytest.raises(InputError) as refused:
         dataclasses.replace(HOUSING, **{field: value})
     assert refused.value.field == f"housing.{field}"
-
-
-def test_mounting_holes_lie_in_the_walls():
-    assert len(HOUSING.holes) == 4
-    for x, z in HOUSING.holes:
-        assert min(abs(x - HOUSING.left), abs(x - HOUSING.right)) == pytest.approx(0.5 * HOUSING.wall_width)
-        assert HOUSING.protrusion < z < HOUSING.top_level
