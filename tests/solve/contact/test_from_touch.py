@@ -192,11 +192,17 @@ def test_flat_tips_on_a_tilt_count_from_the_edge_that_touches_first(flat):
 
 
 def test_error_of_flat_tips_that_is_alike_in_all_is_that_of_softer_flesh(flat):
-    """By forces on a fruit that gives way by a thousandth more, of which the fraction of the whole force is told."""
+    """By forces on a fruit that gives way by a thousandth more, of which the fraction of the whole force is told.
+
+    Tips that are off take no part.
+    """
     built, compliance = flat
-    pose = Pose(E=1.0, travel=0.4)
+    pose = Pose(E=2.0, travel=0.4)
     found = pose_forces(built, compliance, SPRINGS, [pose])
-    softer = pose_forces(built, compliance, SPRINGS, [dataclasses.replace(pose, E=1.0 / 1.001)]).F
+    softer = pose_forces(built, compliance, SPRINGS, [dataclasses.replace(pose, E=2.0 / 1.001)]).F
     fall = (found.F - softer)[0]
     expected = fall * found.error[0] * found.F.sum() / fall.sum()
     np.testing.assert_allclose(found.error_alike[0], expected, rtol=2e-3)
+    lifted = pose_forces(built, compliance, SPRINGS, [Pose(E=1.0, travel=0.1, stand=Stand(tilt_deg=(4.0, 0.0)))])
+    assert lifted.touching.sum() == 2
+    np.testing.assert_array_equal(lifted.error_alike > 0.0, lifted.touching)

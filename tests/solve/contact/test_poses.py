@@ -10,7 +10,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
 from sensor.quantity import InputError
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, Stand, _softer_flesh_fall, pose_forces, posed_scene
+from solve.contact.poses import Pose, Stand, pose_forces, posed_scene
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.split import split_compliance
@@ -39,34 +39,6 @@ def forces(poses, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
 def alone(pose, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
     posed = posed_scene(square(tips, fruit), pose.stand)
     return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel])
-
-
-def test_fall_on_softer_flesh():
-    """Forces fall as the flesh softens, a level press by its sum; tips that are off take no part."""
-    flesh = compliance(GENTLE)
-    S = flesh.S
-    moduli = np.array([0.5, 2.0, 2.0])
-    level = [np.linalg.solve(SPRINGS + S / E, np.full(4, 0.3)) for E in (0.5, 2.0)]
-    other = np.array([0.4, 0.0, 0.7, 1.1])
-    found = _softer_flesh_fall(flesh, SPRINGS, moduli, np.array([*level, other]))
-    step = 1e-6
-
-    def fall(E, travel, on):
-        """Return how much less forces are on flesh that gives way by a small fraction more, over the fraction."""
-        rows = np.ix_(on, on)
-        before, after = (np.linalg.solve((SPRINGS + more * S / E)[rows], travel) for more in (1.0, 1.0 + step))
-        return (before - after) / step
-
-    every = np.arange(4)
-    for row, E, forces in zip(found, (0.5, 2.0), level, strict=False):
-        by_fraction = fall(E, np.full(4, 0.3), every)
-        assert row.sum() == pytest.approx(forces.sum(), rel=1e-9)
-        assert row == pytest.approx(by_fraction * forces.sum() / by_fraction.sum(), rel=1e-5)
-    on = np.array([0, 2, 3])
-    travel = (SPRINGS + S / 2.0)[np.ix_(on, on)] @ other[on]
-    at_two = level[1].sum() / fall(2.0, np.full(4, 0.3), every).sum()
-    assert found[2, on] == pytest.approx(at_two * fall(2.0, travel, on), rel=1e-5)
-    assert found[2, 1] == 0.0
 
 
 def test_scene_of_a_pose():
