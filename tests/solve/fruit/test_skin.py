@@ -8,7 +8,6 @@ import pytest
 
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
-from sensor.quantity import InputError
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
 from solve.fruit.curved_body import STEPS, shape_change
@@ -140,19 +139,3 @@ def test_the_bar_holds_a_finer_mesh(bare, monkeypatch):
     assert coarse.error_pair < 2.5e-3
     for E in SKINNED.E_MPa:
         assert coarse.at(E).K_m_over_E() == pytest.approx(fine.at(E).K_m_over_E(), rel=coarse.error_pair)
-
-
-@pytest.mark.parametrize(
-    ("changes", "field"),
-    [
-        ({"skin_mm": 4.1}, "fruit.skin_mm"),
-        ({"skin_E_MPa": 3.0}, "fruit.skin_E_MPa"),
-        ({"skin_E_MPa": None}, "fruit.skin_mm"),
-        ({"skin_mm": None}, "fruit.skin_mm"),
-        ({"skin_poisson": 0.5}, "fruit.skin_poisson"),
-    ],
-)
-def test_a_skin_that_is_none_is_refused(changes, field):
-    with pytest.raises(InputError) as refused:
-        dataclasses.replace(SKINNED, **changes)
-    assert refused.value.field == field

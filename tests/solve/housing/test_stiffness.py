@@ -47,11 +47,6 @@ def fine():
     return tip_compliance(flexure_mesh(HOUSING, 1.0), *PETG)
 
 
-def test_stiffness_is_near_that_of_guided_beams(fine):
-    beams = [pair_stiffness(PETG[0], one.depth, one.thickness, one.length) for one in (HOUSING.low, HOUSING.high)]
-    assert list(fine.K) == pytest.approx(beams, rel=BEAM)
-
-
 @pytest.mark.study
 def test_error_bar_holds_the_difference_to_a_mesh_of_four_times_the_dofs(fine, coarse):
     result = housing_stiffness(fine, coarse)
@@ -70,11 +65,6 @@ def test_stiffness_is_that_of_curved_tetrahedra_on_the_solid_of_the_step_file():
     truth = np.array([11.28092, 60.23851])
     allowed = np.add(found.error, [0.0066, 0.0040])  # what the extrapolation added
     assert (np.abs(found.K / truth - 1.0) <= allowed).all()
-
-
-def test_bar_is_for_the_finer_of_two_meshes(fine, coarse):
-    wrong = dataclasses.replace(coarse, C=1.01 * fine.C)
-    assert housing_stiffness(fine, wrong).error == pytest.approx(2 * (flexure.ERROR_SHARE * (1.0 - 1.0 / 1.01),))
 
 
 def test_errors_of_two_meshes():
