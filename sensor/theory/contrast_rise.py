@@ -8,54 +8,53 @@ with weights w whose contrast of any travel and tilt is 0. The offset gamma [mm]
 tips. It holds all that the sensor cannot know: the saddle of the skin, the heights and places of the tips, their mount.
 It is unknown, and the same in all samples of one press. A reading of the forces at one moment takes it for known.
 
-**A pair.** Its weights (-1, 1) drop the travel alone, so its tilt must not change during the press. Its gamma is by how
-much the low tip travels farther than the high one. Of flat tips, b = 0, a plotted against d is a line of slope -1/E.
+**A pair.** Its weights (-1, 1) cancel only the travel, so its tilt must not change during the press. Its gamma is the
+travel of the low tip less the travel of the high one. For flat tips, b = 0: a plotted over d is a line of slope -1/E.
 
 **The estimator.** An instrument u is any quantity that rises with the press; here it is the total force, of an earlier
 sample. Its covariance with the law has no gamma:
 
     G(z) = cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0,
 
-the same cubic as of one sample, with covariances for a, b and d. Its smallest root z above 0 gives E = 1 / z^3.
+the same cubic as for one sample, with covariances for a, b and d. Its smallest positive root z gives E = 1 / z^3.
 
-**No bias by noise.** The instrument of a sample is the sum of all forces in the sample before. Where noise is white
-from sample to sample, u and F are then independent, and cov(u, F) has the mean that it has without noise. The sample's
-own sum would not do: its noise is part of F (errors in variables). A sample counts where the sample before has all tips
-on the fruit. If it were chosen by its own forces, samples whose noise is upwards would count more often. What is left
-is of second order. F^(2/3) of a noisy force has another mean, which leaves E some 0.2 % high at a noise of 0.5 % of
-full scale.
+**No bias by noise.** The instrument of a sample is the sum of all forces in the previous sample. If noise is white from
+sample to sample, u and F are then independent, and noise does not change the mean of cov(u, F). The sample's own sum is
+no instrument: its noise is part of F (errors in variables). A sample is used if all tips touched the fruit in the
+previous sample. Selection by its own forces would prefer samples whose noise is positive. The remaining bias is of
+second order: noise changes the mean of F^(2/3), and E is some 0.2 % high at a noise of 0.5 % of full scale.
 
 Channels that were brought to one time by interpolation share the noise of two neighbours. The instrument is then the
 total force two samples earlier. Summed over many samples, interpolated noise has the variance of white noise, so the
 standard uncertainty of E is the same.
 
-**Least variance.** Tips on springs have one contrast that travel and tilt leave alone, so w is given. What is free is
-how samples count. With independent noises sigma_t of the forces, the residual r of a sample has the variance
+**Least variance.** Only one contrast of the tips is independent of travel and tilt, so w is given. The weights of the
+samples are free. With independent noises sigma_t of the forces, the residual r of a sample has the variance
 
     s^2 = sum_t c_t^2 sigma_t^2,    c_t = dr/dF_t = (w C)_t + 2/3 h w_t z^2 F_t^(-1/3) + (w S)_t z^3 .
 
-Nothing is known of the path of the true forces. So a sample tells of z and gamma by its residual r alone, the left side
-of the law. The information on z is sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, means weighted by 1 /
-s^2. Its inverse is the Cramer-Rao bound of the variance of z. Where s is constant, an instrument u leaves the variance
-s^2 var(u) / n / (dG/dz)^2. By the inequality of Cauchy and Schwarz it is least for u = q / s^2, and it is larger by 1 /
-corr(u, q)^2 for another u. Both q and the total force rise together: their correlation is above 0.98, so the total
-force comes within some per cent of the bound.
+The path of the true forces is unknown. So the only information of a sample on z and gamma is its residual r, the left
+side of the law. The information on z is sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, means weighted by 1
+/ s^2. Its inverse is the Cramer-Rao bound of the variance of z. Where s is constant, an instrument u leaves the
+variance s^2 var(u) / n / (dG/dz)^2. By the inequality of Cauchy and Schwarz it is least for u = q / s^2, and it is
+larger by 1 / corr(u, q)^2 for another u. Both q and the total force rise together: their correlation is above 0.98, so
+the total force comes within some per cent of the bound.
 
-**What E moves by.** A cause that changes the law by dG moves ln E by 3 dG / (z dG/dz). For an error that is the same in
-every sample, dG follows from covariances of the forces. A change of u moves nothing to first order, as G = 0 for all
-u.
+**Sensitivity.** A cause that changes the law by dG moves ln E by 3 dG / (z dG/dz). For an error that is the same in
+every sample, dG follows from covariances of the forces. A change of u has no effect to first order, because G = 0 for
+all u.
 
-**Time.** A channel whose time is off by dt has a force that is off by dt dF/dt. Its part of dG is the covariance of u
-with that, c_t dt cov(u, dF_t/dt). It is nothing in a steady press, and the more the faster a press slows to its end.
+**Time.** An error dt of the time of a channel is a force error dt dF/dt. Its part of dG is the covariance of u with
+this error, c_t dt cov(u, dF_t/dt). It is zero in a steady press, and grows with the deceleration of the press.
 
 **The saddle.** Domes roll on the skin, so their contacts are nearer to each other than their axes, the more the skin is
-curved. The offset tells the saddle, and the saddle the distances of the contacts: S becomes S(gamma), and the cubic is
-solved anew until gamma rests. An error of a tip's height is mistaken for a saddle there. It moves E through S alone,
-by `RiseSlopes.offset` per mm.
+curved. The offset determines the saddle, and the saddle the distances of the contacts: S becomes S(gamma). The cubic is
+solved again until gamma converges. An error of a tip's height is mistaken for a saddle there. It moves E only through
+S, by `RiseSlopes.offset` per mm.
 
-**One bad sample.** It moves E by its residual times how far its instrument is off the mean, the more the fewer the
-samples are. The moduli without each one show the change, of whatever kind it is: the jackknife, J. W. Tukey, Ann.
-Math. Stat. 29 (1958) 614.
+**One bad sample.** It moves E by its residual times the deviation of its instrument from the mean, and by more if there
+are few samples. The moduli without each sample show a change of any kind: the jackknife, J. W. Tukey, Ann. Math. Stat.
+29 (1958) 614.
 
 W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is not white, as behind a
 filter, must be thinned out before. mm, N, MPa.
@@ -75,15 +74,15 @@ from sensor.theory.dome_form import felt_cap
 from sensor.theory.hertz import hertz_factor
 from sensor.theory.uneven_skin import felt_heights
 
-FEWEST = 5  # samples with all tips on the fruit, below which a covariance means nothing
-LARGEST_TOUCH_FORCE = 0.7  # of the whole force: where the last tip touches later, too little of a rise is left
-LEAST_RISE = 5.0  # of the instrument over its noise, which then costs less than four per cent of the information
-LARGEST_NOISE = 1.0 / 3.0  # of E: beyond, the root of the cubic scatters too far for its slope
-LARGEST_BY_TIME = 0.02  # of E, one standard deviation: a standard uncertainty of 5 % becomes 5.4 % by it
-SETTLED = 1e-12  # relative change at which the offset has settled: round-off
-MOST_LEFT_OUT_EACH = 32  # samples of a press whose moduli without each are told: of more a single one moves E little
-MOST_STEPS = 50  # of the offset, each of which leaves some per cent of the error of the one before
-STEP = 1e-4  # of an offset [mm], for its slope
+FEWEST = 5  # fewest samples with all tips on the fruit; the covariance of fewer means nothing
+LARGEST_TOUCH_FORCE = 0.7  # force at the touch of the last tip over the largest; if larger, too little rise remains
+LEAST_RISE = 5.0  # rise of the instrument over its noise; the noise then costs below four per cent of the information
+LARGEST_NOISE = 1.0 / 3.0  # relative noise of E; beyond, the root of the cubic scatters too far to be linearised
+LARGEST_BY_TIME = 0.02  # relative deviation of E by time errors; it turns an uncertainty of 5 % into 5.4 %
+SETTLED = 1e-12  # relative change of the offset at convergence: round-off
+MOST_LEFT_OUT_EACH = 32  # most samples for the jackknife; in a longer press a single sample moves E little
+MOST_STEPS = 50  # iterations of the offset; each leaves some per cent of the previous error
+STEP = 1e-4  # [mm], step of the offset in its difference quotient
 
 
 class RiseError(ReadingError):
@@ -98,7 +97,8 @@ class RiseError(ReadingError):
 class RollingDomes:
     """Domes of one radius [mm] that roll on a half-space under a skin of a mean curvature [1/mm] and a saddle k_xy.
 
-    `positions` (tips, 2) [mm] are those of their axes. On a skin of curvatures k a dome at X touches at (1 + r k)^-1 X.
+    `positions` (tips, 2) [mm] are the positions of their axes. On a skin with the curvature matrix k, a dome of radius
+    r at X touches at (1 + r k)^-1 X.
     """
 
     positions: tuple[Place, ...]
@@ -109,17 +109,20 @@ class RollingDomes:
 
     @cached_property
     def rolling_factor(self) -> float:
-        """Return 1 + r H, by which domes stand farther from each other than their contacts on a ball [1]."""
+        """Return c = 1 + r H [1], the distance of two axes over the distance of their contacts on a ball."""
         return 1.0 + self.dome_radius * self.mean_curvature
 
     @property
     def relative_radius(self) -> float:
-        """Return R* of 1 / R* = 1 / r + H [mm]."""
+        """Return the relative radius R* [mm], with 1 / R* = 1 / r + H."""
         return self.dome_radius / self.rolling_factor
 
     @property
     def contrast_sees_saddle(self) -> bool:
-        """Say whether the contrast holds the saddle k_xy: that of a square does; a line holds k_xx and k_yy alone."""
+        """Return whether the contrast depends on the saddle k_xy.
+
+        This is true for a square. The contrast of a line depends only on k_xx and k_yy.
+        """
         return abs(self.contrast_of_xy) > SETTLED * float(np.abs(self.positions).max()) ** 2
 
     @cached_property
@@ -128,10 +131,10 @@ class RollingDomes:
         return float(np.dot(self.weights, np.prod(self.positions, axis=1)))
 
     def saddle(self, offset: float) -> float:
-        """Return the saddle k_xy of the skin [1/mm] under which the gaps have this contrast, `offset` [mm].
+        """Return the saddle k_xy of the skin [1/mm] that gives the gaps the contrast `offset` [mm].
 
         Domes that roll on a saddle have the gaps g x y, with g = k_xy / (c^2 - (r k_xy)^2) and c = 1 + r H. The root
-        that is 0 with g is k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)), a form in which no digits cancel.
+        that is 0 for g = 0 is k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)), a form in which no digits cancel.
         """
         gap_per_xy = offset / self.contrast_of_xy
         return (
@@ -142,9 +145,10 @@ class RollingDomes:
         )
 
     def S(self, offset: float = 0.0) -> Floats:
-        """Return the compliance between the contacts, times E [1/mm], (tips, tips), on a saddle of an offset [mm].
+        """Return the compliance S between the contacts, times E [1/mm], (tips, tips), on a saddle.
 
-        Feet are the positions by the inverse of [[c, r k_xy], [r k_xy, c]].
+        The `offset` [mm] determines the saddle. The contacts lie at [[c, r k_xy], [r k_xy, c]]^-1 times the positions
+        of the axes.
         """
         along = self.rolling_factor
         across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
@@ -154,22 +158,22 @@ class RollingDomes:
 
     @cached_property
     def level_S(self) -> Floats:
-        """Return S without an offset, which every step to an offset starts from."""
+        """Return S for an offset of 0, which is the base of all changes by an offset."""
         return self.S()
 
     @cached_property
     def _of_itself(self) -> Floats:
-        """Return infinity where a contact would be its own neighbour, else 0, (tips, tips)."""
+        """Return infinity on the diagonal and 0 elsewhere, (tips, tips), so that no contact acts on itself."""
         return np.where(np.eye(len(self.positions)) > 0.0, math.inf, 0.0)
 
     @cached_property
     def _apart(self) -> Floats:
-        """Return how far the axes stand from each other along x and y [mm], (2, tips, tips)."""
+        """Return the distances between the axes along x and y [mm], (2, tips, tips)."""
         positions = np.array(self.positions).T
         return np.asarray(positions[:, :, None] - positions[:, None])
 
     def law(self, C: Matrix) -> "RiseLaw":
-        """Return the law of these domes on springs of a compliance C [mm/N], (tips, tips)."""
+        """Return the law of these domes on springs with compliance C [mm/N], (tips, tips)."""
         contrast = ContrastLaw(
             weights=self.weights,
             gaps=(0.0,) * len(self.positions),
@@ -182,23 +186,23 @@ class RollingDomes:
 
 @dataclass(frozen=True, kw_only=True)
 class RiseLaw:
-    """The contrast of a sensor, and how its S changes with the offset.
+    """The contrast of a sensor, and the dependence of its S on the offset.
 
-    `contrast.gaps` [mm] are those that are known; the offset is what their contrast lacks. `rolling` are the domes by
-    which an offset moves the contacts; None where it tells nothing of their distances.
+    `contrast.gaps` [mm] are the known gaps; the offset is the contrast of the unknown ones. `rolling` are the domes
+    whose contacts an offset moves, or None if the offset says nothing about the distances of the contacts.
     """
 
     contrast: ContrastLaw
     rolling: RollingDomes | None = None
 
     def with_offset(self, offset: float) -> ContrastLaw:
-        """Return the contrast law with the S of an offset [mm]: what the body adds to a half-space stays."""
+        """Return the contrast law with the S of an offset [mm], which keeps what the body adds to a half-space."""
         if self.rolling is None:
             return self.contrast
         return replace(self.contrast, S=rows_of(self.S(offset)))
 
     def S(self, offset: float) -> Floats:
-        """Return the S of an offset [mm], (tips, tips), times E [1/mm]."""
+        """Return S at an offset [mm], times E [1/mm], (tips, tips)."""
         S = self.contrast.arrays[2]
         if self.rolling is not None:
             S = S.copy()
@@ -206,7 +210,7 @@ class RiseLaw:
         return S
 
     def per_offset(self, offset: float) -> Floats:
-        """Return the slope of S, times E, over the offset [1/mm^2], of the shape of S."""
+        """Return the slope of S, times E, over the offset [1/mm^2], in the shape of S."""
         slope = np.zeros_like(self.contrast.arrays[2])
         if self.rolling is not None:
             change = self.rolling.S(offset + STEP) - self.rolling.S(offset - STEP)
@@ -215,10 +219,11 @@ class RiseLaw:
 
     @property
     def over_time(self) -> "RiseLaw":
-        """Return the law of flesh that relaxes, which has two channels for each tip: 2 n for n tips.
+        """Return the law for flesh that relaxes, which has two channels per tip: 2 n for n tips.
 
-        The first n are the forces of the tips, which bend the springs. The last n are the forces with which elastic
-        flesh would answer the same indentation, which tell of the flesh. The contrast is that of the last n rows.
+        The first n channels are the measured forces, which bend the springs. The last n are the forces with which
+        elastic flesh would resist the same indentation; they hold the modulus. So the springs act on the first n
+        columns, the flesh acts on the last n, and the contrast weights only the last n rows.
         """
         law = self.contrast
         _, C, S = law.arrays
@@ -235,18 +240,18 @@ class RiseLaw:
 
 
 def _of_flesh(S: Floats, rolling: RollingDomes) -> Floats:
-    """Return the part of S, a view, that belongs to the channels of the flesh: the last ones."""
+    """Return a view of the part of S that belongs to the channels of the flesh, which come last."""
     tips = len(rolling.positions)
     return S[-tips:, -tips:]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rise:
-    """The samples of one press that count: from the touch of the last tip to the deepest sample.
+    """The samples of one press that are used: from the touch of the last tip to the deepest sample.
 
     `forces` (samples, channels) [N] are all above 0. `instrument` (samples,) [N] is the whole force some samples
-    earlier, `rates` (samples, channels) [N/s] those at which the forces rise. `touch` [N] is the whole force where the
-    last tip touches, `largest` [N] that of the deepest sample.
+    earlier. `rates` (samples, channels) [N/s] are the time derivatives of the forces. `touch` [N] is the whole force
+    when the last tip touches, `largest` [N] the whole force in the deepest sample.
     """
 
     instrument: Floats
@@ -257,11 +262,11 @@ class Rise:
 
     @cached_property
     def moments(self) -> "_Moments":
-        """Return the moments of the forces, of which the law is made."""
+        """Return the moments of the forces, from which the coefficients of the law follow."""
         return _Moments(self.rise_and_mean(self.forces), self.rise_and_mean(np.cbrt(self.forces) ** 2))
 
     def rise_and_mean(self, values: Floats) -> Floats:
-        """Return the co-moment with the instrument and the mean of values, (samples, channels), as two rows."""
+        """Return two rows for values (samples, channels): their co-moment with the instrument, and their mean."""
         return np.stack([self._apart @ values, values.mean(axis=0)])
 
     @cached_property
@@ -274,14 +279,14 @@ class Rise:
         return float(self._apart @ self._apart)
 
     def without(self, first: int, several: int) -> "Rise":
-        """Return the press without `several` samples in a row from the `first` on."""
+        """Return the press without `several` consecutive samples, starting at sample `first`."""
         left_out = slice(first, first + several)
         kept = [np.delete(values, left_out, axis=0) for values in (self.instrument, self.forces, self.rates)]
         return Rise(instrument=kept[0], forces=kept[1], rates=kept[2], touch=self.touch, largest=self.largest)
 
 
 class _Moments(NamedTuple):
-    """Co-moments with the instrument and means, as two rows (2, channels), of the forces F and of F^(2/3)."""
+    """Two rows (2, channels), co-moment with the instrument and mean, for the forces F and for F^(2/3)."""
 
     F: Floats
     two_thirds: Floats
@@ -290,20 +295,21 @@ class _Moments(NamedTuple):
 def rise_of(
     forces: Floats, tips: int, least_forces: Floats | float = 0.0, *, t: Floats | None = None, lag: int = 1
 ) -> Rise:
-    """Return the samples of a press that count, from its forces (samples, channels) [N] and times [s].
+    """Return the samples of a press that can be used, from its forces (samples, channels) [N] and times [s].
 
-    The first `tips` channels are the forces of the tips, of which the instrument is made. Behind them there may be as
-    many again that are made from the same forces (`RiseLaw.over_time`). The instrument is that of the sample before, or
-    of as many before as the `lag` says: 2 where channels were brought to one time. A sample counts where every force of
-    the samples up to there is above `least_forces` (channels,) [N], some times its noise. Its own must be above 0.
+    The first `tips` channels are the forces of the tips; the instrument is their sum. As many channels that were
+    derived from the same forces may follow (`RiseLaw.over_time`). The instrument of a sample is the sum `lag` samples
+    before: 1 for white noise, 2 if the channels were interpolated to one time. A sample is used if all forces of the
+    `lag` samples before it exceed `least_forces` (channels,) [N], a multiple of their noise, and its own forces are
+    above 0.
 
-    A lift ends a press: what comes after it has an offset of its own, and is read if it goes deeper. Samples after the
-    deepest one are left out: by then flesh may have yielded. Without times the rates are 0.
+    A lift ends a press. The samples after a lift have their own offset, and are read instead if they reach deeper.
+    Samples after the deepest one are left out, because the flesh may have yielded. Without times the rates are 0.
     """
     number = np.arange(len(forces))
     whole = forces[:, :tips].sum(axis=1)
     lifted = np.maximum.accumulate(np.where((forces > least_forces).all(axis=1), -1, number))
-    begins = np.concatenate([[0], lifted[:-1] + 1])[: len(forces)]  # where the touch before each sample begins
+    begins = np.concatenate([[0], lifted[:-1] + 1])[: len(forces)]  # first sample of each sample's touch
     counts = (number - begins >= lag) & (forces > 0.0).all(axis=1)
     if not counts.any():
         none = forces[:0]
@@ -326,9 +332,9 @@ def rise_of(
 
 
 class BendSlopes(NamedTuple):
-    """Slopes of ln E over the error of a slope that changes with the force F of its tip, e(F) = e_0 + k F, (tips,).
+    """Slopes of ln E for a gain or compliance whose relative error e(F) = e_0 + k F changes with the force, (tips,).
 
-    `at_zero` [1] is over e_0, `per_N` [N] over k.
+    `at_zero` [1] is the slope over e_0, `per_N` [N] the slope over k.
     """
 
     at_zero: tuple[float, ...]
@@ -337,15 +343,15 @@ class BendSlopes(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class RiseSlopes:
-    """By which fraction of E a reading moves with the causes of its error.
+    """Relative change of E per unit of each cause of error.
 
-    `noise` is that of noise in each force which is independent from sample to sample, one standard deviation [1/N].
-    All others are the same in all samples. Per tip they are the relative changes of gain and stiffness [1], and a zero
-    that is off [1/N]. Then a zero that drifts evenly from the first sample to the last [1/N], and a time of its channel
-    that is later than told [1/s]. Alike for all tips: relative change of the Hertz term and of S [1], and an offset
-    that is no saddle of the skin [1/mm].
+    `noise` (tips,) [1/N] is one standard deviation of E per standard deviation of the force, for noise that is
+    independent from sample to sample. All other errors are the same in all samples. Per tip they are the relative
+    changes of gain and stiffness [1], the error of the zero [1/N], a zero that drifts linearly from the first sample to
+    the last [1/N], and a delay of the channel [1/s]. Common to all tips are the relative changes of the Hertz term and
+    of S [1], and an offset that is not caused by a saddle of the skin [1/mm].
 
-    `channel_bends` and `spring_bends` are those over lines that bend, of gains and of the compliances of springs.
+    `channel_bends` and `spring_bends` are the slopes over the nonlinearity of the gains and of the spring compliances.
     """
 
     noise: tuple[float, ...]
@@ -361,19 +367,19 @@ class RiseSlopes:
     spring_bends: BendSlopes
 
     def mean_curvature(self, relative_radius: float) -> float:
-        """Return the slope per change of the mean curvature of the skin [mm] under domes of R* [mm] on a half-space.
+        """Return the slope over the mean curvature of the skin [mm] under domes of relative radius R* [mm].
 
-        1 / R* = 1 / r + H: h is proportional to R*^(-1/3), S to 1 + r H.
+        The flesh is a half-space. As 1 / R* = 1 / r + H, h is proportional to R*^(-1/3), and S to 1 + r H.
         """
         return relative_radius * (self.hertz / 3.0 + self.body)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UnevenSlopes:
-    """By which fraction of E a reading moves with what differs from tip to tip of an uneven fruit.
+    """Relative change of E per unit of the unevenness of a fruit, which differs from tip to tip.
 
-    `heights` (waves, tips) [1/mm] are over the height of each wave of the skin at the middle of a contact. `flesh`
-    (tips,) [1] are over the relative change of the modulus of the flesh that a tip indents itself.
+    `heights` (waves, tips) [1/mm] are slopes over the height of each wave of the skin at the middle of a contact.
+    `flesh` (tips,) [1] are slopes over the relative change of the modulus of the flesh under each tip.
     """
 
     heights: Floats
@@ -382,11 +388,11 @@ class UnevenSlopes:
 
 @dataclass(frozen=True, kw_only=True)
 class RiseReading:
-    """What a press tells: the modulus E [MPa], and the offset gamma [mm], the contrast of gaps that is not in the law.
+    """The result of a press: the modulus E [MPa], and the offset gamma [mm], the contrast of the unknown gaps.
 
-    `noise` [1] is the standard uncertainty of E, relative, by noise that is independent from sample to sample.
-    `offset_noise` [mm] is that of the offset, `offset_per_log_E` [mm] by how much it moves with ln E where other causes
-    move E. `touch` [1] is the whole force where the last tip touches over the largest.
+    `noise` [1] is the relative standard uncertainty of E by noise that is independent from sample to sample, and
+    `offset_noise` [mm] the standard uncertainty of the offset. `offset_per_log_E` [mm] is the change of the offset per
+    change of ln E by other causes. `touch` [1] is the whole force when the last tip touches, over the largest.
     """
 
     E: float
@@ -400,10 +406,11 @@ class RiseReading:
 
 
 def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -> RiseReading:
-    """Return the reading of a press; raises RiseError where no modulus belongs to it.
+    """Return the reading of a press; raises RiseError if the press determines no modulus.
 
-    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. A `whole` press has to
-    rise far enough after its last tip touched. A part of one need not: its uncertainty shows its rise.
+    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. A `whole` press must
+    rise far enough after the touch of its last tip. A part of a press need not, because its uncertainty shows a small
+    rise.
     """
     _refuse_few_samples(rise)
     if whole:
@@ -413,7 +420,7 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
     noise_per_force = np.abs(at_root.of_tips(at_root.by_force)) * math.sqrt(rise.spread) / abs(at_root.per_log_E[0])
     by_noise = float(np.linalg.norm(noise_per_force * noises))
     if by_noise > LARGEST_NOISE:
-        message = f"standard uncertainty of E by noise = {by_noise:.2g} of it: must be at most a third; press farther"
+        message = f"standard uncertainty of E by noise = {by_noise:.2g} E: must be at most a third of E; press farther"
         raise RiseError("no_rise", message)
     residual = float(np.linalg.norm(at_root.of_tips(at_root.by_force) * noises))
     return RiseReading(
@@ -436,10 +443,10 @@ def rise_modulus(law: RiseLaw, rise: Rise) -> float:
 
 
 def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
-    """Return what uneven skin and flesh do to the modulus of a press of one channel for each tip; raises RiseError.
+    """Return the effect of uneven skin and flesh on the modulus of a press with one channel per tip; raises RiseError.
 
-    `wave_numbers` (waves,) are in [1/mm]. The contact of a dome of R* = `relative_radius` [mm] has the radius
-    sqrt(R* d), with d its indentation. It is 0 for a flat tip: its face touches whole, and its height is an offset.
+    `wave_numbers` (waves,) are in [1/mm]. The contact of a dome of relative radius R* = `relative_radius` [mm] has the
+    radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face touches, so a height is an offset.
     """
     _refuse_few_samples(rise)
     E, offset, of_S = _solve(law, rise.moments)
@@ -454,16 +461,16 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
 
 
 def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
-    """Return by which fraction of E a reading moves with the form of domes that are all alike; raises RiseError.
+    """Return the relative change of E per error of the form that all domes share; raises RiseError.
 
-    The first slope is over the relative change of their radius [1], the others over the height of a cap of each radius
-    [1/mm]. Flesh over its depth is taken as a half-space, as far as contacts move apart with the radius.
+    The first slope is over the relative change of the dome radius [1], the others over the height of a cap of each
+    radius [1/mm]. The change of the distances between the contacts is computed for a half-space.
     """
     _refuse_few_samples(rise)
     E, offset, of_S = _solve(law, rise.moments)
     root = _Root(law, rise, E, offset, law.S(of_S), rise.forces.shape[1])
     relative = domes.relative_radius
-    # A dome that is rounder than the law has it is one whose law is too flat: the signs of a change of the law turn.
+    # If the real dome is rounder than in the law, the law is too flat: so the sign is opposite to a change of the law.
     by_hertz = relative / domes.dome_radius / 3.0 * root.hertz
     by_distance = -relative * domes.mean_curvature * root.flesh
     weights = law.contrast.arrays[0]
@@ -474,9 +481,9 @@ def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequen
 
 
 def moduli_without(law: RiseLaw, rise: Rise, several: int = 1) -> Iterator[float]:
-    """Yield the modulus of a press [MPa] without each `several` samples in a row, nan where it has none.
+    """Yield the modulus of a press [MPa] without each group of `several` consecutive samples; nan if none is found.
 
-    A press of more than `MOST_LEFT_OUT_EACH` samples yields none.
+    A press of more than `MOST_LEFT_OUT_EACH` samples yields nothing.
     """
     count = len(rise.forces)
     if count > MOST_LEFT_OUT_EACH:
@@ -501,7 +508,7 @@ def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
     if touch > LARGEST_TOUCH_FORCE:
         message = f"the whole force where the last tip touches = {touch:.2g} of the largest: must be at most "
         raise RiseError("no_rise", f"{message}{LARGEST_TOUCH_FORCE:g}; press farther, or more level")
-    # The standard deviation of an even rise: a hold at the end, which adds nothing, does not count against it.
+    # Standard deviation of a linear rise between these forces. It ignores a hold at the end, which adds no information.
     rises = (rise.largest - rise.touch) / math.sqrt(12.0)
     least = LEAST_RISE * float(np.linalg.norm(noises))
     if not rises > least:
@@ -518,17 +525,17 @@ class _Solution(NamedTuple):
 
 
 def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
-    """Return the solution of both equations of a press: that of the co-moments gives E, that of the means the offset.
+    """Return the solution of both equations of a press: the co-moments determine E, and the means the offset.
 
-    Only domes need more than one step. Their offset changes S by some per cent, and S changes the offset. Each step
-    reduces the error to that fraction. Raises RiseError.
+    Only domes need more than one step: their offset changes S by some per cent, and S changes the offset. Each step
+    reduces the error to this fraction. Raises RiseError.
     """
     contrast = law.contrast
     weights, C, S = contrast.arrays
     rise_rigid, rigid = (moments.F @ (weights @ C)).tolist()
     rise_dome, dome = (contrast.hertz * moments.two_thirds @ weights).tolist()
     rigid += float(np.dot(weights, contrast.gaps))
-    offset = 0.0  # of the S below
+    offset = 0.0  # the offset at which S below was computed
     for _ in range(MOST_STEPS):
         rise_body, body = (moments.F @ (weights @ S)).tolist()
         try:
@@ -540,20 +547,20 @@ def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
             return _Solution(1.0 / (z * z * z), found, offset)
         offset = found
         S = law.S(offset)
-    message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate it anew"
+    message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate again"
     raise RiseError("out_of_range", message)
 
 
 class _Root:
-    """The law of a press at its root: a cause that adds to the law moves ln E.
+    """The law of a press linearised at its root: the change of ln E by anything that adds to the law.
 
-    What is added is the rise dG, a co-moment with the instrument, and the mean dM [mm], as two rows (2, ...).
+    An addition has two rows (2, ...): dG, a co-moment with the instrument, and the mean dM [mm].
     """
 
     def __init__(self, law: RiseLaw, rise: Rise, E: float, offset: float, S: Floats, tips: int) -> None:
-        """Take the law, the modulus [MPa] and the offset [mm] of a press, and its S there.
+        """Store the law at the modulus E [MPa] and the offset [mm] of a press, with its S there.
 
-        `tips` of them may have several channels each.
+        `tips` is the number of tips, each of which may have several channels.
         """
         self._weights, self._C, _ = law.contrast.arrays
         self._rise = rise
@@ -562,11 +569,11 @@ class _Root:
         domes = law.contrast.hertz * z**2 * self._weights
         F, two_thirds = rise.moments
         self._inverse_roots = rise.rise_and_mean(1.0 / np.cbrt(rise.forces))
-        self._body = self._weights @ (self._C + S * z**3)  # slope of the law over each force [mm/N], but for Hertz
-        self._dome = domes / 1.5  # the same by Hertz, times F^(1/3)
+        self._body = self._weights @ (self._C + S * z**3)  # slope over each force [mm/N] without Hertz
+        self._dome = domes / 1.5  # slope by Hertz's term, times F^(1/3)
         self.hertz = two_thirds @ domes
         self.flesh = F @ (self._weights @ S) * z**3
-        self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0  # as E = z^(-3)
+        self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0  # slope over -ln E, as E = z^(-3)
         # A dome indents its own flesh by Hertz's law, which has E^(-2/3); a flat tip does so as its force over E.
         self.own_flesh = self._dome * two_thirds if law.contrast.hertz else self._weights * np.diag(S) * z**3 * F
         self.per_offset = F @ (self._weights @ law.per_offset(offset)) * z**3
@@ -577,25 +584,28 @@ class _Root:
         return np.asarray(self._body + self._dome * self._inverse_roots[1])
 
     def of_tips(self, of_channels: Floats) -> Floats:
-        """Return slopes over what moves all channels of a tip alike, (..., tips), from those over each channel."""
+        """Return the sums over the channels of each tip, (..., tips).
+
+        They are slopes over a cause that changes all channels of a tip equally.
+        """
         return np.asarray(of_channels.reshape(*of_channels.shape[:-1], -1, self._tips).sum(axis=-2))
 
     def moved(self, rise: Floats) -> Floats:
-        """Return the slopes of ln E over causes by what they add to the rise of the law, while the saddle is held."""
+        """Return the slopes of ln E over causes that add `rise` to the co-moments of the law, at a constant saddle."""
         return np.asarray(rise / self.per_log_E[0])
 
     def moved_with_saddle(self, rise: Floats, mean: Floats) -> Floats:
-        """Return the slopes of ln E over causes by what they add to the law, with what the saddle makes of them.
+        """Return the slopes of ln E over causes that add `rise` and `mean` to the law, with their effect on the saddle.
 
-        A zero that is off moves the offset by up to 4 mm/N, gains and springs move it less. The law takes the offset
-        for a saddle of the skin, so it moves S, and S moves the modulus. With f the slope of the rise over a mean that
-        is taken for a saddle, ln E moves by (dG - f dM) / (dG / d ln E - f dM / d ln E).
+        An error of a zero moves the offset by up to 4 mm/N; gains and springs move it less. The law attributes the
+        offset to a saddle of the skin, so it moves S, and S moves the modulus. Let f be the change of the rise per mean
+        that is attributed to a saddle. Then ln E moves by (dG - f dM) / (dG / d ln E - f dM / d ln E).
         """
         f = self.per_offset[0] / (1.0 + self.per_offset[1])
         return np.asarray((rise - f * mean) / (self.per_log_E[0] - f * self.per_log_E[1]))
 
     def slopes(self, noise_per_force: Floats) -> RiseSlopes:
-        """Return the slopes over all causes; springs count as in `contrast_slopes`."""
+        """Return the slopes over all causes; a change of a spring acts on C as in `contrast_slopes`."""
         rise = self._rise
         F, two_thirds = rise.moments
         squares = rise.rise_and_mean(rise.forces**2)
@@ -620,10 +630,10 @@ class _Root:
         )
 
     def _bends(self, straight: Floats, by_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
-        """Return the slopes over lines that bend, from what straight ones add to the rise and to the mean, (2, tips).
+        """Return the slopes for nonlinear gains or springs, from what constant errors add to the law, (2, tips).
 
-        An error of the slope e_0 + k F adds e_0 F + k F^2 / 2 to a force. The press sees e at the force at which F^2
-        has the slope cov(u, F^2) / cov(u, F). The law is moved by c = `by_force` [mm/N], (channels,).
+        A slope error e_0 + k F adds e_0 F + k F^2 / 2 to a force. A press sees e at the force at which F^2 has the
+        slope cov(u, F^2) / cov(u, F). The slope of the law over a force is c = `by_force` [mm/N], (channels,).
         """
         rises, of_squares = F[0, : self._tips], squares[0, : self._tips]
         middles = np.divide(of_squares, 2.0 * rises, out=np.zeros_like(rises), where=rises != 0.0)

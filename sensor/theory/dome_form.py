@@ -1,15 +1,15 @@
-"""How far a cap that stands out of the sphere of a dome pushes it back, while its contact grows to a radius.
+"""The displacement of a dome by a cap on its sphere, as a function of the radius of the contact.
 
-The printed apex of a dome is flat or pointed. The height of such a cap over the sphere is taken as
+The printed apex of a dome is flat or pointed. The height of such a cap above the sphere is modelled as
 
     h(r) = c (1 - (r / b)^2)^2 within the radius b, and 0 beyond.
 
-To first order the dome stands on the mean of h, weighted by the pressure of the flat punch of the contact, as it does
-on the heights of an uneven skin (`uneven_skin.py`). With s = a / b and u = sqrt(1 - (r / a)^2) that mean is
+To first order, its effect is the mean of h, weighted by the pressure of the flat punch of the contact, as for the
+heights of an uneven skin (`uneven_skin.py`). With s = a / b and u = sqrt(1 - (r / a)^2) the mean is
 
-    c integral of (1 - s^2 + s^2 u^2)^2 du, from u = sqrt(1 - 1 / s^2), or 0 where s < 1, to 1.
+    c integral of (1 - s^2 + s^2 u^2)^2 du, from u = sqrt(1 - 1 / s^2), or 0 if s < 1, to 1.
 
-The cap of a dome is the same in every press, so its error is one of the unit. mm.
+The cap of a dome is the same in every press, so its error is an error of the unit. Units: mm.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from sensor.arrays import Floats
 
 
 def felt_cap(cap_radius: float, contact_radius: Floats) -> Floats:
-    """Return the height on which a dome stands over that of its cap at the apex [1], for contact radii [mm]."""
+    """Return the effective height under a dome over the height of its cap at the apex [1], for contact radii [mm]."""
     square = np.square(contact_radius / cap_radius)
     outside = np.sqrt(np.maximum(1.0 - 1.0 / np.maximum(square, 1.0), 0.0))
     level = 1.0 - square

@@ -1,4 +1,4 @@
-"""Large deflection of guided leaves by the elastica, exact for thin leaves, in series that cancel no digits."""
+"""Large deflection of guided leaves by the elastica: exact for thin leaves, by series without cancellation."""
 
 from dataclasses import dataclass
 
@@ -7,18 +7,19 @@ import numpy as np
 from sensor.arrays import Floats
 from sensor.quantity import Bounds, validation_error
 
-_DEFLECTIONS = Bounds(at_least=0.0, at_most=0.5)  # over the length, beyond what any leaf is bent to
+_DEFLECTIONS = Bounds(at_least=0.0, at_most=0.5)  # deflection over length; no leaf bends as far as 0.5
 _SINES = Bounds(at_least=0.0, below=1.0)
 _ROUND_OFF = 1e-17
-_SETTLED = 4.0 * float(np.finfo(np.float64).eps)  # relative, of a deflection
-_STEPS = 40  # each leaves at most a quarter of the distance
+_SETTLED = 4.0 * float(np.finfo(np.float64).eps)  # relative change of a deflection at convergence
+_STEPS = 40  # most steps; each reduces the error to a quarter or less
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cantilever:
-    """A cantilever of unit length and unit EI under a force across its end: the force and how far the end has moved.
+    """A cantilever of unit length and unit EI under a transverse force at its end: force and deflection of the end.
 
-    `stiffening` is the force over 3 times the deflection, the law of small deflections, less one. All have one shape.
+    `stiffening` is the force over 3 times the deflection (the law of small deflections), less one. The three arrays
+    have one shape.
     """
 
     force: Floats
@@ -27,12 +28,12 @@ class Cantilever:
 
 
 def cantilever(sine: Floats | float) -> Cantilever:
-    """Return the cantilever whose end has turned by an angle of the given sine [1], for any shape of sines.
+    """Return the cantilever whose end has rotated by the angle with this sine [1], for an array of any shape.
 
     Raises InputError for a sine below 0 or from 1 on. With s = sine the force is 2 s I^2 and the deflection s J / I.
-    Over 0 < v < 1, I is the integral of 1 / q, J that of (1 - v^2) / q, and q = sqrt(1 - s^2 (1 - v^2)^2). They are the
-    elliptic integrals of K. E. Bisshopp and D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2) for the sine of
-    the slope.
+    Over 0 < v < 1, I is the integral of 1 / q, J the integral of (1 - v^2) / q, and q = sqrt(1 - s^2 (1 - v^2)^2). They
+    are the elliptic integrals of K. E. Bisshopp and D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2) as the
+    sine of the slope.
     """
     sine = np.asarray(sine, dtype=np.float64)
     _refuse_outside("sine of the end's slope", sine, _SINES, "press less")
@@ -46,7 +47,7 @@ def cantilever(sine: Floats | float) -> Cantilever:
 
 
 def _refuse_outside(name: str, values: Floats, bounds: Bounds, hint: str) -> None:
-    """Raise InputError for the first of some values that is outside its bounds [1]."""
+    """Raise InputError if any of the values lies outside its bounds [1]."""
     for value in (float(values.min()), float(values.max())):
         if not bounds.hold(value):
             raise validation_error(name, value, "1", str(bounds), hint)
@@ -68,16 +69,17 @@ def _integrals_less_one(square: Floats) -> tuple[Floats, Floats]:
         odd = even * (4 * n + 2) / (4 * n + 3)  # integral of (1 - v^2)^(2 n + 1)
         a = a + binomial * even
         b = b + 1.5 * binomial * odd
-        # Terms fall faster than the powers of s^2, so those left out sum to less than this.
+        # Terms decrease faster than the powers of s^2, so the remaining terms sum to less than this.
         if (binomial * square / (1.0 - square) <= _ROUND_OFF * a).all():
             return a, b
 
 
 def large_deflection_stiffening(length: float, deflection: Floats | float) -> Floats:
-    """Return the gain in secant stiffness of a guided leaf, or of a pair, at deflections d of length L [1 from mm].
+    """Return the relative increase of the secant stiffness of a guided leaf at deflections d [1 from mm].
 
-    It is 36/35 (d / L)^2 while d is small. The shuttle is free along the leaves and does not turn. So each half of a
-    leaf is a cantilever of length L / 2 with the deflection d / 2. Raises InputError beyond d = L / 2.
+    It is 36/35 (d / L)^2 for small d, with L the length, and the same for a pair. The shuttle is free along the leaves
+    and does not rotate. So each half of a leaf is a cantilever of length L / 2 with the deflection d / 2. Raises
+    InputError beyond d = L / 2.
     """
     relative = np.asarray(deflection, dtype=np.float64) / length
     _refuse_outside("deflection / leaf length", relative, _DEFLECTIONS, "take a longer leaf or press less")

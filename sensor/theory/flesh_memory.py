@@ -1,7 +1,7 @@
-"""What flesh that relaxes keeps of the forces before: tau dm/dt = n - m in each arm of its Prony series.
+"""The memory of earlier forces in flesh that relaxes: tau dm/dt = n - m in each arm of its Prony series.
 
-Elastic flesh that contacts have entered as far would answer with forces n. Those of flesh that relaxes are
-F(t) = n(t) - sum g_i m_i(t): E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
+Let n be the forces with which elastic flesh would resist the same indentation. The forces of flesh that relaxes are
+then F(t) = n(t) - sum g_i m_i(t): E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
 """
 
 import numpy as np
@@ -11,10 +11,10 @@ from sensor.theory.relaxation import Relaxation
 
 
 class Memory:
-    """What flesh that relaxes keeps of the elastic forces n until now, in each arm: tau dm/dt = n - m, n straight."""
+    """The memory m of the elastic forces n in each arm, tau dm/dt = n - m, for n piecewise linear in time."""
 
     def __init__(self, relaxation: Relaxation) -> None:
-        """Begin without a force."""
+        """Start without a force."""
         self._shares = np.array(relaxation.shares)[:, None, None]
         self._times = np.array(relaxation.times)[:, None]
         self._kept: Floats | float = 0.0
@@ -30,7 +30,7 @@ class Memory:
         """
         step = (seconds / self._times)[..., None]  # over the time of each arm [1]
         decay = np.exp(-step)
-        self._mean = np.divide(-np.expm1(-step), step, out=np.ones_like(step), where=step > 0.0)  # of exp over the step
+        self._mean = np.divide(-np.expm1(-step), step, out=np.ones_like(step), where=step > 0.0)  # mean of the decay
         self._kept = decay * self._memory + (self._mean - decay) * self._elastic
         fresh = 1.0 - (self._shares * (1.0 - self._mean)).sum(axis=0)
         return fresh, (self._shares * self._kept).sum(axis=0)

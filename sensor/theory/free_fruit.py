@@ -1,4 +1,4 @@
-"""What a whole fruit that lies free on a table adds: its contact with the table gives way, and unequal tips roll it.
+"""Effects of a whole fruit that lies free on a table: it indents at the table, and unequal tips roll it.
 
 The sensor is modelled on a fruit that is clamped at its base. Here the fruit is a ball. Units: N, mm, MPa.
 """
@@ -10,14 +10,15 @@ from dataclasses import dataclass
 from sensor.theory.bisection import last_holding
 from sensor.theory.hertz import approach
 
-_STEADY_DEG = 5.0  # beyond, the tips no longer stand where they stood, and a linear angle means nothing
+_STEADY_DEG = 5.0  # largest angle of the linear model; beyond, the tips touch other places of the fruit
 
 
 def table_share(force: float, travel: float, E: float, poisson: float, radius: float) -> float:
-    """Return the share of the travel [mm] that the table takes [1].
+    """Return the share of the travel [mm] by which the fruit indents at the table [1].
 
-    `force` [N] is that of all tips at this travel on the clamped fruit. What the table takes lowers the force in
-    proportion: share = approach(force (1 - share)) / travel, whose right side falls, so that there is one answer.
+    `force` [N] is the whole force of the tips at this travel on the clamped fruit. The indentation at the table reduces
+    this force in proportion: share = approach(force (1 - share)) / travel. The right side decreases, so there is one
+    root.
     """
 
     def takes_more(fraction: float) -> bool:
@@ -28,11 +29,11 @@ def table_share(force: float, travel: float, E: float, poisson: float, radius: f
 
 @dataclass(frozen=True, kw_only=True)
 class Roll:
-    """What tips do to a ball that is free to roll along them on its table.
+    """Roll of a ball on its table under the forces of tips, along the line of the tips.
 
-    `lever_mm` is how far beside the apex their resultant force passes. `resistance` [N/mm] is the force that resists
-    each mm of roll; where it is not positive, the ball runs away. `angle_deg` is how far it rolls, infinite where it
-    runs away. `friction` is the coefficient [1] at the tips and at the table from which on nothing rolls.
+    `lever_mm` is the distance of their resultant force from the apex. `resistance` [N/mm] is the restoring force per
+    distance of roll; if it is not positive, the ball rolls away. `angle_deg` is the angle of roll, infinite if the ball
+    rolls away. `friction` is the least coefficient [1] at the tips and at the table that prevents the roll.
     """
 
     lever_mm: float
@@ -42,16 +43,17 @@ class Roll:
 
     @property
     def steady(self) -> bool:
-        """Say whether the ball comes to rest at a small angle without friction at the tips."""
+        """Return whether the ball comes to rest at a small angle without friction at the tips."""
         return abs(self.angle_deg) <= _STEADY_DEG
 
 
 def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[float], radius: float) -> Roll:
-    """Return how tips at places x [mm] from the apex roll a ball of a radius [mm] along x.
+    """Return the roll of a ball of a radius [mm] along x under tips at places x [mm] from the apex.
 
-    `forces` [N] are vertical, `stiffness` [N/mm] is that of each tip's spring and flesh in series. Rolling by u moves
-    the point of support by u. It lifts the skin under a tip by x u / R, which presses that tip harder. The moment about
-    the support is sum F x - u (sum F - sum k x^2 / R). Friction H at the tips resists rolling with the moment 2 R H.
+    `forces` [N] are vertical. `stiffness` [N/mm] has an entry per tip, its spring and flesh in series. Rolling by u
+    moves the point of support by u. It lifts the skin under a tip by x u / R, which presses this tip harder. The moment
+    about the support is sum F x - u (sum F - sum k x^2 / R). A friction force H at the tips resists rolling with the
+    moment 2 R H.
     """
     total = sum(forces)
     moment = sum(force * x for force, x in zip(forces, places, strict=True))

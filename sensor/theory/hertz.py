@@ -1,7 +1,7 @@
-"""Hertz's contact of smooth bodies, its one home: a dome on a fruit, a fruit on a table, a fruit between plates.
+"""Hertz's contact of smooth bodies, defined only here: a dome on a fruit, a fruit on a table, a fruit between plates.
 
-Two bodies touch at a point and are pressed together by d. Then F = 4/3 E* sqrt(R) d^(3/2), with E* = E / (1 - nu^2)
-where one of them is rigid. K. L. Johnson, Contact Mechanics (1985), chapter 4, doi:10.1017/CBO9781139171731. mm, N,
+Two bodies touch at a point and approach each other by d. Then F = 4/3 E* sqrt(R) d^(3/2), with E* = E / (1 - nu^2) if
+one of them is rigid. K. L. Johnson, Contact Mechanics (1985), chapter 4, doi:10.1017/CBO9781139171731. Units: mm, N,
 MPa.
 """
 
@@ -9,15 +9,15 @@ import math
 
 
 def hertz_factor(radius: float, poisson: float) -> float:
-    """Return h [mm (MPa/N)^(2/3)] of d = h (F / E)^(2/3) for a relative radius of curvature [mm].
+    """Return h [mm (MPa/N)^(2/3)] in d = h (F / E)^(2/3) for a relative radius of curvature [mm].
 
-    F = 4/3 E / (1 - nu^2) sqrt(R) d^(3/2): Johnson (4.23).
+    It follows from F = 4/3 E / (1 - nu^2) sqrt(R) d^(3/2): Johnson (4.23).
     """
     return math.pow(0.75 * (1.0 - poisson**2) / math.sqrt(radius), 2.0 / 3.0)
 
 
 def force_factor(reduced_modulus: float, radius: float) -> float:
-    """Return c [N mm^(-3/2)] of F = c d^(3/2) for E* = E / (1 - nu^2) [MPa] and a relative radius of curvature [mm].
+    """Return c [N mm^(-3/2)] in F = c d^(3/2) for E* = E / (1 - nu^2) [MPa] and a relative radius of curvature [mm].
 
     c = 4/3 E* sqrt(R): Johnson (4.23).
     """
@@ -25,35 +25,38 @@ def force_factor(reduced_modulus: float, radius: float) -> float:
 
 
 def relative_radius(dome_radius: float, fruit_radius: float) -> float:
-    """Return the radius R* of the sphere that touches a plane as a dome touches a fruit [mm]: 1/R* = 1/r + 1/R."""
+    """Return the relative radius R* of a dome on a fruit [mm]: 1/R* = 1/r + 1/R.
+
+    A sphere of radius R* on a plane has the same contact.
+    """
     return 1.0 / (1.0 / dome_radius + 1.0 / fruit_radius)
 
 
 def approach(force: float, E: float, poisson: float, radius: float) -> float:
-    """Return the approach of a body of a relative radius [mm] under a force [mm from N, MPa, mm]; 0 for none."""
+    """Return the approach of a body of a relative radius [mm] under a force [mm from N, MPa, mm]; 0 without a force."""
     return hertz_factor(radius, poisson) * math.pow(max(force, 0.0) / E, 2.0 / 3.0)
 
 
 def contact_radius(force: float, E: float, poisson: float, radius: float) -> float:
-    """Return a = sqrt(R* d) of a dome that is pressed in by d [mm from N, MPa, mm]; 0 for a tip that is off."""
+    """Return the contact radius a = sqrt(R* d) of a dome [mm from N, MPa, mm]; 0 for a tip that does not touch."""
     return math.sqrt(radius * approach(force, E, poisson, radius))
 
 
 def contact_reach(force: float, E: float, poisson: float, radius: float, slope: float) -> float:
-    """Return how far from the axis of a dome its contact ends [mm] on a fruit that is inclined by a slope [1] to it.
+    """Return the distance from the axis of a dome to the edge of its contact [mm] on a fruit inclined by a slope [1].
 
-    The point of first contact runs from the axis by the slope times R*, the `radius` [mm].
+    The point of first contact lies beside the axis by the slope times R*, the `radius` [mm].
     """
     return slope * radius + contact_radius(force, E, poisson, radius)
 
 
 def equivalent_radius(radius: float, radius_across: float) -> float:
-    """Return the radius of the sphere that a plate indents as far by the same force as a body of two radii [mm].
+    """Return the radius of the sphere with the same force and indentation by a plate as a body of two radii [mm].
 
-    The contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii fixes the square
-    m = 1 - (b / a)^2 of its eccentricity. The complete elliptic integrals K(m) and E(m) stand in Carlson's forms, which
-    subtract no numbers that are nearly equal. They are K = R_F(0, 1 - m, 1), K - E = m / 3 R_D(0, 1 - m, 1) and E / (1
-    - m) - K = m / 3 R_D(0, 1, 1 - m), https://dlmf.nist.gov/19.25.
+    The contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii determines the
+    square m = 1 - (b / a)^2 of its eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in
+    Carlson's forms, which do not subtract nearly equal numbers. They are K = R_F(0, 1 - m, 1), K - E = m / 3 R_D(0, 1 -
+    m, 1) and E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m), https://dlmf.nist.gov/19.25.
     """
     from scipy.optimize import brentq  # seldom needed, and slow to load
     from scipy.special import elliprd, elliprf
@@ -68,6 +71,6 @@ def equivalent_radius(radius: float, radius_across: float) -> float:
     axis_ratio = math.sqrt(1.0 - m)
     K = float(elliprf(0.0, 1.0 - m, 1.0))
     spread = math.sqrt(elliprd(0.0, 1.0, 1.0 - m) * elliprd(0.0, 1.0 - m, 1.0)) / 3.0
-    F1 = math.cbrt(4.0 / math.pi * axis_ratio**1.5 * spread)  # of the size of the contact
-    F2 = 2.0 / math.pi * math.sqrt(axis_ratio) * K / F1  # of the approach, which is proportional to radius^(-1/3)
+    F1 = math.cbrt(4.0 / math.pi * axis_ratio**1.5 * spread)  # Johnson's factor of the contact size
+    F2 = 2.0 / math.pi * math.sqrt(axis_ratio) * K / F1  # factor of the approach, in proportion to radius^(-1/3)
     return math.sqrt(smaller * larger) / F2**3

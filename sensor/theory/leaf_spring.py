@@ -1,4 +1,4 @@
-"""A flexure, two parallel leaves that guide a shuttle: its dimensions, and its stiffness as guided beams."""
+"""A flexure, two parallel leaves that guide a shuttle: its dimensions, and its stiffness by beam theory."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ _HINT = "choose another process or other targets"
 
 
 class LeafProfile(NamedTuple):
-    """What a leaf has whatever its length [mm]: its depth, its thickness, and the fillet at its roots."""
+    """The cross-section of a leaf [mm], whatever its length: depth, thickness, and fillet at its roots."""
 
     depth: float
     thickness: float
@@ -21,7 +21,7 @@ class LeafProfile(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Flexure:
-    """Two leaves of one size, one separation apart [mm]."""
+    """Two equal leaves, spaced by a separation [mm]."""
 
     thickness: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="thickness of a leaf")
     length: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="length of a leaf, its fillets included")
@@ -43,7 +43,7 @@ class Flexure:
 
     @property
     def profile(self) -> LeafProfile:
-        """Return depth, thickness and fillet of its leaves [mm]."""
+        """Return depth, thickness and fillet of the leaves [mm]."""
         return LeafProfile(depth=self.depth, thickness=self.thickness, fillet=self.fillet)
 
 

@@ -1,16 +1,16 @@
-"""Straight lines through what a column shows over a load: slope, zero, error, the bend, and the row that does not fit.
+"""Straight lines through measured values over a load: slope, zero, error, the bend, and the row that does not fit.
 
-**Lack of fit.** A channel that bends shows c = p0 + p1 F + p2 F^2 of a force F, and a deflection does likewise. The
-straight line through its weights has the slope s = cov(F, c) / var(F) = p1 + 2 p2 m, with the middle of the weights
-m = cov(F, F^2) / (2 var F). A press reads by co-moments with its instrument u, so it sees the slope p1 + 2 p2 m', with
-the middle of its samples m' = cov(u, F^2) / (2 cov(u, F)). One moment sees the chord from zero, where m' = F / 2. What
-is shown in a press is thus wrong by the fraction
+**Lack of fit.** A channel that bends shows c = p0 + p1 F + p2 F^2 under a force F, and a deflection does likewise. The
+straight line through its weights has the slope s = cov(F, c) / var(F) = p1 + 2 p2 m, with the middle of the weights m =
+cov(F, F^2) / (2 var F). A press is read by co-moments with its instrument u, so its slope is p1 + 2 p2 m', with the
+middle of its samples m' = cov(u, F^2) / (2 cov(u, F)). A reading at one moment has the slope of the chord from zero,
+where m' = F / 2. So the relative error of a press is
 
     e = k (m' - m),    k = 2 p2 / s,
 
 which is a straight line over m': its value at m' = 0, -k m, and its slope k determine it for any press. It is an error
 of known sign, which moves E by e times the slope of ln E over a gain or a compliance. It is not corrected, so its size
-adds to the half width (JCGM 100:2008, F.2.4.5).
+is added to the half width (JCGM 100:2008, F.2.4.5).
 """
 
 from collections.abc import Sequence
@@ -24,20 +24,20 @@ from sensor.quantity import COVERAGE, Estimate
 from sensor.theory.student import student
 
 FEWEST = 3
-"""Points of a line whose scatter is known."""
+"""Fewest points of a line whose scatter can be estimated."""
 LEAST_SPAN = 1e-6
-"""[N] or [mm]: below, a table has one load or one travel."""
+"""Least range of x [N or mm]; a table with a smaller range has one load or one travel."""
 ROUNDED = 12.0**-0.5
 """Standard deviation of a rounded number, over its last digit (JCGM 100:2008, F.2.2.1)."""
-_LEVELS = 3  # different x that determine a parabola
-_UNLIKELY = 1e-4  # probability by which some row of a table without a fault is farther from the line
-_LEAST_WIDTH = 0.1  # range of x of the other rows, over the range of all
-_BEYOND_SCATTER = 3.0  # deviations: of straight lines a bend is found in three of a thousand
-_LEAST_RESIDUAL = 0.01  # of the span of a line: less moves a slope by less than its bar
+_LEVELS = 3  # different values of x that a parabola needs
+_UNLIKELY = 1e-4  # probability that a table without a fault has a row that is suspected
+_LEAST_WIDTH = 0.1  # least range of x of the other rows, over the range of all rows
+_BEYOND_SCATTER = 3.0  # standard deviations; a bend is then found in three of a thousand straight lines
+_LEAST_RESIDUAL = 0.01  # residual over the span of a line; a smaller one moves a slope by less than its error
 
 
 class LackOfFit(NamedTuple):
-    """The error of the slope of a straight line, over the slope [1], if it is bent: at x = 0, and per unit of x."""
+    """The error of the slope of a straight line through a bent one, over the slope [1]: at x = 0, and per unit of x."""
 
     at_zero: float
     per_x: float
@@ -45,10 +45,10 @@ class LackOfFit(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Bend:
-    """The change of a slope from the first point of a line to the last, over the slope [1], and its deviation.
+    """The change of a slope from the first point of a line to the last, relative to the slope [1], and its deviation.
 
-    `middle` is where the parabola has the slope of the straight line, `span` the distance of the first point from the
-    last. `scatter` is the standard deviation of what is shown about the parabola, wider for few points by Student's t.
+    `middle` is the x at which the parabola has the slope of the straight line, `span` the range of x. `scatter` is the
+    standard deviation of the values about the parabola, widened for few points by Student's t.
     """
 
     change: float = 0.0
@@ -69,16 +69,16 @@ class Bend:
 
     @property
     def lack_of_fit(self) -> LackOfFit:
-        """Return the lack of fit of the straight line; none if scatter explains the bend."""
+        """Return the lack of fit of the straight line, which is zero if scatter explains the bend."""
         per_x = self.significant_change / self.span
         return LackOfFit(at_zero=0.0 - per_x * self.middle, per_x=per_x)
 
 
 @dataclass(frozen=True, kw_only=True)
 class OddRow:
-    """The row, by its index, that the others contradict most, and what their line expects there.
+    """The row that the other rows contradict most, by its index, and the value that their line predicts for it.
 
-    `residual` is the distance from that line, of which `likely` is the largest that scatter explains.
+    `residual` is its distance from this line, `likely` the largest distance that scatter explains.
     """
 
     index: int
@@ -91,7 +91,7 @@ class OddRow:
 class Line:
     """A straight line by least squares: its slope with one standard deviation, its value at x = 0, and its bend.
 
-    `span` is the largest difference of what is shown, `suspect` the row that the others contradict most.
+    `span` is the range of the values, `suspect` the row that the other rows contradict most.
     """
 
     slope: Estimate
@@ -101,9 +101,9 @@ class Line:
     suspect: OddRow | None
 
     def odd_row(self, span: float | None = None) -> OddRow | None:
-        """Return the row that does not fit the line of the others.
+        """Return the row that does not fit the line of the others, or None.
 
-        Its residual is at least a hundredth of a span, here of its own one.
+        Such a row has a residual of at least a hundredth of `span`, by default the span of this line.
         """
         least = _LEAST_RESIDUAL * (self.span if span is None else span)
         if self.suspect is None or self.suspect.residual <= max(self.suspect.likely, least):
@@ -112,11 +112,12 @@ class Line:
 
 
 def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None = None) -> Line:
-    """Return the line of what is shown over x; a wrong zero does not move its slope.
+    """Return the least-squares line of the values `shown` over x; an error of the zero does not change its slope.
 
-    There are at least `FEWEST` points, of two x. Three different `levels` determine a bend; without them they are x.
-    The scatter is about a parabola if the line is bent. Each number has, beside its scatter, the standard deviation of
-    its rounding to a last digit: the bar takes the finest one, and what is refused or found bent the coarsest one.
+    There are at least `FEWEST` points, with at least two different x. A bend needs three different `levels`, by default
+    x. If the line is bent, the scatter is taken about a parabola. Each number also has the standard deviation of its
+    rounding to a last digit. The error bar uses the finest last digit; the tests for an odd row and for a bend use the
+    coarsest.
     """
     points = _PointsOfLine.centred(x, shown, last_digits)
     bend = points.bend(len(set((x if levels is None else levels).tolist())))
@@ -125,7 +126,7 @@ def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None 
     by_rounding = ROUNDED * float(last_digits.min())
     error = float(np.hypot(bend.scatter if bend.excess else scatter, by_rounding)) / (points.width * points.span)
     if bend.excess:
-        error = float(np.hypot(error, 0.5 * bend.deviation * points.slope))  # at either end of the line
+        error = float(np.hypot(error, 0.5 * bend.deviation * points.slope))  # the slope at an end of the line
     return Line(
         slope=Estimate(points.slope, error),
         zero=float(shown.mean() - points.slope * x.mean()),
@@ -136,19 +137,19 @@ def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None 
 
 
 def left_by_digits(digit: float, largest: float, at: Sequence[float]) -> float:
-    """Return the relative standard deviation of the slope [1] that readings with a last digit leave.
+    """Return the relative standard deviation of a slope [1] that follows from the last `digit` of the readings.
 
-    They are of a line through zero, else without error, and lie `at` these fractions of a largest one, in its unit.
+    The readings lie on a line through zero, without another error, `at` these fractions of the `largest` [same unit].
     """
     shown = largest * np.array(at)
     return fitted(shown, shown, np.full(len(shown), digit)).slope.relative
 
 
 class _PointsOfLine(NamedTuple):
-    """Points of a line, and the QR decomposition of the columns 1, p and p^2 of its parabola, p = (x - mean) / span.
+    """Points of a line, with the QR decomposition of the columns 1, p and p^2 of a parabola, p = (x - mean) / span.
 
-    `along` are the components along the columns of Q of what is shown, less its mean. `left` are its residuals about
-    the straight line.
+    `along` are the components of `shown` less its mean along the columns of Q. `left` are the residuals about the
+    straight line.
     """
 
     x: Floats
@@ -162,7 +163,7 @@ class _PointsOfLine(NamedTuple):
 
     @classmethod
     def centred(cls, x: Floats, shown: Floats, last_digits: Floats) -> "_PointsOfLine":
-        """Return points with their decomposition."""
+        """Return the points with their decomposition."""
         span = float(np.ptp(x))
         part = (x - x.mean()) / span
         Q, R = np.linalg.qr(np.column_stack([np.ones(len(x)), part, part**2]))
@@ -182,7 +183,7 @@ class _PointsOfLine(NamedTuple):
         return 0.0 + float(self.along[1] / self.R[1, 1]) / self.span  # a level line has 0, not -0
 
     def bend(self, levels: int) -> Bend:
-        """Return the bend of the parabola; none of a level line, of three points, or of two levels of x."""
+        """Return the bend of the parabola; it is 0 for a level line, three points, or fewer than three levels of x."""
         freedom = len(self.x) - 3
         over_span = self.slope * self.span
         if freedom < 1 or levels < _LEVELS or over_span == 0.0:
@@ -200,20 +201,20 @@ class _PointsOfLine(NamedTuple):
         )
 
     def suspect(self) -> OddRow | None:
-        """Return the row without which the others scatter least; none if too few others draw a line.
+        """Return the row whose removal reduces the scatter most; None if too few other rows determine a line.
 
-        By leverages: R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2.
+        It uses leverages: R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2.
         """
-        freedom = len(self.x) - 3  # of a line through the others
+        freedom = len(self.x) - 3  # degrees of freedom of a line through the others
         drawn = [float(np.ptp(np.delete(self.x, row))) >= _LEAST_WIDTH * self.span for row in range(len(self.x))]
         if freedom < 1 or not any(drawn):
             return None
         apart = np.where(drawn, 1.0 - np.sum(self.Q[:, :2] ** 2, axis=1), 1.0)
         residuals = self.left / apart  # about the line of the others
-        removed = self.left * residuals  # from the sum of squares, without each row
+        removed = self.left * residuals  # decrease of the sum of squares by leaving out each row
         index = int(np.argmax(np.where(drawn, removed, -1.0)))
         squares = max(0.0, float(self.left @ self.left - removed[index])) / freedom
-        # Any of the rows may be the suspect, so the probability is shared by all.
+        # Any row may be the suspect, so the probability is divided by their number (Bonferroni).
         wider = student(freedom, 1.0 - 0.5 * _UNLIKELY / len(self.x)) / float(apart[index]) ** 0.5
         return OddRow(
             index=index,

@@ -1,11 +1,11 @@
-"""Student's distribution, by which few values of a scatter hold less than many."""
+"""Student's t distribution, which widens the scatter that was estimated from few values."""
 
 UPPER_END = 0.975
-"""Below so much of a distribution lies the upper end of 95 %."""
+"""Probability below the upper end of the central 95 %."""
 
 
 def student(freedom: int, holds: float = UPPER_END) -> float:
-    """Return the deviation below which Student's t lies with a probability, here at the upper end of 95 %."""
-    from scipy.special import stdtrit  # it is slow to import, and a press alone does without
+    """Return the quantile of Student's t distribution, by default at the upper end of the central 95 %."""
+    from scipy.special import stdtrit  # slow to import, and a single press does not need it
 
     return float(stdtrit(freedom, holds))

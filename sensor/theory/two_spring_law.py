@@ -3,8 +3,9 @@
 Equation numbers are those of "Design and Simulation of a Tactile Sensor for Fruit Ripeness Detection",
 WCECS 2019, ISBN 978-988-14048-7-9. All stiffnesses have the same unit; inside the project [N/mm].
 
-K_m is the fruit's stiffness under the low tip. Off the middle of a fruit it is another one under the high tip:
-`stiffness_ratio` times K_m. The law is then that of K_h / stiffness_ratio, times the stiffness ratio.
+K_m is the fruit's stiffness under the low tip. Away from the middle of a fruit, the stiffness under the high tip
+differs: it is `stiffness_ratio` times K_m. P is then the force ratio for a high spring K_h / stiffness_ratio, times the
+stiffness ratio.
 """
 
 import math
@@ -17,10 +18,10 @@ from sensor.float_or_array import FloatOrArray
 
 Definition = Literal["mid-range", "largest"]
 
-SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
-CURVE_STEPS = 24  # of a curve of P that is solved point by point; even, so that half of E_max is one of them
-_NL_LIMIT = 0.5  # which NL tends to as K_h tends to 0
-_STIFFEST = -14.0  # ln(K_m,max / K_h) of a high spring that is as good as rigid
+SOFTEST = 1e-9  # modulus over E_max of a fruit on which all springs are practically rigid
+CURVE_STEPS = 24  # steps of a curve of P that is solved at each modulus; even, so that it contains E_max / 2
+_NL_LIMIT = 0.5  # limit of NL as K_h tends to 0
+_STIFFEST = -14.0  # ln(K_m,max / K_h) of a practically rigid high spring
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +59,7 @@ class Springs:
         return self.K_l, self.K_h
 
     def scaled(self, factors: Iterable[float]) -> "Springs":
-        """Return springs whose stiffnesses are these times a factor each [1], low then high."""
+        """Return springs whose stiffnesses are multiplied by the factors [1], low then high."""
         low, high = factors
         return Springs(K_l=self.K_l * low, K_h=self.K_h * high)
 
@@ -72,7 +73,7 @@ def series_stiffness(K: float, K_m: FloatOrArray) -> FloatOrArray:
 
 
 def spring_give(K: float, K_m: FloatOrArray, travel: FloatOrArray) -> FloatOrArray:
-    """Return the deflection of a spring that is pressed on the fruit by a travel [unit of the travel]."""
+    """Return the deflection of a spring in series with the fruit, when both take a travel [unit of the travel]."""
     return travel * series_stiffness(K, K_m) / K
 
 
@@ -148,10 +149,10 @@ def nonlinearity(
     stiffness_ratio: float = 1.0,
     stiffening: Sequence[float] = (),
 ) -> float:
-    """Return NL, the departure of P from its straight line over 0..K_m,max divided by P's rise [1].
+    """Return NL, the deviation of P from its straight line over 0..K_m,max divided by P's rise [1].
 
-    "mid-range" takes it at K_m,max / 2 as in (7); "largest" at its maximum. A skin makes K_m rise less than the modulus
-    of the flesh. `stiffening` is then K_m / K_m,max [1] at `curve_shares` of E_max, over which NL is taken.
+    "mid-range" evaluates it at K_m,max / 2 as in (7), "largest" at its maximum. Under a skin, K_m is not proportional
+    to the modulus of the flesh. Then pass `stiffening`, K_m / K_m,max [1] at the `curve_shares` of E_max; NL is over E.
     """
     if stiffening:
         P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
@@ -165,15 +166,15 @@ def nonlinearity(
 
 
 def curve_shares(steps: int) -> list[float]:
-    """Return the fractions of E_max at which P is taken [1], (steps + 1,): next to none, then equal steps."""
+    """Return the fractions of E_max [1], (steps + 1,), at which P is evaluated: nearly 0, then equal steps."""
     return [SOFTEST, *(step / steps for step in range(1, steps + 1))]
 
 
 def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Definition) -> float:
-    """Return NL as `nonlinearity` does, from P [1] at the moduli E of a curve [MPa]; nan where a tip is off the fruit.
+    """Return NL as `nonlinearity` does, from P [1] at the moduli E of a curve [MPa]; nan if a tip does not touch.
 
-    "mid-range" takes the middle one of the moduli. "largest" is the top of the parabola through the largest departure
-    and its two neighbours, which count as equally far apart.
+    "mid-range" evaluates it at the middle modulus. "largest" is the vertex of the parabola through the largest
+    deviation and its two neighbours, which are treated as equally spaced.
     """
     rise = P[-1] - P[0]
     if not (math.isfinite(rise) and rise != 0.0):
@@ -183,7 +184,7 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
         return departure[len(P) // 2]
     if not all(map(math.isfinite, departure)):
         return math.nan
-    top = min(max(departure.index(max(departure)), 1), len(P) - 2)  # has a neighbour on either side
+    top = min(max(departure.index(max(departure)), 1), len(P) - 2)  # index with a neighbour on either side
     before, here, after = departure[top - 1 : top + 2]
     bend = before - 2.0 * here + after
     return here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here
@@ -204,8 +205,9 @@ def size_springs(
         NL = r / (4 + 2 r) at mid-range,    NL = (s - 1) / (s + 1) with s = sqrt(1 + r) at its largest.
 
     Either gives r in closed form, and r gives K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`, as in
-    `nonlinearity`, r is a root: NL rises with r from what the skin alone makes under rigid springs.
-    Raises ValueError outside P_max > stiffness_ratio, 0 < NL < 0.5, K_m_max > 0, and for an NL that a skin exceeds.
+    `nonlinearity`, r is found numerically: NL rises with r from its value under rigid springs, which the skin causes.
+    Raises ValueError outside P_max > stiffness_ratio, 0 < NL < 0.5, K_m_max > 0, and for an NL that a skin already
+    exceeds.
 
     Parameters
     ----------
@@ -220,7 +222,7 @@ def size_springs(
     stiffness_ratio : float
         Fruit stiffness under the high tip over that under the low tip [1].
     stiffening : sequence of float
-        How the skin stiffens the fruit, as in `nonlinearity`.
+        Stiffness of a fruit with a skin at several moduli, as in `nonlinearity`.
 
     Examples
     --------
@@ -238,7 +240,7 @@ def size_springs(
         r = ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
 
     def springs(r: float) -> Springs:
-        """Return the springs of this r that have the force ratio P_max."""
+        """Return the springs with this r and the force ratio P_max."""
         return Springs(K_l=K_m_max / (ratio * (1.0 + r) - 1.0), K_h=stiffness_ratio * K_m_max / r)
 
     if not stiffening:
@@ -246,13 +248,14 @@ def size_springs(
     from scipy.optimize import brentq  # seldom needed, and slow to load
 
     def excess(log_r: float) -> float:
-        """Return the nonlinearity of the springs of this r, less NL [1]."""
+        """Return the nonlinearity of the springs with this r, less NL [1]."""
         return nonlinearity(springs(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening) - NL
 
     by_skin_alone = excess(_STIFFEST) + NL
     if by_skin_alone >= NL:
-        msg = f"NL = {NL:g} must be above {by_skin_alone:.4g}, which the skin alone makes. Ask for a larger one."
+        msg = f"NL = {NL:g} must be above {by_skin_alone:.4g}, which the skin alone causes. Choose a larger one."
         raise ValueError(msg)
-    # The skin's own departure makes the root smaller than r without a skin; twice that one is above it in any case.
+    # The skin adds to NL, so the root is smaller than r without a skin. Twice this r is a safe upper end of the
+    # bracket.
     log_r = brentq(excess, _STIFFEST, math.log(2.0 * r), xtol=1e-15, rtol=4.0 * sys.float_info.epsilon)
     return springs(math.exp(log_r))

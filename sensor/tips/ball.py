@@ -20,7 +20,7 @@ class DomeKeys:
 
 @dataclass(frozen=True, kw_only=True)
 class Sphere(TipShape):
-    """A half ball of diameter `side_mm`: pressed deep for its size, so solved on cells."""
+    """A half ball of diameter `side_mm`; it indents deeply for its size, so its contact is solved on cells."""
 
     name: ClassVar[str] = "sphere"
 
@@ -71,5 +71,5 @@ class Dome(Sphere):
 
     @property
     def is_printed(self) -> bool:
-        """Say that domes are printed with the housing."""
+        """Return True: domes are printed with the housing."""
         return True

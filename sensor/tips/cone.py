@@ -9,7 +9,7 @@ from sensor.theory.hertz import contact_radius, relative_radius
 from sensor.theory.sneddon_cone import cone_mean_pressure
 from sensor.tips.tip_shape import LEAST_PIECE_MM, Meridian, MeridianPoint, Straight, TipShape, arc
 
-# A steeper flank is far from a small slope, which contact counts it as; a flatter one is a flat face.
+# Contact treats the flank as a small slope, so it must not be steeper; a flatter one is a flat face.
 _HALF_ANGLE = Bounds(at_least=45.0, at_most=89.0)
 
 
@@ -35,9 +35,9 @@ class ConeKeys:
 
 @dataclass(frozen=True, kw_only=True)
 class Cone(TipShape):
-    """A cone of diameter `side_mm` with `half_angle_deg` between axis and flank, its point a ball of radius `blunt_mm`.
+    """A cone of diameter `side_mm`, with `half_angle_deg` between axis and flank and a point of radius `blunt_mm`.
 
-    The ball meets the flank without an edge.
+    The point is a ball that meets the flank without an edge.
     """
 
     name: ClassVar[str] = "cone"
@@ -46,7 +46,7 @@ class Cone(TipShape):
     blunt_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a ball that leaves no flank that can be made."""
+        """Refuse a ball so large that no flank remains."""
         if self._ball_edge_mm > 0.5 * self.side_mm - LEAST_PIECE_MM:
             largest = 0.5 * self.side_mm / math.cos(math.radians(self.half_angle_deg))
             bound = f"less than tips.side_mm / (2 cos(tips.half_angle_deg)) = {largest:g} mm"
@@ -59,7 +59,7 @@ class Cone(TipShape):
 
     @property
     def meridian(self) -> Meridian:
-        """Return the ball, where there is one, and the flank."""
+        """Return the ball, if there is one, and the flank."""
         half = 0.5 * self.side_mm
         ball = (arc(0.0, self._ball_edge_mm, 0.0, self.blunt_mm),) if self.blunt_mm > 0.0 else ()
         start = ball[-1].end if ball else MeridianPoint(0.0, 0.0)
@@ -72,7 +72,7 @@ class Cone(TipShape):
         return "cylinder"
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return Hertz's circle while the ball alone touches, beyond it that of a sharp cone [mm^2].
+        """Return the area of Hertz's circle if only the ball touches, else the contact area of a sharp cone [mm^2].
 
         `force` [N], `reduced_modulus` is E / (1 - nu^2) [MPa], `fruit_radius` [mm].
         """

@@ -29,7 +29,7 @@ class FlatTip(TipShape):
     fillet_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a rounding, or a face beside it, that is too small to be made."""
+        """Refuse a fillet, or a remaining flat face, that is too small to be made."""
         largest = 0.5 * self.side_mm - LEAST_PIECE_MM
         if self.fillet_mm and not LEAST_PIECE_MM <= self.fillet_mm <= largest:
             half = f"tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
@@ -63,7 +63,7 @@ class Cube(FlatTip):
 
     @property
     def is_printed(self) -> bool:
-        """Say whether its edges are sharp: the housing has no others."""
+        """Return whether its edges are sharp: the housing is printed with sharp tips only."""
         return self.is_flat
 
 

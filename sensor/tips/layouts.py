@@ -1,4 +1,4 @@
-"""Layouts: where the tips stand, on which springs, and what plates carry them. A new layout is an entry in LAYOUTS."""
+"""Layouts: positions of the tips, their springs and the plates that carry them. A new one is an entry in LAYOUTS."""
 
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -8,7 +8,7 @@ SPRINGS: dict[str, Spring] = {"L": "low", "H": "high"}
 
 
 class Position(NamedTuple):
-    """Where a tip stands, x along the tips and y across [mm, or spacings where a layout says so]."""
+    """Position of a tip, x along the tips and y across [mm; in a layout, spacings]."""
 
     x: float
     y: float
@@ -23,13 +23,13 @@ class SpringGroups(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """The positions of the tips [spacings] about their middle, and what is made for them.
+    """The positions of the tips [spacings] about their middle, and the parts that carry them.
 
-    `orders` are the orders of low and high springs that a user may choose from, in letters; a single one needs no
-    choice. `outer` are the indices of the tips that `tips.outer_mm` lets stand out. `plates` is the number of equal
-    plates, 2 back to back, 0 where no housing is drawn. A wide stance of the two leaves of a flexure,
-    `leaf_separation_mm`, keeps the tip from tilting; a thin plate's more than another's. `turn_deg` is the turn about
-    the press that puts low tips where high ones stood, 0 where none does.
+    `orders` are the orders of low and high springs, as letters, from which a user may choose; a single one needs no
+    choice. `outer` are the indices of the tips that `tips.outer_mm` makes protrude. `plates` is the number of equal
+    plates: 2 back to back, 0 without a housing. A large distance of the two leaves of a flexure, `leaf_separation_mm`,
+    keeps the tip from tilting, which a thin plate needs most. `turn_deg` is the turn about the press axis that puts low
+    tips in the places of high ones, or 0 if no turn does.
     """
 
     name: str
@@ -44,38 +44,38 @@ class Layout:
 
     @property
     def is_pair(self) -> bool:
-        """Say whether each spring carries one tip, so that a force ratio reads it and no weights of a contrast."""
+        """Return whether each spring carries one tip; a force ratio then gives the modulus, not contrast weights."""
         return len(self.positions) == len(SPRINGS)
 
     @property
     def takes_targets(self) -> bool:
-        """Say whether targets of the force ratio size its springs; the springs of other layouts must be given."""
+        """Return whether targets of the force ratio size the springs; in other layouts the springs must be given."""
         return self.is_pair
 
     @property
     def has_choice_of_order(self) -> bool:
-        """Say whether the user chooses the order of the springs, and how far the outer tips stand out."""
+        """Return whether the user chooses the order of the springs and the protrusion of the outer tips."""
         return len(self.orders) > 1
 
     @property
     def has_housing(self) -> bool:
-        """Say whether a housing is drawn for it."""
+        """Return whether a housing is made for the layout."""
         return self.plates > 0
 
     @property
     def is_back_to_back(self) -> bool:
-        """Say whether two equal plates carry it, each with one tip of each kind of spring."""
+        """Return whether two equal plates carry the tips, each with one low and one high tip."""
         return self.plates > 1
 
     @property
     def length(self) -> float:
-        """Return the distance of the outermost tips along x [spacings]."""
+        """Return the distance between the outermost tips along x [spacings]."""
         along = [position.x for position in self.positions]
         return max(along) - min(along)
 
     @property
     def width(self) -> float:
-        """Return the distance of the outermost tips along y [spacings]."""
+        """Return the distance between the outermost tips along y [spacings]."""
         across = [position.y for position in self.positions]
         return max(across) - min(across)
 
@@ -95,7 +95,7 @@ SQUARE = Layout(
     plates=2,
     leaf_separation_mm=20.0,
     shuttle_width_mm=3.0,
-    top_bar_mm=6.5,  # a pad on it has room for marks and dowels
+    top_bar_mm=6.5,  # leaves room on the pad for marks and dowels
     turn_deg=90.0,
 )
 LAYOUTS = {layout.name: layout for layout in (PAIR, LINE, SQUARE)}

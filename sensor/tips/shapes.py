@@ -1,4 +1,4 @@
-"""Every shape of tip, and the shape that the keys in [tips] describe. A new shape is a file and its entries here."""
+"""All shapes of tips, and the shape that the keys in [tips] describe. A new shape is a file and its entries here."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ SHAPES: dict[str, type[TipShape]] = {shape.name: shape for shape in (Cube, Cylin
 
 @dataclass(frozen=True, kw_only=True)
 class ShapeKeys(FlatKeys, DomeKeys, ConeKeys):
-    """The keys in [tips] that belong to some shapes only."""
+    """The keys in [tips] that belong only to some shapes."""
 
 
 OPTIONAL_KEYS = tuple(key.name for key in dataclasses.fields(ShapeKeys) if key.default is None)
 
 
 def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
-    """Return the shape of a name; raises InputError for a key of another shape, or one that is missing.
+    """Return the named shape; raises InputError for a key of another shape, or for a missing one.
 
-    A key belongs to the shape whose class has a field of its name; it must be given where the field has no default.
+    A key belongs to a shape if its class has a field of this name. It must be given if the field has no default.
     """
     kind = SHAPES[name]
     fields = {item.name: item for item in dataclasses.fields(kind)}

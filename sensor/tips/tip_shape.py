@@ -1,8 +1,8 @@
-"""What the shape of a rigid tip decides: its outline, its meridian, and by what laws its contact is solved.
+"""The shape of a rigid tip: its outline, its meridian, and the laws by which its contact is solved.
 
-A meridian says how high the surface of a tip lies above its lowest point, from its axis outwards. A round tip has it
-over the distance from the axis, a square one over the larger of |x| and |y|. The gap before contact and the solid of a
-pin both follow from it.
+A meridian is the height of the surface of a tip above its lowest point, from its axis outwards. For a round tip it is a
+function of the distance from the axis, for a square one of the larger of |x| and |y|. Both the gap before contact and
+the solid of a pin follow from it.
 """
 
 import math
@@ -28,7 +28,7 @@ class Straight:
 
 @dataclass(frozen=True)
 class Arc:
-    """A piece of a meridian on a circle of a radius, whose lowest point is at r = `centre_r` and z = 0 [mm]."""
+    """A circular piece of a meridian; the lowest point of its circle is at r = `centre_r` and z = 0 [mm]."""
 
     start: MeridianPoint
     end: MeridianPoint
@@ -45,30 +45,30 @@ def arc(start_r: float, end_r: float, centre_r: float, radius: float) -> Arc:
 
 
 Meridian = tuple[Straight | Arc, ...]
-LEAST_PIECE_MM = 1e-6  # of a meridian: the CAD kernel takes shorter edges for points
+LEAST_PIECE_MM = 1e-6  # shortest piece of a meridian; the CAD kernel treats shorter edges as points
 
 
 @dataclass(frozen=True, kw_only=True)
 class TipShape(ABC):
-    """A rigid tip; `side_mm` is the side of a square outline, the diameter of a round one.
+    """A rigid tip; `side_mm` is the side of a square outline, or the diameter of a round one.
 
-    The fields of a shape other than `side_mm` are its keys in [tips]; one without a default must be given. Every
-    property that a solver or the housing asks for is here: a solver refuses by it what it cannot solve.
+    The other fields of a shape are its keys in [tips]; a field without a default must be given. Solvers and the housing
+    use only these properties, and refuse the shapes that they do not support.
     """
 
     name: ClassVar[str]
     is_round: ClassVar[bool] = True
     has_flat_face: ClassVar[bool] = False
-    """The tip ends in a plane that is its outline but for a rounded edge: a level press is that of a flat punch."""
+    """The tip ends in a plane that fills its outline except for a rounded edge: when level, it is a flat punch."""
     obeys_hertz: ClassVar[bool] = False
     """The tip is a shallow cap: at any tilt its force follows Hertz's law along the normal of the skin.
 
-    Such a force moves its spring sideways too, which the law of domes counts.
+    This force also deflects its spring sideways, which the law of domes includes.
     """
     touches_beside_centre: ClassVar[bool] = False
-    """The tip is so wide that on a slope its contact lies beside its centre."""
+    """The tip is so wide that its contact moves away from its centre on a slope."""
     pressure_exponent: ClassVar[float] = 1.0
-    """The power of the travel to which the mean pressure under the tip is proportional."""
+    """Exponent of the travel in the mean pressure under the tip."""
 
     side_mm: float
 
@@ -80,21 +80,24 @@ class TipShape(ABC):
     @property
     @abstractmethod
     def sized_as(self) -> str:
-        """Return the name of the shape with a sharp flat face of the same outline, whose stiffness sizes springs."""
+        """Return the name of the sharp flat shape of the same outline, whose stiffness is used to size the springs."""
 
     @property
     def is_flat(self) -> bool:
-        """Say whether the tip ends in a plane with sharp edges: on a flat fruit it then touches whole or not at all."""
+        """Return whether the tip ends in a plane with sharp edges.
+
+        On a flat fruit it then touches with its whole face or not at all.
+        """
         return self.has_flat_face and len(self.meridian) == 1
 
     @property
     def is_solved_under_skin(self) -> bool:
-        """Say whether contact is solved on a fruit with a skin: by the law of a flat punch, or by Hertz's law."""
+        """Return whether contact can be solved on a fruit with a skin: by the law of a flat punch or of Hertz."""
         return self.has_flat_face or self.obeys_hertz
 
     @property
     def is_printed(self) -> bool:
-        """Say whether the tip is made with the housing; other shapes are glued in as pins."""
+        """Return whether the tip is printed with the housing; other shapes are pins that are glued in."""
         return False
 
     @property
@@ -109,7 +112,7 @@ class TipShape(ABC):
 
     @property
     def flank_deg(self) -> float:
-        """Return the slope of the steepest straight piece of the meridian [deg], 0 where there is none."""
+        """Return the slope of the steepest straight piece of the meridian [deg], 0 if there is none."""
         steepest = 0.0
         for piece in self.meridian:
             if isinstance(piece, Straight):
@@ -119,4 +122,4 @@ class TipShape(ABC):
 
     @abstractmethod
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the area that touches under a force [mm^2 from N, E / (1 - nu^2) in MPa, mm]."""
+        """Return the contact area under a force [mm^2 from N, E / (1 - nu^2) in MPa, mm]."""
