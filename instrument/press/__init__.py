@@ -1,1 +1,1 @@
-"""A printed unit: its own springs, and what its forces tell."""
+"""A printed unit: its own springs, and readings of its forces."""

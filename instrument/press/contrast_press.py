@@ -1,7 +1,7 @@
-"""Presses of a unit, read by the rise of the contrast of its tips.
+"""Readings of presses by the rise of the contrast of the tips.
 
-Samples after the deepest one are left out: by then flesh may have yielded. What is the same in all samples drops out of
-the modulus. This is the saddle of the skin, the heights and places of the tips, and how the sensor stands.
+Samples after the deepest one are not used, because flesh may have yielded by then. Errors that are constant in a press
+cancel in the modulus: the saddle of the skin, the heights and places of the tips, and the pose of the sensor.
 """
 
 import math
@@ -26,9 +26,9 @@ AT_ONCE = Timing()
 
 
 def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = AT_ONCE) -> FruitReading:
-    """Return what a press shows, with the flag of its cause if that is no modulus.
+    """Return the reading of a press; without a modulus, its flag states the cause.
 
-    Beside it, in `others`, are the modulus by the force ratio of a pair, or the apparent one in the hold of flesh that
+    `others` also holds the modulus by the force ratio of a pair, or the apparent modulus in the hold of flesh that
     relaxes.
     """
     relaxes = press.channels.shape[1] > press.tips
@@ -56,7 +56,7 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
     tilt, direction = _pose(sensor, law, seated)
     forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
     flags = flags_of_modulus(sensor, E, u, forces, tilt)
-    # If the reading moves by more than its half width where one sample is left out, that may be a bad one.
+    # If leaving out one sample changes the reading by more than its half width, that sample may be bad.
     shift = _shift_by_one(sensor, law, seated, timing.lag, press_s)
     wider = u + shift if shift > u else u
     by_pace = pace_shift(sensor, press)
@@ -71,8 +71,8 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         "too_fast": by_unit["times"] > LARGEST_BY_TIME,
     }
     noise = COVERAGE * sensor.steepness(E) * found.noise
-    # A gap of the high tips above that of the low ones is what they stand farther from the skin. That of a pair is a
-    # tilt.
+    # The offset is a gap of the high tips above the low ones, so its sign is reversed for "nearer to the skin". The
+    # offset of a pair is a tilt, and is not reported as an offset.
     left = math.sqrt(max(u**2 - noise**2, 0.0))
     offset_u = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * left)
     return FruitReading(
@@ -100,9 +100,9 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
 
 @dataclass(frozen=True, kw_only=True)
 class _Beside:
-    """What the same press shows beside its modulus: other moduli [MPa], and its relaxation [1].
+    """Other results of the same press: moduli by other methods [MPa], and the relaxation [1].
 
-    `disagrees` is whether another modulus contradicts that of the press.
+    `disagrees` is True if another modulus contradicts the modulus of the press.
     """
 
     others: dict[str, float] = field(default_factory=dict)
@@ -111,9 +111,9 @@ class _Beside:
 
 
 def _by_force_ratio(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> _Beside:
-    """Return what the force ratio of the deepest sample shows, of a pair of flat tips.
+    """Return the modulus by the force ratio of the deepest sample, for a pair of flat tips.
 
-    Both moduli differ by a tilt, or by noise and the error of the contact model.
+    The two moduli differ if the sensor is tilted. Noise and the error of the contact model are allowed.
     """
     if not sensor.reads_moments:
         return _Beside()
@@ -130,7 +130,7 @@ def _by_force_ratio(sensor: MeasuringUnit, press: PressSamples, seated: Seated) 
 
 
 def _in_hold(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> _Beside | None:
-    """Return what the hold shows, with the offset that the press has; None if it ended before the moment to read it."""
+    """Return the apparent modulus and the relaxation in the hold; None if it ended before the reading moment."""
     press_s = press.duration_s
 
     def stiffened(held_s: float) -> float:
@@ -148,30 +148,36 @@ def _in_hold(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> 
 
 
 def _shift_by_one(sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int, press_s: float | None) -> float:
-    """Return the largest change of E [1] by leaving out what one bad conversion is part of; all of it for no E."""
+    """Return the largest relative change of E [1] if one bad conversion is left out; 1 if no modulus remains.
+
+    `lag` is the number of samples that one bad conversion affects.
+    """
     E = sensor.corrected(seated.found.E, press_s)
     moduli = [sensor.corrected(found, press_s) for found in moduli_without(law, seated.rise, lag)]
     return max((1.0 if math.isnan(found) else abs(found / E - 1.0) for found in moduli), default=0.0)
 
 
 def _pose(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, float | None]:
-    """Return the tilt of the deepest sample and its direction, if the layout shows it [deg]."""
+    """Return the tilt of the deepest sample and its direction [deg].
+
+    The direction is None if the layout does not show it.
+    """
     tips = sensor.report.design.tips
     found, deepest = seated.found, seated.deepest
-    if sensor.report.read_out.is_pair:  # its offset is the lead of the low tip
+    if sensor.report.read_out.is_pair:  # the offset of a pair is the lead of the low tip
         return abs(math.degrees(math.atan(found.offset / tips.spacing_mm))), 0.0 if found.offset <= 0.0 else 180.0
     lowered = lowered_tips(law.with_offset(found.offset), deepest.tolist(), found.E)[-len(tips.places_mm) :]
     _, along, across = plane_through(tips.places_mm, lowered)
-    # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
+    # A dome rolls on a round fruit: the tilt that lowers a point by 1 lowers the contact of the dome by R / (r + R).
     rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     return tilt, None if across is None else math.degrees(math.atan2(across, along))
 
 
 def _by_shape(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
-    """Return what the shape of the fruit and the heights of the tips leave open of the modulus of a press [1].
+    """Return relative standard deviations of the modulus [1] from the shape of the fruit and from the tip heights.
 
-    Each is one standard deviation. Heights that are off count as a saddle, which moves the points of contact.
+    Height errors act like a saddle, which moves the points of contact.
     """
     weights = np.array(sensor.rise_law.contrast.weights)
     domes = sensor.domes

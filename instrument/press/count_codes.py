@@ -1,7 +1,7 @@
-"""Signed counts of converters whose log has no sign: in two's complement, or in offset binary.
+"""Signed counts from logs without signs, in two's complement or in offset binary.
 
-A converter of n bits counts from -2^(n-1) on. Where the sign of two's complement is left out, -1 is written as 2^n - 1.
-In offset binary the least count is written as 0, and 0 as 2^(n-1).
+A converter of n bits has -2^(n-1) as its least count. Two's complement without a sign writes -1 as 2^n - 1. Offset
+binary writes the least count as 0, and 0 as 2^(n-1).
 """
 
 from collections.abc import Callable, Sequence
@@ -17,9 +17,9 @@ from sensor.quantity import validation_error
 def signed_counts(
     written: Sequence[float], counts_as: str | None, saturation: int, place: Callable[[int], str]
 ) -> tuple[float, ...]:
-    """Return the signed counts of the channels of one row, written as unsigned, as offset, or with their sign.
+    """Return the signed counts of one row, written as `unsigned`, as `offset`, or with their signs (None).
 
-    Raises InputError, which names a channel by its place, for a count at the end of the converter's range or beyond.
+    Raises InputError for a count at or beyond the end of the converter's range; `place` names a channel.
     """
     half = saturation + 1
     lowest, highest = (-saturation, saturation) if counts_as is None else (0, 2 * saturation + 1)
@@ -41,7 +41,7 @@ def signed_counts(
 def with_signed_counts(
     table: MeasuredTable, keys: Sequence[str], counts_as: str | None, saturation: int
 ) -> MeasuredTable:
-    """Return a table whose counts, in the columns of some keys, are signed; raises InputError as `signed_counts`."""
+    """Return a table with signed counts in the given columns; raises InputError as `signed_counts` does."""
     rows = zip(*(table.numbers[key].tolist() for key in keys), strict=True)
     signed = []
     for line, row in zip(table.lines, rows, strict=True):
@@ -51,7 +51,7 @@ def with_signed_counts(
 
 
 def refuse_without_counts(counts_as: str | None, source: object) -> None:
-    """Raise InputError where `--counts-as` is given for a source that has no counts."""
+    """Raise InputError if `--counts-as` is given for a source without counts."""
     if counts_as is not None:
         bound = f"left out where {source} has no counts"
         raise validation_error("--counts-as", counts_as, "", bound, "leave it out")

@@ -1,13 +1,14 @@
-"""A fruit that is read by several presses: one modulus, and what their scatter tells of its uncertainty.
+"""A fruit that is read by several presses: one modulus, and its uncertainty from their scatter.
 
-A press cannot see what is local: a soft spot below one tip, or an uneven skin. Presses that are turned so that low
-tips stand where high ones stood (`Layout.turn_deg`) are moved by a soft spot in opposite directions.
+A press cannot detect what is local, such as a soft spot below one tip or an uneven skin. Turn the sensor between
+presses so that low tips stand where high ones stood (`Layout.turn_deg`). A soft spot then shifts the readings in
+opposite directions.
 
-The modulus is the middle of Hodges and Lehmann of ln E (`press_core.middle_of`). It takes no scale, so that firmware
-has the same one. The deviation s between n presses has n - 1 degrees of freedom. What the presses say of themselves,
-v, is known by half of it or so, which is worth two (JCGM 100:2008, G.4.2). Both together are
-(2 v^2 + (n - 1) s^2) / (n + 1), with the factor of Student for n + 1. Where the presses disagree, v is wrong, and s is
-left alone with its n - 1. What is alike in all presses is added, and no number of presses lowers it.
+The modulus is the Hodges-Lehmann estimate of ln E (`press_core.middle_of`). It needs no scale, so firmware computes the
+same one. The standard deviation s between n presses has n - 1 degrees of freedom. The deviation v that the presses
+themselves state has a relative error of about one half, equal to two degrees of freedom (JCGM 100:2008, G.4.2). Pooled,
+they are (2 v^2 + (n - 1) s^2) / (n + 1), with Student's factor for n + 1. If the presses disagree, v is wrong, and only
+s with its n - 1 degrees of freedom is used. Errors that all presses share are added; more presses do not reduce them.
 """
 
 import math
@@ -29,28 +30,28 @@ from sensor.theory.student import student
 from sensor.words import with_bar
 
 FALSE_ALARMS = 0.01
-"""Of fruits whose presses have normal errors as large as they say, the share that is told to disagree."""
+"""Share of fruits flagged as disagreeing although the errors of their presses are normal and as large as stated."""
 PRIOR_FREEDOM = 2
-"""Degrees of freedom of what a press says of itself: half of the square of 1 over its relative error, 0.5."""
+"""Degrees of freedom of the error that a press states: half of the inverse square of its relative error, 0.5."""
 LEAST_OWN = 0.01
-"""Of ln E, one standard deviation, a judgement: no two presses of a fruit are more alike."""
-OWN_ROWS = 8
+"""Least standard deviation of ln E between presses, a judgement."""
+OWN_ROWS = 8  # number of moduli in the table for firmware
 
 PRESS_AGAIN = {
     "presses_disagree": "press this place again in a pair, {turn}; where pairs disagree too, the fruit is uneven there",
     "few_presses": "press again, {turn}",
 }
-"""What to do about a flag of a fruit, by how the sensor is turned; the first one that holds is told."""
+"""Advice for a flag of a fruit, by the way the sensor is turned; the first flag that applies is used."""
 TURN = {
     True: "the second press turned by {turn:g} degrees",
     False: "the second press one spacing farther along the tips",
 }
-"""How to exchange low and high tips between two presses, by whether a turn does."""
+"""How to exchange low and high tips between two presses, by whether turning the sensor does it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitAnswer:
-    """What several presses tell of one fruit: E [MPa] and its half width `u` [1], both None if no press has one.
+    """The answer for one fruit from several presses: E [MPa] and its half width `u` [1], both None without a modulus.
 
     `alike` and `scatter` are fractions [1]. Each field is a key of the answer.
     """
@@ -120,21 +121,21 @@ class FruitAnswer:
 
 
 FRUIT_LINE = ("fruit", "presses", "E", "alike", "scatter", "firmness", "ripeness", "flags", "hint")
-"""The fields of a fruit on the screen."""
+"""The fields of a fruit in their order on the screen."""
 
 
 def chi_square_limit(presses: int) -> float:
-    """Return the sum of squares that presses of a fruit exceed as seldom as `FALSE_ALARMS` [1]."""
-    from scipy.special import chdtri  # it is slow to import, and a press alone does without
+    """Return the sum of squares that agreeing presses of a fruit exceed with probability `FALSE_ALARMS` [1]."""
+    from scipy.special import chdtri  # slow to import, and a single press does not need it
 
     return float(chdtri(presses - 1, FALSE_ALARMS))
 
 
 def own_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
-    """Return what may differ between presses of a fruit over ln E, without the noise of a press.
+    """Return the constants `own_logs` and `own_deviations` of `press_core.Unit`.
 
-    They are those constants of `press_core.Unit`: uneven skin and flesh, the pose, and the zeros and times of a press
-    of the design.
+    They are the deviations of ln E that differ between presses of a fruit, without noise. Their causes are uneven skin
+    and flesh, the pose, and the zeros and times of a press of the design.
     """
     least, largest = sensor.range_MPa
     moduli = np.geomspace(least, max(largest, 1.01 * least), OWN_ROWS)
@@ -151,7 +152,10 @@ def own_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
 def fruits_of(
     sensor: MeasuringUnit, readings: Iterable[FruitReading], presses: int, *, named: bool = False
 ) -> Iterator[FruitAnswer]:
-    """Yield one answer for each so many presses as they end, 0 for all of them, or for each fruit that is `named`."""
+    """Yield one answer for each group of `presses` readings, or with `named` for each fruit.
+
+    A group is complete after `presses` readings. With 0, all readings belong to one fruit.
+    """
     number = 0
     row: list[FruitReading] = []
     for reading in readings:
@@ -168,7 +172,10 @@ def fruits_of(
 
 
 def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: str, asked: int = 0) -> FruitAnswer:
-    """Return what presses tell of one fruit together; `asked` is how many it should have, 0 for more than one."""
+    """Return the answer for one fruit from its presses.
+
+    `asked` is the number of presses that the answer requires, 0 for at least two.
+    """
     read = [press for press in presses if press.E is not None]
     own = _own_deviations(sensor, read)
     that_count = press_core.that_count(own) if read else []
@@ -186,7 +193,7 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
         scatter = None
         if len(counted) > 1:
             scatter = press_core.scatter_of(logs)
-            # A press may be less certain than firmware knows, as by unknown times of its channels.
+            # A press may be less certain than firmware knows, for instance if the times of its channels are unknown.
             by_parts = [part.that_may_differ / COVERAGE for part in parts]
             allowed = list(map(max, by_parts, [own[press] for press in that_count]))
             disagree = causes["presses_disagree"] = press_core.disagree(logs, allowed, chi_square_limit(len(logs)))
@@ -204,7 +211,7 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
             firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
         )
     of_fruit = [flag for flag, holds in causes.items() if holds]
-    # A press outside of the range or of the scale does not speak against a fruit inside it.
+    # A press outside of the range or of the scale does not flag a fruit that is inside.
     of_presses = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
     again = next((told for flag, told in PRESS_AGAIN.items() if flag in of_fruit), None)
     hint = None if again is None else again.format(turn=TURN[turn > 0.0].format(turn=turn))
@@ -212,7 +219,7 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
 
 
 def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list[float]:
-    """Return the deviations of ln E by which presses may differ [1], as firmware takes them: by noise and design."""
+    """Return the standard deviations of ln E between presses [1] as firmware computes them, from noise and design."""
     table = own_constants(sensor)
     logs, own = table["own_logs"], table["own_deviations"]
     return [
@@ -227,10 +234,10 @@ def _mean_square(values: Sequence[float]) -> float:
 
 
 def _by_scatter(scatter: float, said: float, presses: int, *, disagree: bool) -> float:
-    """Return the half width [1] that a scatter of presses [1] leaves of their middle.
+    """Return the half width [1] of the middle of presses, from their scatter [1].
 
-    `said` is the deviation that they say of themselves. It counts as `PRIOR_FREEDOM` presses more. Where the presses
-    disagree, the scatter alone does, if it leaves more.
+    `said` is the standard deviation that the presses themselves state; it is pooled as `PRIOR_FREEDOM` additional
+    presses. If the presses disagree, the scatter is used without it, if that gives a larger half width.
     """
     freedom = presses - 1
     both = freedom + PRIOR_FREEDOM

@@ -1,4 +1,4 @@
-"""One reading of a fruit: the modulus with its uncertainty, how the sensor stood, and what speaks against it."""
+"""One reading of a fruit: the modulus with its uncertainty, the pose of the sensor, and flags of what is wrong."""
 
 import math
 from dataclasses import dataclass
@@ -10,24 +10,25 @@ from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate, report_field
 from sensor.words import with_bar
 
-AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
+AT_THE_EDGE = 1e-3  # relative tolerance at the ends of the range, so that round-off does not exclude a fruit at an end
 UNCERTAIN = 0.5
-"""Above this half width [1] a reading hardly tells the modulus, and no symmetric interval holds it."""
+"""Half width [1] above which a reading hardly determines the modulus; no symmetric interval contains it then."""
 ZERO_AFTER_S = 1.0
-"""Time after the lift of a press at which the zero that it leaves is told [s]."""
+"""Time after the lift of a press at which its zero error is reported [s]."""
 
 FEELS_AS_TOUCH = 0.5
-"""Of the least force of a touch: a smaller zero that a press leaves is told as data only."""
+"""Share of the least force of a touch up to which a zero error is data only, and not shown on the screen."""
 
 
 def _tilt_text(reading: "FruitReading") -> str:
-    """Return how the sensor stood on the skin, and where to if the layout shows it."""
+    """Return the tilt of the sensor on the skin, with its direction if the layout determines it."""
     towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
     return f"tilt {reading.tilt:.2g} deg{towards}"
 
 
 def _zero_text(reading: "FruitReading") -> str:
-    """Return the zero that a press leaves, if it may be taken for a touch."""
+    """Return the zero error after a press as text, if it could be mistaken for a touch."""
+    # Both fields are None if the springs do not creep; None is read as 0 here.
     if (reading.zero_left_of_touch or 0.0) <= FEELS_AS_TOUCH:
         return ""
     left = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
@@ -35,35 +36,35 @@ def _zero_text(reading: "FruitReading") -> str:
 
 
 def firmness_text(firmness: Estimate) -> str:
-    """Return what another instrument would show, with the half width that holds 95 % of fruit."""
+    """Return the firmness by another instrument with its half width for 95 % of fruit, as text."""
     value = with_bar(firmness.value, COVERAGE * firmness.error, firmness.unit, in_percent=True)
     return f"firmness {value} (95 %)"
 
 
 def _flags_text(reading: "FruitReading") -> str:
-    """Return the flags, and what one of them means for E."""
+    """Return the flags as text, with the consequence of `uncertain` for E."""
     hardly = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
     return f"flags: {', '.join(reading.flags)}{hardly}"
 
 
 def _noise_data(reading: "FruitReading") -> Plain:
-    """Return the part of the half width that is due to noise, and the rest [%]."""
+    """Return the part of the half width due to noise and the remaining part [%]."""
     parts = {"u_noise_percent": reading.noise, "u_left_percent": reading.left}
     return {key: None if part is None else 100.0 * part for key, part in parts.items()}
 
 
 def firmness_data(firmness: Estimate) -> Plain:
-    """Return what another instrument would show, under a key with its unit."""
+    """Return the firmness by another instrument, under a key that contains its unit."""
     return {f"firmness_{firmness.unit}": firmness.value, "firmness_u_percent": COVERAGE * firmness.percent}
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitReading:
-    """What forces tell of a fruit: E [MPa] and its half width `u` [1], both None if they tell no modulus.
+    """The reading of a fruit from forces: E [MPa] and its half width `u` [1], both None without a modulus.
 
-    Each field is a key of the answer; fractions [1] are told in per cent. `others` are moduli [MPa] by other read-outs
-    of the same forces. `noise` is None if it is unknown, `firmness` if the unit has no scale. `zero_left` is that of
-    the tip where it is the largest fraction of the least force of a touch.
+    Each field is a key of the answer; fractions [1] are written in per cent. `others` are moduli [MPa] by other methods
+    from the same forces. `noise` is None if it is unknown, and `firmness` if the unit has no scale. `zero_left` belongs
+    to the tip whose zero error is the largest fraction of its least force of a touch.
 
     Examples
     --------
@@ -207,7 +208,7 @@ class FruitReading:
 
     @property
     def left(self) -> float | None:
-        """Return the part of the half width that no number of samples lowers [1], None where it is not told apart."""
+        """Return the part of the half width that more samples do not reduce [1]; None if noise is unknown."""
         if self.u is None or self.noise is None:
             return None
         return math.sqrt(max(self.u**2 - self.noise**2, 0.0))
@@ -217,11 +218,11 @@ LINE = (
     *("t", "reduced", "E", "noise", "bend", "tilt", "offset", "others", "relaxation", "zero_left", "firmness"),
     *("ripeness", "lines_left_out", "flags"),
 )
-"""The fields of a reading on the screen: first the modulus, last what speaks against it."""
+"""The fields of a reading in their order on the screen: the modulus first, the flags last."""
 
 
 def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
-    """Return what is wrong with forces [N] by themselves: no numbers, below zero or far too large, or tips off."""
+    """Return the flags of forces [N] by themselves: `bad_force` if implausible, `lift_off` if a tip does not touch."""
     flags = []
     if not sensor.in_scale(forces).all():
         flags.append("bad_force")
@@ -231,7 +232,7 @@ def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
 
 
 def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, tilt: float | None = None) -> list[str]:
-    """Return what is wrong with a reading E [MPa] +- u [1] of forces [N], at a tilt [deg] if it is known."""
+    """Return the flags of a reading E [MPa] +- u [1] from forces [N], at a tilt [deg] if it is known."""
     of_E = causes_of_modulus(sensor, E, u)
     causes = {
         "out_of_range": of_E.pop("out_of_range"),
@@ -243,7 +244,7 @@ def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, 
 
 
 def causes_of_modulus(sensor: MeasuringUnit, E: float, u: float) -> dict[str, bool]:
-    """Return by their flags which causes hold that follow from E [MPa] and its half width u [1] alone."""
+    """Return for each flag that depends only on E [MPa] and its half width u [1] whether it applies."""
     least, largest = sensor.range_MPa
     scale = sensor.unit.scale
     return {

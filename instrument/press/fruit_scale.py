@@ -1,4 +1,4 @@
-"""What another instrument shows of fruit that a unit reads as a modulus: a rising curve with its band."""
+"""The firmness that another instrument shows, as a rising curve over the modulus that a unit reads, with its band."""
 
 from dataclasses import dataclass
 
@@ -7,17 +7,17 @@ import numpy as np
 from sensor.quantity import COVERAGE, Bounds, Estimate, check_fields, choice, quantity, validation_error
 
 CURVES = ("factor", "power", "rising")
-"""A constant factor on E, which scales of 0.2 have, a power of E, and any curve that rises with it."""
+"""A constant factor on E (scales of 0.2 only), a power of E, and any curve that rises with E."""
 _HINT = "take the numbers that pipeline calibrate wrote"
 _POSITIVE = Bounds(above=0.0, at_most=1e6)
-_AT_THE_EDGE = 1e-6  # of an end of the curve, by which E may lie beyond it
+_AT_THE_EDGE = 1e-6  # relative tolerance for E at an end of the curve
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitScale:
-    """The firmness [`unit`] of fruit that read as E [MPa], between the points straight over the logarithms of both.
+    """The firmness [`unit`] of fruit over their modulus E [MPa], interpolated linearly over both logarithms.
 
-    `percent` is the half width that holds 95 % of fruit, by leaving each one out.
+    `percent` is the half width for 95 % of fruit, found by leaving out each fruit in turn.
     """
 
     unit: str = choice(("N", "MPa"), default="N", hint=_HINT)
@@ -37,7 +37,7 @@ class FruitScale:
                 raise validation_error(name, list(values), "", "numbers that rise", _HINT)
 
     def firmness_of(self, E: float) -> Estimate | None:
-        """Return the firmness of fruit that reads as E [MPa], half of its band beside; None beyond the curve."""
+        """Return the firmness of fruit that reads as E [MPa] with its standard deviation; None beyond the curve."""
         if not self.E_MPa[0] * (1.0 - _AT_THE_EDGE) <= E <= self.E_MPa[-1] * (1.0 + _AT_THE_EDGE):
             return None
         value = float(np.exp(np.interp(np.log(E), np.log(self.E_MPa), np.log(self.firmness))))

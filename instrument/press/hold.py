@@ -1,4 +1,4 @@
-"""What a hold after a press shows of flesh that relaxes: moduli as if it were elastic, at moments of the hold."""
+"""Apparent moduli of flesh that relaxes, at moments of the hold after a press."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,13 +9,14 @@ from instrument.press.touches import PressSamples
 from sensor.design.parameters import Design
 from sensor.theory.contrast_law import ContrastLaw, read_modulus
 
-LATE = 0.95  # of the hold: at its end the sensor may already be on its way out
+LATE = 0.95  # as a fraction of the hold; at its end the sensor may already be retracting
 
 
 class Held(NamedTuple):
-    """What the hold of a press shows: the apparent modulus [MPa] at the moment of the design, and the relaxation [1].
+    """The apparent modulus [MPa] at the reading moment of the design, and the relaxation [1].
 
-    The relaxation is the apparent modulus late in the hold over that at the stop. It is None if the press ended before.
+    The relaxation is the apparent modulus late in the hold over the apparent modulus at the stop. It is None if the
+    press ended earlier.
     """
 
     apparent: float
@@ -25,11 +26,11 @@ class Held(NamedTuple):
 def held_moduli(
     design: Design, press: PressSamples, contrast: ContrastLaw, offset: float, stiffened: Callable[[float], float]
 ) -> Held | None:
-    """Return what the hold of a press shows by a contrast with an offset [mm].
+    """Return the apparent modulus and relaxation in the hold of a press, by a contrast with an offset [mm].
 
-    Moments of the hold count from the deepest sample. `stiffened` returns the stiffness of the springs so long after
-    the stop [s], over that of the weighing [1]. None is returned for a press that ended before the moment of the
-    design. Raises ReadingError if the forces of a moment show no modulus.
+    Moments of the hold are counted from the deepest sample. `stiffened` returns the stiffness of the springs at a time
+    after the stop [s] over their stiffness at the weighing [1]. Returns None if the press ended before the reading
+    moment of the design. Raises ReadingError if the forces of a moment give no modulus.
     """
     moments = (0.0, design.read_s - design.stop_s, LATE * (design.release_s - design.stop_s))
     stop = press.t[press.deepest]

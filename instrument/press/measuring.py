@@ -1,4 +1,4 @@
-"""A printed unit as it measures: the read-out of its design with its own springs, tips and channels."""
+"""A printed unit as a measuring sensor: the read-out of its design with its own springs, tips and channels."""
 
 import math
 from collections.abc import Sequence
@@ -23,22 +23,22 @@ from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
 from sensor.theory.creep import EFFECTIVE, CreepLaw
 from solve.contact.domes.large_strain import large_strain
 
-PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt
+PAIR_TILT_DEG = 2.0  # largest tilt of a pair before a press is flagged as crooked, if the design sets no tilt
 LEAST_CURVATURE_SPREAD = 0.25
-"""Standard deviation of the mean curvature of a skin that is not told, over that of the design.
+"""Standard deviation of an unknown mean curvature of the skin, over the mean curvature of the design.
 
-The cheek of a mango has principal radii of about 47 and 110 mm, so a mean curvature of 1/66 per mm. Where its design
-says 35 mm, that is 47 % less: two standard deviations.
+The cheek of a mango has principal radii of about 47 and 110 mm, a mean curvature of 1/66 per mm. For a design with a
+radius of 35 mm, this is 47 % less: two standard deviations.
 """
-_BELOW_OVER_LEAST = 2.0  # a force as far below zero as twice the least one of a touch is no noise
-_ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this sensor's, or in another unit
+_BELOW_OVER_LEAST = 2.0  # a force below zero by twice the least force of a touch is no noise
+_ALLOWED_OVER_SCALE = 20.0  # a force beyond this many full scales comes from another sensor or has another unit
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuringUnit:
-    """A printed unit as it reads fruit: the read-out of a report with the springs, tips and channels of the unit.
+    """A printed unit that reads fruit: the read-out of a report with the springs, tips and channels of the unit.
 
-    `classes` are the ripeness classes of its readings, `radii_mm` the principal radii of the fruit, if they are known.
+    `classes` are ripeness classes for its readings. `radii_mm` are the principal radii of the fruit, if they are known.
     """
 
     report: Report
@@ -50,10 +50,10 @@ class MeasuringUnit:
     def from_report(
         cls, report: Report, unit: PrintedUnit | str | Path | None = None, classes: str | None = None
     ) -> "MeasuringUnit":
-        """Return a unit of a report, from its record or the path of its unit.toml; the nominal one if none is given.
+        """Return a unit of a report, from a record or a unit.toml; without either, the nominal unit.
 
-        `classes` is a text like `ripe:0.8,unripe`, by default that of the unit. Raises InputError for a unit of another
-        design and for classes that are none.
+        `classes` is a text like `ripe:0.8,unripe`; by default the classes of the unit apply. Raises InputError for a
+        unit of another design and for invalid classes.
         """
         if isinstance(unit, str | Path):
             printed = read_unit(Path(unit), report)
@@ -67,18 +67,18 @@ class MeasuringUnit:
 
     @cached_property
     def C(self) -> Matrix:
-        """Return the compliance of the unit's springs [mm/N], coupled as the frame of the design couples them."""
+        """Return the compliance matrix of the unit's springs [mm/N], coupled through the frame of the design."""
         nominal = self.report.read_out.springs_mm_per_N
         return stiffened_compliance(nominal, np.multiply(self.unit.stiffnesses, np.diag(nominal)).tolist())
 
     @property
     def reads_moments(self) -> bool:
-        """Say whether one moment tells a modulus: of a level pair of flat tips, whose law is that of a force ratio."""
+        """Return whether one moment determines a modulus, by the force ratio of a level pair of flat tips."""
         return self.report.read_out.is_pair and self.report.design.tips.tip_shape.has_flat_face
 
     @cached_property
     def rise_law(self) -> RiseLaw:
-        """Return the law by which the unit reads a press; that of a pair is right whatever the heights of its tips."""
+        """Return the law that reads a press; the law of a pair holds for any heights of its tips."""
         designed = self.report.read_out.contrast_on(self.C)
         return rise_law(self.report.design, designed, self._told_curvatures)
 
@@ -88,7 +88,7 @@ class MeasuringUnit:
 
     @cached_property
     def domes(self) -> RollingDomes | None:
-        """Return the domes of a line or a square on the fruit that is told, or on that of the design."""
+        """Return the rolling domes of a line or a square, on a fruit of the given radii or of the design."""
         weights = self.report.read_out.weights
         return None if weights is None else rolling_domes(self.report.design, weights, self._told_curvatures)
 
@@ -96,7 +96,8 @@ class MeasuringUnit:
     def curvature_deviation(self) -> float:
         """Return the standard deviation of the mean curvature of the skin [1/mm].
 
-        It is 0 where the radii are told. Where the design lists the radii that occur, its source `pose` has them.
+        It is 0 if the radii are given. It is also 0 if the design lists radii: the error analysis then has this error
+        in its source `pose`.
         """
         asked = self.report.design.reading
         in_pose = bool(self.report.moduli) and asked is not None and asked.radius_mm is not None
@@ -108,7 +109,7 @@ class MeasuringUnit:
 
     @property
     def height_deviation(self) -> float:
-        """Return the standard deviation of how far each tip stands out [mm], as its process makes it."""
+        """Return the standard deviation of each tip's protrusion [mm], from the accuracy of its print process."""
         return 0.5 * tip_accuracy_mm(self.report.design.tips, self.report.design.process)
 
     @property
@@ -118,7 +119,7 @@ class MeasuringUnit:
 
     @cached_property
     def channels(self) -> Channels:
-        """Return the errors of its channels and springs in a press of the duration of its design."""
+        """Return the errors of the channels and springs in a press of the duration of the design."""
         read_out = self.report.read_out
         full_scale = np.array(read_out.full_scale_N)
         designed = designed_channels(self.report.design.reading or Reading(), full_scale, read_out.signal)
@@ -141,24 +142,24 @@ class MeasuringUnit:
         )
 
     def channels_in(self, time_s: float, press_s: float | None) -> Channels:
-        """Return the errors of its channels in a press of a duration [s], or of the duration of its design.
+        """Return the errors of the channels and springs in a press of a duration [s].
 
-        `time_s` [s] is the standard deviation of the time of each channel.
+        None is the duration of the design. `time_s` [s] is the standard deviation of the time of each channel.
         """
         press_s = press_s or self.report.design.press_s
         return replace(self.channels, time_s=time_s, creep=self._creep_deviation(press_s))
 
     def _creep_deviation(self, press_s: float) -> float:
-        """Return the standard deviation of all stiffnesses in a press of a duration [s] by the creep of leaves [1].
+        """Return the relative standard deviation of all stiffnesses [1] by creep in a press of a duration [s].
 
-        Presses on a ball show what springs of their duration do, in place of weights.
+        A reference ball measures the springs at the duration of its presses, and so replaces the weights.
         """
         ball = self.unit.ball
         known_after = self.unit.weighed_after_s if ball is None else EFFECTIVE * ball.press_s
         return self.creep.deviation(known_after, press_s)
 
     def on_ball(self, radius_mm: float) -> "MeasuringUnit":
-        """Return the unit as it reads a ball of a radius [mm], before a ball corrects it."""
+        """Return the unit as it reads a ball of a radius [mm], without the correction by a ball."""
         report = replace(self.report, design=self.report.design.elastic)
         return replace(self, report=report, unit=replace(self.unit, ball=None), radii_mm=(radius_mm, radius_mm))
 
@@ -173,21 +174,24 @@ class MeasuringUnit:
         return self.unit.creep_or(self.report.creep)
 
     def press_over_weighed(self, press_s: float | None = None) -> float:
-        """Return the stiffness of its springs in a press over that of the weighing [1].
+        """Return the stiffness of the springs in a press over their stiffness at the weighing [1].
 
-        `press_s` [s] is the duration of the press, from the first touch to the deepest point, or that of the design.
+        `press_s` [s] is the time from the first touch to the deepest point; None is the duration of the design.
         """
         return self.creep.press_over_weighed(self.unit.weighed_after_s, press_s or self.report.design.press_s)
 
     def softening_in_hold(self, held_s: float, press_s: float | None = None) -> float:
-        """Return the stiffness of its springs after a hold [s] over that at its begin [1].
+        """Return the stiffness of the springs after a hold [s] over their stiffness at its begin [1].
 
-        `press_s` [s] is as `press_over_weighed` has it.
+        `press_s` [s] is the duration of the press before, as in `press_over_weighed`.
         """
         return 1.0 / self.creep.growth_in_hold(held_s, press_s or self.report.design.press_s)
 
     def by_bends(self, channels: BendSlopes, springs: BendSlopes) -> float:
-        """Return the size of the error of a modulus [1] by channels and springs whose lines bend, of its slopes."""
+        """Return the size of the error of a modulus [1] by curved calibration lines of channels and springs.
+
+        The arguments are the slopes of ln E for the errors of channels and of springs.
+        """
         unit = self.unit
         error = 0.0
         for slopes, at_zero, per_N in (
@@ -200,36 +204,36 @@ class MeasuringUnit:
 
     @cached_property
     def least_forces(self) -> Floats:
-        """Return the force of each channel below which its tip counts as off the fruit [N]."""
+        """Return for each channel the force below which its tip is taken as out of contact [N]."""
         return self.channels.least_forces
 
     @cached_property
     def lowest_forces(self) -> Floats:
-        """Return the force of each channel below which it cannot be one of this sensor [N]: no noise makes as much."""
+        """Return for each channel the lowest plausible force [N]; noise does not reach so far below zero."""
         return -_BELOW_OVER_LEAST * self.least_forces
 
     @cached_property
     def largest_forces(self) -> Floats:
-        """Return the force of each channel above which it cannot be one of this sensor [N]."""
+        """Return for each channel the largest plausible force [N]."""
         return _ALLOWED_OVER_SCALE * np.array(self.report.read_out.full_scale_N)
 
     @property
     def range_MPa(self) -> tuple[float, float]:
-        """Return the least and the largest modulus that the design is made for [MPa]."""
+        """Return the least and the largest modulus of the design's range [MPa]."""
         return min(self.report.design.fruit.E_MPa), self.report.design.fruit.largest_E_MPa
 
     @property
     def steepest_deg(self) -> float:
-        """Return the largest tilt against the normal of the skin that the design allows for [deg]."""
+        """Return the largest tilt against the normal of the skin that the design allows [deg]."""
         asked = self.report.design.reading
         return PAIR_TILT_DEG if asked is None else asked.tilt_deg + asked.tilt_change_deg
 
     @property
     def tilt_deviation_deg(self) -> float:
-        """Return the standard deviation of the tilt that tips of other heights show [deg]; 0 of a pair.
+        """Return the standard deviation of the tilt that errors of the tip heights simulate [deg]; 0 for a pair.
 
-        Heights are those of the process. A straight line through them has a slope of their deviation over the root of
-        the sum of squares of the places.
+        The heights have the accuracy of the process. A straight line fitted through them has a slope whose deviation is
+        theirs over the root of the sum of squared places.
         """
         if self.report.read_out.is_pair:
             return 0.0
@@ -240,26 +244,26 @@ class MeasuringUnit:
 
     @property
     def lead_deviation(self) -> float:
-        """Return the standard deviation of how far one tip of a pair leads by the tilts of its design [mm]."""
+        """Return the standard deviation of the lead of one tip of a pair at the tilts of the design [mm]."""
         return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.report.design.tips.spacing_mm
 
     @property
     def ball_factor(self) -> float:
-        """Return the factor of all readings by a reference ball [1], 1 without one."""
+        """Return the correction factor of all readings from a reference ball [1]; 1 without a ball."""
         return 1.0 if self.unit.ball is None else self.unit.ball.factor
 
     def corrected(self, read: float, press_s: float | None = None) -> float:
-        """Return the modulus [MPa] that a press of a level sensor reads as `read` [MPa].
+        """Return the true modulus [MPa] of a press that a level sensor reads as `read` [MPa].
 
-        Forces are scaled by weights, and larger in a press of a duration [s], or of that of the design. A reference
-        ball corrects the result.
+        The weights calibrated the springs at another duration than the press, so creep is corrected first. A correction
+        by a reference ball follows. `press_s` [s] is the duration; None is the duration of the design.
         """
         return self.ball_factor * correct_reading(
             self.press_over_weighed(press_s) * read, self.report.read_out.level_readings
         )
 
     def read_as(self, E: float) -> float:
-        """Return as which modulus [MPa] a press of a level sensor reads E [MPa], before it is corrected."""
+        """Return the modulus [MPa] that a level press on a fruit of E [MPa] reads; the inverse of `corrected`."""
         E /= self.ball_factor
         level = self.report.read_out.level_readings
         if not level:
@@ -269,7 +273,7 @@ class MeasuringUnit:
         return E * math.exp(shift) / self.press_over_weighed()
 
     def steepness(self, E: float) -> float:
-        """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""
+        """Return d ln E / d ln(reading) at E [MPa]: 1 without a skin."""
         if self.report.design.fruit.skin_mm is None:
             return 1.0
         level = self.report.read_out.level_readings
@@ -278,19 +282,19 @@ class MeasuringUnit:
         return float(np.interp(math.log(E), logs, slopes))
 
     def refuse_without_rise_level(self) -> None:
-        """Raise InputError where the report has no level readings of whole presses.
+        """Raise InputError if the report has no level readings of whole presses.
 
-        A report before 0.2 has none, nor one of a design whose travel is too short for a rise.
+        Reports before 0.2 have none, and neither have designs whose travel is too short for a rise.
         """
         if not self.report.read_out.is_pair and not self.report.read_out.level_readings:
-            hint = "run the design again; where that does not help, press.travel_mm is too short for a rise"
+            hint = "run the design again; if that does not help, press.travel_mm is too short for a rise"
             raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
 
     def by_fruit(self, E: float) -> dict[str, float]:
-        """Return what fruit and poses leave open of a modulus [MPa] by each source, one standard deviation [1].
+        """Return the standard deviations of a modulus [MPa] from fruit and poses, by source, as fractions [1].
 
-        They are those of the error analysis of the design: its other sources are of the unit. Without one the sensor is
-        level in the middle of the fruit, and Poisson's ratio is left.
+        They come from the error analysis of the design; its other sources belong to the unit. Without an error analysis
+        the sensor is taken as level at the centre of the fruit, and only Poisson's ratio contributes.
         """
         rows = self.report.moduli
         if not rows:
@@ -303,9 +307,9 @@ class MeasuringUnit:
         return {name: self.between_moduli(E, [row.sources[key] for row in rows]) for name, key in keys.items()}
 
     def by_uneven(self, E: float) -> list[float]:
-        """Return what uneven skin and flesh leave open of a modulus [MPa], each one standard deviation [1].
+        """Return the standard deviations of a modulus [MPa] from uneven skin and uneven flesh, as fractions [1].
 
-        They differ from press to press of a fruit. A report of an older version knows of none.
+        They vary from press to press on a fruit. Reports of older versions have none.
         """
         uneven = [row.fruit for row in self.report.moduli if row.fruit is not None]
         if not uneven:
@@ -314,15 +318,15 @@ class MeasuringUnit:
         return [self.between_moduli(E, skin), self.between_moduli(E, flesh)]
 
     def between_moduli(self, E: float, percent: Sequence[float]) -> float:
-        """Return at a modulus [MPa], as a fraction [1], what the error analysis has at each of its moduli [%]."""
+        """Interpolate percentages, one for each modulus of the error analysis, at E [MPa]; return a fraction [1]."""
         logs = np.log([row.E_MPa for row in self.report.moduli])
         return 0.01 * float(np.interp(math.log(E), logs, percent))
 
     def by_form(self, E: float) -> list[float]:
-        """Return what the form of the tips leaves open of a modulus [MPa], each one standard deviation [1].
+        """Return the standard deviations of a modulus [MPa] from form errors of the tips, as fractions [1].
 
-        It is the same in all presses of the unit. A report of an older version knows of none. A ball leaves its own
-        error, and what the form moves otherwise than on the ball.
+        They are the same in all presses of the unit. Reports of older versions have none. A reference ball removes the
+        part that it shows and adds its own error.
         """
         of_moduli = [row.form_percent for row in self.report.moduli if row.form_percent]
         of_form = [self.between_moduli(E, percent) for percent in zip(*of_moduli, strict=True)]
@@ -334,18 +338,18 @@ class MeasuringUnit:
 
     @property
     def lacks_form(self) -> bool:
-        """Say whether the report is of a version that knew of no form of domes, though the sensor has them."""
+        """Return whether the sensor has domes but its report, of an older version, has no form errors of them."""
         rows = self.report.moduli
         return self.domes is not None and bool(rows) and not any(row.form_percent for row in rows)
 
     def reduced(self, E: float) -> float:
-        """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""
+        """Return E / (1 - nu^2) [MPa] from E [MPa], at the Poisson's ratio of the design."""
         return E / (1.0 - self.report.design.fruit.poisson**2)
 
     def bruises(self, forces: Floats, E: float) -> bool:
-        """Say whether forces [N] press a fruit of modulus E [MPa] harder than its bruise limit, where it has one.
+        """Return whether forces [N] press a fruit of modulus E [MPa] beyond its bruise limit; False without a limit.
 
-        A dome's contact is that of the pressed flesh, as in the verdict on the bruise.
+        The contact of a dome follows the pressed flesh at large strain, as in the verdict on bruises.
         """
         fruit = self.report.design.fruit
         if not fruit.bruise_limits_MPa:
@@ -361,19 +365,19 @@ class MeasuringUnit:
         return bool(np.any(forces > limit * areas))
 
     def forces_of_channels(self, channels: Sequence[float]) -> Floats:
-        """Return the forces [N] of readings of the channels [N]."""
+        """Return the forces [N] of the tips from the readings of the channels [N]."""
         return np.multiply(self.unit.gain, channels)
 
     def in_scale(self, forces: Sequence[float] | Floats) -> Flags:
-        """Say which forces [N], (tips,), may be of this sensor: not far below zero, and not far beyond full scale."""
+        """Return which forces [N], (tips,), are plausible: not far below zero and not far beyond full scale."""
         return (self.lowest_forces <= forces) & (forces <= self.largest_forces)
 
     def ratio_modulus(self, forces: Floats) -> float:
-        """Return the modulus [MPa] that a level pair reads of forces [N] by their ratio; raises ReadingError."""
+        """Return the modulus [MPa] of a level pair from the ratio of its forces [N]; raises ReadingError."""
         return ratio_modulus(self.C, self.report.read_out.own_less_other_per_mm or 0.0, forces.tolist())
 
     def with_stiffness(self, tip: int, factor: float) -> "MeasuringUnit":
-        """Return the unit with the spring of one tip stiffer by a factor [1]."""
+        """Return the unit with the spring of one tip stiffened by a factor [1]."""
         K = list(self.unit.K_N_per_m)
         K[tip] *= factor
         return replace(self, unit=replace(self.unit, K_N_per_m=tuple(K)))

@@ -1,7 +1,7 @@
-"""Channels that are converted one after the other, interpolated to the time of the first conversion of each sample.
+"""Channels converted one after the other, interpolated to the time of the first conversion of each sample.
 
-Between two conversions of a channel its value is taken to lie on a straight line. What lies before the first conversion
-of a channel is left out, never extrapolated.
+The value of a channel is interpolated linearly between two conversions. Samples before the first conversion of a
+channel are dropped, not extrapolated.
 """
 
 import itertools
@@ -18,17 +18,17 @@ from instrument.press.signals import Sample
 from sensor.quantity import validation_error
 
 MOST_LINES = 64
-"""The times of the channels of one line may lie so many lines apart; so many lines are kept."""
+"""Largest distance [lines] between the times of the channels of one line, and the number of lines that are kept."""
 AHEAD = 9
-"""Samples at the beginning of a log whose intervals show its rate, by their median: one gap does not count."""
-CLOSEST = 0.9  # of the time between two samples of the read-out, whose loop may be some per cent faster than stated
+"""Samples at the start of a log whose median interval is taken as its rate, so one gap does not matter."""
+CLOSEST = 0.9  # share of the read-out's period; its loop may be some per cent faster than stated
 
 
 class Timing(NamedTuple):
-    """How well the times of the channels are known.
+    """The accuracy of the channels' times.
 
-    `deviation` [s] is the standard deviation of the time of each channel. Noise is independent of that from `lag`
-    samples before, and a bad conversion is part of as many samples in a row.
+    `deviation` [s] is the standard deviation of the time of each channel. The noise of samples is independent at a
+    distance of `lag` samples, and one bad conversion affects `lag` consecutive samples.
     """
 
     deviation: float = 0.0
@@ -36,11 +36,11 @@ class Timing(NamedTuple):
 
 
 def at_one_time(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -> tuple[Timing, Iterator[Sample]]:
-    """Return samples whose channels have one time, by the times of a log or by the delays of a unit's read-out.
+    """Return samples whose channels have one time, using the times of a log or the delays of a unit's read-out.
 
-    Lines that come closer than the samples of the read-out are not its own. Their channels stay as they are, each
-    converted at any moment between two lines. Raises InputError if lines whose channels are delayed all have the same
-    time, and at a line whose times lie too many lines apart.
+    Lines that arrive faster than the read-out converts come from another logger. Their channels stay as they are, and
+    each may have been converted at any moment between two lines. Raises InputError if channels are delayed and all
+    lines have the same time, and for a line whose times lie too many lines apart.
     """
     ahead = list(itertools.islice(iterator := iter(samples), AHEAD))
     samples = itertools.chain(ahead, iterator)
@@ -56,14 +56,14 @@ def at_one_time(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -
         name = f"{source}: time from line to line"
         bound = "above 0 s, for the read-out converts one channel after the other"
         raise validation_error(name, interval, "s", bound, "write the time of each line")
-    if interval < CLOSEST * channels.period_s:  # a time anywhere between two lines (JCGM 100:2008, 4.3.7)
+    if interval < CLOSEST * channels.period_s:  # uniform between two lines (JCGM 100:2008, 4.3.7)
         return Timing(max(deviation, interval / math.sqrt(12.0))), samples
     timed = (sample._replace(times=tuple(sample.t + delay for delay in channels.delays_s)) for sample in samples)
     return Timing(deviation, lag=2), _interpolated(timed, source)
 
 
 def _interpolated(samples: Iterable[Sample], source: str) -> Iterator[Sample]:
-    """Yield samples with all channels at the first of their times; raises InputError for times too far apart."""
+    """Yield samples with all channels at the earliest of their times; raises InputError for times too far apart."""
     rows: deque[Sample] = deque()
     for sample in samples:
         rows.append(sample)

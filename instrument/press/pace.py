@@ -1,9 +1,9 @@
-"""Presses whose pace is uneven: how far E moves on flesh that relaxes, against a press at an even pace.
+"""The change of E by an uneven pace of a press on flesh that relaxes, compared with an even pace.
 
-A pause late in a press lowers its last forces, which looks like softer flesh. The forces of a log, its times and a
-relaxation give the forces of elastic flesh, and both give the way of each tip. The same way at an even pace has other
-forces. That is either of two paces at which a quarter of the way was faster or slower, whichever moves E more: which
-one was meant is not known.
+A pause late in a press lowers its last forces, which looks like softer flesh. The forces and times of a log and a
+relaxation give the forces of elastic flesh, and so the displacement of each tip. The same displacement at an even pace
+gives other forces. Two even paces are tried, because the intended pace is unknown: a quarter of the travel was faster,
+or a quarter was slower. The larger change of E counts.
 """
 
 import numpy as np
@@ -17,15 +17,15 @@ from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD, Relaxation
 from solve.contact.relaxing import forces_on_way
 from solve.solve_error import SolveError
 
-LARGEST_BY_PACE = 0.02  # of E: a standard uncertainty of 5 % becomes 5.4 % by it
-MOST_SAMPLES = 64  # of a press, evenly chosen: a pause lasts several
-PARTS = 8  # of the way, with a pace each; a pause lies in one or two of them
+LARGEST_BY_PACE = 0.02  # relative change of E: it raises a standard uncertainty of 5 % to 5.4 %
+MOST_SAMPLES = 64  # evenly chosen samples of a press; a pause lasts several
+PARTS = 8  # parts of the travel, each with its own pace; a pause falls into one or two
 
 
 def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
-    """Return the size of the change of E by the pace of a press [1]; 0 if times do not show it.
+    """Return the size of the relative change of E by the pace of a press [1]; 0 if the log has no times.
 
-    A stated relaxation is undone by the reading itself, so only what fruit may differ by is left.
+    The reading corrects a stated relaxation itself, so only the spread between fruits remains.
     """
     last = press.deepest + 1
     chosen = np.unique(np.linspace(0, last - 1, min(last, MOST_SAMPLES)).round().astype(int))
@@ -43,13 +43,13 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
 
 
 def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: Floats, forces: Floats) -> float:
-    """Return the larger change of E [1] from forces (samples, tips) [N] at times [s] to those of two even paces.
+    """Return the larger relative change of E [1] between a press and the same displacement at two even paces.
 
-    The first sample is `before` [s] after the touch.
+    `forces` (samples, tips) [N] were measured at times [s]; the first sample is `before` [s] after the touch.
     """
     law = sensor.rise_law
     elastic = _elastic(flesh, forces, np.diff(t, prepend=t[0] - before))
-    E = _modulus(sensor, law.over_time, np.concatenate([forces, elastic], axis=1))  # at the first instant
+    E = _modulus(sensor, law.over_time, np.concatenate([forces, elastic], axis=1))  # modulus at the first instant
     lowered = _lowered(law, E, forces, elastic)
     travel = np.maximum.accumulate(lowered.mean(axis=1))
     if not travel[-1] > travel[0]:
@@ -65,20 +65,20 @@ def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: F
 
 
 def _modulus(sensor: MeasuringUnit, law: RiseLaw, channels: Floats) -> float:
-    """Return the modulus [MPa] that the channels of a law show, (samples, channels) [N]; raises RiseError."""
+    """Return the modulus [MPa] from channels (samples, channels) [N] by a law; raises RiseError."""
     tips = len(sensor.least_forces)
     least = np.concatenate([sensor.least_forces, np.zeros(channels.shape[1] - tips)])
     return read_rise(law, rise_of(channels, tips, least), sensor.noises).E
 
 
 def _lowered(law: RiseLaw, E: float, forces: Floats, elastic: Floats) -> Floats:
-    """Return how far each tip has moved since it touched [mm], by its forces and those of elastic flesh [N]."""
+    """Return the displacement of each tip since its touch [mm], from its forces and the forces of elastic flesh [N]."""
     _, C, S = law.contrast.arrays
     return np.asarray(forces @ C.T + elastic @ S.T / E + law.contrast.hertz * np.cbrt(elastic / E) ** 2)
 
 
 def _elastic(flesh: Relaxation, forces: Floats, steps: Floats) -> Floats:
-    """Return the forces of elastic flesh [N] that answers as far, of forces after steps of time [s]."""
+    """Return the forces [N] of elastic flesh at the same indentation, from measured forces after time steps [s]."""
     memory = Memory(flesh)
     found = np.empty_like(forces)
     for row, (felt, step) in enumerate(zip(forces, steps, strict=True)):

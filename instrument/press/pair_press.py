@@ -1,4 +1,4 @@
-"""Another reading of a pair: the modulus by the force ratio of one moment."""
+"""Another reading of a pair: the modulus by the ratio of two forces at one moment."""
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from sensor.theory.contrast_rise import BendSlopes
 
 
 def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
-    """Return what one reading of a pair tells [N]: the force ratio, right only where no tilt leads one of its tips.
+    """Return the reading of one sample of a pair [N] by its force ratio.
 
-    The uncertainty holds the tilt that the design allows for.
+    It is right only if no tilt makes one tip lead. The uncertainty includes the tilt that the design allows.
     """
     flags = flags_of_forces(sensor, forces)
     if flags:
@@ -26,7 +26,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     by_noise = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
     by_tilt = slopes.contrast * sensor.lead_deviation
     by_unit = sensor.channels.of_moment(slopes, forces)
-    # The force of one moment is a chord from zero, which has the slope of a parabola at half of it.
+    # The force of one moment is a chord from zero; it has the slope of a parabola at half the force.
     channels, springs = (
         BendSlopes(at_zero=tuple(each.tolist()), per_N=tuple((0.5 * each * forces).tolist()))
         for each in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
@@ -47,11 +47,11 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
 
 
 def ratio_modulus_and_noise(sensor: MeasuringUnit, forces: Floats) -> tuple[float, float]:
-    """Return the modulus [MPa] by the force ratio of forces [N] and its error by theirs [1]; raises ReadingError."""
+    """Return the modulus [MPa] by the ratio of forces [N] and its relative error by theirs [1]; raises ReadingError."""
     slopes = _ratio_slopes(sensor, forces)
     return sensor.ratio_modulus(forces), float(np.linalg.norm(np.multiply(slopes.forces, sensor.channels.errors)))
 
 
 def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:
-    """Return how the modulus by the force ratio of forces [N] moves; raises ReadingError."""
+    """Return the slopes of the modulus by the ratio of forces [N]; raises ReadingError."""
     return contrast_slopes(sensor.rise_law.contrast, forces.tolist(), sensor.ratio_modulus(forces))

@@ -1,8 +1,8 @@
-"""The reading of presses in the Python that MicroPython has too: `pipeline read --micropython` copies this file.
+"""Reading of presses in the subset of Python that MicroPython runs; `pipeline read --micropython` copies this file.
 
-Forces in N, lengths in mm, moduli in MPa; lists have one value for each tip. Only math is imported, annotations are
-builtin, and the memory of a press does not grow. The C header reads alike. `pipeline read` cuts touches and finds bad
-samples by this source, and refuses what is flagged here as bad, saturated or not tared.
+Forces are in N, lengths in mm and moduli in MPa. A list has one value for each tip. Only math is imported, annotations
+are builtin types, and the memory of a press does not grow. The C header implements the same reading. `pipeline read`
+uses this source to cut touches and to find bad samples. It refuses what is flagged here as bad, saturated or not tared.
 """
 
 import math
@@ -11,48 +11,50 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-BAD_FORCE = 1  # no number, below zero by more than noise, or far beyond full scale
-LIFT_OFF = 2  # a tip is off the fruit
+BAD_FORCE = 1  # not a number, below zero by more than noise, or far beyond full scale
+LIFT_OFF = 2  # a tip does not touch the fruit
 OUT_OF_RANGE = 4  # no modulus, or one outside the range of the design
 SATURATED = 8  # counts at the end of the converter's range
 NOT_TARED = 16  # no counts of the free sensor were given before
 FEW_SAMPLES = 32  # a press of too few samples with all tips on the fruit
 NO_RISE = 64  # a press that hardly rises after the last tip touched
-TOO_FAST = 128  # a press so fast that the times of the channels leave E open by 2 %, and more
-PRESSES_DISAGREE = 256  # presses of a fruit that differ by more than each of them may be off
+TOO_FAST = 128  # a press so fast that the time error of the channels changes E by 2 % or more
+PRESSES_DISAGREE = 256  # presses of a fruit that differ by more than their own errors allow
 
-MOST_PRESSES = 8  # of a fruit that are kept
-MUCH_LESS_CERTAIN = 2.0  # times the deviation of the most certain press: beyond, a press of a fruit does not count
+MOST_PRESSES = 8  # most presses of one fruit that are kept
+MUCH_LESS_CERTAIN = 2.0  # a press counts only if its deviation is at most this multiple of the least deviation
 
 
 class Unit:
-    """The constants of a unit."""
+    """The constants of a unit, as `pipeline read --header` and `--micropython` write them."""
 
     gains: list[float]  # force over channel [1]
     newtons: list[float]  # channels over counts [N], tip by tip; empty if counts are not calibrated
-    saturation: int  # of the counts, which are at most so large
-    least_forces: "Sequence[float]"  # of a tip on the fruit
-    lowest_forces: "Sequence[float]"  # below, a force is bad
+    saturation: int  # largest count that the converter can give
+    least_forces: "Sequence[float]"  # least force of a tip that touches the fruit [N]
+    lowest_forces: "Sequence[float]"  # a force below this is bad [N]
     largest_forces: "Sequence[float]"
-    later: list[float]  # how much later a channel is converted than the first one [of a sample]; empty if at once
-    several: int  # samples that one bad conversion is part of
-    time_deviation: float  # standard deviation of the times of the channels [of a sample]
+    # delay of a channel after the first one, as a fraction of a sample; empty if all are converted at once
+    later: list[float]
+    several: int  # number of samples that one bad conversion affects
+    time_deviation: float  # standard deviation of the times of the channels, as a fraction of a sample
     largest_by_time: float
     least_E: float
     largest_E: float
-    reduced: float  # E / (1 - nu^2) over E
+    reduced: float  # E / (1 - nu^2) over E [1]
     level_logs: list[float]  # logarithms of the moduli that a level sensor reads
-    level_shifts: list[float]  # logarithms of the true moduli over these
-    springs: list[float]  # weights of the contrast [mm/N]
-    fruit: list[float]  # [mm/N MPa]
-    domes: list[float]  # [mm/N^(2/3) MPa^(2/3)]
+    level_shifts: list[float]  # logarithms of the true moduli, less `level_logs`
+    springs: list[float]  # weights of the contrast for F [mm/N]
+    fruit: list[float]  # weights of the contrast for F / E [mm/N MPa]
+    domes: list[float]  # weights of the contrast for (F / E)^(2/3) [mm/N^(2/3) MPa^(2/3)]
     gap: float
     noises: list[float]
     fewest: int
-    latest_touch: float  # of the whole force [1]
+    latest_touch: float  # latest touch of the last tip, as a fraction of the whole force [1]
     least_rise: float
-    largest_noise: float  # of ln E
-    weights: list[float]  # these seven of domes that roll on a saddle; places are empty otherwise
+    largest_noise: float  # largest standard deviation of ln E by noise [1]
+    # weights to `saddle_steps` describe domes that roll on a saddle; `places` is empty for other tips
+    weights: list[float]
     places: list[float]
     dome_radius: float
     rolled: float
@@ -61,34 +63,36 @@ class Unit:
     still: list[float]
     saddle_steps: int
     settled: float
-    linear: list[float]  # the contrast for spikes [mm/N], [mm/N^(2/3)]
+    # contrast that finds spikes: its weights for F [mm/N], and in `line_domes` for F^(2/3) [mm/N^(2/3)]
+    linear: list[float]
     line_domes: list[float]
     errors: list[float]
-    least_slope: float  # of this contrast over the whole force [mm/N]
+    least_slope: float  # least slope of this contrast over the whole force [mm/N]
     most_slope: float
     of_whole: float  # variance of the whole force [N^2]
     slack: float
     others: int
     beside: int
     firm: float
-    largest_residual: float  # [standard deviations]
+    largest_residual: float  # largest residual of a sample [standard deviations]
     loads: list[float]
     load_forces: "Sequence[float]"
     per_offset: float
     by_skin: float
     rounds: int
     own_logs: list[float]  # logarithms of moduli
-    own_deviations: list[float]  # of ln E there, by what may differ between presses of a fruit, without noise
-    chi_squares: list[float]  # that few fruit exceed, of two presses, of three, and so on
+    # standard deviations of ln E at `own_logs`, by what differs between presses of a fruit, without noise
+    own_deviations: list[float]
+    chi_squares: list[float]  # limits of chi square for two presses, for three, and so on; few fruits exceed them
 
     def __init__(self, constants: dict[str, object]) -> None:
-        """Take all constants by their names."""
+        """Set each constant as an attribute of its name."""
         for name in constants:
             setattr(self, name, constants[name])
         self.size = len(self.gains)
 
     def forces_of(self, channels: list[float]) -> tuple[list[float], int]:
-        """Return the forces [N] of channels [N], and what is wrong with them."""
+        """Return the forces [N] of the tips from their channels [N], and the flags of what is wrong with them."""
         forces = []
         flags = 0
         for tip in range(self.size):
@@ -101,7 +105,7 @@ class Unit:
         return forces, flags
 
     def channels_of(self, above: list[float]) -> list[float]:
-        """Return the channels [N] of counts above tare."""
+        """Return the channels [N] from counts above tare."""
         rows = [self.newtons[tip * self.size : (tip + 1) * self.size] for tip in range(self.size)]
         return [dot(row, above) for row in rows]
 
@@ -110,12 +114,15 @@ class Unit:
         return max(abs(count) for count in counts) >= self.saturation
 
     def judged(self, E: float) -> tuple[float, float, int]:
-        """Return E, E / (1 - nu^2) [MPa] and the flags."""
+        """Return E [MPa], E / (1 - nu^2) [MPa] and a flag if E is outside the range of the design."""
         outside = not self.least_E <= E <= self.largest_E
         return E, self.reduced * E, OUT_OF_RANGE if outside else 0
 
     def corrected(self, read: float) -> float:
-        """Return the modulus [MPa] that a level sensor reads as this: fruit's shape and skin, and creep of springs."""
+        """Return the true modulus [MPa] of a fruit that a level sensor reads as `read` [MPa].
+
+        The correction covers the shape and the skin of the fruit, and the creep of the springs.
+        """
         logs = self.level_logs
         shifts = self.level_shifts
         if not logs:
@@ -125,7 +132,7 @@ class Unit:
         return read * math.exp(between(logs, shifts, math.log(read)))
 
     def fruit_on(self, offset: float) -> list[float]:
-        """Return how the fruit moves the contrast by forces, times E [1/mm], if its saddle makes an offset [mm].
+        """Return the weights of the contrast for F / E [mm/N MPa] on a saddle that makes an offset [mm].
 
         Domes roll on it, so that their contacts are nearer to each other than their axes.
         """
@@ -149,7 +156,7 @@ class Unit:
         return fruit
 
     def point_of(self, forces: "Sequence[float]") -> tuple[float, float, float, float]:
-        """Return a sample as whole force [N], contrast [mm], variance of the contrast, covariance of both."""
+        """Return the whole force [N], the contrast [mm], the variance of the contrast and the covariance of both."""
         contrast = variance = covariance = 0.0
         for tip in range(self.size):
             cube_root = forces[tip] ** (1.0 / 3.0)
@@ -161,21 +168,21 @@ class Unit:
         return sum(forces), contrast, variance, covariance
 
     def variance_off(self, variance: float, covariance: float, slope: float) -> float:
-        """Return the variance of the distance of a point from a line of a slope [mm^2]."""
+        """Return the variance of the distance between a point and a line of a slope [mm^2]."""
         return variance - slope * (2.0 * covariance - slope * self.of_whole)
 
     def are_firm(self, forces: "Sequence[float]") -> list[bool]:
-        """Return for each tip whether its force [N] is of a touch that noise does not end."""
+        """Return for each tip whether its force [N] is so large that noise does not end its touch."""
         return [force > self.firm * least for force, least in zip(forces, self.least_forces)]
 
 
 def dot(weights: list[float], values: list[float]) -> float:
-    """Return the sum of products."""
+    """Return the dot product."""
     return sum(weight * value for weight, value in zip(weights, values))
 
 
 def between(places: list[float], values: list[float], at: float) -> float:
-    """Return a value at a place on straight lines between values at places that rise, level beyond both ends."""
+    """Return the linear interpolation of values at rising places, constant beyond both ends."""
     row = 1
     while row < len(places) - 1 and places[row] < at:
         row += 1
@@ -184,7 +191,7 @@ def between(places: list[float], values: list[float], at: float) -> float:
 
 
 def root(rigid: float, dome: float, body: float) -> float | None:
-    """Return the smallest root z = E^(-1/3) of rigid + dome z^2 + body z^3 = 0, None if there is none."""
+    """Return the smallest root z = E^(-1/3) of rigid + dome z^2 + body z^3 = 0, or None if there is none."""
     end = -2.0 * dome / (3.0 * body) if body else 0.0
     if not end > 0.0:
         ends = [abs(rigid / dome) ** 0.5] if dome else []
@@ -203,7 +210,7 @@ def root(rigid: float, dome: float, body: float) -> float | None:
 
 
 class UnitTare:
-    """The counts of the free sensor, and counts above them."""
+    """The tare: the mean counts of the free sensor."""
 
     def __init__(self, unit: Unit) -> None:
         """Begin without a sample."""
@@ -212,7 +219,7 @@ class UnitTare:
         self.sums = [0] * unit.size
 
     def add(self, counts: list[int]) -> int:
-        """Take counts of the free sensor in, unless one is saturated; return its flag."""
+        """Add counts of the free sensor to the tare, unless a count is saturated; return the flag."""
         if self.unit.saturated(counts):
             return SATURATED
         self.sums = [a + b for a, b in zip(self.sums, counts)]
@@ -220,7 +227,7 @@ class UnitTare:
         return 0
 
     def above(self, counts: list[int]) -> tuple[list[float], int]:
-        """Return counts above tare, and what is wrong with the counts, which are then none."""
+        """Return counts above tare and a flag; the list is empty if the counts are flagged."""
         if not self.samples:
             return [], NOT_TARED
         if self.unit.saturated(counts):
@@ -229,40 +236,41 @@ class UnitTare:
 
 
 class Rising:
-    """The samples of one press as running sums: those that follow samples with all forces above the least ones [N]."""
+    """Running sums of one press over samples that follow a sample with all forces above their least values [N]."""
 
     def __init__(self, unit: Unit, least: "Sequence[float]") -> None:
         """Begin a press."""
         self.unit = unit
         self.least = least
         self.deepest = 0.0  # largest whole force [N]
-        self.noise = 0.0  # of ln E, one standard deviation, of the last reading
+        self.noise = 0.0  # standard deviation of ln E of the last reading
         self.begin_sums()
         self.keep()
 
     def begin_sums(self) -> None:
-        """Begin the sums of a press, also after a lift: what comes after it is another press."""
+        """Reset the sums, because samples after a lift belong to another press."""
         size = self.unit.size
         self.break_off()
         self.touch = 0.0  # whole force of the first sample with all tips on the fruit [N]
         self.count = 0
-        self.instrument = 0.0  # mean of the whole force before [N]
-        self.spread = 0.0  # its co-moment with itself [N^2]
-        self.means = [(0.0, 0.0, 0.0)] * size  # of F, F^(2/3) and F^(-1/3) of each tip
+        self.instrument = 0.0  # mean of the whole force of the sample before [N], the instrument of the regression
+        self.spread = 0.0  # sum of squared deviations of the instrument [N^2]
+        self.means = [(0.0, 0.0, 0.0)] * size  # means of F, F^(2/3) and F^(-1/3) of each tip
         self.rising = [(0.0, 0.0)] * size  # co-moments of the instrument with F and F^(2/3)
-        self.steps = [0.0] * size  # means of the forces less those of the sample before [N]
-        self.rising_steps = [0.0] * size  # co-moments of the instrument with these [N^2]
+        self.steps = [0.0] * size  # mean change of each force from sample to sample [N]
+        self.rising_steps = [0.0] * size  # co-moments of the instrument with these changes [N^2]
 
     def keep(self) -> None:
-        """Keep the sums up to here as those up to the deepest sample."""
+        """Save the sums at the deepest sample; later samples do not enter the reading."""
         self.to_deepest = (self.count, self.touch, self.spread, self.means, self.rising, self.rising_steps)
 
     def break_off(self) -> None:
-        """Forget the samples before, that the next one does not follow."""
-        self.before = [0.0] * self.unit.several  # whole forces of the samples before [N], the earliest first, 0 if none
+        """Forget the samples before, because the next one does not follow them."""
+        # whole forces of the samples before [N], earliest first; 0 if there is none
+        self.before = [0.0] * self.unit.several
 
     def add(self, forces: "Sequence[float]", steps: list[float]) -> None:
-        """Take forces [N] in, each above 0, and their differences from the sample before [N]."""
+        """Add forces [N], each above 0, and their changes since the sample before [N]."""
         if self.before[0]:
             self.count_in(forces, steps)
         if all(force > least for force, least in zip(forces, self.least)):
@@ -272,7 +280,7 @@ class Rising:
             self.begin_sums()
 
     def count_in(self, forces: "Sequence[float]", steps: list[float]) -> None:
-        """Take forces [N] into the sums."""
+        """Add forces [N] to the sums."""
         before = self.before[0]
         whole = sum(forces)
         if not self.count:
@@ -301,10 +309,11 @@ class Rising:
             self.keep()
 
     def read(self, *, whole: bool) -> tuple[float | None, float, int]:
-        """Return E [MPa], the offset of the contrast [mm] and flags, by the rise of the contrast.
+        """Return E [MPa], the offset of the contrast [mm] and flags, from the rise of the contrast.
 
-        rigid + dome z^2 + body z^3 = 0 of co-moments with the whole force before, z = E^(-1/3). Gaps under the tips,
-        the same in all samples, have none. A `whole` press must rise far.
+        E = z^(-3) solves rigid + dome z^2 + body z^3 = 0. The coefficients are co-moments with the whole force of the
+        sample before. Gaps under the tips are constant in a press, so they drop out. With `whole`, a press that begins
+        late or rises little is flagged.
         """
         unit = self.unit
         count, touch, spread, means, rising, rising_steps = self.to_deepest
@@ -348,10 +357,10 @@ class Rising:
 
 
 class ContrastLine:
-    """The line of the contrast [mm] over the whole force [N] through points: their means, moments and squares."""
+    """The line of the contrast [mm] over the whole force [N] that fits points by least squares."""
 
     def __init__(self, unit: Unit, points: list[tuple[float, float, float, float]]) -> None:
-        """Take points, each a whole force, a contrast, the variance of that and its covariance with the force."""
+        """Fit points: whole force, contrast, variance of the contrast, and its covariance with the force."""
         self.unit = unit
         self.whole = sum(point[0] for point in points) / len(points)
         self.contrast = sum(point[1] for point in points) / len(points)
@@ -365,17 +374,17 @@ class ContrastLine:
         self.squares = sum((y - self.slope * u) ** 2 for u, y in apart)
 
     def variance_off(self, slope: float) -> float:
-        """Return the mean variance of the distance of a point from a line of a slope [mm^2]."""
+        """Return the mean variance of the distance between a point and a line of a slope [mm^2]."""
         return self.unit.variance_off(self.variance, self.covariance, slope)
 
     def residual_of(self, point: tuple[float, float, float, float], slope: float) -> float:
-        """Return the distance of a sample from a line of a slope in standard deviations."""
+        """Return the distance of a sample from a line of a slope [standard deviations]."""
         variance = self.unit.variance_off(point[2], point[3], slope) + self.variance_off(slope) / self.unit.others
         return (point[1] - self.contrast - slope * (point[0] - self.whole)) / math.sqrt(variance)
 
 
 class TouchSample:
-    """One sample of a touch: its forces [N], its point, its number, and whether it still waits for a decision."""
+    """One sample of a touch: its forces [N], its point, its number, and whether its decision is pending."""
 
     def __init__(self, unit: Unit, forces: "Sequence[float]", number: int) -> None:
         """Take the forces [N]."""
@@ -386,15 +395,15 @@ class TouchSample:
 
 
 class Touch:
-    """The last samples of a touch; those that contradict their press are left out."""
+    """The last samples of a touch, from which samples that contradict their press are dropped."""
 
     def __init__(
         self, unit: Unit, take: "Callable[[Sequence[float], int], object]", drop: "Callable[[int], object]"
     ) -> None:
         """Begin without a touch.
 
-        `take` is called with the forces [N] of each sample that counts and its number, from 1, `drop` with the number
-        of each one that is left out.
+        `take` is called with the forces [N] of each accepted sample and its number, from 1. `drop` is called with the
+        number of each rejected sample.
         """
         self.unit = unit
         self.take = take
@@ -414,21 +423,24 @@ class Touch:
         self.contrast = 0.0
 
     def lifts(self, forces: "Sequence[float]") -> bool:
-        """Take forces [N] of a sample in which a tip is off; return whether that is a lift."""
+        """Add forces [N] of a sample in which a tip is out of contact; return whether this is a lift."""
         self.number += 1
         if self.row:
             self.off += 1
         return not self.row or self.off > self.unit.several or (self.off > 1 and not any(self.unit.are_firm(forces)))
 
     def lost(self, forces: "Sequence[float]") -> bool:
-        """Return whether samples with a tip off lie between firm touches, the second of forces [N], and are no lift."""
+        """Return whether samples out of contact lie between two firm touches: a bad conversion, not a lift.
+
+        `forces` [N] are those of the second touch.
+        """
         unit = self.unit
-        if unit.several > 1:  # a bad conversion is part of two samples, so the second touch need not be firm
+        if unit.several > 1:  # a bad conversion affects two samples, so the second touch need not be firm
             return any(all(unit.are_firm(sample.forces)) for sample in self.row[-unit.several :])
         return all(unit.are_firm(forces)) and all(unit.are_firm(self.row[-1].forces))
 
     def add(self, forces: "Sequence[float]") -> None:
-        """Take forces [N] of a touch."""
+        """Add forces [N] of a sample in which all tips touch."""
         for number in range(self.number - self.off, self.number):
             self.drop(number + 1)
         self.number += 1
@@ -440,14 +452,14 @@ class Touch:
             self.release(len(self.row) - self.unit.several - (self.unit.beside - 1))
 
     def close(self) -> None:
-        """Decide on all samples that wait: the touch is over, or the press is."""
+        """Decide on all pending samples, because the touch or the press is over."""
         if len(self.row) == self.length:
             self.judge(len(self.row))
         self.release(len(self.row))
         self.begin()
 
     def release(self, count: int) -> None:
-        """Give on the first samples of the row, those that wait."""
+        """Pass on the first samples of the row whose decision is pending."""
         for sample in self.row[: max(count, 0)]:
             if sample.waits:
                 sample.waits = False
@@ -457,7 +469,7 @@ class Touch:
                 self.take(sample.forces, sample.number)
 
     def slopes(self, line: ContrastLine, scale: float) -> tuple[float, float]:
-        """Return the least and the largest slope that a line, the press before it and the moduli allow."""
+        """Return the least and the largest slope that the row, the press before it and the range of moduli allow."""
         unit = self.unit
         least = unit.least_slope
         most = unit.most_slope
@@ -480,7 +492,7 @@ class Touch:
         return least, most
 
     def judge(self, decided: int) -> None:
-        """Leave those samples out that lie off every line that the others allow, if they are to be decided."""
+        """Drop the samples that lie away from every line that the other samples allow, up to the number `decided`."""
         unit = self.unit
         points = [sample.point for sample in self.row]
         lines = [
@@ -506,19 +518,19 @@ class Touch:
 
 
 class UnitPress:
-    """The samples of one press, summed from each load on, in a memory that does not grow."""
+    """The sums of one press from each load on, in a memory that does not grow."""
 
     def __init__(self, unit: Unit, last: list[float] | None = None) -> None:
-        """Begin a press, after the last sample as it came if there was one."""
+        """Begin a press; `last` is the last sample before it, if there was one."""
         self.unit = unit
         self.last = last
         self.touched = False
         self.over = False  # whether the tips were lifted after a press that noise does not end
-        self.firm = 0  # samples in a row in which all tips touched firmly
-        self.left_out = 0  # samples that contradict the press, and do not count
-        self.noise = 0.0  # of ln E, one standard deviation, as it was read
+        self.firm = 0  # number of samples in a row in which all tips touched firmly
+        self.left_out = 0  # number of samples that were dropped because they contradict the press
+        self.noise = 0.0  # standard deviation of ln E of the last reading
         self.row = Touch(unit, self.take, self.drop)
-        self.forces: Sequence[float] = [0.0] * unit.size  # of the sample before [N]
+        self.forces: Sequence[float] = [0.0] * unit.size  # forces of the sample before [N]
         self.number = 0
         size = unit.size
         self.rising = [
@@ -526,7 +538,7 @@ class UnitPress:
         ]
 
     def add(self, channels: list[float]) -> int:
-        """Take a sample of channels [N] in, unless something is wrong with it; return its flags."""
+        """Add a sample of channels [N] unless it is bad; return its flags."""
         _, flags = self.unit.forces_of(channels)
         if flags & BAD_FORCE and self.unit.later:
             return self.lost(flags)
@@ -534,7 +546,7 @@ class UnitPress:
         return self.add_at_one_time(at_one_time) if at_one_time else flags
 
     def add_counts(self, tare: UnitTare, counts: list[int]) -> int:
-        """Take a sample of counts in, unless something is wrong with it; return its flags."""
+        """Add a sample of counts unless it is bad; return its flags."""
         above, flags = tare.above(counts)
         if flags:
             return self.lost(flags) if self.unit.later else flags
@@ -545,7 +557,7 @@ class UnitPress:
         return self.add_at_one_time(self.unit.channels_of(at_one_time)) if at_one_time else flags
 
     def at_one_time(self, sample: list[float]) -> list[float]:
-        """Return a sample at the time of its first conversion; empty if the sample before is not known."""
+        """Return a sample interpolated to the time of its first conversion; empty if no sample is before it."""
         if not self.unit.later:
             return sample
         last = self.last
@@ -555,13 +567,13 @@ class UnitPress:
         return [value - later * (value - before) for value, later, before in zip(sample, self.unit.later, last)]
 
     def lost(self, flags: int) -> int:
-        """Forget the last sample: a bad one, between which and the next there is no line; return its flags."""
+        """Forget the last sample, because a bad sample leaves nothing to interpolate from; return the flags."""
         self.last = None
         self.break_off()
         return flags
 
     def add_at_one_time(self, channels: list[float]) -> int:
-        """Take a sample in whose channels [N] have one time, unless something is wrong with it; return its flags."""
+        """Add a sample whose channels [N] have one time, unless it is bad; return its flags."""
         forces, flags = self.unit.forces_of(channels)
         self.touched = self.touched or not flags
         if flags & BAD_FORCE:
@@ -577,13 +589,13 @@ class UnitPress:
         return flags
 
     def break_off(self) -> None:
-        """Forget the samples before, that the next one does not follow."""
+        """Forget the samples before, because the next one does not follow them."""
         self.row.close()
         for rising in self.rising:
             rising.break_off()
 
     def lift(self) -> None:
-        """Begin the sums anew: what comes after a lift is another press."""
+        """Reset the sums, because samples after a lift belong to another press."""
         self.row.close()
         for rising in self.rising:
             rising.begin_sums()
@@ -595,7 +607,7 @@ class UnitPress:
         self.left_out += 1
 
     def take(self, forces: "Sequence[float]", number: int) -> None:
-        """Take forces [N] of a sample by its number into the sums."""
+        """Add the forces [N] of an accepted sample to the sums; `number` is its number in the signal."""
         if all(self.unit.are_firm(forces)):
             self.firm += 1
         elif self.firm <= self.unit.several:
@@ -607,7 +619,7 @@ class UnitPress:
             rising.add(forces, steps)
 
     def read(self) -> tuple[float | None, float | None, int]:
-        """Return E, E / (1 - nu^2) [MPa] and flags of that part of a press in which flat tips are seated."""
+        """Return E, E / (1 - nu^2) [MPa] and flags, from the part of the press in which flat tips are fully seated."""
         self.row.close()
         if not self.touched:
             return None, None, LIFT_OFF
@@ -634,19 +646,19 @@ class UnitPress:
 
 
 def own_deviation(logs: list[float], deviations: list[float], E: float, noise: float) -> float:
-    """Return the deviation of ln E of a press by what may differ between presses of a fruit, and by its noise.
+    """Return the standard deviation of ln E of one press, without the errors that all presses of a fruit share.
 
-    The deviations without noise are straight between logarithms of moduli, and level beyond.
+    `deviations` are interpolated over `logs`, the logarithms of moduli. `noise` is added in quadrature.
     """
     of_fruit = between(logs, deviations, math.log(E))
     return math.sqrt(of_fruit * of_fruit + noise * noise)
 
 
 def middle_of(logs: list[float]) -> float:
-    """Return the middle of logarithms of moduli: the median of the means of all pairs, each with itself too.
+    """Return the Hodges-Lehmann estimate: the median of the means of all pairs, each value also paired with itself.
 
-    J. L. Hodges and E. L. Lehmann, Ann. Math. Stat. 34 (1963) 598. Of two it is their mean. Of four and more a single
-    press, however far off, moves it by no more than the others differ.
+    J. L. Hodges and E. L. Lehmann, Ann. Math. Stat. 34 (1963) 598. For two values it is their mean. For four and more,
+    one outlier moves it by no more than the spread of the others.
     """
     means = sorted(0.5 * (logs[one] + logs[other]) for one in range(len(logs)) for other in range(one + 1))
     half = len(means) // 2
@@ -654,26 +666,26 @@ def middle_of(logs: list[float]) -> float:
 
 
 def scatter_of(logs: list[float]) -> float:
-    """Return the standard deviation of at least two logarithms of moduli from press to press [1]."""
+    """Return the standard deviation of at least two logarithms of moduli between presses [1]."""
     mean = sum(logs) / len(logs)
     return math.sqrt(sum((log - mean) ** 2 for log in logs) / (len(logs) - 1))
 
 
 def that_count(deviations: list[float]) -> list[int]:
-    """Return which presses of a fruit count, by their deviations [1]: not those that are much less certain."""
+    """Return the indices of the presses that count: deviations [1] much larger than the least do not."""
     most = MUCH_LESS_CERTAIN * min(deviations)
     return [press for press, deviation in enumerate(deviations) if deviation <= most]
 
 
 def disagree(logs: list[float], deviations: list[float], limit: float) -> bool:
-    """Return whether logarithms of moduli differ by more than their deviations [1] allow, by a limit of chi square."""
+    """Return whether the weighted sum of squares of logarithms of moduli exceeds a limit of chi square."""
     weights = [1.0 / (deviation * deviation) for deviation in deviations]
     mean = dot(weights, logs) / sum(weights)
     return sum(weight * (log - mean) ** 2 for weight, log in zip(weights, logs)) > limit
 
 
 class UnitFruit:
-    """The last presses of one fruit, and what they read together."""
+    """The last presses of one fruit, and their common reading."""
 
     def __init__(self, unit: Unit) -> None:
         """Begin a fruit."""
@@ -682,7 +694,7 @@ class UnitFruit:
         self.deviations: list[float] = []
 
     def add(self, E: float | None, noise: float) -> None:
-        """Take the reading of a press in: E [MPa] and the noise of ln E; a press without a modulus is none."""
+        """Add the reading of a press: E [MPa] and the noise of ln E; a press without a modulus is ignored."""
         if E is None:
             return
         self.logs = self.logs[1 - MOST_PRESSES :]
@@ -692,7 +704,7 @@ class UnitFruit:
         self.deviations.append(own)
 
     def read(self) -> tuple[float | None, float | None, float, int]:
-        """Return E, E / (1 - nu^2) [MPa], the scatter of ln E from press to press and flags; no scatter of one."""
+        """Return E, E / (1 - nu^2) [MPa], the scatter of ln E between presses (0 for one press) and flags."""
         if not self.logs:
             return None, None, 0.0, LIFT_OFF
         count = that_count(self.deviations)
@@ -708,10 +720,10 @@ class UnitFruit:
 def readings_of(
     unit: Unit, rows: "Iterable[list[int]]", tare_samples: int
 ) -> "Iterator[tuple[float | None, float | None, int]]":
-    """Yield E, E / (1 - nu^2) [MPa] and flags of each press in rows of counts, the first ones of a free sensor.
+    """Yield E, E / (1 - nu^2) [MPa] and flags of each press in rows of counts, which begin with a free sensor.
 
-    A press ends if a tip is lifted, or with counts that are wrong, whose flags follow. A signal without a press gives
-    the reading of its last touch.
+    A press ends when a tip is lifted, or at bad counts, whose flags follow. A signal without a press yields the reading
+    of its last touch.
     """
     tare = UnitTare(unit)
     press = UnitPress(unit)
@@ -736,9 +748,9 @@ def readings_of(
 
 
 def recorded_counts(path: str, size: int) -> "Iterator[list[int]]":
-    """Yield rows of counts of a file with a line for each sample: numbers with commas between, the last of each count.
+    """Yield rows of counts of a file with comma-separated numbers; the last `size` cells of a line are the counts.
 
-    Lines without a number for each count are left out, as headers are.
+    Lines with a cell that is no number, such as headers, are skipped.
     """
     with open(path, "rb") as lines:
         for line in lines:

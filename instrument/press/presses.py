@@ -1,4 +1,4 @@
-"""From signals to readings: a press is the samples from the touch of the last tip to the lift of the first one."""
+"""From signals to readings; a press lasts from the touch of the last tip to the lift of the first one."""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -24,7 +24,7 @@ from sensor.quantity import validation_error
 from sensor.turns import in_turn
 
 TARE_SAMPLES = 10
-"""Of a signal of counts, at its start, of a sensor that hangs free."""
+"""Number of samples at the start of a signal of counts that are its tare; the sensor hangs free."""
 
 
 @in_turn
@@ -36,9 +36,8 @@ def read_press(
 ) -> list[FruitReading]:
     """Return one reading for each press in a CSV file of forces or counts, as `pipeline read` does.
 
-    `unit` is that of a calibration, or the path of its unit.toml. Without it the springs are taken as designed. Forces
-    that tell no modulus give a reading with flags and without E. `counts_as` says how counts without signs are written.
-    Raises InputError for a file that is no signal of the sensor.
+    Without a unit the springs are as designed. Forces that determine no modulus give a reading with flags and without
+    E. Raises InputError for a file that is no signal of the sensor.
 
     Parameters
     ----------
@@ -65,10 +64,10 @@ def read_press(
 def readings_of(
     sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False, counts_as: str | None = None
 ) -> Iterator[FruitReading]:
-    """Yield one reading for each press of a signal as it ends, or the press so far at each sample of it.
+    """Yield one reading for each press of a signal as it ends, or with `every_sample` a reading at each of its samples.
 
-    `counts_as` is as in `signed_counts`. A signal without a press yields one reading, flagged as lifted off. Raises
-    InputError at a line that is no sample, and for a line or a square whose report has no readings of whole presses.
+    `counts_as` is as in `signed_counts`. A signal without a press yields one reading with the flag `lift_off`. Raises
+    InputError for an invalid line, and for a report of a line or square without level readings of whole presses.
     """
     sensor.refuse_without_rise_level()
     tare, samples = tare_of(sensor, signal, counts_as) if signal.counted else (None, iter(signal))
@@ -92,9 +91,9 @@ def readings_of(
 def _in_newtons(
     sensor: MeasuringUnit, signal: Signal, samples: Iterable[Sample], tare: Sequence[float] | None
 ) -> Iterator[Sample]:
-    """Yield samples with the forces of their tips [N], those of counts above a tare.
+    """Yield samples with the forces of the tips [N]; counts are converted above their tare.
 
-    Raises InputError as `refuse_out_of_scale`.
+    Raises InputError as `refuse_out_of_scale` does.
     """
     for sample in samples:
         channels = sample.forces if tare is None else sensor.unit.forces_of_counts(sample.forces, tare)
@@ -104,9 +103,10 @@ def _in_newtons(
 
 
 def zero_left(sensor: MeasuringUnit, press: PressSamples) -> tuple[float | None, float | None]:
-    """Return the zero that creeping springs show after a press [N], and the fraction of a touch that it is [1].
+    """Return the zero error of creeping springs after a press [N], and its fraction of the least force of a touch [1].
 
-    It is of the tip where that fraction is the largest. Both are None if springs show none.
+    They belong to the tip with the largest fraction. Both are None if the springs do not creep or the duration is
+    unknown.
     """
     creep, duration = sensor.creep, press.duration_s
     if creep.exponent == 0.0 or duration is None:
@@ -121,12 +121,12 @@ def zero_left(sensor: MeasuringUnit, press: PressSamples) -> tuple[float | None,
 def tare_of(
     sensor: MeasuringUnit, signal: Signal, counts_as: str | None = None
 ) -> tuple[list[float], Iterator[Sample]]:
-    """Return the tare of a signal of counts, its first ten samples, of a free sensor, and the samples behind them.
+    """Return the tare of a signal, the mean counts of its first samples, and the samples after them as signed counts.
 
-    Their counts are signed; `counts_as` is how those of the file are written, as in `signed_counts`.
+    `counts_as` is the notation of counts in the file, as in `signed_counts`.
 
-    Raises InputError where counts were not calibrated, for counts at the end of the converter's range, and for a tare
-    that is no free sensor's. Such a tare is unsteady, or more than a full scale off that of the calibration.
+    Raises InputError if the unit has no calibration of counts, and for counts at the end of the converter's range. It
+    also refuses samples that are not of a free sensor: unsteady, or more than a full scale from the calibrated zero.
     """
     unit = sensor.unit
     if not unit.newtons_per_count:
@@ -157,7 +157,7 @@ def tare_of(
 
 
 def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:
-    """Raise InputError, which names a tip by its place, for forces [N] below zero or far beyond the scale."""
+    """Raise InputError for forces [N] below zero or far beyond the scale; `place` returns the name of a tip's cell."""
     in_scale = sensor.in_scale(forces)
     if not in_scale.all():
         tip = int(in_scale.argmin())

@@ -1,4 +1,4 @@
-"""A printed unit: what calibration found of its springs, tips and channels; unit.toml and back."""
+"""A printed unit: what calibration measured of its springs, tips and channels, stored as unit.toml."""
 
 import hashlib
 import itertools
@@ -27,7 +27,7 @@ _GAIN = Bounds(at_least=0.1, at_most=10.0)
 _SPRING_ERROR = Bounds(above=0.0, at_most=100.0)  # no spring is known exactly
 _ERROR = Bounds(at_least=0.0, at_most=100.0)
 WEIGHED_AFTER = Bounds(above=0.0, at_most=365.25 * 86400.0)
-"""Of the time after which a weight is read [s]: at most a year."""
+"""Allowed time between hanging a weight and reading it [s]: at most a year."""
 _BEND = Bounds(at_least=-1e6, at_most=1e6)
 _CREEP = Bounds(at_least=0.0, below=1.0)
 _TOGETHER = (
@@ -37,28 +37,30 @@ _TOGETHER = (
 )
 _MOST_COUNTS = 2**31 - 1  # firmware holds counts in 32 bits
 _FORMER_KEYS = ("height_mm", "height_error_mm")
-"""Keys of version 0.1, whose heights of tips drop out of a press."""
-_PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # it stands in comments of the firmware
+"""Keys of version 0.1: the heights of tips, which cancel in a press."""
+_PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # the text is written into comments of the firmware
 
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedUnit:
-    """The springs, tips and channels of one unit, in the order of its tips, each with its standard deviation.
+    """The springs, tips and channels of one unit in the order of its tips, with their standard deviations.
 
-    `design_sha256` is the digest of the design that it is a print of. Each reading of a channel [N] times its gain is
-    the force. `gain_percent` is of that, or of the deflection where the unit is `calibrated_by` a hard plate. `classes`
-    are ripeness classes as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found. Where counts
-    were calibrated, forces of all tips [N] are `newtons_per_count` (tips, channels) times the counts of all channels
-    less their tare. `zero_counts` are those of the calibration, and counts of `saturation_counts` or more are none.
-    `scale` is what another instrument shows of fruit that it reads.
+    `design_sha256` is the digest of the design that was printed. The reading of a channel [N] times its `gain` is the
+    force, and `gain_percent` is the error of the gain. For a unit `calibrated_by` a hard plate it is the error of the
+    deflection. `classes` are ripeness classes such as `ripe:0.8,unripe`, empty for none. `method` states how the
+    numbers were found.
 
-    Stiffnesses and gains are those of weights that were read `weighed_after_s` after they were hung. `creep_per_decade`
-    is the unit's own growth of the compliance in a decade of time, `creep_error` its standard deviation [1]. Both are
-    None where it was not found. Then it has that of its process.
+    If counts were calibrated, `newtons_per_count` (tips, channels) times the counts above tare are the forces of all
+    tips [N]. `zero_counts` are the tare of the calibration. Counts of `saturation_counts` or more are refused.
 
-    `force_bend` is the error of the slope by which counts tell a force, over the slope [1], at no force, and
-    `force_bend_per_N` its change with the force. `deflection_bend` is that of the compliances, 1 / K. They are None
-    where all lines are straight. `ball` is the correction by a reference ball, None without one.
+    Stiffnesses and gains hold for weights that were read `weighed_after_s` after they were hung. `creep_per_decade` is
+    the measured growth of the compliance per decade of time, and `creep_error` its standard deviation [1]. Both are
+    None if they were not measured; the creep of the process applies then.
+
+    `force_bend` is the relative error of the slope of force over counts [1] at zero force, and `force_bend_per_N` its
+    change with the force. `deflection_bend` describes the compliances 1 / K in the same way. They are None if all
+    lines are straight. `ball` is the correction by a reference ball, None without one. `scale` converts the modulus to
+    the firmness of another instrument, None without one.
 
     Examples
     --------
@@ -124,7 +126,7 @@ class PrintedUnit:
             raise validation_error("unit.newtons_per_count", str(self.newtons_per_count), "", bound, _HINT)
 
     def forces_of_counts(self, counts: Sequence[float], tare: Sequence[float]) -> tuple[float, ...]:
-        """Return the force of each tip [N] of counts of all channels, less those of a free sensor."""
+        """Return the force of each tip [N] from the counts of all channels and their tare."""
         above_tare = [count - zero for count, zero in zip(counts, tare, strict=True)]
         return tuple(
             math.fsum(slope * count for slope, count in zip(row, above_tare, strict=True))
@@ -132,7 +134,7 @@ class PrintedUnit:
         )
 
     def creep_or(self, as_made: CreepLaw) -> CreepLaw:
-        """Return the creep of the unit: its own, or that of its leaves as they are made."""
+        """Return the creep of the unit: as measured, or else the creep of its print process."""
         if self.creep_per_decade is None or self.creep_error is None:
             return as_made
         return CreepLaw(self.creep_per_decade, self.creep_error)
@@ -161,13 +163,16 @@ _KEYS_OF_A_UNIT = {
         *("sensitivity_mV_per_mm", "noise_um"),
     ),
 }
-"""The keys that set the springs, the tips and the read-out of a unit. The list is fixed: units hold a digest of it."""
+"""The keys that determine the springs, the tips and the read-out of a unit.
+
+The list is fixed, because units hold a digest of these keys.
+"""
 
 
 def design_digest(design: Design) -> str:
-    """Return the sha256 of what a design says of a unit: of its springs, its tips and its read-out.
+    """Return the sha256 of the part of a design that determines a unit: its springs, tips and read-out.
 
-    A key that is not set does not enter, nor does one that came or left since.
+    Keys that are not set do not enter, so a key that is added later does not change the digest.
     """
     tables = design_as_mapping(design)
     chosen = {table: {key: tables.get(table, {}).get(key) for key in keys} for table, keys in _KEYS_OF_A_UNIT.items()}
@@ -184,16 +189,16 @@ _OF_0_2 = (
     ("reading", "stiffness_percent", 1.0, _BEFORE_STIFFNESS),
     ("reading", "gain_percent", 0.5, (*_BEFORE_STIFFNESS, "stiffness_percent")),
 )
-"""Keys that 0.2 wrote, or digested as if it had: table, key, value, and the keys of which it stood behind the last.
+"""Keys that 0.2 wrote or digested: table, key, value, and the keys of which the last one preceded it.
 
-Those that are written still have their own value.
+A key that is still written keeps its own value.
 """
 
 _SINCE_0_2 = (
     *("fruit.name", "fruit.roughness_mm", "fruit.roughness_wave_mm", "fruit.flesh_scatter_percent"),
     *("reading.presses", "reading.ball_percent"),
 )
-"""Keys that came later, which 0.2 wrote into no design."""
+"""Keys that were added later, which 0.2 wrote into no design."""
 
 
 _OF_CALIBRATION: dict[str, tuple[object, ...]] = {
@@ -201,11 +206,11 @@ _OF_CALIBRATION: dict[str, tuple[object, ...]] = {
     "stiffness_percent": (1.0,),
     "gain_percent": (0.5, 0.1),
 }
-"""What a design of 0.2 said in `reading` of its calibration, by default or in a preset. It sets nothing of a print."""
+"""Values of `reading` for the calibration in designs of 0.2, by default or in a preset. They do not set the print."""
 
 
 def digests_of_0_2(design: Design) -> set[str]:
-    """Return each sha256 that version 0.2 may have written into the units of a design, whatever calibrates them."""
+    """Return every sha256 that version 0.2 may have written into a unit of a design, for any kind of calibration."""
     reading = design.reading
     if reading is None:
         return {_digest_of_0_2(design)}
@@ -215,7 +220,7 @@ def digests_of_0_2(design: Design) -> set[str]:
 
 
 def _digest_of_0_2(design: Design) -> str:
-    """Return the sha256 of the whole text of a design, as version 0.2 wrote it."""
+    """Return the sha256 of the whole text of a design, in the form that version 0.2 wrote."""
     tables = design_as_mapping(design, derived=True)
     for name in _SINCE_0_2:
         table, key = name.split(".")
@@ -229,15 +234,16 @@ def _digest_of_0_2(design: Design) -> str:
 
 
 def check_weighed_after(name: str, after_s: float | None) -> None:
-    """Raise InputError, which begins with a name, for a time [s] in which no weight can be read after it was hung."""
+    """Raise InputError, beginning with `name`, for an implausible time between hanging and reading a weight [s]."""
     if after_s is not None and not WEIGHED_AFTER.hold(after_s):
         raise validation_error(name, after_s, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
 
 
 def nominal_unit(report: Report) -> PrintedUnit:
-    """Return the unit that is exactly as designed, its springs as uncertain as the process prints them.
+    """Return the unit that equals its design, with springs as uncertain as the process prints them.
 
-    No weight was read, so the scatter of the modulus holds its creep too.
+    The scatter of the process modulus includes its creep, because no weight was read. So the unit has no creep of its
+    own.
     """
     unit = unit_of(
         report,
@@ -249,10 +255,10 @@ def nominal_unit(report: Report) -> PrintedUnit:
 
 
 def percent_as_made(report: Report) -> list[float]:
-    """Return the standard deviation of each tip's spring as it is made [%].
+    """Return the standard deviation of the stiffness of each tip's spring as printed [%].
 
-    A leaf's stiffness is proportional to its modulus and the third power of its thickness, whose scatters are the
-    process's.
+    The stiffness of a leaf is proportional to its modulus and to the third power of its thickness. The process
+    determines the scatter of both.
     """
     design = report.design
     process = design.process
@@ -264,9 +270,9 @@ def percent_as_made(report: Report) -> list[float]:
 
 
 def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str) -> PrintedUnit:
-    """Return a unit of a report's design with springs [N/mm] and their standard deviations [%].
+    """Return a unit of a report's design with the given springs [N/mm] and their standard deviations [%].
 
-    Its gains are as certain as the design says, or as those of an amplifier.
+    Its gains are 1, with the error that the design states or the error of an amplifier.
     """
     count = len(report.tips)
     gain_percent = (report.design.reading or Reading()).uncalibrated_gain_percent
@@ -284,7 +290,7 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
 
 
 def read_unit(path: Path, report: Report) -> PrintedUnit:
-    """Return the unit of a file; raises InputError, in one line, for a file that is none, or one of another design."""
+    """Return the unit of a file; raises a one-line InputError for an invalid file and for a unit of another design."""
     tables = {key: value for key, value in read_toml(path, "--unit").items() if key not in _FORMER_KEYS}
     try:
         unit = from_plain(PrintedUnit, tables, "unit")
@@ -296,21 +302,21 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
         raise validation_error("--unit", str(path), "", bound, "calibrate the unit") from error
     refuse_other_design(unit, report)
     if unit.scale is not None and "weighed_after_s" not in tables and report.creep.exponent:
-        # Its curve belongs to readings of before springs had a time, which were smaller.
+        # Its curve was fitted before springs had a time of weighing, to readings that were smaller.
         bound = "of a unit with weighed_after_s, as its springs creep"
         raise validation_error("unit.scale", unit.scale.unit, "", bound, "calibrate it again, with --fruit")
     return unit
 
 
 def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield the errors of which an error is made, also those of a table in it."""
+    """Yield all errors of a nested group of errors."""
     for cause in getattr(error, "exceptions", ()):
         yield cause
         yield from _causes(cause)
 
 
 def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
-    """Raise InputError for a unit of another design than that of a report, and for a ball that it does not take."""
+    """Raise InputError if a unit is not of a report's design, or has a ball that the design does not allow."""
     digest = design_digest(report.design)
     of_design = unit.design_sha256 == digest or unit.design_sha256 in digests_of_0_2(report.design)
     if not of_design or unit.tips != tuple(tip.name for tip in report.tips):
@@ -325,7 +331,7 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
 
 
 def _refuse_ball_of_other_numbers(ball: BallCorrection, report: Report) -> None:
-    """Raise InputError for slopes that are not one for each tip, and for another form than the report's."""
+    """Raise InputError unless a ball has one slope for each tip and as many form errors as the report."""
     tips = len(report.tips)
     errors = max((len(row.form_percent) for row in report.moduli), default=0)
     for key, count, meaning in (
@@ -340,7 +346,7 @@ def _refuse_ball_of_other_numbers(ball: BallCorrection, report: Report) -> None:
 
 
 def unit_as_toml(unit: PrintedUnit) -> str:
-    """Return a unit as TOML text that reads back as the same unit."""
+    """Return a unit as TOML text; reading it gives the same unit."""
     left_out = () if unit.zero_counts else ("newtons_per_count", "zero_counts", "saturation_counts")
     given = {key: value for key, value in to_plain(unit).items() if value is not None and key not in left_out}
     return f"# A printed unit, written by pipeline calibrate; pipeline read --unit takes it.\n{tables_as_toml(given)}"

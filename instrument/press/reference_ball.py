@@ -1,4 +1,4 @@
-"""What presses on a ball of known modulus say of a unit: one factor of all its readings."""
+"""The correction of a unit from presses on a ball of known modulus: one factor for all its readings."""
 
 from dataclasses import dataclass
 
@@ -15,12 +15,13 @@ _SLOPE = Bounds(at_least=-1e3, at_most=1e3)
 
 @dataclass(frozen=True, kw_only=True)
 class BallCorrection:
-    """The factor by which readings of a unit are corrected, and its standard deviation, the same in all readings.
+    """The factor that corrects readings of a unit, and its standard deviation, which is the same in all readings.
 
-    `E_MPa` is the modulus of a fruit that the unit presses as it pressed the ball, which had a radius. A press on it
-    lasted `press_s`, from the first touch to the deepest point. The slopes (tips,) are by which fraction of E springs
-    and gains moved the readings on the ball. `form_percent` is what one standard deviation of each error of the form of
-    the domes moved them, as in `reading.moduli` of a report. Of these errors all readings are corrected alike.
+    `E_MPa` is the modulus of a fruit on which the unit has the same forces as on the ball of radius `radius_mm`. The
+    presses lasted `press_s`, from the first touch to the deepest point. The slopes (tips,) are the relative changes of
+    E on the ball per relative change of a spring or a gain. `form_percent` is the change on the ball by one standard
+    deviation of each form error of the domes, as in `reading.moduli` of a report. The factor corrects these errors in
+    all readings.
     """
 
     factor: float = quantity("1", FACTOR, hint=_HINT)

@@ -1,7 +1,7 @@
-"""Flesh that relaxes: the forces with which elastic flesh would answer.
+"""The forces with which elastic flesh would respond to the same indentation as flesh that relaxes.
 
-Elastic flesh that was entered as far would answer with other forces. They and those that bend the springs give the
-modulus at the first instant, whatever the speed of the press was (`RiseLaw.over_time`).
+Together with the forces on the springs they give the modulus at the first instant, for any speed of the press
+(`RiseLaw.over_time`).
 """
 
 import numpy as np
@@ -12,19 +12,19 @@ from sensor.theory.relaxation import Relaxation
 
 
 class RelaxingFlesh:
-    """The flesh under the tips of a sensor, sample by sample, by the relaxation of the design."""
+    """The flesh under the tips of a sensor, updated sample by sample with the relaxation of the design."""
 
     def __init__(self, relaxation: Relaxation, least_forces: Floats) -> None:
-        """Begin with the tips off; a force counts above its least one [N], (tips,)."""
+        """Begin with the tips out of contact; forces up to `least_forces` (tips,) [N] are taken as zero."""
         self._relaxation = relaxation
         self._least = least_forces
         self._memory = Memory(relaxation)
         self._before: float | None = None
 
     def channels(self, forces: Floats, t: float) -> Floats:
-        """Return the forces of the sample at a time [s], then those of elastic flesh [N], (2 tips,).
+        """Return the forces of the sample at a time [s], followed by the forces of elastic flesh [N], (2 tips,).
 
-        The time rises from sample to sample.
+        The time must rise from sample to sample.
         """
         felt = np.where(forces > self._least, forces, 0.0)
         elastic = felt

@@ -1,4 +1,4 @@
-"""Ripeness classes: names with the modulus up to which each holds."""
+"""Ripeness classes: names, each with the largest modulus of its class."""
 
 import math
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ _HINT = "write for instance ripe:0.8,turning:1.6,unripe"
 
 @dataclass(frozen=True)
 class RipenessClasses:
-    """Names of classes from the softest fruit on, and the largest modulus of each [MPa], infinite for the last."""
+    """Class names from the softest fruit to the firmest, each with its largest modulus [MPa], infinite for the last."""
 
     names: tuple[str, ...]
     limits: tuple[float, ...]

@@ -1,9 +1,9 @@
-"""The part of a press in which its tips are seated.
+"""The part of a press in which flat tips are fully seated.
 
-A flat tip that leans touches with an edge first. It is seated, and its law is that of a flat tip, once it is pressed in
-by its side times the lean. (K. L. Johnson, Contact Mechanics, 1985, 5.2. A tilted punch stays whole while M / F <
-side/6). How far tips lean is known only from the reading of the press. So the press is read again from the load on
-that seats them. Loads rise by a constant factor, as those from which firmware sums a press.
+A flat tip that leans touches with an edge first. It is seated once its depth exceeds its side times its lean; from then
+on the law of a flat tip holds. (K. L. Johnson, Contact Mechanics, 1985, 5.2. A tilted punch stays in full contact while
+M / F < side/6.) The lean is known only from the reading of the press. So the press is read again from the load that
+seats the tips. The loads rise by a constant factor, and firmware sums presses from the same loads.
 """
 
 from contextlib import suppress
@@ -17,17 +17,17 @@ from instrument.press.touches import PressSamples
 from sensor.arrays import Floats
 from sensor.theory.contrast_rise import Rise, RiseError, RiseLaw, RiseReading, read_rise, rise_of
 
-FACTOR = 1.25  # of one load over the one before
+FACTOR = 1.25  # ratio of successive loads
 MOST_LOADS = 16
-ROUNDS = 3  # of finding modulus and lean, and leaving out what is not seated at them
+ROUNDS = 3  # iterations between reading modulus and lean, and choosing the seated part
 
 
 @dataclass(frozen=True, kw_only=True)
 class Seating:
-    """Loads, E times depth [N/mm], from which on a press may be read, and the forces of the tips there [N].
+    """Loads from which a press may be read, as E times depth [N/mm], with the tip forces at each load [N].
 
-    Tips are seated at a load of E (per_offset |offset| + by_skin) of an offset [mm]. per_offset is side over spacing
-    [1], by_skin the side times the slope of the skin [mm]. Tips without a flat face have one load alone.
+    Tips are seated at a load of E (per_offset |offset| + by_skin), with an offset [mm]. `per_offset` is side over
+    spacing [1] and `by_skin` the side times the slope of the skin [mm]. Tips without a flat face have one load of 0.
     """
 
     loads: tuple[float, ...]
@@ -36,13 +36,16 @@ class Seating:
     by_skin: float = 0.0
 
     def load(self, E: float, offset: float) -> int:
-        """Return which load seats tips on flesh of E [MPa] at an offset [mm]: the last one where none does."""
+        """Return the index of the load that seats tips on flesh of E [MPa] at an offset [mm].
+
+        The last index if none does.
+        """
         needed = E * (self.per_offset * abs(offset) + self.by_skin)
         return sum(load < needed for load in self.loads[:-1])
 
 
 def seating_of(sensor: MeasuringUnit) -> Seating:
-    """Return the loads from which on the presses of a unit may be read."""
+    """Return the loads from which presses of a unit may be read."""
     tips = sensor.report.design.tips
     least = sensor.least_forces
     if not sensor.reads_moments:
@@ -61,7 +64,7 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
 
 
 class Seated(NamedTuple):
-    """The reading of a press, the part of it that was read, and the channels of its deepest sample [N]."""
+    """The reading of a press, the part of the press that was read, and the channels of the deepest sample [N]."""
 
     found: RiseReading
     rise: Rise
@@ -69,10 +72,10 @@ class Seated(NamedTuple):
 
 
 def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int) -> Seated:
-    """Return the reading of a press from the load on that seats the tips; raises RiseError.
+    """Return the reading of a press from the load that seats its tips; raises RiseError.
 
-    Its channels are those of the law. `lag` is the number of samples after which noise is independent. If no load seats
-    the tips, or too few samples are left, it is the last load that has a reading.
+    The press has the channels of the law. `lag` is the number of samples after which noise is independent. If no load
+    seats the tips, or too few samples remain, the last load with a reading is used.
     """
     seating = seating_of(sensor)
     load, (rise, found) = 0, _reading_from(sensor, law, press, lag, seating.least_forces[0])
@@ -92,7 +95,7 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
 def _reading_from(
     sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int, least: Floats, *, whole: bool = True
 ) -> tuple[Rise, RiseReading]:
-    """Return the part of a press with all forces above the least ones [N], and its reading; raises RiseError."""
+    """Return the part of a press with all forces above their least values [N], and its reading; raises RiseError."""
     of_flesh = np.zeros(press.channels.shape[1] - press.tips)
     rise = rise_of(press.channels, press.tips, np.concatenate([least, of_flesh]), t=press.t, lag=lag)
     return rise, read_rise(law, rise, sensor.noises, whole=whole)

@@ -1,4 +1,4 @@
-"""Signals of a sensor line by line, from a CSV file or a stream: time, and a force for each tip."""
+"""Signals of a sensor, read line by line from a CSV file or a stream: time, and a force for each tip."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -15,13 +15,13 @@ from pipeline.tables.words import WORDS
 from sensor.quantity import validation_error, written_number
 
 COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**32)
-_OF_CHANNELS = r"(f|counts|t) ([lh]|[0-9]+)"  # what headers call those of any sensor
+_OF_CHANNELS = r"(f|counts|t) ([lh]|[0-9]+)"  # columns of channels in headers of any sensor
 
 
 class Sample(NamedTuple):
-    """One line of a signal: its number, time [s], and forces in the order of the tips [N].
+    """One line of a signal: its line number, time [s], and forces in the order of the tips [N].
 
-    `times` are those of each channel [s], none where all have the one time. `fruit` is what the file calls the fruit.
+    `times` [s] has one time for each channel, or is empty if all share the time `t`. `fruit` is the name in the file.
     """
 
     line: int
@@ -32,30 +32,29 @@ class Sample(NamedTuple):
 
 
 def force_keys(tips: int) -> tuple[str, ...]:
-    """Return the names of the forces of a sensor of so many tips, without their unit; those of a pair are l and h."""
+    """Return the column names of the forces for a number of tips, without unit; F_l and F_h for a pair."""
     names = "lh" if tips == 2 else range(1, tips + 1)  # noqa: PLR2004 - a pair
     return tuple(f"F_{name}" for name in names)
 
 
 def count_keys(tips: int) -> tuple[str, ...]:
-    """Return the names of the counts of the channels of a sensor of so many tips, as those of its forces."""
+    """Return the column names of the counts for a number of tips, numbered like the forces."""
     return tuple(key.replace("F_", "counts_") for key in force_keys(tips))
 
 
 def time_keys(tips: int) -> tuple[str, ...]:
-    """Return the names of the times of the channels of a sensor of so many tips, as those of its forces."""
+    """Return the column names of the channels' times for a number of tips, numbered like the forces."""
     return tuple(key.replace("F_", "t_") for key in force_keys(tips))
 
 
 class Signal:
-    """A signal that is read as its lines come; `notes` say which units were assumed, `understood` what is read.
+    """A signal that is read as its lines arrive.
 
-    A time for each channel may stand in place of the one time of a line. A column may name the fruit, `names_fruit`.
+    `notes` lists units that were assumed, and `understood` describes the columns. There may be one time for each
+    channel (`timed`) and a column with the name of the fruit (`names_fruit`). If the header names counts (`counted`),
+    the samples hold counts as their forces. `say` is called with lines that are left out, and with restarts of a clock.
 
-    Where its header names counts, `counted`, its samples have those in place of forces. `say` hears which lines are
-    left out, and where a clock begins anew.
-
-    Raises InputError, in one line that names line and column, at the first line that is not as the header says.
+    Raises InputError for the first line that contradicts the header; the message names line and column.
     """
 
     def __init__(
@@ -85,7 +84,7 @@ class Signal:
         self.notes = tuple(f"{self.source}: {column.note}" for column in table.columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
-        """Yield the samples; blank lines are left out."""
+        """Yield the samples; blank lines are skipped."""
         table = self._table
         count = 0
         for row in table.rows:
@@ -101,19 +100,22 @@ class Signal:
             raise validation_error(table.source, 0, "samples", bound, "record a press")
 
     def _say_left_out(self) -> None:
-        """Tell which lines without numbers have been left out since the last time; a stream may go on for ever."""
+        """Report the lines without numbers since the last call, because a stream may never end."""
         for row in (*self._table.left_out, *self._table.skipped):
             self._say(f"left out {shown(row)}")
         self._table.left_out.clear()
         self._table.skipped.clear()
 
     def place(self, sample: Sample, tip: int) -> str:
-        """Return how an error names the force of a tip in a sample, or the counts of its channel."""
+        """Return the name of a tip's cell in a sample for error messages."""
         return self._table.place(sample.line, self._force_columns[tip])
 
 
 def _refuse_unlike(table: FoundTable, needed: Sequence[str], others: Sequence[str], example: str) -> None:
-    """Raise InputError unless all of `needed` are columns of a table beside `others`, and no further channel is."""
+    """Raise InputError unless a table has all `needed` columns and no further channel.
+
+    `others` are optional columns.
+    """
     names = {column.name: column.label for column in table.columns}
     if not names.keys() >= set(needed):
         bound = f"a header that also has {' and '.join(name for name in needed if name not in names)}"
@@ -131,7 +133,7 @@ def _refuse_unlike(table: FoundTable, needed: Sequence[str], others: Sequence[st
 
 
 def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:
-    """Return the numbers of a flag like `--forces F1,F2,...`, one for each tip; raises InputError."""
+    """Return the numbers of a flag such as `--forces F1,F2,...`, one for each tip; raises InputError."""
     numbers = [number for number in map(written_number, text.split(",")) if number is not None]
     if not len(numbers) == tips == text.count(",") + 1:
         bound = f"{tips} numbers in {unit} with commas between, one for each tip of this sensor"

@@ -1,21 +1,21 @@
-"""Samples that contradict their press, found and left out as the samples come.
+"""Constants that find samples which contradict their press; such samples are left out as they arrive.
 
 **The residual.** The contrast is y = w.(C F) + h z^2 w.F^(2/3) + z^3 w.(S F), at the modulus E = 1 / z^3 of the fruit.
-It is the same in every sample of one press, whatever the pose and however fast the press is (`contrast_rise.py`). At
-another modulus some samples in a row lie on a line of y over the whole force u. A spike in one channel moves both in a
-direction that is no modulus. The slope of the line is bounded, by three things that all hold.
+It is the same in every sample of one press, for any pose and speed (`contrast_rise.py`). At another modulus,
+consecutive samples lie on a line of y over the whole force u. A spike in one channel moves both in a direction that
+belongs to no modulus. Three conditions bound the slope of the line.
 
-- The other samples of the row have a slope, known by their noise.
-- The mean of the press before the row is a point of the line, but for a tenth of what the moduli allow.
-- The fruit is in the range of the design, or up to a half beyond. A row that surely shows another slope is believed.
+- The other samples of the row have a slope, known to within their noise.
+- The mean of the press before the row is a point of the line, within a tenth of the slopes that the moduli allow.
+- The fruit is in the range of the design, or up to a half beyond. A row that clearly shows another slope is believed.
 
-**The test.** Each sample of the row is left out in turn. The one whose absence leaves the least squares is suspected.
-It is a spike if it lies off every line that the others allow, by five of its standard deviations. They
-follow from the errors of the forces without a touch, or from the residuals of the press itself, if these are larger.
-Normal noise leaves a sample out once in 1.7 million.
+**The test.** Each sample of the row is left out in turn. The one whose absence gives the least squares is the suspect.
+It is a spike if it is five standard deviations away from every line that the other samples allow. The deviations come
+from the force errors without a touch, or from the residuals of the press if these are larger. Normal noise drops a
+sample once in 1.7 million.
 
-Where channels were brought to one time, a bad conversion is part of two samples, so two in a row are judged as one. A
-decision waits for two samples more, and the memory does not grow.
+If channels were interpolated to one time, a bad conversion affects two samples, so two consecutive samples are judged
+together. A decision waits for two more samples, and the memory does not grow.
 """
 
 import math
@@ -26,19 +26,20 @@ from instrument.press.measuring import MeasuringUnit
 from sensor.arrays import Floats
 from sensor.design.reading import LEAST_OVER_NOISE
 
-FIRM = 2.0  # times the least force of each tip: a touch that noise does not end
+FIRM = 2.0  # multiple of the least force of each tip at which noise does not end a touch
 _LARGEST_RESIDUAL = 5.0  # standard deviations
-_OTHERS = 4  # samples of a row that draw the line
-_BESIDE = 2  # samples of a row on either side of one that is decided
-_SLACK = 0.1  # of the slopes between the bounds: how far the chord of a press is off the slope at its end
-_BEYOND = 1.5  # of both ends of the range of moduli
-_FORCES = (0.02, 0.1, 0.4, 1.0)  # of full scale, at which slopes are taken
+_OTHERS = 4  # samples of a row that define the line
+_BESIDE = 2  # samples of a row on either side of the decided one
+_SLACK = 0.1  # largest difference between the chord of a press and its final slope, as a fraction of the allowed slopes
+_BEYOND = 1.5  # margin beyond both ends of the range of moduli [1]
+_FORCES = (0.02, 0.1, 0.4, 1.0)  # forces at which slopes are computed, as fractions of full scale
 
 
 def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return what finds samples that contradict their press: those constants of `press_core.Unit`.
+    """Return the constants of `press_core.Unit` that find samples which contradict their press.
 
-    The contrast is that of the middle of the range of moduli, its slopes those of level presses over the range.
+    The contrast is taken at the geometric mean of the range of moduli. Its slopes come from level presses over the
+    range.
     """
     weights, C, S = sensor.rise_law.contrast.arrays
     least, largest = sensor.range_MPa
@@ -68,8 +69,8 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
 def _level_slopes(sensor: MeasuringUnit, E: float, linear: Floats, domes: Floats) -> list[float]:
     """Return slopes of the contrast over the whole force [mm/N] in a level press on fruit of E [MPa].
 
-    Each dF of a travel dx is [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF = dx. Flesh that relaxes may have any slope
-    between those of the tips.
+    Each dF of a travel dx is [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF = dx. For flesh that relaxes, any slope between
+    the slopes of the single tips is allowed.
     """
     law = sensor.rise_law.contrast
     _, C, S = law.arrays

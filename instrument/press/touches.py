@@ -1,7 +1,7 @@
-"""Samples of a signal are cut into presses: each lasts from the touch of its last tip to the lift of its first one.
+"""Samples of a signal are cut into presses, each from the touch of the last tip to the lift of the first one.
 
-A tip may be out of contact in one sample between two with twice the least force of a touch. It was not lifted then: the
-conversion was bad. So a press is firm, and noise does not end it, once its tips had twice that force.
+A tip may be out of contact in one sample between two samples with twice the least force of a touch. Such a sample is a
+bad conversion, not a lift. Once all tips had twice the least force, a press is firm, and noise does not end it.
 """
 
 import math
@@ -23,18 +23,18 @@ from sensor.arrays import Floats
 from sensor.quantity import validation_error
 from sensor.theory.relaxation import Relaxation
 
-MOST_NAMED = 10  # lines of a press that are named as left out
-MOST_SAMPLES = 1_000_000  # of a press, three hours and a half at 80 Hz: no tip was lifted
+MOST_NAMED = 10  # most lines of dropped samples that a reading names
+MOST_SAMPLES = 1_000_000  # most samples of a press: 3.5 hours at 80 Hz, so no tip was lifted
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressSamples:
     """The samples of one press, without those that contradict the others.
 
-    `channels` (samples, channels) [N] are the forces of the `tips` first. Behind them there may be those with which
-    elastic flesh would answer. `t` (samples,) [s] are their times, `touched_s` that of the touch of the first tip, all
-    nan if they are not known. `lines_left_out` are lines of samples that contradict the press, at most some of them.
-    `fruit` is what its samples call the fruit.
+    `channels` (samples, channels) [N] begin with the forces of the `tips`. The forces of the same deflections of
+    elastic flesh follow if the flesh relaxes. `t` (samples,) [s] are the times of the samples and `touched_s` [s] is
+    the time of the first touch. All times are nan if the log has none. `lines_left_out` names the first lines of
+    samples that contradict the press. `fruit` is the name of the fruit in the file.
     """
 
     channels: Floats
@@ -46,28 +46,28 @@ class PressSamples:
 
     @classmethod
     def of_forces(cls, forces: Floats) -> "PressSamples":
-        """Return the press of forces [N], (samples, tips), at times that are not known."""
+        """Return a press of forces [N], shape (samples, tips), without times."""
         count, tips = forces.shape
         return cls(channels=forces, tips=tips, t=np.full(count, np.nan), touched_s=np.nan)
 
     @property
     def forces(self) -> Floats:
-        """Return the forces of the tips [N], (samples, tips)."""
+        """Return the forces of the tips [N], shape (samples, tips)."""
         return self.channels[:, : self.tips]
 
     @cached_property
     def deepest(self) -> int:
-        """Return the number of the sample with the largest whole force."""
+        """Return the index of the sample with the largest whole force."""
         return int(self.forces.sum(axis=1).argmax())
 
     @property
     def duration_s(self) -> float | None:
-        """Return the duration from the first touch to the deepest sample [s]; None if the times do not show it."""
+        """Return the duration from the first touch to the deepest sample [s], or None if the log has no times."""
         duration = float(self.t[self.deepest]) - self.touched_s
         return duration if duration > 0.0 else None
 
     def is_firm(self, least_forces: Floats, several: int) -> bool:
-        """Return whether more than `several` samples in a row, as a bad conversion is part of, were firm."""
+        """Return whether more than `several` samples in a row are firm; a bad conversion affects `several` samples."""
         firm = (self.forces > FIRM * least_forces).all(axis=1)
         return bool(np.convolve(firm, np.ones(several + 1)).max() > several)
 
@@ -75,10 +75,10 @@ class PressSamples:
 def presses_of(
     sensor: MeasuringUnit, samples: Iterable[Sample], source: str, several: int, *, growing: bool = False
 ) -> Iterator[PressSamples]:
-    """Yield each press of samples as it ends, or the press until there at each of its samples if it is `growing`.
+    """Yield each press of a signal as it ends, or with `growing` the press up to each of its samples.
 
-    The forces of samples are those of the tips [N]; `several` is the number of samples in a row that a bad conversion
-    is part of. Raises InputError for a press without an end.
+    The samples hold the forces of the tips [N]. `several` is the number of consecutive samples that a bad conversion
+    affects. Raises InputError for a press that never ends.
     """
     contact = _Contact(sensor)
     unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "several": several})
@@ -120,16 +120,16 @@ class _Contact:
         return _all_above(sample.forces, self._least)
 
     def channels(self, sample: Sample) -> Iterable[float]:
-        """Return the forces of the next sample [N], then those with which elastic flesh would answer."""
+        """Return the forces of the next sample [N]; for flesh that relaxes, the forces of elastic flesh follow."""
         if self._flesh is None:
             return sample.forces
         return self._flesh.channels(np.array(sample.forces), sample.t)
 
     def begin_press(self, sample: Sample) -> None:
-        """Take the first sample of a press, or one before it.
+        """Note the time of a sample at or before the begin of a press, if its whole force is the least of this contact.
 
-        A press begins where the whole force was least since no tip touched, not at the first force above zero: a tip
-        may show the zero that the press before has left.
+        A press begins at the least whole force since no tip touched. The first force above zero may be a zero error
+        that the press before has left.
         """
         whole = sum(sample.forces)
         if not any(map(operator.gt, sample.forces, self._least)):
@@ -138,17 +138,17 @@ class _Contact:
             self.touched_s, self._least_whole = sample.t, whole
 
     def end_press(self) -> None:
-        """Let the next contact be a new one."""
+        """Begin a new contact with the next touch."""
         self._least_whole = math.inf
 
     def add(self, sample: Sample) -> None:
-        """Take a sample outside of a press."""
+        """Process a sample outside of a press."""
         self.begin_press(sample)
         self.channels(sample)
 
 
 class _Touch:
-    """A touch of all tips as it goes on."""
+    """A running touch of all tips."""
 
     def __init__(self, contact: _Contact, unit: Unit, source: str, *, growing: bool) -> None:
         """Begin with no sample."""
@@ -156,7 +156,7 @@ class _Touch:
         self._source = source
         self._growing = growing
         self._row = press_core.Touch(unit, self._take, self._drop)
-        self._waiting: dict[int, Sample] = {}  # by their numbers
+        self._waiting: dict[int, Sample] = {}  # by sample number
         self._taken: list[Sample] = []
         self._lines_left_out: list[int] = []
         self._fruit: str | None = None
@@ -164,9 +164,9 @@ class _Touch:
         self._channels = array("d")
 
     def add(self, sample: Sample) -> Iterator[PressSamples]:
-        """Take a sample with all tips on the fruit; yield the press until there if it is growing.
+        """Add a sample with all tips in contact; if the press is growing, yield the press up to each decided sample.
 
-        Raises InputError for one of another fruit than those before.
+        Raises InputError if the fruit changes within a press.
         """
         if self._fruit not in (None, sample.fruit):
             name = f"{self._source}, line {sample.line}: fruit"
@@ -178,16 +178,16 @@ class _Touch:
         yield from self._passed_on()
 
     def lifts(self, sample: Sample) -> bool:
-        """Take a sample with a tip out of contact; return whether that is a lift."""
+        """Add a sample with a tip out of contact; return whether this is a lift."""
         self._waiting[self._row.number + 1] = sample
         return self._row.lifts(sample.forces)
 
     def is_over(self, sample: Sample) -> bool:
-        """Return whether the samples before one in contact were a lift, and no bad conversions."""
+        """Return whether the samples out of contact before a touch were a lift, not bad conversions."""
         return self._row.off > 0 and not self._row.lost(sample.forces)
 
     def end(self) -> Iterator[PressSamples]:
-        """Yield what `add` would, or the whole press."""
+        """End the touch: yield what is still pending, or the whole press."""
         self._row.close()
         yield from self._passed_on()
         self._contact.end_press()
@@ -196,7 +196,7 @@ class _Touch:
 
     @property
     def lifted(self) -> Iterable[Sample]:
-        """Return the samples of the lift after the touch has ended."""
+        """Return the samples of the lift, after the touch has ended."""
         return self._waiting.values()
 
     def _take(self, _: Sequence[float], number: int) -> None:
