@@ -1,1 +1,1 @@
-"""What a person chooses of a sensor, and its closed forms: no CAD, no finite elements."""
+"""The inputs of a sensor that a person chooses, and its closed forms: no CAD, no finite elements."""

@@ -1,4 +1,4 @@
-"""The type of what a function takes as a number or as an array, and returns in kind; it loads no NumPy."""
+"""The type of an argument that is a number or an array, if the result is of the same kind; it loads no NumPy."""
 
 from typing import TYPE_CHECKING, TypeVar
 

@@ -1,4 +1,4 @@
-"""Keys, flags and files of 0.2 that are gone, each with what to use: refusals and the changelog say the same words."""
+"""Keys, flags and files of 0.2 that were removed, with their replacements, as refusals and the changelog state them."""
 
 from collections.abc import Mapping
 
@@ -35,9 +35,9 @@ GONE = {
     "verdicts.geometry.same_volume": _SURFACE,
     "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",
 }
-"""What to use in place of each."""
+"""Removed names, each with the sentence that says what to use instead."""
 ASKED_NOTHING = {"print.leaves": "printed", "print.gauges": "none", "readout.transducer": "displacement"}
-"""Keys of a design file, each with the value of 0.2 that asked for nothing: it is read, and not written again."""
+"""Removed keys of a design file, each with the value of 0.2 that had no effect: it is read, but not written again."""
 REPORT_KEYS = (
     *("behaviour.modes", "stale"),
     *(name for name in GONE if name.startswith("verdicts.")),
@@ -45,24 +45,24 @@ REPORT_KEYS = (
     *(f"behaviour.{arm}.bridge_{key}" for arm in ("low", "high") for key in ("mV_per_V", "error_percent")),
     *(f"read_out.signal.{key}" for key in ("transducer", "mV_per_V", "self_heating_K", "self_heating_percent")),
 )
-"""Keys of report.json of 0.2 that are gone: a report is read without them."""
+"""Keys of report.json of 0.2 that were removed; they are ignored in a report that is read."""
 
 
 def refuse_gone(*names: str) -> None:
-    """Raise InputError, which says what to use, for the first name of GONE."""
+    """Raise InputError for the first name in GONE; the message says what to use instead."""
     for name in names:
         if name in GONE:
-            msg = f"{name} is gone since 0.3. {GONE[name]}"
+            msg = f"{name} was removed in 0.3. {GONE[name]}"
             raise InputError(msg, field=name, bound="left out")
 
 
 def refuse_gone_key(key: str) -> None:
-    """Raise InputError, which says what to use, for a key of report.json that is gone or lies below one."""
+    """Raise InputError for a removed key of report.json or a key below one; the message says what to use instead."""
     for gone in REPORT_KEYS:
         if f"{key}.".startswith(f"{gone}."):
             refuse_gone(gone)
 
 
 def without_nothing(table: str, values: Mapping[str, object]) -> Mapping[str, object]:
-    """Return the keys of a table of a design without those of 0.2 that asked for nothing."""
+    """Return the keys of a table of a design without those of 0.2 that had no effect."""
     return {key: value for key, value in values.items() if value != ASKED_NOTHING.get(f"{table}.{key}", ...)}

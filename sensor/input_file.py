@@ -1,4 +1,4 @@
-"""The one reader of files from outside: regular, of at most 16 MiB, text in UTF-8, or in UTF-16 with its mark."""
+"""The only reader of files that a user gives: regular files of at most 16 MiB, text in UTF-8 or in marked UTF-16."""
 
 import codecs
 import re
@@ -10,29 +10,32 @@ from typing import Any
 from sensor.quantity import validation_error
 
 MOST_BYTES = 16 * 2**20
-MOST_LEVELS = 16  # tables and lists within each other: a design file has four
-# A dotted key of more names than that; Python's parser takes time with the square of their number.
+MOST_LEVELS = 16  # deepest nesting of tables and lists; a design file has four levels
+# A dotted key of more than MOST_LEVELS names; Python's parser takes time with the square of their number.
 _NAME = r"""(?:"[^"\n]*"|'[^'\n]*'|[^\s.,=#"']+)[ \t]*"""
 _DEEP_KEY = re.compile(rf"(?<![^\s\[{{,])(?:{_NAME}\.[ \t]*){{{MOST_LEVELS}}}")
 
 
 def read_bytes(path: Path | str, name: str) -> bytes:
-    """Return the bytes of a file; raises InputError, which calls it by a name, for a pipe, a device or a huge file."""
+    """Return the bytes of a file; raises InputError for a missing file, a pipe, a device or a huge file.
+
+    The message calls the file by `name`, a key or a flag.
+    """
     content = b""
     try:
-        # A pipe would be waited for, and a device may have no end.
+        # Reading a pipe would block, and a device may be endless.
         is_regular = stat.S_ISREG(Path(path).stat().st_mode)
         if is_regular:
             with Path(path).open("rb") as file:
                 content = file.read(MOST_BYTES + 1)
     except FileNotFoundError as error:
         raise validation_error(name, str(path), "", "a file that exists", "check the path") from error
-    except (OSError, ValueError) as error:  # the second is how Python says that no file can have such a name
+    except (OSError, ValueError) as error:  # ValueError: no file can have such a name
         reason = getattr(error, "strerror", None) or str(error)
         bound = f"a file that can be read ({reason})"
         raise validation_error(name, str(path), "", bound, "check its name and permissions") from error
     if not is_regular:
-        raise validation_error(name, str(path), "", "a regular file, no folder, pipe or device", "name a file")
+        raise validation_error(name, str(path), "", "a regular file, not a folder, pipe or device", "name a file")
     if len(content) > MOST_BYTES:
         bound = f"a file of at most {MOST_BYTES // 2**20} MiB"
         raise validation_error(name, str(path), "", bound, "name a smaller file")
@@ -40,16 +43,16 @@ def read_bytes(path: Path | str, name: str) -> bytes:
 
 
 def read_toml(path: Path, name: str) -> dict[str, Any]:
-    """Return the tables of a TOML file; raises InputError as `read_bytes`, and for what is no TOML."""
+    """Return the tables of a TOML file; raises InputError as `read_bytes` does, and for invalid TOML."""
     content = read_bytes(path, name)
-    # Some editors write UTF-16, which begins with a mark that no other text begins with.
+    # Some editors write UTF-16, which starts with a mark that no other text starts with.
     in_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     hint = "correct the file at that place"
     try:
         return parsed_toml(content.decode("utf-16" if in_utf16 else "utf-8-sig"))
     except UnicodeDecodeError as error:
         line = 1 + error.object.count(b"\n", 0, error.start)
-        reason = f"line {line} is no text in UTF-8"
+        reason = f"line {line} is not text in UTF-8"
         hint = "save the file as UTF-8"
     except ValueError as error:
         reason = str(error).splitlines()[0]
@@ -57,7 +60,7 @@ def read_toml(path: Path, name: str) -> dict[str, Any]:
 
 
 def parsed_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a text of TOML; raises ValueError where it is none, or is nested too deep."""
+    """Return the tables of a TOML text; raises ValueError for invalid TOML and for nesting that is too deep."""
     too_deep = f"nested deeper than {MOST_LEVELS} levels"
     if _DEEP_KEY.search(text):
         raise ValueError(too_deep)
@@ -71,7 +74,10 @@ def parsed_toml(text: str) -> dict[str, Any]:
 
 
 def _is_deeper(tables: dict[str, Any], levels: int) -> bool:
-    """Say whether tables and lists are nested deeper than so many levels; without recursion, which a file could end."""
+    """Return whether tables and lists are nested deeper than so many levels.
+
+    There is no recursion, because a hostile file could exhaust the stack.
+    """
     containers: list[dict[str, Any] | list[Any]] = [tables]
     for _ in range(levels):
         inside = []

@@ -1,5 +1,5 @@
-"""The error for a fault of the machine, which is never an answer about a design."""
+"""The error for a fault of the machine, which is never a verdict on a design."""
 
 
 class MachineError(OSError):
-    """A fault of this machine or of a library on it, as every other OSError: it says nothing about the design."""
+    """A fault of this machine or of a library on it, like any OSError: it says nothing about the design."""

@@ -1,6 +1,6 @@
-"""Unit and meaning of a number, stated once beside its field: of what a person may choose, and of what is reported.
+"""Unit and meaning of a number, declared once at its field: for numbers that a person chooses and for reported ones.
 
-What may be chosen has bounds and a hint too.
+A number that a person chooses also has bounds and a hint.
 """
 
 import dataclasses
@@ -13,13 +13,13 @@ from dataclasses import MISSING, Field, dataclass, field
 from typing import Any, ClassVar, Self
 
 STANDARD_GRAVITY = 9.80665  # [m/s^2], ISO 80000-3
-_LONGEST_VALUE = 500  # letters of a value in a message: a path is shorter
+_LONGEST_VALUE = 500  # most characters of a value in a message; longer than any path
 
 
 class InputError(ValueError):
-    """An input that cannot be used; the message is one line: what is wrong, with value and bound; what to do.
+    """An input that cannot be used; the message is one line that states the error with value and bound, and the remedy.
 
-    `field`, `value` and `bound` say the same to code; they are empty where the error is about no single field.
+    `field`, `value` and `bound` hold the same for code; they are empty if the error is not about a single field.
 
     Examples
     --------
@@ -31,7 +31,7 @@ class InputError(ValueError):
     """
 
     def __init__(self, message: str, *, field: str = "", value: object = None, bound: str = "") -> None:
-        """Take the line, and what it is about."""
+        """Store the message, and the field, value and bound that it is about."""
         super().__init__(message)
         self.field = field
         self.value = value
@@ -40,7 +40,7 @@ class InputError(ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """Where a number may lie: open below at `above`, closed at `at_least`, and likewise above."""
+    """The range of a number: `above` and `below` are open ends, `at_least` and `at_most` closed ones."""
 
     above: float | None = None
     at_least: float | None = None
@@ -48,7 +48,7 @@ class Bounds:
     at_most: float | None = None
 
     def hold(self, value: float) -> bool:
-        """Say whether a value [unit of the bounds] lies inside; nan never does."""
+        """Return whether a value [unit of the bounds] lies in the range; nan never does."""
         return (
             math.isfinite(value)
             and (self.above is None or value > self.above)
@@ -58,7 +58,7 @@ class Bounds:
         )
 
     def __str__(self) -> str:
-        """Return the bound in words."""
+        """Return the bounds as text."""
         limits = {
             "greater than": self.above,
             "at least": self.at_least,
@@ -90,15 +90,15 @@ class Estimate:
         return 100.0 * self.relative
 
     def times(self, factor: float, unit: str) -> "Estimate":
-        """Return the estimate in another unit, of which one of this unit has `factor`."""
+        """Return the estimate in another unit; one of the present unit is `factor` of the new one."""
         return Estimate(factor * self.value, factor * self.error, unit)
 
 
 COVERAGE = 2.0
-"""Standard deviations to each side that hold 95 % of a normal distribution, rounded: JCGM 100:2008, 6.3.3."""
+"""Half width of the central 95 % of a normal distribution in standard deviations, rounded: JCGM 100:2008, 6.3.3."""
 BOUNDED = 1.0 / math.sqrt(3.0)
-"""Standard deviation of what lies anywhere within a bound, over that bound (JCGM 100:2008, 4.3.7)."""
-# Below, a length is one of atoms and a modulus that of a gas: nothing that these models solve.
+"""Standard deviation of a uniform distribution within plus and minus a bound, over the bound (JCGM 100:2008, 4.3.7)."""
+# The models do not hold below the lower ends: such lengths are atomic, and such moduli are those of gases.
 LENGTH = Bounds(at_least=1e-6, at_most=1000.0)
 MODULUS = Bounds(at_least=1e-6, at_most=1e6)
 DURATION = Bounds(at_least=1e-3, at_most=1e6)
@@ -112,11 +112,11 @@ def quantity(
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
     **notes: object,
-) -> Any:  # noqa: ANN401 - stands where a field's value will stand
-    """Declare a field that holds a number, or several: unit, bounds, what to do outside them, and what it means.
+) -> Any:  # noqa: ANN401 - takes the place of the field's value
+    """Declare a field that holds one number or several: unit, bounds, hint, and meaning.
 
-    Data say for all their fields what to do: `Sourced.HINT`. `notes` are further metadata: the `key` of the field in a
-    file where that has another name, or the `flag` that gives it, by which messages call it.
+    The hint says what to do outside the bounds. An empty hint means the `HINT` of the record, as in `Sourced`. `notes`
+    are further metadata: `key` if the field has another name in a file, or `flag` if messages call it by its flag.
     """
     metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning, **notes}
     return field(default=default, metadata=metadata)
@@ -152,9 +152,9 @@ def report_field(
     default_factory: Any = MISSING,  # noqa: ANN401 - as above
     **notes: object,
 ) -> Any:  # noqa: ANN401 - as above
-    """Declare a field that is a key of report.json: its unit and what it means; nothing is checked.
+    """Declare a field that is a key of report.json, with its unit and meaning; no value is checked.
 
-    The unit is "1" for a plain number, and empty for a text, a truth value and a table. `notes` are further metadata.
+    The unit is "1" for a plain number, and empty for a text, a truth value or a table. `notes` are further metadata.
     """
     metadata = {"unit": unit, "meaning": meaning, **notes}
     options: dict[str, Any] = {"default": default, "default_factory": default_factory, "metadata": metadata}
@@ -162,15 +162,16 @@ def report_field(
 
 
 def key_of(item: Field[Any]) -> str:
-    """Return the key of a field in a file or in data: its name unless it declares another `key`."""
+    """Return the key of a field in a file or in data: the declared `key`, else the name of the field."""
     key: str = item.metadata.get("key", item.name)
     return key
 
 
 def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:
-    """Return the error for one bad value: a sentence that says what is wrong, and one that says what to do.
+    """Return the error for one bad value: a sentence that states the error, and one that says what to do.
 
-    `bound` completes "NAME = VALUE must be ..."; `hint` is a clause that starts with a verb or states a usual value.
+    `bound` completes "NAME = VALUE must be ..."; `hint` is a clause that starts with a verb or states a usual value. A
+    value of None is an input that is missing.
     """
     in_unit = "" if unit in ("", "1") else f" {unit}"
     given = f"{name} = {_formatted(value)}{in_unit}"
@@ -181,18 +182,18 @@ def validation_error(name: str, value: object, unit: str, bound: str, hint: str)
 
 
 def _sentence(text: str) -> str:
-    """Return a clause with its full stop, unless it ends as a sentence already."""
+    """Return a clause with a full stop, unless it already ends like a sentence."""
     return text if not text or text.endswith((".", "?", "!")) else f"{text}."
 
 
 def _capitalised(clause: str) -> str:
-    """Return a clause that opens with a capital letter, unless it opens with a key, a flag, a number or a command."""
+    """Return a clause with a capital first letter, unless it starts with a key, a flag, a number or a command."""
     first = clause.partition(" ")[0].rstrip(",:;")
     return clause[:1].upper() + clause[1:] if first.isalpha() and first != "pipeline" else clause
 
 
 def _formatted(value: object) -> str:
-    """Return a number with the digits that distinguish it from its bound, and text so that it stays on one line."""
+    """Return a number with enough digits to differ from its bound, or a text as one line."""
     if isinstance(value, float):
         short = f"{value:g}"
         return short if float(short) == value else repr(float(value))
@@ -201,16 +202,16 @@ def _formatted(value: object) -> str:
 
 
 def nearest(word: str, names: Sequence[str]) -> str:
-    """Return the name that looks most like a word, upper and lower case alike."""
+    """Return the name that is most similar to a word, ignoring case."""
     by_lower_case = {name.lower(): name for name in names}
     match = difflib.get_close_matches(word.lower(), list(by_lower_case), n=1, cutoff=0.0)
     return by_lower_case[match[0]]
 
 
 def unknown_name(kind: str, name: str, names: Sequence[str], word: str | None = None) -> InputError:
-    """Return the error for an unknown name, with the known names and the nearest one.
+    """Return the error for an unknown name, with the known names and the most similar one.
 
-    `word` is the part of the name that is none of the known ones, if not the whole name.
+    `word` is the unknown part of the name, if it is not the whole name.
     """
     given = name if word is None else word
     shown = name if name.isprintable() else repr(name)
@@ -220,23 +221,23 @@ def unknown_name(kind: str, name: str, names: Sequence[str], word: str | None = 
 
 
 def as_float(number: float) -> float:
-    """Return a number as a float [same unit]; a whole number too large for one is infinite."""
+    """Return a number as a float [same unit]; infinity for an integer that is too large."""
     try:
         return float(number)
     except OverflowError:
         return math.inf if number > 0 else -math.inf
 
 
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,4})?")  # no digits of other scripts
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,4})?")  # ASCII digits only, unlike \d
 
 
 def written_number(text: str) -> float | None:
-    """Return the number that a text says as people write it, .03, 3e-2 or +1; None for other text."""
+    """Return the number that a text writes, such as .03, 3e-2 or +1; None for other text."""
     return float(text) if _NUMBER.fullmatch(text.strip()) else None
 
 
 def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
-    """Check every declared field of a frozen record but the named ones; raises InputError at the first bad one."""
+    """Check every declared field of a frozen record except those in `but`; raises InputError at the first bad one."""
     for item, key, flag in _declared(record.__class__):
         value = getattr(record, item.name)
         may_be_left_out = value is None and item.default is None
@@ -247,23 +248,23 @@ def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # n
 
 @functools.cache
 def _declared(kind: type) -> tuple[tuple[Field[Any], str, str], ...]:
-    """Return the fields of a record type that say what they may hold, each with its key in a file and its flag.
+    """Return the fields of a record type that declare what they may hold, each with its key in a file and its flag.
 
-    They are looked up once: studies check millions.
+    The result is cached, because studies check millions of records.
     """
     declared = (item for item in dataclasses.fields(kind) if "hint" in item.metadata)
     return tuple((item, key_of(item), item.metadata.get("flag", "")) for item in declared)
 
 
 def check_choice(name: str, value: object, kind: type[Any]) -> None:
-    """Raise InputError unless a value is one of the options of the field `table.key` of a record type."""
+    """Raise InputError unless a value is one of the options of the field `table.key`, declared in a record type."""
     key = name.rpartition(".")[2]
     item = kind.__dataclass_fields__[key]
     _check_field(name, value, item, item.metadata["hint"])
 
 
 def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Check one value against what its field declares."""
+    """Check one value against the declaration of its field."""
     if "text" in item.metadata:
         _check_texts(name, value, item, hint)
     elif "options" in item.metadata:
@@ -276,7 +277,7 @@ def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
 
 
 def _check_texts(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Check a text, or each text of a field whose annotation is a tuple: raises InputError for the first bad one."""
+    """Check a text, or each text if the annotation is a tuple; raises InputError for the first bad one."""
     bound = item.metadata["text"]
     texts: tuple[object, ...] = (value,)
     if str(item.type).startswith("tuple"):
@@ -288,9 +289,9 @@ def _check_texts(name: str, value: object, item: Field[Any], hint: str) -> None:
 
 
 def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Check a number, or each number of a field that holds several: raises InputError for the first bad one.
+    """Check a number, or each number of a field that holds several; raises InputError for the first bad one.
 
-    The annotation of a field says which: "tuple[float, ...]" must be a list, "float | tuple[float, ...]" may be one.
+    The annotation of the field decides: "tuple[float, ...]" must be a list, "float | tuple[float, ...]" may be a list.
     """
     unit = item.metadata["unit"]
     bounds = item.metadata["bounds"]
@@ -311,10 +312,10 @@ def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> Non
 
 @dataclass(frozen=True, kw_only=True)
 class Sourced:
-    """Data of one thing by its name; every number that is given has one source, and every source its number."""
+    """A record of named data, such as a process or a fruit, in which every given number has exactly one source."""
 
     LABEL: ClassVar[str]
-    """What such a thing is called in a message."""
+    """The noun for such a record in messages."""
     HINT: ClassVar[str] = "correct its entry among the data"
 
     name: str
@@ -332,8 +333,8 @@ class Sourced:
 
     @classmethod
     def from_table(cls, name: str, table: object) -> Self:
-        """Return the record of a table that has its `sources`; raises InputError for an unknown or bad key."""
-        record = f"{cls.LABEL} {name}"  # as messages call it
+        """Return the record of a table with its `sources`; raises InputError for an unknown or bad key."""
+        record = f"{cls.LABEL} {name}"  # its name in messages
         if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
             bound = "a table of numbers with a table of their sources"
             raise validation_error(record, str(table), "", bound, cls.HINT)
@@ -343,7 +344,7 @@ class Sourced:
             unknown = f"{record}.{key}"
             hint = f"{cls.HINT}. Did you mean {nearest(key, keys)}?"
             raise validation_error(unknown, table[key], "", "left out", hint)
-        # A number that is missing becomes None, which the check of its field refuses by name.
+        # A missing number becomes None, which the check of its field refuses by name.
         left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
         sources = tuple(table.get("sources", {}).items())
         values: dict[str, Any] = {
@@ -353,5 +354,5 @@ class Sourced:
 
     @classmethod
     def from_tables(cls, tables: Mapping[str, object]) -> dict[str, Self]:
-        """Return by name the records of many tables; raises as `from_table`."""
+        """Return the records of several tables by name; raises InputError as `from_table` does."""
         return {name: cls.from_table(name, table) for name, table in tables.items()}

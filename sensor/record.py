@@ -1,4 +1,4 @@
-"""Records that hold arrays: short in print, a table where a notebook asks for HTML."""
+"""A base for records with arrays: short when printed, a table in a notebook."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -8,32 +8,32 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-_FEW = 4  # entries that are told one by one
-_LONGEST = 80  # letters of a value
+_FEW = 4  # most entries that are listed one by one
+_LONGEST = 80  # most characters of a value
 
 
 class Record:
-    """What the frozen dataclasses of results inherit, each with repr=False."""
+    """The base class of the frozen dataclasses of results, which are declared with repr=False."""
 
     def __repr__(self) -> str:
-        """Return the name of the record and its fields, arrays by their shape and range."""
+        """Return the name of the record and its fields, with arrays as their shape and range."""
         fields = ", ".join(f"{name}={text}" for name, text in _fields(self))
         return f"{type(self).__name__}({fields})"
 
     def _repr_html_(self) -> str:
-        """Return the fields as a table, as notebooks ask for it."""
+        """Return the fields as an HTML table, which notebooks show."""
         rows = [f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _fields(self)]
         return f"<table><caption>{escape(type(self).__name__)}</caption>{''.join(rows)}</table>"
 
 
 def _fields(record: object) -> Iterator[tuple[str, str]]:
-    """Yield the fields of a dataclass by their names, each value in few letters."""
+    """Yield the name of each field of a dataclass and a short text of its value."""
     for field in dataclasses.fields(record):  # type: ignore[arg-type]  # every record is a dataclass
         yield field.name, short_text(getattr(record, field.name))
 
 
 def short_text(value: object) -> str:
-    """Return a value in few letters: a number, the shape and range of an array, the class of a record."""
+    """Return a short text of a value: a number, the shape and range of an array, the class of a record."""
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, np.ndarray):

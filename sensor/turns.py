@@ -1,4 +1,4 @@
-"""Threads of a program take turns: the libraries below keep settings and work arrays that all of a process share."""
+"""A lock that lets one thread at a time use libraries with settings and work arrays that a whole process shares."""
 
 import functools
 import threading
@@ -11,10 +11,10 @@ _TURN = threading.RLock()  # a function that takes turns may call another one
 
 
 def in_turn(function: Callable[P, R]) -> Callable[P, R]:
-    """Let one thread at a time be inside the functions that are decorated so; the others wait.
+    """Let only one thread at a time run the functions with this decorator; other threads wait.
 
     Threads share gmsh's session, OCCT's settings and CadQuery's imports. SciPy's `lu_solve` changes the pivots of a
-    factor that is kept while it uses them: two threads got NaN, or another last digit.
+    cached factor while it uses them: two threads got NaN, or a different last digit.
     """
 
     @functools.wraps(function)

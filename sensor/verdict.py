@@ -1,4 +1,4 @@
-"""What was asked, what came out, and whether it passed: the table of verdicts, their type, and the rule that judges."""
+"""Verdicts on values: the table of verdicts, their type, and the function that judges."""
 
 import tomllib
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from typing import Any, Literal
 from sensor.quantity import Estimate, report_field
 
 Sense = Literal["at most", "at least"]
-"""On which side a limit bounds a value."""
+"""The side on which a limit bounds a value."""
 Group = Literal["target", "print", "solid", "files"]
 Level = Literal["contact", "flexures"]
 ByTravel = Literal["pressure", "distance", "strain"]
@@ -21,7 +21,7 @@ _NO_TOLERANCE = "none"
 
 @dataclass(frozen=True, kw_only=True)
 class VerdictRow:
-    """What the program knows of a verdict but its value; `verdicts.toml` says what the columns mean."""
+    """The properties of a verdict that do not depend on its value; the head of `verdicts.toml` explains the columns."""
 
     name: str
     group: Group
@@ -57,7 +57,7 @@ class VerdictRow:
 
 @cache
 def verdict_rows() -> tuple[VerdictRow, ...]:
-    """Return every row of the table of verdicts."""
+    """Return all rows of the table of verdicts."""
     rows = []
     text = (Path(__file__).parent / "verdicts.toml").read_text(encoding="utf-8")
     for name, columns in tomllib.loads(text).items():
@@ -76,13 +76,15 @@ def _rows_by_name() -> dict[str, VerdictRow]:
 
 
 def row_of(name: str) -> VerdictRow:
-    """Return the row of a named verdict; a plain one for a name that the table lacks."""
+    """Return the row of a named verdict, or an empty row for a name that is not in the table."""
     return _rows_by_name().get(name) or VerdictRow(name=name, group="files")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One target, what came out, and whether it passed; None where the error bar or a failed check leaves it open.
+    """One target or limit, the value found, and whether it passed; None if an error bar prevents a decision.
+
+    It is also None if an earlier check failed, so that this one was not made.
 
     Examples
     --------
@@ -115,24 +117,24 @@ class Verdict:
 
     @property
     def row(self) -> VerdictRow:
-        """Return what the table of verdicts knows of this one."""
+        """Return the row of this verdict in the table of verdicts."""
         return row_of(self.name)
 
     @property
     def sense(self) -> Sense | None:
-        """Return the side on which the limit bounds the value; None for a target, which both sides may miss."""
+        """Return the side on which the limit bounds the value; None for a target, which may be missed on both sides."""
         return self.row.sense
 
     @property
     def allowed_miss(self) -> float:
-        """Return the largest distance of the value beyond its limit [unit], 0 for a limit in words."""
+        """Return the largest allowed distance of the value beyond its limit [unit]; 0 for a limit that is a text."""
         if not isinstance(self.limit, int | float) or not isinstance(self.tolerance, int | float):
             return 0.0
         return self.tolerance * self.limit if self.relative else self.tolerance
 
     @property
     def limit_sense(self) -> Sense | None:
-        """Return the sense where the limit is a number; None for a limit in words too."""
+        """Return the sense if the limit is a number; None for a limit that is a text."""
         return self.sense if isinstance(self.limit, int | float) else None
 
 
@@ -145,12 +147,13 @@ def judge(
     tolerance: float | None = None,
     passed: bool | None = False,
 ) -> Verdict:
-    """Return the verdict on a value by the row of its name; limit and tolerance are those of the row unless given.
+    """Return the verdict on a value by the row of its name; limit and tolerance come from the row unless given.
 
-    A value must meet a target within the tolerance, or keep to one side of a limit. It is undecided where its error bar
-    reaches across the limit, or is wider than the tolerance of a target that it does not surely miss. A value without a
-    bar is always decided; nan then fails. `passed` is the outcome where the value or the limit is no number. Raises
-    ValueError for a name without a row, a verdict without a limit, and an estimate in another unit.
+    A value must meet a target within the tolerance, or stay on one side of a limit. Beside a limit, the verdict is
+    undecided if the error bar crosses it. Beside a target, it is undecided if the error bar is wider than the
+    tolerance, unless the whole bar misses the target. A value without a bar is always decided; nan then fails. `passed`
+    is the outcome if the value or the limit is not a number. Raises ValueError for a name without a row, a verdict
+    without a limit, and an estimate in another unit.
     """
     row = _rows_by_name().get(name)
     if row is None:
@@ -181,7 +184,7 @@ def judge(
 
 
 def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
-    """Return whether a value with its error bar meets a limit; None where the bar leaves it open."""
+    """Return whether a value with its error bar meets a limit; None if the bar prevents a decision."""
     allowed, error = verdict.allowed_miss, verdict.error
     if verdict.sense is None:
         distance = abs(value - limit)
@@ -195,7 +198,7 @@ def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
 
 
 def all_passed(verdicts: Iterable[Verdict]) -> bool | None:
-    """Return False when a verdict failed, None when one is undecided and none failed, else True."""
+    """Return False if any verdict failed, else None if any is undecided, else True."""
     outcomes = {verdict.passed for verdict in verdicts}
     if False in outcomes:
         return False

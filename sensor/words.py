@@ -1,18 +1,18 @@
-"""The words and digits in which a person reads a value, on every screen, page and sheet."""
+"""Numbers and outcomes as text for readers, on all screens, pages and sheets."""
 
 import math
 
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
-"""How a verdict ended."""
+"""Outcomes of a verdict as text."""
 ROUND_OFF = 1e-12
-"""Below it a number says nothing in any unit that is shown: mm, N, MPa, N/m, %, fractions of numbers near 1."""
-_PLAIN_DECIMALS = 9  # of a number that is written out; a smaller bar has a power of ten
+"""Largest number that is shown as 0, in all units that are shown: mm, N, MPa, N/m, %, fractions of numbers near 1."""
+_PLAIN_DECIMALS = 9  # most decimals of a number; with a smaller bar, number and bar may have a power of ten
 
 
 def shown(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -> str:
-    """Return a number with some digits and its unit, an outcome in words, or another value as it is.
+    """Return a number with some digits and its unit, an outcome as text, or another value unchanged.
 
-    Round-off is shown as 0; what is missing or not finite as `absent`.
+    Round-off is shown as 0, a missing or infinite value as `absent`.
     """
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return absent
@@ -24,10 +24,10 @@ def shown(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -
 
 
 def with_bar(value: float, bar: float | None, unit: str = "", *, in_percent: bool = False) -> str:
-    """Return a number ± the half width that holds 95 %, with its unit.
+    """Return a number ± its half width of 95 % coverage, with its unit.
 
-    The bar has two digits, and the number ends with them; `in_percent` the bar is told as a share of the number. A
-    number without a bar has five digits.
+    The bar has two digits, and the number ends at the same decimal. With `in_percent` the bar is a percentage of the
+    number. A number without a bar has five digits.
     """
     of_unit = _beside_number(unit)
     if not bar or not math.isfinite(bar):
@@ -51,16 +51,19 @@ def _beside_number(unit: str) -> str:
 
 
 def rounded(value: float, digits: int = 3, *, towards: float | None = None) -> float:
-    """Return the number of so many digits that is nearest to a value [its unit], or next to it towards a number."""
+    """Return a value [its unit] with so many significant digits.
+
+    It is the nearest such number, or, with `towards`, the next one from the value towards that number.
+    """
     found = value if value == 0.0 or towards is None else next_multiple(value, digits, towards)
     return float(f"{found:.{digits}g}")
 
 
 def next_multiple(value: float, digits: int, towards: float) -> float:
-    """Return the multiple of the last of so many digits that is next to a value towards a number [its unit].
+    """Return the next number with so many significant digits from a value towards another number [same unit].
 
-    It is a product, whose last bits may differ from the number as it is written. A value that is off a multiple by a
-    millionth of the last digit is that multiple. Raises ValueError for 0.
+    It is a product, whose last bits may differ from the number as it is written. A value that is within a millionth of
+    the last digit of such a number is that number. Raises ValueError for 0.
     """
     step = 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1)
     round_to_whole = math.ceil if towards > value else math.floor
@@ -68,6 +71,6 @@ def next_multiple(value: float, digits: int, towards: float) -> float:
 
 
 def round_below(value: float) -> float:
-    """Return the largest of 1, 2 or 5 times a power of ten that is not above a positive value."""
+    """Return the largest number not above a positive value that is 1, 2 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12))

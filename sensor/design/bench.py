@@ -1,20 +1,20 @@
-"""The bench on which a unit will be calibrated: a balance, a dial, and what their last digits leave of a slope."""
+"""The bench for calibrating a unit: a balance and a dial, whose last digits limit the accuracy of a slope."""
 
 from dataclasses import dataclass
 
 from sensor.design.processes import Process
 from sensor.quantity import Bounds, check_fields, quantity, validation_error
 
-RUBBER_POISSON = 0.5  # of a reference ball
+RUBBER_POISSON = 0.5  # Poisson's ratio of a reference ball
 _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _DIGIT = Bounds(at_least=1e-6, at_most=100.0)
 _LOAD = Bounds(at_least=0.1, at_most=1e5)
 PRESSED = 0.9
-"""Of the largest force or deflection of a spring: so far a calibration presses."""
+"""Largest force or deflection in a calibration, over the largest one of the spring."""
 WEIGHED_AT = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-"""Readings under weights, over the largest one. On the way back the same weights are rounded alike, and add nothing."""
+"""Weights, over the largest one. Unloading in the same steps repeats the rounding errors, and adds no information."""
 PLATE_AT = (0.2, 0.4, 0.6, 0.8, 1.0)
-"""Readings on a plate, over the deepest one: all tips stand on it from the first one on."""
+"""Deflections on a plate, over the largest one; all tips touch the plate from the first one on."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +49,7 @@ class Bench:
     )
 
     def __post_init__(self) -> None:
-        """Check each field, and that the balance bears its last digit."""
+        """Check each field, and that the last digit of the balance is smaller than its largest load."""
         check_fields(self, "bench")
         if not self.balance_g < self.balance_max_g:
             bound = f"less than bench.balance_max_g = {self.balance_max_g:g} g"
@@ -57,5 +57,5 @@ class Bench:
 
 
 def modulus_on_glass(process: Process) -> float:
-    """Return the reduced modulus [MPa] of a printed tip that is pressed on a plate of glass."""
+    """Return the reduced modulus [MPa] of the contact between a printed tip and a glass plate."""
     return 1.0 / ((1.0 - process.poisson**2) / process.E_MPa + 1.0 / _GLASS_MPA)

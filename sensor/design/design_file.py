@@ -1,4 +1,4 @@
-"""Design files: TOML in and out, one flag at a time on top; an unknown key is answered with the nearest known one."""
+"""Design files: reading and writing TOML, and single settings; an unknown key is refused with the most similar one."""
 
 import dataclasses
 import json
@@ -30,13 +30,13 @@ TABLE_TYPES: dict[str, Any] = {
 
 
 def not_a_table(name: str, value: object) -> InputError:
-    """Return the error for a value in the place of a table."""
+    """Return the error for a value where a table must be."""
     message = f"{name} = {value} must be a table. Write [{name}] and its keys below it."
     return InputError(message, field=name, value=value, bound="a table")
 
 
 def design_from_mapping(data: Mapping[str, Any]) -> Design:
-    """Return the design that nested tables, or records in their place, describe; raises InputError for a bad key."""
+    """Return the design that nested tables describe, or records in their place; raises InputError for a bad key."""
     for key in data:
         if key != "name" and key not in TABLES:
             raise unknown_name("table", key, ["name", *TABLES])
@@ -49,7 +49,7 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     if "printer" in data:
         tables["printer"] = _printer(tables.get("print", Print()), data["printer"])
     if "springs" in tables and tables["springs"].given:
-        tables.setdefault("targets", None)  # springs that are given leave nothing to size
+        tables.setdefault("targets", None)  # with given springs there is nothing to size
     return Design(name=name, **tables)
 
 
@@ -57,7 +57,7 @@ _TYPED_NOISE = ("noise_percent", "noise_N")
 
 
 def refuse_typed_noise(reading: object) -> None:
-    """Raise InputError for a noise that is typed beside [readout], which computes it."""
+    """Raise InputError for a noise that is set beside [readout], which computes the noise."""
     for key in _TYPED_NOISE:
         if isinstance(reading, Mapping) and key in reading:
             bound = "left out beside [readout], which computes it"
@@ -66,13 +66,13 @@ def refuse_typed_noise(reading: object) -> None:
 
 
 def _printer(chosen: Print, table: object) -> Process:
-    """Return the design's own process, which `print.process` names."""
+    """Return the design's own process, with the name that `print.process` gives."""
     frozen = {key: _frozen(value) for key, value in table.items()} if isinstance(table, Mapping) else table
     return own_process(chosen.process, frozen)
 
 
 def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
-    """Return the record of a table from its keys, or as it is; raises InputError for an unknown or bad key."""
+    """Return the record of a table from its keys; a record is returned unchanged. Raises InputError for a bad key."""
     if isinstance(values, TABLE_TYPES[table]):
         return values
     if not isinstance(values, Mapping):
@@ -88,7 +88,7 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
 
 
 def _frozen(value: object) -> object:
-    """Return a value of a table as records hold it: lists as tuples, whole numbers as floats."""
+    """Return a value of a table as records store it: lists as tuples, whole numbers as floats."""
     if isinstance(value, list | tuple):
         return tuple(_frozen(item) for item in value)
     return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
@@ -100,12 +100,12 @@ def every_key() -> list[str]:
 
 
 def parsed_setting(text: str) -> object:
-    """Return the value of a setting: TOML, or a number as people write it; anything else, like a bare word, is text."""
+    """Return the value of a setting: TOML, or a number as people write it; other text, like a bare word, unchanged."""
     if not text.isprintable():
         return text
     try:
         return parsed_toml(f"value = {text}")["value"]
-    except ValueError:  # a bare word, a number with more digits than Python reads, or one that TOML writes otherwise
+    except ValueError:  # a bare word, or a number that is not valid TOML or has too many digits
         number = written_number(text)
         return text if number is None else number
 
@@ -119,7 +119,7 @@ _TIPS_FIRST = (
 def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any]:
     """Return the design as plain nested tables, without the keys that are not set.
 
-    The plan of a whole fruit follows from other keys; it is written only where `derived` keys are asked for.
+    Length and width of a whole fruit follow from other keys; they are included only with `derived`.
     """
     left_out = [] if derived else [f"fruit.{key}" for key in design.fruit.derived_keys]
     tables: dict[str, Any] = {"name": design.name}
@@ -139,27 +139,27 @@ def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any
             name = f"{table}.{key}"
             if value is not None and name not in left_out:
                 tables[table][key] = list(value) if isinstance(value, tuple) else value
-    # A read-out computes the noise: typed beside it, the default would be refused when the mapping is read back.
+    # A read-out computes the noise. Reading the mapping back would refuse a noise beside it, even the default.
     if design.readout is not None and "reading" in tables:
         tables["reading"] = {key: value for key, value in tables["reading"].items() if key not in _TYPED_NOISE}
     return tables
 
 
 def _tips_order(key: str) -> int:
-    """Return where a key of [tips] is written: layout and shape first; those of later shapes at the end.
+    """Return the sort position of a key of [tips]: layout and shape first, keys of later shapes at the end.
 
-    The digest in a unit.toml is of this text, so the order must stay.
+    The digest in a unit.toml is computed from this text, so the order must not change.
     """
     return _TIPS_FIRST.index(key) if key in _TIPS_FIRST else len(_TIPS_FIRST)
 
 
 def design_as_toml(design: Design) -> str:
-    """Return the design as TOML text that reads back as the same design."""
+    """Return the design as TOML text, from which the same design is read back."""
     return tables_as_toml(design_as_mapping(design))
 
 
 def tables_as_toml(data: Mapping[str, Any]) -> str:
-    """Return keys and tables, as those of a design, as TOML text: first the keys that are in no table."""
+    """Return keys and tables, such as those of a design, as TOML text; keys outside tables come first."""
     lines = [f"{key} = {value_as_toml(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
     tables = {name: values for name, values in data.items() if isinstance(values, Mapping)}
     for table, values in tables.items():
@@ -172,5 +172,5 @@ def tables_as_toml(data: Mapping[str, Any]) -> str:
 
 
 def value_as_toml(value: object) -> str:
-    """Return a number, a text or a list as TOML writes it, which is JSON's form of these too."""
+    """Return a number, a text or a list in TOML, which for these is the same as JSON."""
     return json.dumps(value, ensure_ascii=False)

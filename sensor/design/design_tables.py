@@ -1,7 +1,7 @@
-"""The tables of a design before they are a design: every setting is laid on them first, and all are checked together.
+"""The tables of a design before it is constructed: all settings are applied first, and then checked together.
 
-What a design derives from other keys is therefore derived after the last setting: the numbers of its process, the size
-of a whole fruit, targets that are left out.
+So values that follow from other keys are derived after the last setting: the numbers of the process, the size of a
+whole fruit, and default targets.
 """
 
 from collections.abc import Mapping
@@ -28,14 +28,14 @@ from sensor.quantity import InputError, unknown_name, validation_error
 _PROCESS = "print.process"
 _PROCESS_FILE = "print.process_file"
 _HOLD_PROCESSES = (_PROCESS_FILE, "print", "printer")
-"""The key and the tables that say which processes a design has of its own."""
+"""The key and the tables that define a design's own processes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DesignTables:
-    """The tables of a design, and its own print processes by name; `print.process` names the one that is used.
+    """The tables of a design, and its own print processes by name; `print.process` selects one of them.
 
-    The table `printer` holds settings of that process.
+    The table `printer` holds settings of this process.
     """
 
     tables: Mapping[str, Any]
@@ -43,9 +43,9 @@ class DesignTables:
 
     @classmethod
     def from_file(cls, data: Mapping[str, Any], folder: Path) -> "DesignTables":
-        """Return the tables of a design file in a folder, with the processes of the file that it names.
+        """Return the tables of a design file in a folder, with the processes of the process file that it names.
 
-        Raises InputError for a process file that cannot be used, and for one beside a table `printer`.
+        Raises InputError for a process file that cannot be used, and for a process file beside a table `printer`.
         """
         tables = {key: value for key, value in data.items() if key != "printer"}
         given = tables.get("print")
@@ -72,10 +72,10 @@ class DesignTables:
         return cls.from_file(design_as_mapping(design), Path())
 
     def changed(self, settings: Mapping[str, object]) -> "DesignTables":
-        """Return the tables with settings by TABLE.KEY laid on top; None unsets a key, or a whole table like `reading`.
+        """Return the tables with settings TABLE.KEY applied; None unsets a key, or a whole table such as `reading`.
 
-        A path of a process file starts in the working folder. The order of the settings does not matter: tables go
-        before keys are set. Raises InputError for a name that is not known.
+        The path of a process file is relative to the working folder. The order of the settings does not matter, because
+        tables are unset before keys are set. Raises InputError for an unknown name.
         """
         refuse_gone(*settings)
         for name, value in settings.items():
@@ -98,7 +98,7 @@ class DesignTables:
         return self._with_other_processes(tables, settings)
 
     def _with_other_processes(self, tables: dict[str, Any], settings: Mapping[str, object]) -> "DesignTables":
-        """Return changed tables with the processes of the file that settings name, none where they unset them."""
+        """Return changed tables with the processes of the file that the settings name; without any if they unset it."""
         given = tables.get("print", {})
         printing = dict(given) if isinstance(given, Mapping) else {}
         file_name = printing.pop("process_file", None)
@@ -108,14 +108,14 @@ class DesignTables:
             own = _processes_of(file_name, Path())
             if settings.get(_PROCESS) is not None:
                 _refuse_not_held(process, own, file_name)
-            elif process not in [*own]:  # the file named it among its former processes
+            elif process not in [*own]:  # a process of the former process file
                 printing.pop("process", None)
         elif process in [*self.own] and _PROCESS not in settings:
             del printing["process"]
         return DesignTables(tables={**tables, "print": printing}, own=own)
 
     def design(self, settings: Mapping[str, object] | None = None) -> Design:
-        """Return the design of the tables with settings as in `changed`; raises InputError for what is no design."""
+        """Return the design of the tables with settings as in `changed`; raises InputError for an invalid design."""
         changed = self.changed(settings) if settings else self
         if "readout" in changed.tables:
             refuse_typed_noise(changed.tables.get("reading"))
@@ -127,17 +127,17 @@ class DesignTables:
 
     @cached_property
     def _records(self) -> dict[str, Any]:
-        """Return the tables that are records by themselves: a study makes each once, not at every point."""
+        """Return the records of the tables that are valid without settings, so that a study makes each only once."""
         records = {}
         for table in TABLE_TYPES.keys() & self.tables.keys():
             try:
                 records[table] = table_as_record(table, self.tables[table])
-            except InputError:  # it may be one with the keys that a point sets
+            except InputError:  # it may become valid with the keys that a point of a study sets
                 continue
         return records
 
     def _with_process(self, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the tables with the numbers of the process that they name in the table `printer`."""
+        """Return the tables with the numbers of their own process in the table `printer`."""
         printing = self.tables.get("print", {})
         process = printing.get("process") if isinstance(printing, Mapping) else None
         if process is None and len(self.own) == 1:
@@ -157,12 +157,15 @@ class DesignTables:
 
 
 def settings_of_texts(texts: Mapping[str, str]) -> dict[str, object]:
-    """Return settings that are written as text: values are TOML, bare words are text, and nothing unsets a key."""
+    """Return settings from texts: values are TOML, bare words are text, and an empty text unsets the key."""
     return {name: text if name == "name" else parsed_setting(text) if text else None for name, text in texts.items()}
 
 
 def _refuse_unknown(name: str, value: object) -> None:
-    """Raise InputError for a setting that names no key; a whole table can only be unset, one key of [printer] not."""
+    """Raise InputError for a setting without a known key.
+
+    A whole table can only be unset, and a key of [printer] can only be set.
+    """
     table, _, key = name.partition(".")
     known = table in TABLES and bool(key)
     if value is None:
@@ -172,7 +175,7 @@ def _refuse_unknown(name: str, value: object) -> None:
 
 
 def _processes_of(file_name: object, folder: Path) -> Mapping[str, Mapping[str, Any]]:
-    """Return the processes by name of a file in a folder; raises InputError where it has none that can be used."""
+    """Return the processes by name from a file in a folder; raises InputError if it has none, or cannot be used."""
     if not isinstance(file_name, str) or not file_name or not file_name.isprintable():
         raise validation_error(_PROCESS_FILE, file_name, "", "the path of a TOML file", "write it in quotes")
     own = read_process_file(folder / file_name)
@@ -182,7 +185,7 @@ def _processes_of(file_name: object, folder: Path) -> Mapping[str, Mapping[str, 
 
 
 def _refuse_not_held(process: object, own: Mapping[str, Any], file_name: str) -> None:
-    """Raise InputError for the name of a process that a process file does not hold."""
+    """Raise InputError for the name of a process that is not in the process file."""
     if process not in [*own]:
         bound = f"one of those in {Path(file_name).name!r}: {', '.join(own) or 'none'}"
         raise validation_error(_PROCESS, process, "", bound, "name one with print.process")

@@ -1,4 +1,4 @@
-"""The fruit as a person describes it: its shape, its flesh, the moduli that the sensor is to measure.
+"""The fruit as a person describes it: its shape, its flesh, and the moduli that the sensor is to measure.
 
 Units: mm, MPa.
 """
@@ -19,22 +19,22 @@ _UNEVEN = Bounds(at_least=0.0, at_most=1.0)
 _WAVE = Bounds(at_least=0.1, at_most=100.0)
 _SCATTER = Bounds(at_least=0.0, at_most=50.0)
 _ENDS = 2
-_BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
+_BLOCK_PLAN_MM = 20.0  # length and width of the paper's block
 USUAL_MODULI = Bounds(at_least=0.1, at_most=12.0)
-"""Moduli that fruit mostly have [MPa]: beyond, a person is asked to look at the units again."""
+"""Usual moduli of fruit [MPa]; for others, a note asks the user to check the units."""
 
 FruitShape = Literal["block", "sphere", "ellipsoid"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fruit:
-    """The fruit fixed at its base, tips on its top; length along the tips, width across, height along the press.
+    """The fruit, fixed at its base, with the tips on its top; length along the tips, width across, height upwards.
 
-    A sphere or an ellipsoid has its apex in the middle of the top and is whole down to its base. A length and a width
-    that are given cut a piece out of it. `thickness_mm` is what lies under the apex, down to the stone or the table.
-    Where it is not given, the height takes its place. `radius_mm` is the radius of curvature along the tips and half
-    the height of the whole fruit. `radius_across_mm` is the radius of curvature across, of an ellipsoid only. These are
-    its principal directions; `azimuth_deg` turns both against the tips, about the axis of the press.
+    A sphere or an ellipsoid has its apex in the middle of the top and is whole down to its base. If a length and a
+    width are given, they cut a piece out of it. `thickness_mm` is the flesh under the apex, down to the stone or the
+    table; without it the height is used. `radius_mm` is the radius of curvature along the tips, and half the height of
+    the whole fruit. `radius_across_mm`, only for an ellipsoid, is the radius of curvature across. These are the
+    principal directions; `azimuth_deg` rotates both against the tips, about the axis of the press.
     """
 
     shape: FruitShape = choice(
@@ -116,7 +116,7 @@ class Fruit:
         "1",
         _SPREAD,
         default=0.05,
-        hint="take 0.05 where it was not measured",
+        hint="take 0.05 if it was not measured",
         meaning="uncertainty of the ratio, two standard deviations; the stiffness of the flesh under a tip depends "
         "on it",
     )
@@ -150,7 +150,7 @@ class Fruit:
             "text": FORM,
             "meaning": (
                 "Prony series of flesh that relaxes: fractions of the force and the time constants with which they "
-                "decay. Every modulus of the design is then that at the first instant"
+                "decay. Every modulus of the design is then the modulus at the first instant"
             ),
         },
     )
@@ -173,8 +173,8 @@ class Fruit:
         "1",
         Bounds(above=-1.0, below=0.5),
         default=None,
-        hint="leave it out where it was not measured",
-        meaning="Poisson's ratio of the skin; by default that of the flesh",
+        hint="leave it out if it was not measured",
+        meaning="Poisson's ratio of the skin; by default equal to that of the flesh",
     )
     roughness_mm: float = quantity(
         "mm",
@@ -196,7 +196,7 @@ class Fruit:
         "%",
         _SCATTER,
         default=5.0,
-        hint="take 5 where it was not measured",
+        hint="take 5 if it was not measured",
         meaning="scatter of the modulus of the flesh from tip to tip, one standard deviation. The default is a "
         "judgement: places some millimetres apart differ less than two cheeks of a fruit",
     )
@@ -206,7 +206,7 @@ class Fruit:
         check_fields(self, "fruit")
         self._check_skin()
         self._check_keys_of_shape()
-        # A length or a width that is left out is that of the whole fruit. Frozen, so set past its own __setattr__.
+        # The default length and width are those of the whole fruit. The record is frozen, hence object.__setattr__.
         for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
             if getattr(self, key) is None:
                 object.__setattr__(self, key, size)
@@ -219,7 +219,7 @@ class Fruit:
             self._check_piece(self.radius_mm)
 
     def _check_keys_of_shape(self) -> None:
-        """Refuse a missing radius of this shape, and a radius or a thickness of another shape."""
+        """Refuse a missing radius of this shape, and a radius or a thickness that belongs to another shape."""
         needed = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
         optional = () if self.shape == "block" else ("thickness_mm",)
         for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
@@ -232,7 +232,7 @@ class Fruit:
                 raise validation_error(name, value, "mm", bound, "drop it, or choose the shape it is for")
 
     def _check_azimuth(self) -> None:
-        """Refuse an azimuth of a fruit that has no principal directions, or of a whole one, which is not turned."""
+        """Refuse an azimuth of a fruit without principal directions, or of a whole fruit, which cannot be turned."""
         if self.azimuth_deg is None:
             return
         name = "fruit.azimuth_deg"
@@ -244,7 +244,7 @@ class Fruit:
             raise validation_error(name, self.azimuth_deg, "deg", bound, "give fruit.length_mm and fruit.width_mm")
 
     def _check_bruise_limits(self) -> None:
-        """Refuse a list of limits of another length than that of the moduli."""
+        """Refuse a list of limits that is not as long as the list of moduli."""
         limits = self.bruise_limit_MPa
         if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
             bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
@@ -253,7 +253,7 @@ class Fruit:
             )
 
     def _check_waves(self) -> None:
-        """Refuse waves that are not given as the shortest and the longest."""
+        """Refuse waves that are not a shortest and a longest one."""
         waves = self.roughness_wave_mm
         if not (len(waves) == _ENDS and waves[0] <= waves[1]):
             bound = "two numbers, from and to"
@@ -261,7 +261,7 @@ class Fruit:
             raise validation_error(name, list(waves), "mm", bound, "list the smaller number first")
 
     def _check_skin(self) -> None:
-        """Refuse half a description of a skin, one that is no thin layer, and one that is softer than its flesh."""
+        """Refuse a skin with a missing number, a skin that is not thin, and one that is softer than the flesh."""
         if (self.skin_mm is None) != (self.skin_E_MPa is None):
             bound = "given together with fruit.skin_E_MPa"
             raise validation_error(
@@ -275,13 +275,13 @@ class Fruit:
             raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "call the fruit flesh of that modulus")
         stiffest_flesh = self.largest_E_MPa
         if self.skin_E_MPa < stiffest_flesh:
-            bound = f"at least that of the stiffest flesh, {stiffest_flesh:g} MPa"
+            bound = f"at least the modulus of the stiffest flesh, {stiffest_flesh:g} MPa"
             raise validation_error("fruit.skin_E_MPa", self.skin_E_MPa, "MPa", bound, "leave out a softer skin")
 
     def _check_piece(self, radius: float) -> None:
-        """Refuse a curved fruit that is deeper than it is high, and a piece whose corners lie beyond the fruit.
+        """Refuse a curved fruit that is deeper than it is high, and a piece whose corners lie outside the fruit.
 
-        `radius` [mm] is that along the tips, which is half the height of the whole fruit.
+        `radius` [mm] is the radius along the tips, which is half the height of the whole fruit.
         """
         if self.depth_mm > 2.0 * radius:
             bound = f"at most 2 fruit.radius_mm = {2.0 * radius:g} mm"
@@ -297,24 +297,24 @@ class Fruit:
 
     @property
     def _whole_plan_mm(self) -> tuple[float, float]:
-        """Return length and width of all that lies above the base [mm]; the paper's block where nothing is curved."""
+        """Return length and width of the whole fruit above its base [mm], or of the paper's block for a block."""
         if self.radius_mm is None:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
-        # The ellipsoid has the half axes R along the tips and up, and sqrt(R R_across) across, where R = radius_mm. Its
-        # middle is R below the apex; the base cuts it above that, or its equator is the widest place.
-        base_above_middle = max(0.0, 1.0 - self.depth_mm / self.radius_mm)  # over R
+        # The ellipsoid has the half axes R along the tips and up, and sqrt(R R_across) across, with R = radius_mm. Its
+        # middle is R below the apex. A base above the middle is its widest section; else the equator is.
+        base_above_middle = max(0.0, 1.0 - self.depth_mm / self.radius_mm)  # height over R
         width_of_unit_ball = 2.0 * math.sqrt(1.0 - base_above_middle**2) if base_above_middle < 1.0 else 2.0
         a = self.radius_mm * width_of_unit_ball
         b = math.sqrt(self.radius_mm * self._across) * width_of_unit_ball
         if not self.azimuth_deg:
             return a, b
         cosine, sine = self._turn
-        # The box around an ellipse that is turned.
+        # the bounding box of the rotated ellipse
         return math.hypot(a * cosine, b * sine), math.hypot(a * sine, b * cosine)
 
     @property
     def derived_keys(self) -> tuple[str, ...]:
-        """Return the keys of the plan that are as large as the whole curved fruit: left out, they are so again."""
+        """Return the keys of the plan that equal the size of the whole curved fruit; a file may leave them out."""
         if self.radius_mm is None:
             return ()
         sizes = zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True)
@@ -328,18 +328,18 @@ class Fruit:
 
     @property
     def mirrored(self) -> bool:
-        """Say whether the fruit is its own mirror image, along the tips as across."""
+        """Return whether the fruit is symmetric in the planes along the tips and across them."""
         return not self.azimuth_deg or self.azimuth_deg % 90.0 == 0.0
 
     def to_principal(self, x: FloatOrArray, y: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-        """Return the principal coordinates of a place along and across the tips, in its unit."""
+        """Return the principal coordinates of a place, given along and across the tips [same unit]."""
         if not self.azimuth_deg:
             return x, y
         cosine, sine = self._turn
         return cosine * x + sine * y, cosine * y - sine * x
 
     def from_principal(self, u: FloatOrArray, v: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-        """Return the place along and across the tips that has these principal coordinates, in their unit."""
+        """Return the place along and across the tips with these principal coordinates [same unit]."""
         if not self.azimuth_deg:
             return u, v
         cosine, sine = self._turn
@@ -347,7 +347,7 @@ class Fruit:
 
     @property
     def largest_E_MPa(self) -> float:
-        """Return the largest modulus that is shown, which may lie beyond E_max [MPa]."""
+        """Return the largest of all moduli [MPa]: a modulus in `E_MPa` may be larger than `E_max_MPa`."""
         return max(self.E_max_MPa, *self.E_MPa)
 
     @property
@@ -362,28 +362,28 @@ class Fruit:
 
     @property
     def can_roll(self) -> bool:
-        """Say whether it rolls when it lies free on a table: a whole curved fruit whose table is below its middle."""
+        """Return whether the fruit, free on a table, can roll: curved and whole, with its middle above the table."""
         return self.radius_mm is not None and self.whole and self.depth_mm > self.radius_mm
 
     @property
     def whole(self) -> bool:
-        """Say whether a curved fruit is whole down to its base: no side of its plan cuts it."""
+        """Return whether a curved fruit is whole down to its base, not cut at the sides of its plan."""
         length, width = self._whole_plan_mm
         return self.radius_mm is not None and self.length_mm >= length and self.width_mm >= width
 
     @property
     def depth_key(self) -> str:
-        """Return the name of the key that `depth_mm` comes from."""
+        """Return the name of the key that gives `depth_mm`."""
         return "fruit.height_mm" if self.thickness_mm is None else "fruit.thickness_mm"
 
     @property
     def depth_mm(self) -> float:
-        """Return the depth of flesh under the apex: the height of a block, the thickness of a curved fruit [mm]."""
+        """Return the depth of flesh under the apex [mm]: the height of a block, or the thickness of a curved fruit."""
         return self.height_mm if self.thickness_mm is None else self.thickness_mm
 
     @property
     def bruise_limits_MPa(self) -> tuple[float, ...]:
-        """Return the mean pressure that bruises at each of `E_MPa` [MPa]; none where no limit is set."""
+        """Return the mean pressure that bruises flesh at each of `E_MPa` [MPa]; empty if no limit is set."""
         limit = self.bruise_limit_MPa
         if limit is None or isinstance(limit, tuple):
             return limit or ()
@@ -391,7 +391,7 @@ class Fruit:
 
     @property
     def equivalent_block(self) -> "Fruit":
-        """Return the block of the same plan and thickness: the flat fruit that sizes the springs."""
+        """Return the block of the same plan and thickness, which is the flat fruit for sizing the springs."""
         return dataclasses.replace(
             self,
             shape="block",
@@ -403,7 +403,7 @@ class Fruit:
         )
 
     def fall_mm(self, x: float, y: float) -> float:
-        """Return the depth of an ellipsoid's top below its apex at a position [mm]; infinity beyond the fruit."""
+        """Return the depth of the upper surface below the apex at a position [mm]; infinity beyond the fruit."""
         if self.radius_mm is None:
             return 0.0
         x, y = self.to_principal(x, y)

@@ -1,4 +1,4 @@
-"""Fruits by their names, from fruits.toml: where a sensor presses them, and how firm they are."""
+"""Fruits by name, from fruits.toml: their shape where a sensor presses them, and their moduli."""
 
 import math
 from collections.abc import Sequence
@@ -15,10 +15,10 @@ _SHARE = Bounds(above=0.0, below=1.0)
 
 @dataclass(frozen=True, kw_only=True)
 class NamedFruit(Sourced):
-    """A fruit: its principal radii where it is pressed and the flesh under them [mm], ripe to unripe flesh [MPa].
+    """A fruit: principal radii where it is pressed and thickness of the flesh [mm], moduli from ripe to unripe [MPa].
 
-    All but the share that is left of a force are from and to. Raises InputError for what is no range, and for a number
-    without a source.
+    All numbers except the remaining share of a force are ranges, from and to. Raises InputError for a range that does
+    not rise, and for a number without a source.
     """
 
     LABEL: ClassVar[str] = "fruit"
@@ -33,7 +33,7 @@ class NamedFruit(Sourced):
     relaxes_to: float = quantity("1", _SHARE, meaning="share of a force that ripe flesh keeps in the end")
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are no ends of a range."""
+        """Refuse a range that does not consist of two rising numbers."""
         super().__post_init__()
         for key in RANGES:
             ends = getattr(self, key)
@@ -42,14 +42,14 @@ class NamedFruit(Sourced):
                 raise validation_error(name, list(ends), "", "two numbers that rise", self.HINT)
 
     def bruise_limit(self, E: float) -> float:
-        """Return the mean pressure that flesh of a modulus stands [MPa, both], a power of it through both ends."""
+        """Return the mean pressure that flesh of modulus E withstands [both MPa], by a power law through both ends."""
         (softest, firmest), (least, most) = self.E_MPa, self.bruise_limit_MPa
         share = math.log(E / softest) / math.log(firmest / softest)
         return least * math.pow(most / least, share)
 
     @property
     def in_words(self) -> str:
-        """Return the ranges as `pipeline suggest --fruit` takes them."""
+        """Return the ranges as a text that `pipeline suggest --fruit` accepts."""
         return ranges_in_words(self.radius_mm, self.radius_across_mm, self.thickness_mm, self.E_MPa)
 
 
@@ -59,7 +59,7 @@ def ranges_in_words(
     thickness_mm: Sequence[float] | None,
     E_MPa: Sequence[float],
 ) -> str:
-    """Return ranges as `pipeline suggest --fruit` takes them, from and to; flesh may be of unknown thickness."""
+    """Return ranges as a text that `pipeline suggest --fruit` accepts; the thickness of the flesh may be unknown."""
     flesh = "" if thickness_mm is None else f", flesh {_ends(thickness_mm)}"
     return f"radius {_ends(radius_mm)} by {_ends(radius_across_mm)}{flesh}, E {_ends(E_MPa)}"
 

@@ -31,17 +31,17 @@ from sensor.theory.two_spring_law import PAPER_SPRINGS, Definition
 Mount = Literal["covers", "washers"]
 
 _STIFFNESS = Bounds(at_least=1e-6, at_most=1e9)
-# P must rise by more than a stiffness is known to, 0.1 %; beyond the limits of NL one spring is too stiff or too soft
-# by ten thousand times to be made or read.
+# P must rise by more than 0.1 %, the uncertainty of a stiffness. Beyond the limits of NL one spring is ten thousand
+# times too stiff or too soft to be made or read.
 _FORCE_RATIO = Bounds(at_least=1.001, at_most=100.0)
 _NONLINEARITY = Bounds(at_least=1e-5, at_most=0.4999)
 _LONGEST_NAME = 64
-_ROUND_OFF = 1e-9  # of a time, by which it may lie outside its bounds
+_ROUND_OFF = 1e-9  # relative tolerance of the bounds of a time or a thickness
 
 
 @dataclass(frozen=True, kw_only=True)
 class Targets:
-    """What the sensor shall do: largest force ratio and nonlinearity."""
+    """The targets of the sensor: largest force ratio and nonlinearity."""
 
     P_max: float = quantity(
         "1",
@@ -75,7 +75,7 @@ PAPER_TARGETS = Targets(P_max=5.0, NL=0.05)  # the paper's choice before (10), a
 
 @dataclass(frozen=True, kw_only=True)
 class GivenSprings:
-    """Springs to be judged instead of sized; both or neither."""
+    """Springs that the design gives, so that they are judged instead of sized; both or neither."""
 
     K_l_N_per_m: float | None = quantity(
         "N/m",
@@ -93,7 +93,7 @@ class GivenSprings:
     )
 
     def __post_init__(self) -> None:
-        """Check each field, that both are given and that the low spring is the softer one."""
+        """Check each field, that both are given, and that the low spring is the softer one."""
         check_fields(self, "springs")
         K_l = self.K_l_N_per_m
         K_h = self.K_h_N_per_m
@@ -107,7 +107,7 @@ class GivenSprings:
 
     @property
     def given(self) -> bool:
-        """Say whether the design names its own springs."""
+        """Return whether the design gives its springs."""
         return self.K_l_N_per_m is not None
 
 
@@ -116,10 +116,10 @@ _OF_LINES = "give a whole number of the lines that the process prints"
 
 @dataclass(frozen=True, kw_only=True)
 class Print:
-    """How the housing is made, and what the screws clamp it between.
+    """The print process of the housing, and the parts between which the screws clamp it.
 
-    `process_file` is a key of the design file only: reading it puts the process into `Design.printer`.
-    `E_MPa` is the modulus that a printed coupon showed; without it that of the process holds.
+    `process_file` is only a key of a design file, whose reader puts the process into `Design.printer`. `E_MPa` is the
+    modulus measured on a printed coupon; without it, the modulus of the process is used.
     """
 
     process: str = choice(
@@ -170,7 +170,7 @@ class Print:
     )
 
     def __post_init__(self) -> None:
-        """Check each field; the process is checked with the design, which may have one of its own."""
+        """Check each field except the process, which needs `Design.printer` and is checked with the design."""
         check_fields(self, "print", but=("process",))
         if self.process_file is not None:
             bound = "left out here: a design file is read with the process file beside it"
@@ -180,15 +180,15 @@ class Print:
 
 
 _OF_HOUSING = ("press.attitude", "print.max_length_mm", "print.E_MPa", "print.mount")
-"""Keys that only the springs of a housing use."""
+"""Keys that are used only if the springs are those of a housing."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Design:
-    """A whole design: what `designs/*.toml` and `report.json` hold.
+    """A whole design: the contents of `designs/*.toml` and of the design in `report.json`.
 
-    Without targets the springs are given, and P_max and NL are facts; with a reading it is judged by what it reads.
-    `printer` is a process of one's own, which `print.process` then names.
+    Without targets, the springs are given, and P_max and NL are results. With a reading, the design is judged by the
+    modulus that it reads. `printer` is a process of the user's own, whose name must be `print.process`.
 
     Examples
     --------
@@ -209,7 +209,7 @@ class Design:
     printer: Process | None = None
 
     def __post_init__(self) -> None:
-        """Check the name, and all that several tables decide together; the first fault is the one that is told."""
+        """Check the name, and all conditions on several tables; the first violation is reported."""
         allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
         if not allowed or len(self.name) > _LONGEST_NAME:
             bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
@@ -233,7 +233,7 @@ class Design:
         self._check_readout()
 
     def _check_process(self) -> None:
-        """Refuse the name of a process that is neither known nor the design's own."""
+        """Refuse a process name that is neither a known process nor the design's own one."""
         name = self.print.process
         own = self.printer
         if own is None:
@@ -245,7 +245,10 @@ class Design:
             )
 
     def _check_leaf_thicknesses(self) -> None:
-        """Refuse leaves that are no whole number of lines, known too little, or so thick that they leave no window."""
+        """Refuse leaf thicknesses that the process cannot print.
+
+        They must be a whole number of lines, known well enough, and so thin that a window remains between the leaves.
+        """
         process = self._process_as_listed
         line = process.line_width_mm
         most = self.tips.tip_layout.leaf_separation_mm - 2.0 * process.fillet_mm
@@ -253,14 +256,14 @@ class Design:
             thickness = getattr(self.print, key)
             if thickness is None:
                 continue
-            hint = "leave it out to have that of the process"
+            hint = "leave it out to use the thickness of the process"
             if line is not None and abs(thickness - max(1, round(thickness / line)) * line) > _ROUND_OFF * thickness:
                 lines = max(1, math.floor(thickness / line))
                 bound = f"a whole number of lines of {line:g} mm, as {process.name} prints"
                 hint = f"take {lines * line:g} or {(lines + 1) * line:g} mm"
             elif thickness < process.thinnest_leaf_mm:
                 least = process.thinnest_leaf_mm
-                bound = f"at least {least:.4g} mm, for {process.name} is off by {process.accuracy_mm:g} mm"
+                bound = f"at least {least:.4g} mm, as {process.name} is accurate to {process.accuracy_mm:g} mm"
             elif thickness >= most:
                 bound = f"less than {most:g} mm, the distance of the two leaves less their fillets"
             else:
@@ -270,18 +273,18 @@ class Design:
 
     @property
     def process(self) -> Process:
-        """Return the process of the housing, with the modulus of its coupon and the leaves that the design gives."""
+        """Return the process of the housing, with the modulus and the leaf thicknesses that the design gives."""
         keys = ("E_MPa", "leaf_thickness_low_mm", "leaf_thickness_high_mm")
         given = {key: value for key in keys if (value := getattr(self.print, key)) is not None}
         return dataclasses.replace(self._process_as_listed, **given) if given else self._process_as_listed
 
     @property
     def _process_as_listed(self) -> Process:
-        """Return the known process or the design's own, as its table has it."""
+        """Return the known process or the design's own one, without changes by the design."""
         return self.printer or PROCESSES[self.print.process]
 
     def _check_tip_shape(self) -> None:
-        """Refuse a shape that no process prints at the end of a shuttle, but for ground pins, which take any shape."""
+        """Refuse a tip that cannot be printed at the end of a shuttle; a ground pin may have any shape."""
         tips = self.tips
         if tips.socket == "pin" or tips.tip_shape.is_printed:
             return
@@ -293,13 +296,13 @@ class Design:
         raise validation_error("tips.shape", tips.shape, "", bound, hint)
 
     def _check_keys_beside_reading(self) -> None:
-        """Refuse keys that mean nothing beside [reading]: a tilt of the press, and targets that size no springs."""
+        """Refuse keys without a meaning beside [reading]: a tilt of the press, and targets that size no springs."""
         if self.reading is None:
             return
         for name, tilt in (("press.tilt_deg", self.press.tilt_deg), ("press.roll_deg", self.press.roll_deg)):
             if tilt != 0.0:
                 raise validation_error(
-                    name, tilt, "deg", "0 where the design has [reading]", "reading.tilt_deg says how far a press tilts"
+                    name, tilt, "deg", "0 where the design has [reading]", "reading.tilt_deg bounds the tilt of a press"
                 )
         if self.targets is not None and self.springs.given:
             bound = "left out beside [springs] and [reading]"
@@ -310,7 +313,7 @@ class Design:
     def _check_keys_without_effect(self) -> None:
         """Refuse keys that this design does not use.
 
-        They may have their default, which every design file holds, or 0, which asks for nothing.
+        They may have their default, which every design file contains, or 0, which has no effect.
         """
         fruit = self.fruit
         reading = self.reading
@@ -320,7 +323,7 @@ class Design:
         if fruit.thickness_mm is not None:
             unused["fruit.height_mm"] = ("beside fruit.thickness_mm, which takes its place", "drop one of the two")
         if reading is not None:
-            unused["press.tilt_spread_deg"] = ("beside [reading]", "reading.tilt_deg says how far a press tilts")
+            unused["press.tilt_spread_deg"] = ("beside [reading]", "reading.tilt_deg bounds the tilt of a press")
             if fruit.radius_mm is None:
                 unused["reading.radius_spread"] = ("for fruit.shape = 'block'", "a flat fruit has no radius")
             elif reading.radius_mm is not None:
@@ -337,7 +340,7 @@ class Design:
                 raise validation_error(name, value, item.metadata.get("unit", ""), f"left out {where}", hint)
 
     def _check_ranges_of_reading(self) -> None:
-        """Refuse ranges of radii and thicknesses for a fruit or tips that have none, and a list of limits of no use."""
+        """Refuse ranges of radii and thicknesses that this fruit or these tips lack, and limits of the wrong number."""
         reading = self.reading
         if reading is None:
             return
@@ -362,7 +365,7 @@ class Design:
             )
 
     def _check_readout(self) -> None:
-        """Refuse delays of other tips, and a process of unknown drift."""
+        """Refuse delays for the wrong number of tips, and a process whose drift is unknown."""
         if self.readout is None:
             return
         delays = self.readout.delay_ms
@@ -375,18 +378,18 @@ class Design:
             )
 
     def _check_ball(self) -> None:
-        """Refuse a reference ball for a sensor that it does not show."""
+        """Refuse a reference ball if presses on it cannot represent presses on the fruit."""
         if self.reading is not None and self.reading.calibrated_by == "ball" and not self.takes_ball:
-            bound = f"weights or plate: a ball shows {SHOWN_BY_BALL}"
+            bound = f"weights or plate: a ball is for {SHOWN_BY_BALL}"
             raise validation_error("reading.calibrated_by", "ball", "", bound, "choose plate")
 
     @property
     def expected_bench(self) -> Bench | None:
-        """Return the bench on which a unit will be calibrated; None without `[reading]`, which asks for no accuracy."""
+        """Return the bench on which a unit will be calibrated; None without `[reading]`, which needs no calibration."""
         return None if self.reading is None else self.bench or Bench()
 
     def _check_bench(self) -> None:
-        """Refuse a bench that nothing needs."""
+        """Refuse a bench that no other key uses."""
         bench = self.bench
         if bench is None:
             return
@@ -400,12 +403,12 @@ class Design:
 
     @property
     def takes_ball(self) -> bool:
-        """Say whether presses on a reference ball, which has no skin, show what those on fruit would."""
+        """Return whether presses on a reference ball, which has no skin, represent presses on the fruit."""
         return shown_by_ball(self.fruit, self.tips)
 
     @property
     def elastic(self) -> "Design":
-        """Return the design on flesh that does not relax, as a reference ball does not."""
+        """Return the design on flesh that does not relax, such as a reference ball."""
         return dataclasses.replace(
             self,
             fruit=dataclasses.replace(self.fruit, relaxation=None),
@@ -414,7 +417,7 @@ class Design:
         )
 
     def _check_time(self) -> None:
-        """Refuse keys of time without flesh that relaxes, such flesh without them, and a reading outside the hold."""
+        """Refuse keys of time that do not match the relaxation of the flesh, and a reading outside the hold."""
         at = None if self.reading is None else self.reading.at_s
         of_press = {"press.speed_mm_per_s": self.press.speed_mm_per_s, "press.hold_s": self.press.hold_s}
         if self.fruit.relaxation is None:
@@ -433,28 +436,31 @@ class Design:
 
     @property
     def stop_s(self) -> float:
-        """Return when the press stops, from the first touch [s]; 0 where no speed is given."""
+        """Return the time from the first touch to the stop of the press [s]; 0 if no speed is given."""
         speed = self.press.speed_mm_per_s
         return 0.0 if speed is None else self.press.travel_mm / speed
 
     @property
     def press_s(self) -> float:
-        """Return the duration of a press, from the first touch to the deepest point [s]: by hand without a speed."""
+        """Return the duration of a press from the first touch to the deepest point [s].
+
+        Without a speed it is the duration of a press by hand, because a `stop_s` of 0 means that no speed is given.
+        """
         return self.stop_s or PRESS_S
 
     @property
     def release_s(self) -> float:
-        """Return when the press is released, from the first touch [s]."""
+        """Return the time from the first touch to the release of the press [s]."""
         return self.stop_s + (self.press.hold_s or 0.0)
 
     @property
     def read_s(self) -> float:
-        """Return when the forces are read, from the first touch [s]."""
+        """Return the time from the first touch at which the forces are read [s]; by default the stop of the press."""
         at = None if self.reading is None else self.reading.at_s
         return self.stop_s if at is None else min(max(at, self.stop_s), self.release_s)
 
     def _check_springs_are_known(self) -> None:
-        """Refuse a design whose springs are neither given nor sized by targets, which only a pair takes."""
+        """Refuse a design whose springs are neither given nor sized; targets can size only the springs of a pair."""
         takes_targets = self.tips.tip_layout.takes_targets
         if self.springs.given or (self.targets is not None and takes_targets):
             return
@@ -465,23 +471,26 @@ class Design:
 
     @property
     def nominal_targets(self) -> Targets:
-        """Return the targets; without any the default ones, whose definitions P_max and NL have as facts."""
+        """Return the targets, or the default ones if there are none.
+
+        The definitions of the default targets then apply to the results P_max and NL.
+        """
         return self.targets or Targets()
 
     @property
     def per_spring(self) -> "Design":
-        """Return the design with one low and one high tip: what one plate carries, whatever the layout.
+        """Return the design with one low and one high tip, as one plate carries them, in any layout.
 
-        It is not read out: the channels are those of all tips.
+        It has no read-out, because the channels belong to all tips.
         """
         reading = self.reading
-        if reading is not None and reading.calibrated_by == "ball":  # which a pair does not take
+        if reading is not None and reading.calibrated_by == "ball":  # not allowed for a pair
             reading = dataclasses.replace(reading, calibrated_by="plate")
         return dataclasses.replace(self, tips=self.tips.per_spring, readout=None, reading=reading)
 
     @property
     def has_paper_scene(self) -> bool:
-        """Say whether fruit and tips are the paper's, whatever moduli are shown and however it is pressed."""
+        """Return whether fruit and tips are the paper's, for any moduli shown and any press."""
         beside = ("name", "E_MPa", "bruise_limit_MPa", "poisson_spread", "relaxation", "gap_mm", "socket")
         return all(
             getattr(own, item.name) == getattr(of_paper, item.name)
@@ -492,10 +501,11 @@ class Design:
 
     @property
     def full_travels_mm(self) -> tuple[float, float]:
-        """Return the largest travel of a low and of a high tip at full press [mm]; negative for one that stays off.
+        """Return the largest travel of a low and of a high tip at full press [mm]; negative if no such tip touches.
 
-        The press's own tilt lowers one side. With a reading, travel counts from the first touch in its pose. The tilt
-        may change by `reading.tilt_change_deg` towards any tip, which adds to the travel of the outermost ones.
+        The tilt of the press lowers one side. With a reading, the travel starts at the first touch in the pose of the
+        press. A change of the tilt by `reading.tilt_change_deg` towards any tip adds to the travel of the outermost
+        tips.
         """
         centres = self.tips.centres_mm
         slope = math.tan(math.radians(self.press.tilt_deg))

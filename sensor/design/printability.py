@@ -1,7 +1,7 @@
-"""Whether a process can make the two springs.
+"""Whether a print process can make the two springs, by the guided-beam law.
 
-Closed form: the guided-beam law. The solve on the solid moves the leaf length by up to `LENGTH_MARGIN`. So a leaf that
-near to a bound is undecided (passed is None) until its solved length is given.
+The solve on the solid changes the leaf length by up to `LENGTH_MARGIN`. So a leaf this close to a bound is undecided
+(passed is None) until its solved length is given.
 """
 
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from sensor.theory.leaf_spring import LeafProfile, pair_length, root_strain
 from sensor.theory.two_spring_law import Springs, spring_give
 
 LENGTH_MARGIN = 0.15
-SHORTEST_LEAF = 5.0  # length over thickness: below it a leaf is a block, and its length no longer sets its stiffness
-FILLET_STRAIN = 1.3  # fillet root over beam theory, 1.17 to 1.27 by FE of solid flexures
+SHORTEST_LEAF = 5.0  # least length over thickness; the stiffness of a shorter leaf depends little on its length
+FILLET_STRAIN = 1.3  # strain at the fillet over beam theory; FE of solid flexures gives 1.17 to 1.27
 
 
 @dataclass(frozen=True, kw_only=True)
 class Printable:
-    """The verdict on one spring of one process; `reason` is one line."""
+    """The verdict on one spring in one process; `reason` is one line."""
 
     name: str  # "printable.low" or "printable.high"
     passed: bool | None
     reason: str
-    length_mm: float  # asked for, or solved
+    length_mm: float  # by the beam law, or as solved
     shortest_mm: float
     longest_mm: float
     root_strain: float  # at full travel on the stiffest fruit
@@ -33,7 +33,7 @@ class Printable:
 
 @dataclass(frozen=True, kw_only=True)
 class _Leaf:
-    """The leaves of one spring [mm], up to a longest one, and their deflection at full travel."""
+    """The leaves of one spring [mm], the longest allowed length, and their deflection at full travel."""
 
     process: Process
     profile: LeafProfile
@@ -46,7 +46,7 @@ class _Leaf:
         return SHORTEST_LEAF * self.profile.thickness
 
     def length(self, K: float) -> float:
-        """Return the length [mm] at which the pair has a stiffness [N/mm] by the beam law."""
+        """Return the length [mm] at which the pair has stiffness K [N/mm] by the beam law."""
         return pair_length(self.process.E_MPa, self.profile.depth, self.profile.thickness, K)
 
     def strain(self, length: float) -> float:
@@ -54,9 +54,9 @@ class _Leaf:
         return FILLET_STRAIN * root_strain(self.profile.thickness, length, self.deflection)
 
     def faults(self, length: float, margin: float) -> list[str]:
-        """Return the objections to a length [mm], each in words, with limits stricter by the relative margin.
+        """Return the objections to a length [mm] as texts, with limits stricter by the relative margin.
 
-        A negative margin makes the limits laxer: what is left is wrong even if the length is off by that much.
+        With a negative margin the limits are laxer, so the remaining objections hold even if the length has this error.
         """
         process = self.process
         thickness = self.profile.thickness
@@ -86,9 +86,9 @@ def check_printable(
 ) -> tuple[Printable, ...]:
     """Return the verdict on each spring, low then high, in the process of a design.
 
-    `K_m_max` [N/mm] is the fruit's stiffness under the low tip at E_max, `stiffness_ratio` [1] is that under the high
-    tip over it. Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, as
-    solved, the beam law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided.
+    `K_m_max` [N/mm] is the stiffness of the fruit under the low tip at E_max. `stiffness_ratio` [1] is the stiffness
+    under the high tip over it. The strain is computed at the largest modulus shown, which may be above E_max. Without
+    the solved `lengths_mm`, the beam law gives the lengths, and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
     process = design.process
     stiffest = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
@@ -127,7 +127,7 @@ def check_printable(
 
 
 def _asked_of(design: Design, springs: Springs) -> tuple[str, str]:
-    """Return the key that each spring comes from, low then high, with its value: of [springs], or of [targets]."""
+    """Return the key of [springs] or [targets] that determines each spring, low then high, with its value."""
     if design.springs.given:
         return f"springs.K_l_N_per_m = {1e3 * springs.K_l:g} N/m", f"springs.K_h_N_per_m = {1e3 * springs.K_h:g} N/m"
     targets = design.nominal_targets
@@ -135,9 +135,9 @@ def _asked_of(design: Design, springs: Springs) -> tuple[str, str]:
 
 
 def _judged(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None, str]:
-    """Return whether leaves of a length [mm] can be made, and in words what is wrong with them, nothing if they can.
+    """Return whether leaves of a length [mm] can be made, and the objections as text, which is empty if they can.
 
-    The length may be off by the relative margin [1] to either side. The first is None where the margin decides it.
+    The error of the length is at most the relative margin [1]. The first value is None if the margin decides.
     """
     certain = leaf.faults(length, -margin / (1.0 + margin))
     possible = leaf.faults(length, margin)

@@ -1,4 +1,4 @@
-"""Print processes and their materials, from processes.toml or a user's own file; every number has its own source."""
+"""Print processes and their materials, from processes.toml or a user's file; each number has its own source."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -21,24 +21,24 @@ from sensor.quantity import (
 from sensor.theory.creep import CreepLaw
 
 _FRACTION = Bounds(above=0.0, below=1.0)
-# Prints up to 4.3 sigma off are drawn: their modulus and their leaves must stay above zero.
+# Random prints deviate by up to 4.3 sigma; their modulus and their leaves must remain positive.
 _SCATTER = Bounds(above=0.0, at_most=0.23)
-_LEAST_KNOWN = 0.45  # of the thinnest leaf, by which it may be off at two sigma
+_LEAST_KNOWN = 0.45  # largest accuracy of a thickness, two sigma, over the thinnest leaf
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
 _LONGEST_TEXT = 64
 FOOT_MM = 0.15
-"""How far the first layer of lines spreads on each side of a leaf [mm]: a judgement for one layer of 0.2 mm."""
+"""Spread of the first layer on each side of a leaf [mm]: a judgement for one layer of 0.2 mm."""
 KINDS = ("fdm", "sla", "sls", "dmls", "other")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Process(Sourced):
-    """A way to make the housing: material, limits of the machine, and the leaves that suit it.
+    """A print process for the housing: material, limits of the machine, and leaves that suit it.
 
     `E_scatter` is one sigma of E from print to print as a fraction of E. `strain_limit` holds for cyclic bending.
-    `accuracy_mm` is plus or minus two sigma of the thickness of a thin wall. `overhang_deg` is the largest slope from
-    the vertical that needs no support. `line_width_mm` and `layer_mm` are None where the process has none. `kind`
-    decides what the sheet for the maker says of supports, washing, heat and powder.
+    `accuracy_mm` is two sigma of the thickness of a thin wall, plus or minus. `overhang_deg` is the largest slope from
+    the vertical that needs no support. `line_width_mm` and `layer_mm` are None if the process has no lines or layers.
+    `kind` selects the instructions of the fabrication sheet on supports, washing, heat and powder.
     """
 
     LABEL: ClassVar[str] = "process"
@@ -89,12 +89,12 @@ class Process(Sourced):
     depth_mm: float = quantity("mm", LENGTH, meaning="depth of the plate, which is the width of the leaves")
 
     def __post_init__(self) -> None:
-        """Check name, material and each number, and that each number that is given has a source."""
+        """Check name, material and each number, and that each given number has a source."""
         check_process_name(self.name)
         super().__post_init__()
         if (self.creep_per_decade is None) != (self.creep_scatter is None):
             missing = "creep_scatter" if self.creep_scatter is None else "creep_per_decade"
-            bound = "given with the other number of the creep"
+            bound = "given with the other number of creep"
             name = f"process {self.name}.{missing}"
             raise validation_error(name, None, "1", bound, "give both, or neither")
         most = _LEAST_KNOWN * min(self.leaf_thicknesses_mm)
@@ -105,27 +105,27 @@ class Process(Sourced):
 
     @property
     def thinnest_leaf_mm(self) -> float:
-        """Return the thinnest leaf whose thickness it knows well enough [mm]."""
+        """Return the thinnest leaf whose relative error of thickness is small enough [mm]."""
         return self.accuracy_mm / _LEAST_KNOWN
 
     @property
     def is_metal(self) -> bool:
-        """Say whether it prints metal."""
+        """Return whether the process prints metal."""
         return self.kind == "dmls"
 
     @property
     def creep(self) -> CreepLaw:
-        """Return the creep of its prints; none where the process does not tell it, as of metals."""
+        """Return the creep of its prints; zero if the process does not give it, as for metals."""
         return CreepLaw(self.creep_per_decade or 0.0, self.creep_scatter or 0.0)
 
     @property
     def leaf_thicknesses_mm(self) -> tuple[float, float]:
-        """Return the thickness of the leaves by spring, the low one's first [mm]."""
+        """Return the thickness of the leaves of the low and of the high spring [mm]."""
         return self.leaf_thickness_low_mm, self.leaf_thickness_high_mm
 
 
 def check_process_name(name: object) -> None:
-    """Raise InputError for what cannot name a process."""
+    """Raise InputError for a value that cannot be the name of a process."""
     text = name if isinstance(name, str) else ""
     if not text.replace("-", "").replace("_", "").isalnum() or not text.isascii() or len(text) > _LONGEST_TEXT:
         bound = f"1 to {_LONGEST_TEXT} letters, digits, - or _"
@@ -136,19 +136,19 @@ PROCESSES = Process.from_tables(read_toml(Path(__file__).with_name("processes.to
 
 
 def own_process(name: str, table: object) -> Process:
-    """Return the process of a user's own table; raises InputError for a known name, an unknown key or a bad number."""
+    """Return the process of a user's table; raises InputError for a known name, an unknown key or a bad number."""
     if name in PROCESSES:
         raise validation_error(
-            "print.process", name, "", "a name that no known process has", "name your own process anew"
+            "print.process", name, "", "a name that no known process has", "give your own process another name"
         )
     check_process_name(name)
     return Process.from_table(name, table)
 
 
 def read_process_file(path: Path) -> Mapping[str, Mapping[str, Any]]:
-    """Return the tables of the processes in a TOML file by their names.
+    """Return the tables of the processes in a TOML file, by name.
 
-    Raises InputError, in one line, where the file or one of its processes cannot be used.
+    Raises InputError, in one line, if the file or one of its processes cannot be used.
     """
     tables = read_toml(path, "print.process_file")
     for name, table in tables.items():
@@ -161,7 +161,7 @@ def read_process_file(path: Path) -> Mapping[str, Mapping[str, Any]]:
 
 
 def process_as_table(process: Process) -> Mapping[str, Any]:
-    """Return a process as the table of a file that holds it, without the keys that are not set."""
+    """Return a process as its table in a process file, without the keys that are not set."""
     held = dataclasses.asdict(process)
     del held["name"], held["sources"]
     held["sources"] = dict(process.sources)

@@ -1,6 +1,6 @@
-"""What a reading has to stand: poses of the sensor on the fruit, noise of its forces, and how good it must be.
+"""Conditions of a reading: poses of the sensor on the fruit, noise of the forces, and limits of the error.
 
-A design that has this table is judged by the modulus that it reads, not by its force ratio.
+A design with this table is judged by the modulus that it reads, not by its force ratio.
 """
 
 import bisect
@@ -20,32 +20,33 @@ _PRESSES = Bounds(at_least=1.0, at_most=100.0)
 
 _ENDS = 2
 RANGES = ("radius_mm", "radius_across_mm", "thickness_mm")
-LARGEST_TOUCH_FRACTION = 0.5  # of the travel: where all tips touch later, too little of a rise is left
+LARGEST_TOUCH_FRACTION = 0.5  # touch of the last tip over the travel; if larger, too little rise remains
 PRESS_SAMPLES = 60
-"""Samples of a press over which noise is counted: `PRESS_S` at 20 samples a second."""
+"""Samples of a press that reduce its noise: `PRESS_S` at 20 samples a second."""
 PRESS_S = 3.0
-"""Duration of a press by hand [s], over which the times of channels are counted."""
+"""Duration of a press by hand [s], which scales the effect of time errors of the channels."""
 WEIGHED_AFTER_S = 30.0
-"""Time after which the deflection under a weight is read [s], where nobody says."""
+"""Time after which the deflection under a weight is read [s], unless it is given."""
 CALIBRATED_BY = ("weights", "plate", "ball")
 AMPLIFIER_GAIN_PERCENT = 0.5
-"""Standard uncertainty of a gain that no calibration has shown [%]: a judgement on amplifiers."""
-LEAST_OVER_NOISE = 4.0  # standard deviations: a tip with less force on it counts as off the fruit
-LEAST_OF_SCALE = 0.01  # of the largest force of its tip: a zero that is off by less is no touch
+"""Standard uncertainty of a gain without calibration [%]: a judgement on amplifiers."""
+LEAST_OVER_NOISE = 4.0  # least force of a tip that touches, in standard deviations of its noise
+LEAST_OF_SCALE = 0.01  # least force of a tip that touches, over its largest one; above the error of a zero
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """Poses that occur and noise of the forces, one standard deviation, with the limits that the reading must keep.
+    """The poses that occur, the noise of the forces (one standard deviation), and the limits for a reading.
 
     `tilt_deg` is the largest tilt against the normal of the skin, in any direction. It may change by `tilt_change_deg`
-    during a press. `off_centre_mm` is how far from the apex the sensor is set down at most. `radius_mm` and
-    `radius_across_mm` are the principal radii of the fruits that occur, from and to, at any azimuth. `thickness_mm` is
-    their flesh. Without them the radius of a ball may differ by `radius_spread` of it. `noise_percent` is a share of
-    the largest force of each tip. `stiffness_percent` and `gain_percent` are what calibration leaves. By weights it is
-    that of each spring and of each force. A hard plate moves all tips alike: then it is that of each force at a known
-    deflection and of each deflection. Those that are None follow from the bench of the design. `bias_limit` bounds the
-    largest |E read / E - 1| without noise, `uncertainty_limit` its standard uncertainty.
+    during a press. `off_centre_mm` is the largest distance of a press from the apex. `radius_mm` and `radius_across_mm`
+    are the ranges of the principal radii of the fruits, at any azimuth, and `thickness_mm` the range of the thickness
+    of their flesh. Without them, the radius of a ball may differ by the fraction `radius_spread`. `noise_percent` is a
+    fraction of the largest force of each tip. `stiffness_percent` and `gain_percent` are uncertainties after
+    calibration. With weights, they belong to each spring and to each force. A hard plate moves all tips equally; they
+    then belong to each force at a known deflection, and to each deflection. If they are None, they follow from the
+    bench of the design. `bias_limit` is the largest |E read / E - 1| without noise, `uncertainty_limit` the largest
+    standard uncertainty.
     """
 
     tilt_deg: float = quantity(
@@ -74,7 +75,7 @@ class Reading:
         _SHARE,
         default=0.2,
         hint="mangoes differ by 0.2",
-        meaning="largest deviation of the radius of a fruit from that of the design, as a fraction; used without "
+        meaning="largest deviation of the radius of a fruit from the radius of the design, as a fraction; used without "
         "`radius_mm`",
     )
     radius_mm: tuple[float, float] | None = quantity(
@@ -117,7 +118,7 @@ class Reading:
         "%",
         _PERCENT,
         default=None,
-        hint="leave it out to have what the bench leaves",
+        hint="leave it out to compute it from the bench",
         meaning="standard uncertainty of each spring after calibration; by default what the bench leaves, see "
         "[what a bench leaves](read-a-fruit.md#what-a-bench-leaves)",
     )
@@ -125,7 +126,7 @@ class Reading:
         "%",
         _PERCENT,
         default=None,
-        hint="leave it out to have what the bench leaves",
+        hint="leave it out to compute it from the bench",
         meaning="standard uncertainty of the gain of each channel after calibration; by default what the bench leaves",
     )
     calibrated_by: str | None = choice(
@@ -138,8 +139,8 @@ class Reading:
         "%",
         _PERCENT,
         default=2.0,
-        hint="pipeline modulus tells that of a ball",
-        meaning="standard uncertainty of what a reference ball tells, by its modulus and the presses on it; it is the "
+        hint="pipeline modulus measures that of a ball",
+        meaning="standard uncertainty of a reference ball, by its modulus and the presses on it; it is the "
         'same in all readings of a unit (`calibrated_by = "ball"`). The default is a judgement',
     )
     bias_limit: float = quantity(
@@ -173,7 +174,7 @@ class Reading:
     )
 
     def __post_init__(self) -> None:
-        """Check each field, and that ranges rise."""
+        """Check each field, and that ranges are in rising order."""
         check_fields(self, "reading")
         if (self.radius_mm is None) != (self.radius_across_mm is None):
             missing = "reading.radius_mm" if self.radius_mm is None else "reading.radius_across_mm"
@@ -192,7 +193,7 @@ class Reading:
 
     @property
     def on_plate(self) -> bool:
-        """Say whether a hard plate calibrates the unit, alone or with a ball."""
+        """Return whether a hard plate calibrates the unit, with or without a ball."""
         return self.calibrated_by in ("plate", "ball")
 
     @property
@@ -202,12 +203,15 @@ class Reading:
 
     @property
     def least_uncertainty_limit(self) -> float:
-        """Return the least limit of the standard uncertainty over the moduli [1]."""
+        """Return the smallest limit of the standard uncertainty over the moduli [1]."""
         limits = self.uncertainty_limit
         return min(limits) if isinstance(limits, tuple) else limits
 
     def uncertainty_limit_at(self, E: float, moduli: Sequence[float]) -> float:
-        """Return the limit of the standard uncertainty [1] at a modulus [MPa], interpolated in those at `moduli`."""
+        """Return the limit of the standard uncertainty [1] at a modulus E [MPa].
+
+        A list of limits belongs to `moduli` [MPa]; between them it is interpolated over log E.
+        """
         limits = self.uncertainty_limit
         if not isinstance(limits, tuple):
             return limits

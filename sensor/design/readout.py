@@ -1,6 +1,7 @@
-"""What turns the springs' deflections into counts: Hall sensors, amplifier, board, from electronics.toml or by number.
+"""The electronics that turn the deflections of springs into counts: Hall sensors, amplifier, board.
 
-A design that names its read-out has the noise of its forces computed, and what drifts with the temperature counted.
+Their numbers come from electronics.toml or from the design. For a design with a read-out, the noise of the forces and
+the drift with temperature are computed.
 """
 
 from dataclasses import dataclass, replace
@@ -15,15 +16,15 @@ _SIZE = Bounds(at_least=0.0, at_most=1e12)
 _BITS = Bounds(at_least=8.0, at_most=32.0)
 _DELAY = Bounds(at_least=0.0, at_most=1e4)
 _KELVIN = Bounds(at_least=0.0, at_most=50.0)
-_AS_SOLD = "leave it out to have that of the amplifier's data sheet"
+_AS_SOLD = "leave it out to use the amplifier's data sheet"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Amplifier(Sourced):
     """An amplifier with its converter: input range +-`full_scale_mV` in `bits` bits, and its noise, one sigma.
 
-    `rate_Hz` is that of one channel, of which it has `channels`: several are converted one after the other. The time of
-    a conversion is known to +-`time_error_periods` of the time between two samples.
+    `rate_Hz` is the sample rate of one channel. There are `channels` inputs, which are converted in turn. The error of
+    the time of a conversion is at most `time_error_periods` of the time between two samples.
     """
 
     LABEL: ClassVar[str] = "amplifier"
@@ -40,22 +41,22 @@ class Amplifier(Sourced):
 
     @property
     def saturation(self) -> int:
-        """Return the largest count [1]: that of the whole input range."""
+        """Return the largest count [1], at the end of the input range."""
         return int(2 ** (self.bits - 1.0)) - 1
 
     @property
     def counts_per_V(self) -> float:
-        """Return the counts of one volt at the input [1/V]."""
+        """Return the counts per volt at the input [1/V]."""
         return float(2.0 ** (self.bits - 1.0) / (1e-3 * self.full_scale_mV))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Probe(Sourced):
-    """A sensor of displacement at a shuttle: its slope at the supply, its noise, one sigma, its drifts and its size.
+    """A displacement sensor at a shuttle: its sensitivity at the supply, its noise, one sigma, its drifts and its size.
 
-    `zero_um` is by how much its zero may be off without any change of temperature. `magnet_mm` is a disc's diameter,
-    `face_out_mm` the distance of the sensor's marked face from the faces of both discs. The package is
-    `package_height_mm` long along the press.
+    `zero_um` is the error of its zero at constant temperature. `magnet_mm` is the diameter of a disc, `face_out_mm` the
+    distance of the sensor's marked face from the faces of both discs. The package is `package_height_mm` long along the
+    press.
     """
 
     LABEL: ClassVar[str] = "probe"
@@ -77,7 +78,7 @@ class Probe(Sourced):
 
 @dataclass(frozen=True, kw_only=True)
 class Board(Sourced):
-    """A microcontroller board: the number of its SPI unit, and its pins by the pin of the amplifier that each joins."""
+    """A microcontroller board: the number of its SPI unit, and the number of its pin at each pin of the amplifier."""
 
     LABEL: ClassVar[str] = "board"
 
@@ -91,7 +92,7 @@ class Board(Sourced):
 
     @property
     def pins(self) -> dict[str, int]:
-        """Return the number of each pin by the name of the pin of the amplifier."""
+        """Return the number of each pin by the name of the amplifier pin that it is connected to."""
         return {name: int(getattr(self, name.lower())) for name in ("SCLK", "DIN", "DOUT", "CS", "DRDY")}
 
 
@@ -104,10 +105,10 @@ PROBE = Probe.from_tables(_TABLES["probe"])["DRV5055A2"]
 
 @dataclass(frozen=True, kw_only=True)
 class Readout:
-    """The signal path of a design; a number that is not set is that of the amplifier or of the sensor named.
+    """The signal path of a design; a number that is not set comes from the amplifier or the displacement sensor.
 
-    A sample holds one conversion of each channel: that of a channel is `delay_ms` later than the first one.
-    `drift_K` is how far the temperature may be from that of the calibration, `tare_K` from that of the last taring.
+    A sample holds one conversion of each channel, which is `delay_ms` later than the first conversion. `drift_K` is the
+    largest difference of the temperature from the calibration, `tare_K` from the last taring.
     """
 
     amplifier: str | None = choice(
@@ -136,7 +137,7 @@ class Readout:
         "ms",
         _DELAY,
         default=None,
-        hint="leave it out to have the order of the amplifier's inputs",
+        hint="leave it out to convert in the order of the amplifier's inputs",
         meaning="delay of each channel of a sample after the first conversion, as a list in the order of tips",
     )
     time_error_ms: float | None = quantity(
@@ -151,14 +152,14 @@ class Readout:
         _POSITIVE,
         default=None,
         hint="leave it out for a DRV5055A2 between two magnets",
-        meaning="sensitivity of a sensor of displacement; by default that of a DRV5055A2 between two magnets",
+        meaning="sensitivity of a displacement sensor; by default that of a DRV5055A2 between two magnets",
     )
     noise_um: float | None = quantity(
         "um",
         _SIZE,
         default=None,
         hint="leave it out for a DRV5055A2 between two magnets",
-        meaning="noise of a sensor of displacement, one standard deviation",
+        meaning="noise of a displacement sensor, one standard deviation",
     )
     drift_K: float = quantity(
         "K",
@@ -185,14 +186,14 @@ class Readout:
 
     @property
     def largest_time_error_ms(self) -> float:
-        """Return the bound of the error of the time of a conversion, beside its delay [ms]."""
+        """Return the bound of the error of a conversion time, in addition to its delay [ms]."""
         amplifier = self.circuit
         typical = 1e3 / amplifier.rate_Hz * amplifier.time_error_periods
         return typical if self.time_error_ms is None else self.time_error_ms
 
     @property
     def circuit(self) -> Amplifier:
-        """Return the amplifier with the numbers that are set."""
+        """Return the amplifier with the numbers that the design sets."""
         numbers = {}
         for name in ("bits", "full_scale_mV", "rate_Hz", "noise_nV"):
             value = getattr(self, name)

@@ -12,7 +12,7 @@ from sensor.quantity import BOUNDED, report_field
 
 @dataclass(frozen=True, kw_only=True)
 class SpringToRead:
-    """What a read-out must know of a spring: K [N/mm], and its largest deflection [mm]."""
+    """The properties of a spring that a read-out needs: K [N/mm], and its largest deflection [mm]."""
 
     name: str
     K: float
@@ -26,9 +26,9 @@ class SpringToRead:
 
 @dataclass(frozen=True, kw_only=True)
 class SignalPath:
-    """What becomes of forces on the way to counts, each list in the order of the tips; fields are keys of report.json.
+    """The conversion of forces to counts; lists are in the order of the tips, and fields are keys of report.json.
 
-    Drifts are bounds, after a change of the temperature as [readout] allows.
+    Drifts are bounds for the changes of temperature that [readout] allows.
     """
 
     amplifier: str = report_field("", "name of the amplifier")
@@ -53,27 +53,27 @@ class SignalPath:
 
     @property
     def rounding_N(self) -> tuple[float, ...]:
-        """Return the standard deviation of the force of each tip by its rounding to whole counts [N].
+        """Return the standard deviation of the force of each tip due to rounding to whole counts [N].
 
-        The force may lie anywhere within one count (JCGM 100:2008, F.2.2.1).
+        The rounding error is uniform within one count (JCGM 100:2008, F.2.2.1).
         """
         return tuple(1.0 / counts / math.sqrt(12.0) for counts in self.counts_per_N)
 
     @property
     def noises_N(self) -> tuple[float, ...]:
-        """Return the standard deviation of a sample of each tip [N]: its noise, and its rounding to whole counts."""
+        """Return the standard deviation of a sample of each tip [N], due to noise and to rounding to whole counts."""
         return tuple(math.hypot(noise, rounding) for noise, rounding in zip(self.noise_N, self.rounding_N, strict=True))
 
     @property
     def delays(self) -> tuple[float, ...]:
-        """Return the delay of each channel as a fraction of the sample period [1]; empty where all convert at once."""
+        """Return the delay of each channel over the sample period [1]; empty if all channels are converted at once."""
         return tuple(1e-3 * self.rate_Hz * delay for delay in self.delay_ms) if any(self.delay_ms) else ()
 
     @property
     def time_deviation(self) -> float:
-        """Return the standard deviation of the time of a channel over that between two samples [1].
+        """Return the standard deviation of the time of a channel, over the time between two samples [1].
 
-        Its error may lie anywhere within its bound (JCGM 100:2008, 4.3.7).
+        The time error is uniform within its bound (JCGM 100:2008, 4.3.7).
         """
         return BOUNDED * 1e-3 * self.rate_Hz * self.time_error_ms
 
@@ -84,17 +84,17 @@ class SignalPath:
 
     @property
     def errors_N(self) -> tuple[float, ...]:
-        """Return the error of the force of each tip without a touch [N]: noise and drift of zero together."""
+        """Return the force error of each unloaded tip [N], due to noise and to the drift of its zero."""
         return tuple(math.hypot(noise, zero) for noise, zero in zip(self.noises_N, self.zero_drift_N, strict=True))
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpringReadOut:
-    """The springs of a sensor, and how they are read where a read-out is named.
+    """The springs of a sensor, and their read-out if the design has one.
 
-    `bench` is that on which the design expects its springs to be calibrated, if it expects one. `fastest_s` is the
-    shortest duration of a press by hand that the path can follow [s], where it is known. `folder` is that of the
-    design's report, as a command names it.
+    `bench` is the bench on which the springs will be calibrated, if the design expects one. `fastest_s` is the shortest
+    duration of a press by hand that the path can follow [s], if known. `folder` is the folder of the design's report,
+    as commands write it.
     """
 
     springs: Sequence[SpringToRead]
@@ -105,11 +105,11 @@ class SpringReadOut:
 
 
 def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
-    """Return an order of conversion in which the mean time of the channels of both kinds of springs is the same.
+    """Return an order of conversion in which the channels of both kinds of springs have the same mean time.
 
-    `kinds` are those of the springs, one for each tip; the order is of the tips, from 0. One kind is split about the
-    other, as in low, high, high, low. What a delay does to their contrast then cancels on a level sensor. A pair has no
-    such order, and keeps that of its tips.
+    `kinds` has the kind of spring of each tip; the order lists the tips, from 0. The channels of one kind, if their
+    number is even, are put half before and half after the other kind, as in low, high, high, low. The effect of the
+    delays on the contrast then cancels on a level sensor. A pair has no such order, and keeps the order of its tips.
     """
     of_even_number = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
     if not of_even_number:
@@ -121,9 +121,9 @@ def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
 
 
 def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
-    """Return the delay of each channel behind the first conversion of a sample [ms].
+    """Return the delay of each channel after the first conversion of a sample [ms].
 
-    An amplifier converts its inputs in turn, all of them in each sample.
+    In each sample, an amplifier converts all its inputs in turn.
     """
     amplifier = readout.circuit
     if readout.delay_ms is not None:
@@ -136,10 +136,10 @@ def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
 def signal_path(
     readout: Readout, springs: Sequence[SpringToRead], process: Process, kinds: Sequence[str]
 ) -> SignalPath:
-    """Return the signal path of a sensor whose tips stand on springs of these kinds, by their names.
+    """Return the signal path of a sensor whose tips have springs of these kinds, given by name.
 
-    Each has the known sensor of displacement, but for the numbers that [readout] gives. Drifts are those after the
-    changes of temperature of [readout]. The stiffness of the springs changes as the modulus of the process.
+    Each spring has the standard displacement sensor, with the numbers that [readout] changes. Drifts are for the
+    changes of temperature in [readout]. The stiffness of the springs drifts with the modulus of the process.
     """
     amplifier = readout.circuit
     V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
@@ -150,7 +150,7 @@ def signal_path(
     probe_gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
     gain_percent = math.hypot(1e-4 * amplifier.gain_ppm_per_K * readout.drift_K, probe_gain_percent)
 
-    of_kind = {}  # numbers of a channel by the name of its spring
+    of_kind = {}  # numbers of a channel by the kind of its spring
     for spring in springs:
         V_per_N = V_per_mm / spring.K
         counts_per_N = V_per_N * amplifier.counts_per_V
@@ -162,7 +162,7 @@ def signal_path(
         }
 
     def each(key: str) -> tuple[float, ...]:
-        """Return a number of every channel, in the order of the tips."""
+        """Return one number for every channel, in the order of the tips."""
         return tuple(of_kind[kind][key] for kind in kinds)
 
     return SignalPath(

@@ -1,6 +1,7 @@
-"""What is printed at the end of a shuttle, the tip itself or a foot for a pin, and the plate that this asks for.
+"""The printed end of a shuttle, which is the tip or a foot for a pin, and the depth of the plate that it requires.
 
-The two plates of a square stand back to back on its sides, apart by their pads: each is less deep than the square.
+The two plates of a square stand back to back on opposite sides of it, separated by their pads. So each is less deep
+than the square is wide.
 """
 
 from typing import NamedTuple
@@ -14,7 +15,7 @@ _LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is a 
 
 
 class TipMount(NamedTuple):
-    """What is printed at the end of a shuttle [mm]: its side, and the side of the pocket in it, 0 for a printed tip."""
+    """The printed end of a shuttle [mm]: its side, and the side of the pocket in it, which is 0 for a printed tip."""
 
     side: float
     pocket_side: float
@@ -23,8 +24,8 @@ class TipMount(NamedTuple):
 def tip_mount(design: Design, process: Process) -> TipMount:
     """Return the tip, or the foot for a pin, at the end of a shuttle.
 
-    A foot holds a pocket that the pin fits into. Half the side of the foot is a whole side of the pocket and a wall, as
-    the gable ends a side from the pocket's middle. Raises InputError when the feet leave no gap between them.
+    A foot has a pocket for the pin. Half the side of the foot is a full side of the pocket plus a wall, because the
+    gable of the pocket ends a full side above its middle. Raises InputError if the feet leave no gap between them.
     """
     tips = design.tips
     if tips.socket == "none":
@@ -40,10 +41,10 @@ def tip_mount(design: Design, process: Process) -> TipMount:
 
 
 def plate_depth(design: Design, process: Process) -> float:
-    """Return the depth of the plate [mm]: that of the process, more where a tip mount is wider.
+    """Return the depth of the plate [mm]: the depth of the process, or the tip mount if it is wider.
 
-    A line has no plate: leaves for it are as deep as those of the process. Raises InputError where a square leaves no
-    plate.
+    A line has no plate; its leaves have the depth of the process. Raises InputError if the tips of a square are too
+    close for two plates.
     """
     if not design.tips.tip_layout.has_housing:
         return process.depth_mm
@@ -62,5 +63,5 @@ def plate_depth(design: Design, process: Process) -> float:
 
 
 def pad_height(process: Process) -> float:
-    """Return the height of the pads on the back of a plate of a square [mm]: two make the least gap of the process."""
+    """Return the height of the pads on the back of a plate of a square [mm]; two make the least gap of the process."""
     return max(_LEAST_PAD_MM, 0.5 * process.min_gap_mm)

@@ -1,4 +1,4 @@
-"""The tips and how they are pressed on the fruit: lengths in mm, angles in degrees."""
+"""The tips, and the motion of the sensor that presses them on the fruit: lengths in mm, angles in degrees."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -22,12 +22,12 @@ Socket = Literal["none", "pin"]
 
 @dataclass(frozen=True, kw_only=True)
 class Tips(ShapeKeys):
-    """The rigid tips on their springs; `side_mm` is the side of a square tip, the diameter of a round one.
+    """The rigid tips on their springs; `side_mm` is the side of a square tip, or the diameter of a round one.
 
-    A pair stands on the length axis of the fruit, low spring first. A line is three in a row, `spacing_mm` from one to
-    the next, in the given order of low and high springs. Its outer tips stand out by `outer_mm` more. A square is four
-    at (+-spacing / 2, +-spacing / 2), springs of one kind on each diagonal. The keys of each shape are in
-    `sensor/tips`. Tips are printed with the housing, or with the socket "pin" are ground steel pins glued into it.
+    A pair lies on the length axis of the fruit, low spring first. A line has three tips in a row, `spacing_mm` apart,
+    with low and high springs in the given order; its outer tips protrude by `outer_mm`. A square has four tips at
+    (+-spacing / 2, +-spacing / 2), with springs of one kind on each diagonal. The keys of each shape are declared in
+    `sensor/tips`. Tips are printed with the housing, or, with the socket "pin", are ground steel pins glued into it.
     """
 
     layout: str = choice(
@@ -88,7 +88,7 @@ class Tips(ShapeKeys):
     )
 
     def __post_init__(self) -> None:
-        """Check each field, that the tips are apart and that keys belong to the layout and the shape."""
+        """Check each field, that the tips do not overlap, and that the keys belong to the layout and the shape."""
         check_fields(self, "tips")
         if self.spacing_mm <= self.side_mm:
             bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
@@ -97,7 +97,7 @@ class Tips(ShapeKeys):
         tip_shape(self.shape, self.side_mm, self)
 
     def _check_order(self) -> None:
-        """Refuse a layout without its order of springs, and an order or outer tips of another layout."""
+        """Refuse a layout without its order of springs, and an order or outer tips that belong to another layout."""
         if self.tip_layout.has_choice_of_order:
             orders = self.tip_layout.orders
             if self.order is None:
@@ -136,12 +136,12 @@ class Tips(ShapeKeys):
         return SpringGroups(low=low, high=high)
 
     def each(self, of_low: float, of_high: float) -> tuple[float, ...]:
-        """Return for each tip the number that its kind of spring has, in that number's unit."""
+        """Return a number for each tip, by the kind of its spring [unit of the numbers]."""
         return tuple(of_low if spring == "low" else of_high for spring in self.springs)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the name of each tip: its spring, with a number where there are two of a kind."""
+        """Return the name of each tip: its spring, followed by a number if two springs are of one kind."""
         springs = self.springs
         return tuple(
             spring if springs.count(spring) == 1 else f"{spring}_{springs[: i + 1].count(spring)}"
@@ -150,7 +150,7 @@ class Tips(ShapeKeys):
 
     @cached_property
     def places_mm(self) -> tuple[Position, ...]:
-        """Return the position of each tip from the apex of the fruit [mm]; a square is gone round from (-x, -y)."""
+        """Return the position of each tip from the apex of the fruit [mm]; a square is anticlockwise from (-x, -y)."""
         return tuple(
             Position(self.offset_mm + self.spacing_mm * x, self.spacing_mm * y) for x, y in self.tip_layout.positions
         )
@@ -162,14 +162,20 @@ class Tips(ShapeKeys):
 
     @cached_property
     def height_offset_mm(self) -> tuple[float, ...]:
-        """Return the height offset of each tip from the foremost ones by design [mm], at most 0."""
+        """Return the designed height of each tip relative to the tips that protrude most [mm], at most 0.
+
+        Only a line has outer tips; without `outer_mm` all tips have the same height.
+        """
         outer = self.outer_mm or 0.0
         inner = -outer if self.tip_layout.outer else 0.0
         return tuple(0.0 if index in self.tip_layout.outer else inner for index in range(len(self.springs)))
 
     @property
     def own_columns(self) -> tuple[int, ...]:
-        """Return the tips with columns of their own in tables of forces; none of a pair, whose means are its forces."""
+        """Return the tips with columns of their own in tables of forces.
+
+        A pair has none, because the mean forces of the low and the high tips are already its two forces.
+        """
         return () if self.tip_layout.is_pair else tuple(range(len(self.springs)))
 
     @property
@@ -179,25 +185,25 @@ class Tips(ShapeKeys):
 
     @property
     def per_spring(self) -> "Tips":
-        """Return two of these tips, one on each spring."""
+        """Return two of these tips, one on each kind of spring."""
         return dataclasses.replace(self, layout=PAIR.name, order=None, outer_mm=None)
 
     @property
     def flat(self) -> "Tips":
-        """Return the tips with sharp flat faces of the same outline: those that size the springs."""
+        """Return tips with sharp flat faces of the same outline, which are used to size the springs."""
         sharp: dict[str, Any] = {key.name: key.default for key in dataclasses.fields(ShapeKeys)}
         return dataclasses.replace(self, shape=self.tip_shape.sized_as, **sharp)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Press:
-    """How the sensor is pressed on: travel, tilt along the tips, roll across them.
+    """The motion of the sensor in a press: travel, tilt along the tips, roll across them.
 
-    The travel is that of the middle of the tips from the first touch of a level sensor. A tilt or a roll turns the
-    sensor about that middle. So a tip of a pair travels x +- spacing / 2 tan(tilt), and may touch earlier or later.
+    The travel is measured at the middle of the tips, from the first touch of a level sensor. A tilt or a roll rotates
+    the sensor about this middle. So a tip of a pair travels x +- spacing / 2 tan(tilt), and may touch earlier or later.
 
-    `tilt_spread_deg` is how far the tilt of a press may be off, two sigma. `attitude` says where the tips point, which
-    decides how the weight of the moving parts bends the springs.
+    `tilt_spread_deg` is the uncertainty of the tilt of a press, two sigma. `attitude` is the direction in which the
+    tips point; it determines how the weight of the moving parts bends the springs.
     """
 
     travel_mm: float = quantity(
@@ -258,16 +264,16 @@ class Press:
 
 
 SHOWN_BY_BALL = "domes in a line or a square, on flesh without a skin"
-"""What `shown_by_ball` holds of, in words."""
+"""Designs for which `shown_by_ball` is true, as text."""
 
 
 def shown_by_ball(fruit: Fruit, tips: Tips) -> bool:
-    """Say whether presses on a reference ball, which has no skin, show what those on fruit would."""
+    """Return whether presses on a reference ball, which has no skin, represent presses on the fruit."""
     return tips.dome_radius_mm is not None and not tips.tip_layout.takes_targets and fruit.skin_mm is None
 
 
 def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
-    """Raise InputError when a tip stands beyond the fruit."""
+    """Raise InputError if a tip lies beyond the fruit."""
     hint = "move the tips together, or take a larger fruit"
     layout = tips.tip_layout
     free = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)

@@ -237,7 +237,7 @@ def test_flag_that_is_gone_is_refused_with_what_to_use(name, capsys):
 def test_verdict_that_is_gone_is_explained_by_what_to_use(name, capsys):
     for words in (name, name.removeprefix("verdicts.")):
         code, out, err = settle(["explain", words], capsys)
-        assert (code, out, err) == (cli.WRONG_INPUT, "", f"pipeline: {name} is gone since 0.3. {GONE[name]}\n")
+        assert (code, out, err) == (cli.WRONG_INPUT, "", f"pipeline: {name} was removed in 0.3. {GONE[name]}\n")
 
 
 def test_changelog_says_what_to_use_as_the_refusals_do():
