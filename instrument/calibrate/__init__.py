@@ -1,1 +1,1 @@
-"""From what was measured of a print to its springs: weights, a coupon; what they make of it."""
+"""Calibration of a printed unit: its springs from weights, a plate or a coupon, and its readings with them."""

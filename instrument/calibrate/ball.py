@@ -1,6 +1,6 @@
-"""A reference ball: presses on rubber of a known modulus show what the form of the domes makes of every reading.
+"""A reference ball: presses on rubber of known modulus determine the common error of all readings by the domes' form.
 
-The ball is taken as elastic: its rubber is not thought to relax.
+The rubber is taken as elastic, without relaxation.
 """
 
 import math
@@ -35,13 +35,13 @@ from solve.linear import SolveError
 
 FEWEST_PRESSES = 3
 ERROR = Bounds(at_least=0.1, at_most=50.0)
-"""Of the half width that holds 95 % of the modulus [%]: below, a fraction was taken for a percentage."""
+"""Allowed half width at 95 % of the ball's modulus [%]; a smaller number is probably a fraction."""
 SCATTER = Bounds(at_most=10.0)
-"""Of the half width that holds 95 % of the factor by the scatter of presses [%]: the form is not known beyond."""
+"""Allowed half width at 95 % of the factor by the scatter of presses [%]; beyond it the factor is unknown."""
 DEEP = 3.0
-"""Of the spacing of the tips: in a smaller ball they would feel its far side. A judgement."""
+"""Least radius of a ball over the spacing of the tips; they would feel the far side of a smaller one. A judgement."""
 MAY_STAND = {"press_over_bruise_limit", "out_of_range"}
-"""Flags that say nothing against a press on a ball: it does not bruise, and a form that is off may read so."""
+"""Flags that do not exclude a press on a ball: it does not bruise, and a form error may shift its reading."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,12 +60,12 @@ class ReferenceBall:
 
 
 def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent: float | None) -> ReferenceBall:
-    """Return a ball of the flags of a command; raises InputError for one that is missing or out of its bounds.
+    """Return a ball from the flags of a command; raises InputError for one that is missing or out of bounds.
 
-    Its modulus is told as E / (1 - nu^2) [MPa]: no Poisson's ratio is needed. `u_percent` is the half width that holds
-    95 % of it.
+    Its modulus is given as E / (1 - nu^2) [MPa], so Poisson's ratio is not needed. `u_percent` is its half width at 95
+    %.
     """
-    by_plates = "pipeline modulus --json tells E_over_1_minus_nu2_MPa and u_percent"
+    by_plates = "pipeline modulus --json gives E_over_1_minus_nu2_MPa and u_percent"
     numbers = []
     for flag, value, unit, bounds, hint in (
         ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS, by_plates),
@@ -81,7 +81,10 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
 
 @dataclass(frozen=True, kw_only=True)
 class PressedBall:
-    """A ball and the file of presses on it; `counts_as` is as in `signed_counts`, `say` hears what was read."""
+    """A ball and a file of presses on it.
+
+    `say` is called with notes on the file, `counts_as` is as in `signed_counts`.
+    """
 
     source: Path
     ball: ReferenceBall
@@ -92,7 +95,7 @@ class PressedBall:
 
 @dataclass(frozen=True, kw_only=True)
 class BallPresses:
-    """How many presses on a ball count, of how many, and how many of the others have each flag."""
+    """The number of presses on a ball that count, of all presses, and the flags of the others with their numbers."""
 
     counted: int
     presses: int
@@ -100,14 +103,14 @@ class BallPresses:
 
     @property
     def flags_text(self) -> str:
-        """Return the flags of the presses that do not count, with their numbers."""
+        """Return the flags of the rejected presses with their numbers, as text."""
         return ", ".join(f"{flag} {count}" for flag, count in self.flags.items())
 
 
 def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
-    """Return the correction of a unit by a file of its presses on a ball, and which of them count.
+    """Return the correction of a unit from a file of its presses on a ball, and the number of presses that count.
 
-    Raises InputError where they tell no correction.
+    Raises InputError if they determine no correction.
     """
     source, ball = pressed.source, pressed.ball
     design = sensor.report.design
@@ -136,12 +139,12 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[Bal
 
 
 def _counts(reading: FruitReading) -> bool:
-    """Say whether a press on a ball counts."""
+    """Return whether a press on a ball counts."""
     return reading.E is not None and MAY_STAND.issuperset(reading.flags)
 
 
 def presses_told(readings: Sequence[FruitReading]) -> BallPresses:
-    """Return which presses on a ball count, by their readings."""
+    """Return the numbers of accepted and rejected presses on a ball, from their readings."""
     left_out = [each for each in readings if not _counts(each)]
     flags = Counter(flag for each in left_out for flag in each.flags if flag not in MAY_STAND)
     return BallPresses(counted=len(readings) - len(left_out), presses=len(readings), flags=dict(flags))
@@ -150,17 +153,17 @@ def presses_told(readings: Sequence[FruitReading]) -> BallPresses:
 def correction_of(
     readings: Sequence[FruitReading], ball: ReferenceBall, sensor: MeasuringUnit, source: str
 ) -> BallCorrection:
-    """Return the correction of a unit by its readings on a ball, of a source; raises InputError where they tell none.
+    """Return the correction of a unit from its readings on a ball; raises InputError, naming `source`, without one.
 
-    A ball is deep, and the unit reads it as a fruit of the depth of its design. So the median of the presses is
-    compared with what a press on deep flesh reads.
+    A ball is deeper than the fruit of the design, whose law the unit reads by. So the median of the presses is compared
+    with the reading of a simulated press on deep flesh.
     """
     presses = list(filter(_counts, readings))
     if len(presses) < FEWEST_PRESSES:
         told = presses_told(readings)
         flags = f" ({told.flags_text})" if told.flags else ""
         bound = f"at least {FEWEST_PRESSES} of {told.presses} presses with a modulus and without flags{flags}"
-        raise validation_error(source, len(presses), "presses", bound, "press the ball again; pipeline read tells")
+        raise validation_error(source, len(presses), "presses", bound, "press the ball again; pipeline read flags each")
     on_ball = sensor.on_ball(ball.radius_mm)
     E = _as_fruit(ball, sensor)
     forces, found = deep_press(on_ball, E)
@@ -170,7 +173,7 @@ def correction_of(
         hint = "check the unit of the modulus, and the springs"
         name = f"{source}: E of the ball over E read"
         raise validation_error(name, float(f"{factor:.3g}"), "", str(FACTOR), hint)
-    # A median of normal scatter has pi / 2 times the variance of a mean.
+    # The median of a normal sample has pi / 2 times the variance of the mean.
     scatter = float(np.log(read).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(read))
     by_chance = scatter * student(len(read) - 1) / COVERAGE
     if not SCATTER.hold(100.0 * COVERAGE * by_chance):
@@ -193,10 +196,9 @@ def correction_of(
 
 
 def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
-    """Return the forces of a level press on a ball, (samples, tips) [N], and their reading before it is corrected.
+    """Return the forces of a level press without noise on a ball, (samples, tips) [N], and their uncorrected reading.
 
-    The ball presses as flesh of a modulus E [MPa], deep under its skin; there is no noise. Raises InputError where the
-    springs are too far from the design.
+    The ball is deep flesh of a modulus E [MPa]. Raises InputError if the springs are too far from the design.
     """
     domes, law = on_ball.domes, on_ball.rise_law
     assert domes is not None  # noqa: S101 - a design that takes a ball has them
@@ -212,17 +214,17 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
 
 
 def _alike_in_presses(on_ball: MeasuringUnit, found: RiseReading, press_s: float, time_s: float) -> float:
-    """Return what may move all presses on a ball alike, but readings of fruit otherwise, one standard deviation [1].
+    """Return the relative standard deviation [1] of all presses on a ball by errors that fruit readings do not share.
 
-    These are zeros and times of the channels, and the contact model. Gains are those of the weighing, because the ball
-    is pressed at its temperature. `time_s` [s] is the standard deviation of the time of each channel.
+    They come from zeros and times of the channels, and from the contact model. Gains are as at the weighing, because
+    the ball is pressed at the same temperature. `time_s` [s] is the standard deviation of the time of each channel.
     """
     by_unit = on_ball.channels_in(time_s, press_s).of_press([found.slopes])
     return math.hypot(*(by_unit[cause] for cause in OF_EITHER), BOUNDED * on_ball.model_error)
 
 
 def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
-    """Return what each error of the form of domes moves a press on a ball [%], one standard deviation."""
+    """Return the change of a press on a ball by one standard deviation of each form error of the domes [%]."""
     model = RiseModel(law=on_ball.rise_law)
     curvature = 1.0 / on_ball.radii_mm[0] if on_ball.radii_mm else 0.0
     moved = moved_by_form(on_ball.report.design, model, forces, (curvature, curvature))
@@ -230,5 +232,5 @@ def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
 
 
 def _as_fruit(ball: ReferenceBall, sensor: MeasuringUnit) -> float:
-    """Return the modulus of a fruit that presses as a ball does [MPa]: of both, a press feels E / (1 - nu^2)."""
+    """Return the modulus of a fruit that responds as a ball does [MPa]: with the same E / (1 - nu^2)."""
     return ball.reduced_MPa / sensor.reduced(1.0)

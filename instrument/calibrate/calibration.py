@@ -1,4 +1,4 @@
-"""From what was measured of a print to its unit: springs by weights, or its modulus."""
+"""Calibration of a print: its unit from weights on its tips, or its modulus from a coupon."""
 
 import math
 from collections.abc import Sequence
@@ -54,42 +54,42 @@ _WEIGHED = {
     "deflection": Quantity(units=LENGTH, most=100.0, words=tuple(WORDS["words"]["travel"])),
 }
 _SINCE = Quantity(units=TIME, default="s", most=WEIGHED_AFTER.at_most or math.inf)
-"""Since a weight was hung: a column of its own, which the clock of a serial monitor is not."""
+"""The time since a weight was hung has a column of its own; the clock of a serial monitor does not show it."""
 WITHOUT_PLATE = "the design expects a press on a hard plate: without --plate firm flesh is read with a larger error"
 WITHOUT_BALL = "the design expects presses on a reference ball: without --ball the form of the domes moves all readings"
 UNLIKE_DESIGN = 3.0
-"""Times the stiffness of a design, or a part of it: a print is off by less."""
+"""Largest ratio of a spring's stiffness to its design, either way; prints differ by less."""
 KNOWN_WELL_PERCENT = 0.5
-"""Of a stiffness, what holds 95 %: a dial hides as much, which is what a plate is for."""
+"""Error of a stiffness at 95 % below which a spring is well known; a dial leaves about as much without a plate."""
 _EXAMPLE = "tip,weight_g,deflection_mm"
 _BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_per_N")
 
 
 def _unit_data(calibration: "Calibration") -> Plain:
-    """Return what the answer tells of the springs of the unit; unit.toml has all of it."""
+    """Return the part of a unit that the answer contains; unit.toml has all of it."""
     unit = as_data(calibration.unit)
     told = {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
     return told if calibration.unit.ball is None else {**told, "ball": unit["ball"]}
 
 
 def _trims_data(calibration: "Calibration") -> Plain:
-    """Return the trim of each tip by its name; there are none where no housing is made."""
+    """Return the trim of each tip by its name; there are none if the design has no housing."""
     trims = zip(calibration.unit.tips, calibration.trims, strict=False)
     return {"trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims]}
 
 
 def _channels_data(calibration: "Calibration") -> Plain:
-    """Return the channels, with the standard deviations of the unit, in which a plate has its say."""
+    """Return the channels, with the gain errors of the unit in place of their own, because a plate changes them."""
     return {"channels": {**as_data(calibration.channels), "gain_percent": [*calibration.unit.gain_percent]}}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """A unit with what it shows, whether it meets the targets of its design, and how to trim it where it does not.
+    """The calibration of a printed unit: its readings over the range, verdicts on its targets, and trims.
 
     Each field but the last two is a key of the answer. `nominal` are the stiffnesses of the design [N/mm]. `trims` are
-    by how much longer leaves must be to have them [mm], for each tip, None where its error holds its target. `assumed`
-    is what was taken for granted, `error_by` says what the errors of the table count.
+    the lengths to add to the leaves of each tip to reach them [mm], None if the error of a spring includes its target.
+    `assumed` lists assumptions, and `error_by` names the error sources in the table.
 
     Examples
     --------
@@ -164,10 +164,9 @@ def calibrate(
     after_s: float | None = None,
     counts_as: Literal["unsigned", "offset"] | None = None,
 ) -> Calibration:
-    """Return the calibration of a printed unit by a table of weights, as `pipeline calibrate` does.
+    """Return the calibration of a printed unit from a table of weights, as `pipeline calibrate` does.
 
-    `after_s` is the time from the hanging of a weight to its reading [s] where the table has no times. `counts_as` is
-    as in `read_press`. Raises InputError for a table that is no measurement of this design's springs.
+    Raises InputError for a table that is no measurement of this design's springs.
 
     Parameters
     ----------
@@ -176,9 +175,9 @@ def calibrate(
     weights : str or Path
         A table of weights.
     after_s : float, optional
-        Time from the hanging of a weight to its reading [s].
+        Time from hanging a weight to its reading [s], if the table has no times.
     counts_as : "unsigned" or "offset", optional
-        How counts without signs are written.
+        How counts without signs are written, as in `read_press`.
 
     Examples
     --------
@@ -198,9 +197,9 @@ def calibrate(
 def measured_print(
     source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
 ) -> MeasuredTable:
-    """Return what was measured of a print of a design; its column of texts is tip or coupon.
+    """Return the measured table of a print, with signed counts; its column of texts is `tip` or `coupon`.
 
-    Its counts are signed; `counts_as` is how they are written, as in `signed_counts`. Raises InputError.
+    `counts_as` is the notation of the counts, as in `signed_counts`. Raises InputError.
     """
     counts = count_keys(len(report.tips))
     quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(counts, COUNTS)})
@@ -226,7 +225,7 @@ def measured_print(
 
 
 def _with_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
-    """Return a table with the names of the design for its tips or leaves; an initial is enough if it is unique.
+    """Return a table whose tips or leaves have the names of the design; a unique initial is accepted.
 
     Raises InputError for another name.
     """
@@ -249,11 +248,11 @@ def calibrate_unit(
     after_s: float | None = None,
     ball: PressedBall | None = None,
 ) -> Calibration:
-    """Return the calibration of a unit, with the scale of `fruit` that was pressed with it, as `measured_fruit` has it.
+    """Return the calibration of a unit from a table of weights.
 
-    `plate` is a press on a hard plate, as `measured_plate` has it. Each weight was read `after_s` [s] after it was
-    hung, where the table has no times. Presses on a `ball` correct all readings.
-    Raises InputError, also for springs that read nothing.
+    `fruit` are presses of fruit for a scale, from `measured_fruit`. `plate` is a press on a hard plate, from
+    `measured_plate`. `after_s` [s] is the time from hanging a weight to its reading, if the table has no times. Presses
+    on a `ball` correct all readings. Raises InputError, also if a unit with these springs reads no modulus.
     """
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighed = weighing(table, report, after_s)
@@ -314,9 +313,9 @@ def _printed_unit(
     channels: ChannelCalibration | None,
     pressed: Sequence[PressedSpring] | None,
 ) -> PrintedUnit:
-    """Return the unit by the lines of its deflections under weights, by its channels, and by a press on a plate.
+    """Return the unit from its deflections under weights, its channels, and a press on a plate.
 
-    A plate has the say on springs and deflections; then `gain_percent` is that of the deflection of each channel.
+    A plate determines springs and deflections; `gain_percent` is then the error of each channel's deflection.
     """
     if pressed is not None:
         method = "counts of weights, and a hard plate"
@@ -340,7 +339,7 @@ def _printed_unit(
         K_N_per_m=tuple(1e3 * spring.value for spring in springs),
         K_percent=tuple(spring.percent for spring in springs),
         gain=(1.0,) * len(springs),
-        # The drift of a gain lies anywhere within its bound.
+        # A gain drift lies anywhere within its bound.
         gain_percent=tuple(math.hypot(*each) for each in zip(left_percent, BOUNDED * np.array(drifts), strict=True)),
         newtons_per_count=channels.newtons_per_count if channels else (),
         zero_counts=tuple(channels.zero_counts.tolist()) if channels else (),
@@ -357,7 +356,7 @@ def _printed_unit(
 
 
 def _columns_of(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
-    """Return the lack of fit of all tips at no force, and per newton; None for both if all lines fit."""
+    """Return the lack of fit of all tips at zero force and per newton; None for both if all lines are straight."""
     if not any(map(any, lacks_of_fit)):
         return None, None
     at_zero, per_N = zip(*lacks_of_fit, strict=True)
@@ -365,7 +364,7 @@ def _columns_of(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | 
 
 
 def _refuse_unlike_design(table: MeasuredTable, springs: Sequence[Estimate], designed: MeasuringUnit) -> None:
-    """Raise InputError for a spring that is none of its design: no print is three times too stiff or too soft."""
+    """Raise InputError for a spring three times too stiff or too soft for its design, which no print is."""
     nominal = designed.unit.stiffnesses
     for tip, spring, K in zip(designed.report.tips, springs, nominal, strict=True):
         ratio = spring.value / K
@@ -382,7 +381,7 @@ def _on_plate(
     weighed: Sequence[Estimate],
     report: Report,
 ) -> list[PressedSpring]:
-    """Return the springs on a plate; raises InputError without counts of weights, and as `pressed_springs`."""
+    """Return the springs from a plate; raises InputError without counts of weights, and as `pressed_springs` does."""
     if channels is None:
         columns = ", ".join(count_keys(len(weighed)))
         bound = "a table with the counts of each channel where --plate is given"
@@ -393,7 +392,7 @@ def _on_plate(
 def _worse_on_plate(
     pressed: Sequence[PressedSpring], weighed: Sequence[Estimate], names: Sequence[str], plate: MeasuredTable
 ) -> list[str]:
-    """Return a note if a plate leaves a spring much less well known than the weights did."""
+    """Return a note if a plate determines a spring much less accurately than the weights did."""
     known = [(on_plate.K.percent, before.percent) for on_plate, before in zip(pressed, weighed, strict=True)]
     worst = max(range(len(known)), key=lambda tip: known[tip][0] / known[tip][1])
     on_plate, before = (COVERAGE * percent for percent in known[worst])
@@ -401,7 +400,8 @@ def _worse_on_plate(
         return []
     step = float(plate.last_digits["travel"].min())
     return [
-        f"the plate tells the spring of {names[worst]} to ± {on_plate:.2g} %, the weights to ± {before:.2g} %. "
+        f"the spring of {names[worst]} is known to ± {on_plate:.2g} % from the plate, to ± {before:.2g} % from the "
+        "weights. "
         f"Its travel is taken as read to {step:g} mm, the last digit written. Write all that the dial shows, "
         "press farther and oftener, or leave --plate out."
     ]
@@ -410,7 +410,7 @@ def _worse_on_plate(
 def _bent(
     table: MeasuredTable, report: Report, deflections: Sequence[Line], channels: ChannelCalibration | None
 ) -> list[str]:
-    """Return a note for each column of a tip that is bent by more than `KNOWN_WELL_PERCENT` to either side."""
+    """Return a note for each column of a tip whose slope deviates by more than `KNOWN_WELL_PERCENT` to either side."""
     shown = zip(report.tips, deflections, strict=True)
     changes = {f"deflection of {tip.name}": 100.0 * line.bend.significant_change for tip, line in shown}
     if channels is not None:
@@ -424,9 +424,11 @@ def _bent(
 
 
 def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
-    """Return the modulus of a print [MPa] with its standard deviation, by the leaves of its coupon; raises InputError.
+    """Return the modulus of a print [MPa] with its standard deviation, from the leaves of its coupon.
 
-    The surer leaf counts more.
+    Raises InputError.
+
+    The leaves are weighted by their accuracy.
     """
     if report.housing is None:
         hint = "run pipeline design with springs that print"
@@ -444,7 +446,7 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
 
 
 def _anywhere_on(deflection: Line) -> Estimate:
-    """Return the stiffness of a leaf [N/mm] under any of its weights, within the change of its slope to either side."""
+    """Return the stiffness of a leaf [N/mm] under any of its weights, uniform within the change of its slope."""
     K = spring_of(deflection)
     bound = BOUNDED * 0.5 * deflection.bend.significant_change
     return replace(K, error=math.hypot(K.error, bound * K.value))

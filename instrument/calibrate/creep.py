@@ -1,9 +1,9 @@
-"""Weights that were read some time after they were hung: the creep of a unit, and forces as of one time.
+"""Weights read some time after they were hung: the creep of a unit, and the forces corrected to one time.
 
-Springs that creep sink by d = zero + C F (t / t0)^n under a weight F that has hung for t. So F (t / t0)^n is the force
-that shows as much after t0, over which the readings lie on a straight line. Readings of one weight at several times
-determine n, for the dial and for the counts of each tip. The method is Gauss-Newton on d over F (t / t0)^n and its
-slope over n. All springs of a print have one n, the mean of what their columns show.
+Springs that creep deflect by d = zero + C F (t / t0)^n under a weight F that has hung for t. So the readings lie on a
+straight line over F (t / t0)^n, the force with the same deflection at t0. Readings of one weight at several times
+determine n, from the dial and from the counts of each tip. The method is Gauss-Newton on d over F (t / t0)^n and its
+derivative with respect to n. All springs of a print share one n, the mean of all columns.
 """
 
 import math
@@ -23,23 +23,23 @@ from sensor.theory.creep import CreepLaw
 from sensor.theory.straight_line import ROUNDED
 
 LEAST_RATIO = 1.5
-"""Of two times of one weight, from which on they tell creep."""
-_ROUNDS = 4  # of Gauss-Newton, each of which squares the error of the exponent
+"""Least ratio of two times of one weight that determines creep."""
+_ROUNDS = 4  # steps of Gauss-Newton; each squares the error of the exponent
 _MOST = math.log10(2.0)  # exponent of a compliance that doubles in a decade
 _FEWEST = 4  # rows of a tip for a zero, a compliance and an exponent
 _UNSEEN = 0.5
-"""Of the scatter of a process: what of it stays where a unit's own creep is taken to times before those weighed.
+"""Share of the process scatter that remains if a unit's own creep is extrapolated to shorter times than those weighed.
 
-An assumption: how much prints differ is halved, for the slope over the logarithm of time is no constant.
+An assumption: the spread between prints is halved, because the slope over the logarithm of time is not constant.
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Weighing:
-    """The weights of a table as if all had been read `after_s` [s] after they were hung, and the creep of the unit.
+    """The weights of a table corrected to readings `after_s` [s] after they were hung, and the creep of the unit.
 
-    `forces` [N] are those that show as much at that time as each row does at its own, (rows,). `own` says whether the
-    table determined the creep; else it is that of the process.
+    `forces` [N], (rows,), give the deflections of the rows at that common time. `own` is True if the table determined
+    the creep; otherwise it is the creep of the process.
     """
 
     forces: Floats = report_field("N", "weights as of one time", told=False)
@@ -56,7 +56,7 @@ class Weighing:
 def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:
     """Return the weighing of a table, read `after_s` [s] after each weight was hung, or at its own times `t`.
 
-    Raises InputError for times that are none, for both of them, and for a compliance that falls with time.
+    Raises InputError for invalid times, for times given in both ways, and for a compliance that falls with time.
     """
     creep = report.creep
     forces = table.numbers["force"]
@@ -74,9 +74,10 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
     own = None if report.design.process.is_metal else _own_creep(table, report, after)
     note = ""
     if own is not None:
-        # A process that tells no creep has no spread of it to compare with: what is no more than its error is none.
+        # Without a creep of the process there is no spread to compare with; a creep within its own error is then
+        # ignored.
         if own.error >= (creep.error or own.per_decade / COVERAGE):
-            note = f"the times of {table.source} tell a creep of {own}, which is no better than that of the process"
+            note = f"the times of {table.source} give a creep of {own}, no better known than the creep of the process"
             own = None
         else:
             creep = replace(own, error=math.hypot(own.error, _UNSEEN * creep.error))
@@ -85,7 +86,7 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
 
 
 def _refuse_bad_times(table: MeasuredTable) -> None:
-    """Raise InputError for a time of a weight that is not above 0, and for one before that of the row above."""
+    """Raise InputError for a time that is not above 0 under a weight, and for one that falls under the same weight."""
     times = table.numbers["t"]
     forces = table.numbers["force"]
     for row, (t, force) in enumerate(zip(times.tolist(), forces.tolist(), strict=True)):
@@ -100,7 +101,7 @@ def _refuse_bad_times(table: MeasuredTable) -> None:
 
 
 def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw | None:
-    """Return the creep that rows of one weight at several times tell; None where no weight has them.
+    """Return the creep from rows of one weight at several times; None if no weight has them.
 
     Raises InputError for a compliance that falls with time, or doubles in a decade.
     """
@@ -121,7 +122,7 @@ def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw |
 
 
 def _exponents(table: MeasuredTable, report: Report, after: float) -> Iterator[Estimate]:
-    """Yield the exponent [1] that each column of each tip tells, with its standard deviation."""
+    """Yield the creep exponent [1] from each column of each tip, with its standard deviation."""
     tips = np.array(table.texts["tip"])
     keys = count_keys(len(report.tips))
     for tip, key in zip(report.tips, keys, strict=True):
@@ -137,15 +138,15 @@ def _exponents(table: MeasuredTable, report: Report, after: float) -> Iterator[E
 
 
 def _has_several_times(forces: Floats, times: Floats) -> bool:
-    """Say whether one weight [N] was read at times [s] that are far enough from each other."""
+    """Return whether one weight [N] was read at times [s] whose ratio determines creep."""
     weights = [times[forces == force] for force in set(forces[forces != 0.0].tolist())]
     return any(float(of_one.max()) > LEAST_RATIO * float(of_one.min()) for of_one in weights)
 
 
 def _exponent(forces: Floats, since: Floats, shown: Floats, rounding: Floats) -> Estimate:
-    """Return the exponent of what is shown under forces [N] at times over one of them [1].
+    """Return the exponent n of readings under forces [N], at times relative to the common one [1].
 
-    Each number has the scatter about the law, and beside it the standard deviation of its `rounding`.
+    The error of each reading is the scatter about the law and the standard deviation of its `rounding`.
     """
     logs = np.log(np.where(forces != 0.0, since, 1.0))
     exponent = 0.0

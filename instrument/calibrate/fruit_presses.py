@@ -1,9 +1,9 @@
-"""The scale of another instrument from presses of fruit that it measured: the firmness over the modulus that is read.
+"""The scale of another instrument, from presses of fruit that it measured: its firmness over the modulus read.
 
-Whatever a skin, a law of flesh or another instrument does, firmer fruit reads firmer. Three curves are tried over the
-logarithms of both, and judged by leaving out each fruit in turn (M. Stone, J. R. Stat. Soc. B 36 (1974) 111): of them
-the simplest is taken whose error is within one standard error of the least (L. Breiman et al., Classification and
-Regression Trees, 1984, 3.4.3).
+Whatever skin, law of flesh or instrument, firmer fruit reads firmer. Two rising curves over the logarithms of both are
+tried and judged by leaving out each fruit in turn (M. Stone, J. R. Stat. Soc. B 36 (1974) 111). The simplest curve is
+taken whose error is within one standard error of the least (L. Breiman et al., Classification and Regression Trees,
+1984, 3.4.3).
 """
 
 import math
@@ -31,13 +31,13 @@ from sensor.quantity import report_field, validation_error
 from sensor.theory.student import student
 
 FEWEST_FRUIT = 6
-PARAMETERS = 2  # of the freedom of a band: those of a power
-_ROUND_OFF = 1e-9  # of a logarithm
+PARAMETERS = 2  # fitted parameters that reduce the degrees of freedom of the band: two of a power
+_ROUND_OFF = 1e-9  # difference of logarithms that is round-off
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScaleFit:
-    """A scale, how many fruit it is of, and the error of fruit that was left out by each curve [1], one deviation."""
+    """A scale, the number of fruits it is fitted to, and the standard deviation of left-out fruit by each curve [1]."""
 
     scale: FruitScale = report_field("", "the curve with its band", inline=lambda fit: as_data(fit.scale))
     fruit: int = report_field("1", "how many fruit it is of")
@@ -49,22 +49,25 @@ class ScaleFit:
 
 
 class _Points(NamedTuple):
-    """Points of a curve, or fruit: logarithms of E read and of firmness."""
+    """Points of a curve, or fruits: logarithms of the modulus read and of the firmness."""
 
     read: Floats
     firm: Floats
 
     def at(self, read: Floats) -> Floats:
-        """Return the value of the curve through the points at logarithms of E; it stays level beyond."""
+        """Return the curve through the points at logarithms of E, constant beyond its ends."""
         return np.interp(read, self.read, self.firm)
 
 
 _Curve = Callable[[_Points, Floats], _Points]
-"""From fruit and the ends of their moduli to the points of a curve."""
+"""A function from fruits and the ends of their moduli to the points of a curve."""
 
 
 def measured_fruit(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
-    """Return presses of fruit by a sensor of so many tips, with what another instrument showed; raises InputError."""
+    """Return presses of fruit by a sensor with a number of tips, and the firmness by another instrument.
+
+    Raises InputError for an invalid table.
+    """
     keys = force_keys(tips)
     quantities = {
         "fruit": Quantity(units={}),
@@ -91,7 +94,7 @@ def measured_fruit(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS)
 def scale_of_presses(table: MeasuredTable, sensor: MeasuringUnit) -> ScaleFit:
     """Return the scale of the instrument that measured the fruit of a table.
 
-    Raises InputError for too few fruit, for forces that tell no modulus, and where readings tell no firmness.
+    Raises InputError for too few fruits, for forces without a modulus, and if readings do not predict the firmness.
     """
     read = _moduli_read(table, sensor)
     column, unit = ("firmness", "N") if "firmness" in table.numbers else ("E", "MPa")
@@ -99,9 +102,10 @@ def scale_of_presses(table: MeasuredTable, sensor: MeasuringUnit) -> ScaleFit:
 
 
 def fitted_scale(source: str, names: tuple[str, ...], read: Floats, firmness: Floats, unit: str) -> ScaleFit:
-    """Return the scale of presses of fruit, named as in `names`, that read as moduli [MPa], (presses,), by a firmness.
+    """Return the scale of fruits from presses that read as moduli [MPa], (presses,), and their firmness.
 
-    A reading is one press of a fruit that was not seen: each press is judged by all other fruit. Raises InputError.
+    `names` are the fruits of the presses. A later reading is one press on a new fruit, so each press is judged by the
+    curve of all other fruits. Raises InputError.
     """
     fruit = np.array(names)
     presses = _Points(np.log(read), np.log(firmness))
@@ -116,13 +120,13 @@ def fitted_scale(source: str, names: tuple[str, ...], read: Floats, firmness: Fl
     squares = {name: _squares_left_out(curve, of_fruit, means, span) for name, curve in _CURVES.items()}
     by_mean = math.sqrt(float(_squares_left_out(_mean, of_fruit, means, span).mean()))
     errors = {name: float(each.mean()) for name, each in squares.items()}
-    # The simplest curve, the first one, that is no worse than the best by more than a standard error.
+    # The first, simplest curve whose error exceeds the least by at most one standard error.
     best = min(errors, key=errors.__getitem__)
     allowed = errors[best] + float(squares[best].std(ddof=1)) / math.sqrt(len(of_fruit))
     chosen = next(name for name in _CURVES if errors[name] <= allowed)
     deviation = math.sqrt(errors[chosen])
     if not deviation < by_mean - _ROUND_OFF:
-        bound = f"below the {100.0 * by_mean:.3g} % that the mean of all leaves: readings tell no firmness here"
+        bound = f"below the {100.0 * by_mean:.3g} % of the mean of all fruit: readings do not predict the firmness here"
         name = f"{source}: error of fruit left out"
         raise validation_error(name, 100.0 * deviation, "%", bound, "press fruit from softest to firmest")
     points = _CURVES[chosen](means, ends)
@@ -138,7 +142,7 @@ def fitted_scale(source: str, names: tuple[str, ...], read: Floats, firmness: Fl
 
 
 def _squares_left_out(curve: _Curve, of_fruit: Sequence[_Points], means: _Points, span: Floats) -> Floats:
-    """Return the mean square [1] by which the curve of all other fruit misses each fruit, (fruit,)."""
+    """Return the mean square error [1] of each fruit against the curve of all others, (fruit,)."""
     of_each = []
     for index, left_out in enumerate(of_fruit):
         others = _Points(*(np.delete(values, index) for values in means))
@@ -147,7 +151,7 @@ def _squares_left_out(curve: _Curve, of_fruit: Sequence[_Points], means: _Points
 
 
 def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
-    """Return the modulus [MPa] that each row reads: that of all rows of its fruit, the samples of one press."""
+    """Return the modulus [MPa] of each row: the reading of its fruit, whose rows are the samples of one press."""
     if sensor.report.design.fruit.relaxation is not None:
         bound = "left out where presses of fruit are calibrated: they may have no times"
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
@@ -169,7 +173,7 @@ def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
 
 
 def _reading_of(table: MeasuredTable, rows: Sequence[int], name: str, sensor: MeasuringUnit) -> FruitReading:
-    """Return what the rows of a fruit read as one press, the deepest, of the duration that their times show, if any."""
+    """Return the reading of the deepest press in the rows of a fruit, with its duration if the table has times."""
     keys = force_keys(len(sensor.report.tips))
     t = _times(table, rows, name)
     samples = []
@@ -201,19 +205,19 @@ def _times(table: MeasuredTable, rows: Sequence[int], name: str) -> list[float]:
 
 
 def _mean(fruit: _Points, ends: Floats) -> _Points:
-    """Return the level line from end to end through the mean of fruit."""
+    """Return a constant through the mean of the fruits, from end to end."""
     return _Points(ends, np.full(2, fruit.firm.mean()))
 
 
 def _power(fruit: _Points, ends: Floats) -> _Points:
-    """Return the line of least squares from end to end, level where it would fall."""
+    """Return the least-squares line from end to end, constant if it would fall."""
     read = fruit.read - fruit.read.mean()
     slope = max(0.0, float(read @ fruit.firm) / max(float(read @ read), np.finfo(np.float64).tiny))
     return _Points(ends, fruit.firm.mean() + slope * (ends - fruit.read.mean()))
 
 
 def _rising(fruit: _Points, ends: Floats) -> _Points:
-    """Return the curve from end to end through the centres of the steps of isotonic regression."""
+    """Return the curve from end to end through the centres of the steps of an isotonic regression."""
     order = np.argsort(fruit.read)
     steps = isotonic_regression(fruit.firm[order])
     starts = steps.blocks[:-1]

@@ -1,8 +1,7 @@
-"""Springs from a press on a hard flat plate, which lowers all tips alike: what each channel shows of a deflection.
+"""Springs from a press on a hard flat plate, which moves all tips by the same travel.
 
-A modulus follows from small differences of deflections. Weights calibrate forces. A deflection that follows from a
-force, as F / K, has the error of the dial too that told K. On a plate all tips move by one travel, but for what glass
-flattens of each dome, as Hertz has it.
+A modulus depends on small differences of deflections. With weights only, a deflection F / K contains the error of the
+dial that determined K. On a plate all tips have one travel, less the Hertzian flattening of each dome on glass.
 """
 
 from collections.abc import Sequence
@@ -25,17 +24,18 @@ from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate, validation_error
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted
 
-_UNLIKE = 0.1  # of all stiffnesses: a dial or a balance is less wrong, a unit is more
-_APART = 0.03  # of one against another: a dial is less wrong, a tip that touches late or another channel is more
-_MOST_BENT = 0.1  # of a slope over a press: Hall sensors bend by less, a tip that touches late by more
+_UNLIKE = 0.1  # largest mean deviation from the weights [1]; a dial or a balance is better, a wrong unit is worse
+_APART = 0.03  # largest deviation between tips [1]; a dial is better, a late touch or swapped channels are worse
+# largest change of a slope over a press [1]; Hall sensors bend less, a tip that touches late bends more
+_MOST_BENT = 0.1
 
 
 def measured_plate(
     source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
 ) -> MeasuredTable:
-    """Return the press of a sensor on a hard plate: travels and signed counts; raises InputError.
+    """Return the press of a sensor on a hard plate, as travels and signed counts; raises InputError.
 
-    `counts_as` is how the counts are written, as in `signed_counts`.
+    `counts_as` is the notation of the counts, as in `signed_counts`.
     """
     keys = count_keys(len(report.tips))
     travel = Quantity(units=LENGTH, most=100.0, words=tuple(WORDS["words"]["travel"]))
@@ -45,9 +45,9 @@ def measured_plate(
 
 
 class PressedSpring(NamedTuple):
-    """A spring on a plate: K is its force over its deflection [N/mm].
+    """A spring measured on a plate: its force over its deflection K [N/mm].
 
-    `left_percent` is the standard deviation of the deflection that its channel shows. `lack_of_fit` is that of the
+    `left_percent` is the standard deviation of the deflection that its channel shows. `lack_of_fit` describes the
     compliance over the force. Errors are standard deviations.
     """
 
@@ -59,11 +59,10 @@ class PressedSpring(NamedTuple):
 def pressed_springs(
     table: MeasuredTable, channels: ChannelCalibration, weighed: Sequence[Estimate], report: Report
 ) -> list[PressedSpring]:
-    """Return each spring on a plate of glass; all tips stand on it in every row.
+    """Return each spring from a press on a plate of glass, on which all tips stand in every row.
 
     `weighed` are the stiffnesses from weights and dial [N/mm]. Raises InputError for fewer than three different
-    travels, for a row that does not fit, for a tip that touches late, and for stiffnesses that are not those from
-    weights.
+    travels, for a row that does not fit, for a tip that touches late, and for stiffnesses that contradict the weights.
     """
     travel = table.numbers["travel"]
     travels = len(set(travel.tolist()))
@@ -85,7 +84,7 @@ def pressed_springs(
     _refuse_unlike(table, ratios, weighed, report)
     _refuse_bent(table, lines)
 
-    # A travel that is read wrong is so for all tips: what all channels show alike beside their lines is its error.
+    # A wrong reading of the travel is wrong for all tips, so the common residual of all channels is its error.
     shown = (forces - [line.zero for line in lines]) / K
     read_wrong = (shown - deflections).mean(axis=1)
     of_travel = fitted(travel, travel + read_wrong, table.last_digits["travel"])
@@ -111,7 +110,7 @@ def pressed_springs(
 
 
 def _refuse_odd_rows(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
-    """Raise InputError, which names its line, for a row that does not fit the straight line of a channel."""
+    """Raise InputError for a row that does not fit the straight line of a channel; the message names the row."""
     for line, force, key in zip(lines, forces.T, count_keys(len(lines)), strict=True):
         found = line.odd_row()
         if found is not None:
@@ -122,7 +121,7 @@ def _refuse_odd_rows(table: MeasuredTable, lines: Sequence[Line], forces: Floats
 
 
 def _refuse_bent(table: MeasuredTable, lines: Sequence[Line]) -> None:
-    """Raise InputError for a channel whose slope changes by more than a tenth: its tip touched late."""
+    """Raise InputError for a channel whose slope changes by more than a tenth, because its tip touched late."""
     for line, key in zip(lines, count_keys(len(lines)), strict=True):
         if line.bend.excess > _MOST_BENT:
             field = f"{table.source}: change of the slope of {key} from the first row to the last"
@@ -131,9 +130,9 @@ def _refuse_bent(table: MeasuredTable, lines: Sequence[Line]) -> None:
 
 
 def _lack_of_compliance(line: Line, of_force: LackOfFit) -> LackOfFit:
-    """Return the lack of fit of a compliance over the force, by the line of a force over its deflection.
+    """Return the lack of fit of a compliance over the force, from the line of a force over its deflection.
 
-    `of_force` is the lack of fit of the force itself. What force and deflection share leaves the compliance right.
+    `of_force` is the lack of fit of the force itself. A common lack of fit of both cancels in the compliance.
     """
     of_deflection = line.bend.lack_of_fit
     per_N = of_deflection.per_x / line.slope.value
@@ -142,20 +141,20 @@ def _lack_of_compliance(line: Line, of_force: LackOfFit) -> LackOfFit:
 
 
 def _refuse_unlike(table: MeasuredTable, ratios: Floats, weighed: Sequence[Estimate], report: Report) -> None:
-    """Raise InputError where stiffnesses on a plate are not those from weights [N/mm], all of them or two of them.
+    """Raise InputError if stiffnesses on a plate contradict the weights [N/mm], in their mean or between two tips.
 
-    `ratios` are those on the plate over those from weights [1], (tips,).
+    `ratios` are stiffnesses on the plate over stiffnesses from weights [1], (tips,).
     """
     mean = float(ratios.mean())
     hint = "check travel_mm and its unit, the order of the columns, and that all tips stand on the plate in every row"
     if not abs(mean - 1.0) < _UNLIKE:
-        field = f"{table.source}: stiffness over that from weights, mean of all tips"
+        field = f"{table.source}: stiffness on the plate over stiffness from weights, mean of all tips"
         raise validation_error(field, float(f"{mean:.4g}"), "", f"1 within {_UNLIKE:g}", hint)
     order = np.argsort(ratios)
     low, high = int(order[0]), int(order[-1])
     allowed = _APART + COVERAGE * float(np.hypot(weighed[low].relative, weighed[high].relative))
     if not ratios[high] / ratios[low] - 1.0 < allowed:
         odd, other = (high, low) if abs(ratios[high] - 1.0) > abs(ratios[low] - 1.0) else (low, high)
-        field = f"{table.source}: stiffness over that from weights, {report.tips[odd].name}"
-        bound = f"within {allowed:.2g} of that of {report.tips[other].name}, {ratios[other]:.4g}"
+        field = f"{table.source}: stiffness on the plate over stiffness from weights, {report.tips[odd].name}"
+        bound = f"within {allowed:.2g} of {ratios[other]:.4g}, the ratio of {report.tips[other].name}"
         raise validation_error(field, float(f"{ratios[odd]:.4g}"), "", bound, hint)

@@ -1,4 +1,4 @@
-"""What a unit does with its own springs: its table over the range of its design, and how to trim it."""
+"""The readings of a unit over the range of its design, and trims of its leaves."""
 
 import math
 from collections.abc import Sequence
@@ -19,16 +19,16 @@ from solve.linear import SolveError
 
 MODULI = 7
 STEP = 1e-4
-"""Of a stiffness, for slopes over it."""
+"""Relative step of a stiffness for finite differences."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class UnitRow:
-    """What a level unit shows of a fruit of modulus E [MPa] in a press to full travel.
+    """The forces and the reading of a level unit on a fruit of modulus E [MPa], pressed to full travel.
 
-    It has the `forces` [N] at its end and P = F_high / F_low [1]. `u` is the half width that holds 95 % of E by what
-    `error_sources` names [1]. `with_design` is the relative error of E where it is read with the stiffnesses of the
-    design [1], None where they read none.
+    `forces` [N] are at full travel, and P = F_high / F_low [1]. `u` is the half width of E at 95 % by the sources in
+    `error_sources` [1]. `with_design` is the relative error of E if it is read with the stiffnesses of the design [1],
+    None if they give no reading.
     """
 
     E: float = report_field("MPa", "modulus of the fruit", key="E_MPa")
@@ -44,7 +44,7 @@ class UnitRow:
 
 
 def error_sources(sensor: MeasuringUnit) -> str:
-    """Return the error sources of a calibrated unit: springs, on a plate channels too, creep, bends, form of domes."""
+    """Return the error sources of a calibrated unit that apply to it, as text."""
     unit = sensor.unit
     sources = {
         "the springs": True,
@@ -78,9 +78,9 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
 
 
 def level_press(sensor: MeasuringUnit, E: float) -> Floats:
-    """Return the forces of a unit in a level press to full travel on a fruit of modulus E [MPa], (samples, tips) [N].
+    """Return the forces of a level unit on a fruit of modulus E [MPa], pressed to full travel, (samples, tips) [N].
 
-    A unit that reads them, and corrects what it read, gets E. Raises ReadingError where a tip is off at full travel.
+    The corrected reading of these forces is E. Raises ReadingError if a tip is out of contact at full travel.
     """
     law, modulus = _level_law(sensor, E)
     travel = min(law.gaps) + travels(sensor.report.design.press.travel_mm, PRESS_SAMPLES)  # from the first touch
@@ -95,39 +95,39 @@ def level_press(sensor: MeasuringUnit, E: float) -> Floats:
 
 
 def _level_law(sensor: MeasuringUnit, E: float) -> tuple[ContrastLaw, float]:
-    """Return the law by which a level unit is pressed, and the modulus [MPa] that it is pressed with for a true E."""
+    """Return the contact law of a level press by the unit, and the modulus [MPa] in that law for a true E."""
     if sensor.report.read_out.is_pair:
-        # A pair knows s11 - s12 alone; its tips need the whole compliance, which is another one under a skin.
+        # The law of a pair contains only s11 - s12. A press needs the whole compliance, which differs under a skin.
         S = sensor.report.compliance.at(E).S
         law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
         return law, E / sensor.press_over_weighed()
-    # Other layouts are pressed by the law that reads them: with the modulus that is read before it is corrected.
+    # Other layouts are pressed by the law that reads them, with the modulus before correction.
     return sensor.rise_law.contrast, sensor.read_as(E)
 
 
 def read_exactly(sensor: MeasuringUnit, press: Floats) -> RiseReading:
-    """Return what forces without noise tell a unit [N], (samples, tips), before it is corrected; raises RiseError."""
+    """Return the uncorrected reading of forces without noise [N], (samples, tips), by a unit; raises RiseError."""
     tips = press.shape[1]
     return read_rise(sensor.rise_law, rise_of(press, tips, sensor.least_forces), np.zeros(tips))
 
 
 def _by_unit(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
-    """Return what springs leave open of a press, on a plate channels too [1], each one standard deviation."""
+    """Return the standard deviations of a press [1] by springs, and by channels if a plate calibrated the unit."""
     by_unit = sensor.channels.of_springs_and_gains(np.array(slopes.springs), np.array(slopes.gains))
     on_plate = sensor.unit.calibrated_by == "plate"
     return list(by_unit.values()) if on_plate else [by_unit["stiffness"], by_unit.get("creep", 0.0)]
 
 
 def error_by_springs(sensor: MeasuringUnit, slopes: Floats) -> float:
-    """Return the half width that holds 95 % of a value [its unit] by its springs, of its slopes over their logs."""
+    """Return the half width at 95 % of a value by its springs [its unit], from its slopes over ln K."""
     return COVERAGE * float(np.linalg.norm(np.multiply(slopes, sensor.unit.K_percent))) * 0.01
 
 
 def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
-    """Return by how much longer the leaves of each tip's spring must be [mm]; negative: clamp them that much shorter.
+    """Return the length to add to the leaves of each tip's spring [mm]; if negative, clamp them shorter.
 
-    `targets` [N/mm] are the stiffnesses wanted. None for a spring whose error (95 %) holds its target: no cut is known
-    to better it. Empty where no housing is made.
+    `targets` [N/mm] are the desired stiffnesses. The trim is None if the target lies within the error (95 %) of the
+    spring, because no cut is known to improve it. The list is empty if the design has no housing.
     """
     housing = sensor.report.housing
     if housing is None:

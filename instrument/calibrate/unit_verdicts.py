@@ -1,4 +1,4 @@
-"""Whether a unit meets the targets of its design with its own springs and domes."""
+"""Verdicts on a unit: whether it meets the targets of its design with its own springs and domes."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ _BALL = "correct the unit by a reference ball, --ball: the form of its domes is 
 
 
 def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdict]:
-    """Return whether a unit meets the targets of its design: P_max and NL, or what it leaves open of a reading."""
+    """Return the verdicts on a unit: P_max and NL if the design has targets, else the uncertainty of its readings."""
     design = sensor.report.design
     if design.reading is None and design.targets is not None:
         return _target_verdicts(sensor)
@@ -37,7 +37,7 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
 
 
 def _fails_by_form(sensor: MeasuringUnit, worst: UnitRow, limit: float) -> bool:
-    """Say whether a unit would keep a limit [1] if a reference ball took out the form of its domes."""
+    """Return whether a unit would keep a limit [1] if a reference ball removed the form errors of its domes."""
     if sensor.unit.ball is not None or not sensor.report.design.takes_ball:
         return False
     left = worst.u**2 - sum((COVERAGE * error) ** 2 for error in sensor.by_form(worst.E))
@@ -69,7 +69,7 @@ def _reached(sensor: MeasuringUnit) -> Floats:
 
 
 def _hinted(verdict: Verdict) -> Verdict:
-    """Return a verdict with what would decide it, where the error of its springs leaves it open.
+    """Return a verdict; if the error of its springs leaves it undecided, with the accuracy that would decide it.
 
     The error of a spring falls with the root of the number of its readings.
     """

@@ -1,4 +1,4 @@
-"""Weights on one tip after the other: straight lines through what each column shows give springs and channels."""
+"""Springs and channels from weights on one tip after another, by straight lines through each column."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,23 +17,24 @@ from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, validatio
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, OddRow, fitted
 
 DEFLECTION = "deflection"
-_LEAST_COMPLIANCE = 1e-6  # [mm/N] of a spring: below, nothing moved
-_WORST_CONDITION = 100.0  # of gains, each over its own channel's: beyond it channels do not tell the tips apart
+_LEAST_COMPLIANCE = 1e-6  # least compliance of a spring [mm/N]; below it nothing moved
+# largest condition number of gains, each over its channel's own; beyond it channels do not separate the tips
+_WORST_CONDITION = 100.0
 
 Lines = Mapping[tuple[str, str], Line]
-"""The line of each column over the weights on each tip, or on each leaf of a coupon, by both names."""
+"""The line of each column over the weights on each tip or leaf of a coupon, by both names."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelCalibration:
-    """The channels as weights show them, in the order of the tips.
+    """The calibration of the channels by weights, in the order of the tips.
 
-    `counts_per_N` (channels, tips) are slopes, `gain_percent` the standard deviation of the force of each tip.
-    `bend_percent` is the change of the slope of each channel from no weight to the largest, 0 if scatter explains it;
-    `lacks_of_fit` are the errors that it causes. `crosstalk_percent` is the largest slope of a channel over a tip that
-    is not its own, over its own one. `hysteresis_percent` is the largest distance between readings of one weight.
-    `drift_percent` is the distance of the last reading without weight from the first. Both are relative to the counts
-    of the largest weight.
+    `counts_per_N` (channels, tips) are slopes, and `gain_percent` is the standard deviation of each tip's force.
+    `bend_percent` is the change of a channel's slope from no weight to the largest, 0 if scatter explains it.
+    `lacks_of_fit` are the resulting errors. `crosstalk_percent` is the largest slope of a channel over another tip,
+    relative to its own tip. `hysteresis_percent` is the largest difference between readings of one weight.
+    `drift_percent` is the last reading without weight less the first. Both are relative to the counts of the largest
+    weight.
     """
 
     counts_per_N: Floats
@@ -53,7 +54,7 @@ class ChannelCalibration:
 
 
 def saturation_of(report: Report) -> int:
-    """Return the largest count of the converter of a design, of 24 bits if it has no read-out."""
+    """Return the largest count of the converter of a design; 24 bits if it has no read-out."""
     return report.read_out.channels.saturation_counts
 
 
@@ -65,9 +66,8 @@ def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:
 def weighed_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[str], forces: Floats) -> Lines:
     """Return the lines of the deflection and of other columns over the weights on each name.
 
-    `forces` [N] are those of the rows as of one time, as `Weighing` has them. Raises InputError for a name without at
-    least three rows of two weights, for a deflection that does not fit, and for a spring that its deflection does not
-    show.
+    `forces` [N] are the weights of the rows at one time, from `Weighing`. Raises InputError for a name without at least
+    three rows of two weights, and for a deflection that fits no line or shows no spring.
     """
     lines = {}
     for name in names:
@@ -82,16 +82,16 @@ def weighed_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[
 
 
 def spring_of(deflection: Line) -> Estimate:
-    """Return the stiffness [N/mm] by the line of a deflection [mm] over forces [N], with its standard deviation."""
+    """Return the stiffness [N/mm] from the line of a deflection [mm] over forces [N], with its standard deviation."""
     K = 1.0 / deflection.slope.value
     return Estimate(K, max(deflection.slope.relative, LEAST_ERROR) * K, "N/mm")
 
 
 def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces: Floats) -> ChannelCalibration | None:
-    """Return the channels of a table of weights, tare first; None if it has no counts.
+    """Return the channels from a table of weights; None if it has no counts.
 
-    `forces` are as in `weighed_lines`. Raises InputError for a tip whose first row has a weight, for a row that does
-    not fit, and for channels that do not tell the tips apart.
+    `forces` are as in `weighed_lines`. Raises InputError for a tip whose first row has a weight, because the tare is
+    missing. It also refuses a row that does not fit, and channels that do not separate the tips.
     """
     names = [tip.name for tip in report.tips]
     keys = count_keys(len(names))
@@ -104,7 +104,8 @@ def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces:
     for name, key, line in zip(names, keys, own_lines, strict=True):
         rows = _rows_of(table, name)
         loads = table.numbers["force"][rows]
-        shown = table.numbers[key][rows] - line.slope.value * (forces[rows] - loads)  # as of one time
+        # corrected to one time after hanging
+        shown = table.numbers[key][rows] - line.slope.value * (forces[rows] - loads)
         full_percent = 100.0 / (abs(line.slope.value) * float(np.ptp(loads)))
         without = shown[loads == 0.0]
         hysteresis.append(full_percent * max(float(np.ptp(shown[loads == load])) for load in set(loads.tolist())))
@@ -114,7 +115,7 @@ def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces:
         counts_per_N=counts_per_N,
         zero_counts=counts_of(table, keys)[table.numbers["force"] == 0.0].mean(axis=0),
         saturation=saturation_of(report),
-        # A channel that comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
+        # The force of a channel with hysteresis lies anywhere within its width (JCGM 100:2008, 4.3.7).
         gain_percent=tuple(math.hypot(line.slope.percent, BOUNDED * 0.5 * width) for line, width in gains),
         lacks_of_fit=tuple(line.bend.lack_of_fit for line in own_lines),
         bend_percent=tuple(100.0 * line.bend.significant_change for line in own_lines),
@@ -125,18 +126,18 @@ def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces:
 
 
 def _rows_of(table: MeasuredTable, name: str) -> NDArray[np.intp]:
-    """Return the indices of the rows of a table that have a weight on a name."""
+    """Return the indices of the rows with a weight on a name."""
     (weighed,) = table.texts.values()
     return np.flatnonzero(np.array(weighed) == name)
 
 
 def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
-    """Raise InputError for few loads [N], and for loads of one weight, which cannot tell zero from slope."""
+    """Raise InputError for too few loads [N] or a single weight, which cannot separate zero and slope."""
     weights = len(set(loads.tolist()))
     if len(loads) < FEWEST or weights == 1 or not np.ptp(loads) > LEAST_SPAN:
         within = np.ptp(loads) if weights else 0.0
         unit = f"rows, of {weights} different weights within {within:.2g} N"
-        bound = f"at least {FEWEST}, of 2 weights; one weight cannot tell a wrong zero from a wrong slope"
+        bound = f"at least {FEWEST}, of 2 weights; one weight cannot separate a wrong zero from a wrong slope"
         field = f"{table.source}: compliance of {name}"
         raise validation_error(field, len(loads), unit, bound, "add a row without weight")
 
@@ -155,7 +156,7 @@ def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
 
 
 def _refuse_odd_row(table: MeasuredTable, name: str, column: str, found: OddRow | None) -> None:
-    """Raise InputError, which names its line, for a row of a name that does not fit the line of the others."""
+    """Raise InputError for a row of a name that does not fit the line of the other rows; the message names it."""
     if found is not None:
         row = int(_rows_of(table, name)[found.index])
         place = place_of(table.source, table.lines[row], column)
@@ -166,7 +167,10 @@ def _refuse_odd_row(table: MeasuredTable, name: str, column: str, found: OddRow 
 
 
 def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[str], lines: Lines) -> None:
-    """Raise InputError for a missing tare, a row that does not fit, and a channel that does not show its own tip."""
+    """Raise InputError for a missing tare, a row that does not fit, and a channel that does not show its own tip.
+
+    The first row of each tip must be without weight: it is the tare.
+    """
     own_lines = [lines[own] for own in zip(names, keys, strict=True)]
     for name, key, line in zip(names, keys, own_lines, strict=True):
         first = int(_rows_of(table, name)[0])
@@ -189,15 +193,15 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
 def _crosstalk_percent(
     table: MeasuredTable, names: Sequence[str], keys: Sequence[str], counts_per_N: Floats
 ) -> tuple[float, ...]:
-    """Return the largest slope of each channel over another tip, over its own one [%].
+    """Return the largest slope of each channel over another tip, relative to its own tip [%].
 
-    Raises InputError for channels that do not tell the tips apart.
+    Raises InputError for channels that do not separate the tips.
     """
     relative = counts_per_N / np.diag(counts_per_N)[:, None]
     others = np.abs(relative - np.eye(len(names))).max(axis=1)
     if not others.max() < 1.0:
         channel = int(others.argmax())
-        field = f"{table.source}: largest counts/N of {keys[channel]} by another tip, over that of {names[channel]}"
+        field = f"{table.source}: largest counts/N of {keys[channel]} by another tip, over counts/N by {names[channel]}"
         bound = "below 1: each channel responds most to its own tip"
         raise validation_error(field, float(f"{others[channel]:.4g}"), "", bound, "check order and wires")
     if not np.linalg.cond(relative) < _WORST_CONDITION:
