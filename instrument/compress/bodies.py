@@ -1,4 +1,4 @@
-"""What is pressed in a compression test: each body says how a tool presses it on one side, and on which sides."""
+"""Bodies of a compression test; each defines the presses of a tool on its sides."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,19 +11,19 @@ from solve.compression.body import Section
 from solve.compression.force_curve import CompressionPress
 from solve.compression.tool import Tool
 
-POINT_CONTACT = 1.5  # exponent of Hertz's law, with which every convex body begins
-_LINE_CONTACT = 1.0  # and a logarithm, which the terms of the curve follow
+POINT_CONTACT = 1.5  # exponent of Hertz's law at the first contact of every convex body
+_LINE_CONTACT = 1.0  # up to a logarithm, which the terms of the curve follow
 _FLAT_CONTACT = 1.0
-_DEEPEST = 0.15  # of half the height, or of the radius: most fruit have failed before
-_DEEPEST_BALL = 0.1  # of the radius of a ball plunger: beyond, not every law of flesh has an equilibrium
-_DEEPEST_FLAT = 0.3  # of the radius of a flat plunger
-_WIDEST = 0.8  # plunger over body: nearer its edge the flesh would be shorn off
+_DEEPEST = 0.15  # largest depth over half the height or the radius, whichever is less; most fruit has failed before
+_DEEPEST_BALL = 0.1  # largest depth over the radius of a ball plunger; beyond it some laws of flesh have no equilibrium
+_DEEPEST_FLAT = 0.3  # largest depth over the radius of a flat plunger
+_WIDEST = 0.8  # largest ratio of plunger to body; nearer to the edge the flesh would shear off
 _MEASURE = "measure it on the fruit"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plunger:
-    """A plunger that presses from above: a rod of a radius [mm] whose end is flat, or a ball of that radius.
+    """A plunger that presses from above: a rod with a flat end, or a ball.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Plunger:
     ball: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse a size that no plunger has."""
+        """Check the size; raises InputError."""
         check_fields(self, "plunger")
 
     @property
@@ -57,7 +57,7 @@ class Plunger:
 
 
 class BoundingPress(NamedTuple):
-    """A press whose force times a factor [1] bounds that of a side which the body is simplified by."""
+    """A press whose force times a factor [1] bounds the force of one side of a simplified body."""
 
     press: CompressionPress
     factor: float
@@ -65,13 +65,13 @@ class BoundingPress(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class CompressedBody:
-    """A body that a plate or a plunger presses, on a plate or in a seat that gives nothing."""
+    """A body pressed by a plate or a plunger, on a plate or in a rigid seat."""
 
     kind: ClassVar[str]
     takes_plunger: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        """Refuse sizes that no fruit has."""
+        """Check the sizes; raises InputError."""
         check_fields(self, "modulus")
 
     @property
@@ -81,17 +81,17 @@ class CompressedBody:
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall of the modulus per mm that every radius or width is larger [1/mm]."""
+        """Return the relative fall of the modulus per mm of every radius or width [1/mm]."""
         raise NotImplementedError
 
     @property
     def end_area_mm2(self) -> float | None:
-        """Return the area of its flat end [mm^2]; None where it is round."""
+        """Return the area of the flat end [mm^2]; None if the body is round."""
         section = self.section
         return None if section.is_round else math.pi * section.radius**2
 
     def sides(self, plunger: Plunger | None, plates: int) -> tuple[CompressionPress, ...]:
-        """Return the presses of each side that gives way; raises InputError for what is not solved."""
+        """Return one press for each deformed side; raises InputError for a combination that is not solved."""
         section = self.section
         if (plunger is not None and not self.takes_plunger) or (plates == 1 and not section.is_round):
             bound = "between plates, or as docs/modulus.md names with a plunger or in a seat"
@@ -100,26 +100,26 @@ class CompressedBody:
         return presses[:plates]
 
     def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:  # noqa: ARG002 - a ball has both
-        """Return the relative radii of the point contacts [mm]; none where Hertz has no law."""
+        """Return the relative radii of the point contacts [mm]; empty if Hertz's law does not apply."""
         return (plunger.radius_mm,) if plunger is not None and plunger.ball else ()
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:  # noqa: ARG002 - others
-        """Return, by its name, what the body is simplified by: for each bound one press for each side."""
+        """Return, by the name of each simplification of the body, its bounds: one press for each side."""
         return {}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ellipsoid(CompressedBody):
-    """A ball, an ellipsoid, any convex fruit: two radii of curvature where a tool touches it, alike above and below.
+    """A ball, an ellipsoid or any convex fruit: two radii of curvature at the contact, the same above and below.
 
     Parameters
     ----------
     height_mm : float
         Height between the plates [mm].
     radius_mm : float
-        Radius of curvature where a tool touches it, in one plane [mm].
+        Radius of curvature at the contact, in one plane [mm].
     radius_across_mm : float
-        That in the plane across [mm].
+        Radius of curvature in the perpendicular plane [mm].
 
     Examples
     --------
@@ -135,13 +135,13 @@ class Ellipsoid(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return the section of the equivalent ball: two unlike radii are taken as their equivalent one."""
+        """Return the section of the equivalent ball; two different radii are replaced by their equivalent radius."""
         radius = equivalent_radius(self.radius_mm, self.radius_across_mm)
         return Section(half_height=0.5 * self.height_mm, radius=radius)
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall by Hertz's law, in which E is proportional to 1 / sqrt(R) [1/mm]."""
+        """Return the relative fall of the modulus by Hertz's law, E ~ 1 / sqrt(R) [1/mm]."""
         return 0.5 / self.radius_mm
 
     def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:
@@ -152,7 +152,7 @@ class Ellipsoid(CompressedBody):
         return (relative_radius(plunger.radius_mm, radius), radius)[:plates] if plunger.ball else ()
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
-        """Return the balls of either radius under plates, with the force at which each begins as the ellipsoid does."""
+        """Return the balls of either radius under plates, with factors that match the ellipsoid at small forces."""
         if self.radius_mm == self.radius_across_mm or sides[-1].tool != Tool():
             return {}
         balls = []
@@ -166,7 +166,7 @@ class Ellipsoid(CompressedBody):
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderOnSide(CompressedBody):
-    """A cylinder between plates along it: plane strain, but for its ends, which are free.
+    """A cylinder on its side between plates: plane strain, except at its free ends.
 
     Parameters
     ----------
@@ -193,18 +193,18 @@ class CylinderOnSide(CompressedBody):
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall of a line contact: E is proportional to 1 / length [1/mm]."""
+        """Return the relative fall of the modulus of a line contact, E ~ 1 / length [1/mm]."""
         return 1.0 / self.length_mm
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
-        """Return the force where a radius at each end is in plane stress: 1 - nu^2 times that of plane strain."""
+        """Return the bound for free ends: one radius at each end is in plane stress, with 1 - nu^2 times the force."""
         free = min(1.0, 2.0 * self.radius_mm / self.length_mm)
         return {"free ends": [[BoundingPress(side, 1.0 - free * side.law.poisson**2) for side in sides]]}
 
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderOnEnd(CompressedBody):
-    """A cylinder pressed along its axis, as a plug from a cork borer.
+    """A cylinder pressed along its axis, such as a plug from a cork borer.
 
     Parameters
     ----------
@@ -230,16 +230,16 @@ class CylinderOnEnd(CompressedBody):
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall of a bar: E is proportional to 1 / area [1/mm]."""
+        """Return the relative fall of the modulus of a bar, E ~ 1 / area [1/mm]."""
         return 2.0 / self.radius_mm
 
 
 @dataclass(frozen=True, kw_only=True)
 class RectangularBlock(CompressedBody):
-    """A rectangular block, solved as a cylinder of the area of its end.
+    """A rectangular block, solved as a cylinder with the same area of its end.
 
-    That is exact between slippery plates. Of all ends of an area, plates that grip hold the round one most, which the
-    part of friction holds.
+    This is exact between frictionless plates. Of all ends with one area, gripping plates restrain the round one most;
+    the error share of friction covers this.
 
     Parameters
     ----------
@@ -269,13 +269,13 @@ class RectangularBlock(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return the rectangle of the cylinder."""
+        """Return the rectangular section of the equivalent cylinder."""
         radius = math.sqrt(self.end_area_mm2 / math.pi)
         return Section(half_height=0.5 * self.height_mm, radius=radius, is_round=False)
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall of a bar: E is proportional to 1 / area [1/mm]."""
+        """Return the relative fall of the modulus of a bar, E ~ 1 / area [1/mm]."""
         return 1.0 / self.width_mm + 1.0 / self.length_mm
 
 
@@ -286,11 +286,11 @@ KINDS: Mapping[str, type[CompressedBody]] = {
     "cylinder-side": CylinderOnSide,
     "block": RectangularBlock,
 }
-"""Bodies by the name that `--body` gives them; their fields are the flags of their sizes."""
+"""Classes of bodies by their name in `--body`; their fields are the flags of their sizes."""
 
 
 def _round_presses(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
-    """Return how a round body is pressed above, by a plate or a plunger, and below by a plate."""
+    """Return the presses on a round body: above by a plate or a plunger, below by a plate."""
     deepest = _DEEPEST * min(section.half_height, section.radius)
     contact = math.sqrt(section.radius * deepest)
     exponent = POINT_CONTACT if section.length is None else _LINE_CONTACT
@@ -303,7 +303,7 @@ def _round_presses(section: Section, plunger: Plunger | None) -> tuple[Compressi
 
 
 def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
-    """Return how a cylinder on its end is pressed: by plates on both sides, or by a plunger on a table."""
+    """Return the presses on a cylinder on its end: by plates on both sides, or by a plunger on a table."""
     radius = section.radius
     if plunger is None:
         deepest = _DEEPEST * section.half_height
@@ -316,7 +316,7 @@ def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[Compress
             plunger.radius_mm,
             "mm",
             bound,
-            "leave the plunger out where it is wider: it is a plate",
+            "leave the plunger out if it is wider, because it is a plate then",
         )
     height = 2.0 * section.half_height
     deepest = min(_DEEPEST * height, plunger.deepest)

@@ -1,4 +1,4 @@
-"""The law of the body that is pressed: its force over the travel, by its shape, its tools and its flesh."""
+"""The force law of a compressed body: force over travel, by its shape, its tools and its flesh."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -17,23 +17,25 @@ from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import CompressionPress, fitted_curve, force_curve
 
 _STEPS = 400
-_HERTZ_HOLDS = 0.1  # of the relative radius, on each side that is pressed in: Hertz's strain is small up to there
+# fraction of the relative radius at each contact up to which the strain is small enough for Hertz's law
+_HERTZ_HOLDS = 0.1
 _COMPLIANCES = Bounds(at_least=0.0, at_most=1000.0)
 _STRAINS = Bounds(above=0.0, at_most=50.0)
 POISSON = "Poisson's ratio"
-"""The name of its share."""
-_MIDWAY = 0.5  # from slippery tools to tools that grip
-_NOMINAL_PARTS = 3  # of the work: it has a fine mesh too, so that it costs as three variants
+"""The name of its share of the error."""
+_MIDWAY = 0.5  # between frictionless tools (0) and tools that grip (1)
+_NOMINAL_PARTS = 3  # share of the work: it has a fine mesh too, and costs as much as three variants
 
 
 @dataclass(frozen=True, kw_only=True)
 class TestGeometry:
     """The body and the tools of a test.
 
-    Without a `plunger` a plate presses. `plates` is 2 for a body that lies on a plate, 1 where its underside lies in a
-    rigid seat. `poisson_error` is how far Poisson's ratio may be off. `strains_percent`, of the height, are those of
-    secant and tangent, the first that of the paper's modulus. `compliance_um_per_N` is that of frame and load cell,
-    which is taken off the travel; `compliance_error_um_per_N` is how far that may be off.
+    Without a `plunger` a plate presses. `plates` is 2 for a body on a plate, and 1 for a body whose underside lies in a
+    rigid seat. `poisson_error` is the largest error of Poisson's ratio. `strains_percent` are the strains for secant
+    and tangent, relative to the height; the first one gives the paper's modulus. `compliance_um_per_N` is the
+    compliance of frame and load cell, by which the travel is corrected, and `compliance_error_um_per_N` its largest
+    error.
 
     Examples
     --------
@@ -42,7 +44,7 @@ class TestGeometry:
     2
     """
 
-    __test__ = False  # no class of tests, though its name begins so
+    __test__ = False  # not a test class, although pytest would collect it by its name
 
     body: CompressedBody
     plunger: Plunger | None = None
@@ -57,7 +59,7 @@ class TestGeometry:
     compliance_error_um_per_N: float = quantity("um/N", _COMPLIANCES, hint="a tenth of it is usual", default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no test has, and a combination that is not solved."""
+        """Check the numbers, and that the combination of body and tools is solved; raises InputError."""
         check_fields(self, "modulus")
         self.body.sides(self.plunger, self.plates)
 
@@ -68,7 +70,7 @@ class TestGeometry:
 
 
 def geometry_data(test: TestGeometry) -> Plain:
-    """Return the body and the tools of a test as the data of an answer, the sizes of the body beside the rest."""
+    """Return the body and the tools of a test as data of an answer, the sizes of the body on the same level."""
     return {
         **vars(test.body),
         "poisson": test.poisson,
@@ -84,10 +86,10 @@ def geometry_data(test: TestGeometry) -> Plain:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceLaw:
-    """The force at E = 1 MPa, `forces` [N], over the `travels` by which tools have come nearer since the touch [mm].
+    """The force at E = 1 MPa, `forces` [N], over the `travels` by which the tools have approached since the touch [mm].
 
-    It begins as travel^`exponent`. `error` [1] is how far the curve itself may be off. `others` are the laws where what
-    is not known of a test is otherwise, by its name.
+    It begins as travel^`exponent`. `error` [1] is the relative error of the curve itself. `others` are laws with
+    another assumption about the test, by the name of the assumption.
     """
 
     exponent: float
@@ -107,8 +109,8 @@ class ForceLaw:
         return float(self.forces[-1] / self.travels[-1] ** self.exponent)
 
     def depth(self, force: Floats, E: float) -> Floats:
-        """Return the travel [mm] at forces [N] of flesh of a modulus [MPa]; on as at the end beyond it."""
-        roots = self.forces ** (1.0 / self.exponent)  # the travel is nearly straight over them
+        """Return the travel [mm] at forces [N] for a modulus E [MPa]; linear extrapolation beyond the end."""
+        roots = self.forces ** (1.0 / self.exponent)  # the travel is nearly linear over these roots
         root = (force / E) ** (1.0 / self.exponent)
         slope = (self.travels[-1] - self.travels[-2]) / (roots[-1] - roots[-2])
         beyond = np.maximum(root - roots[-1], 0.0)
@@ -116,9 +118,9 @@ class ForceLaw:
 
 
 def hertz_law(test: TestGeometry) -> ForceLaw | None:
-    """Return the law of ASAE S368 for convex food: Hertz's, of half-spaces; its modulus is an apparent one.
+    """Return the law of ASAE S368 for convex food: Hertz's law of half-spaces, whose modulus is an apparent one.
 
-    None where no tool touches at a point. D = (F / (4/3 E*))^(2/3) sum of R^(-1/3) over the contacts.
+    D = (F / (4/3 E*))^(2/3) sum of R^(-1/3) over the contacts. None if no tool touches at a point.
     """
     radii = np.array(test.body.hertz_radii(test.plunger, test.plates))
     if not radii.size:
@@ -132,10 +134,10 @@ def hertz_law(test: TestGeometry) -> ForceLaw | None:
 
 
 def solved_law(test: TestGeometry, count: Count = silent) -> ForceLaw:
-    """Return the law of a body that is pressed at finite strain; raises SolveError.
+    """Return the law of a body that is compressed at finite strain; raises SolveError.
 
-    At equal force the travels of its sides add up. The friction of the tools is midway between none and a grip.
-    `count` is told how many parts of the work are done.
+    At equal force the travels of its sides add up. The friction of the tools is midway between none and full grip.
+    `count` is called with the number of finished parts of the work and their total.
     """
     sides = [replace(side, law=FleshLaw(poisson=test.poisson)) for side in test.body.sides(test.plunger, test.plates)]
 
@@ -171,7 +173,10 @@ def solved_law(test: TestGeometry, count: Count = silent) -> ForceLaw:
 
 
 def _forces(side: CompressionPress, other: CompressionPress, grip: float = _MIDWAY) -> Floats:
-    """Return the forces [N] of one side at its travels, were it pressed as another, with a fraction of the grip."""
+    """Return the forces [N] of one side at its travels, with the relative change from a press `other`.
+
+    `grip` is the fraction between frictionless tools (0) and tools that grip (1).
+    """
     travels = _travels(side)
     inner = np.maximum(travels, travels[1])
     slip = fitted_curve(other).force(inner)
@@ -181,7 +186,7 @@ def _forces(side: CompressionPress, other: CompressionPress, grip: float = _MIDW
 
 
 def _in_series(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> ForceLaw:
-    """Return the law of sides that bear the same force, up to the largest that all were solved for."""
+    """Return the law of sides that carry the same force, up to the largest one solved for all."""
     exponent = max(side.exponent for side in sides)
     largest = min(float(force[-1]) for force in forces)
     roots = np.linspace(0.0, 1.0, _STEPS) ** 2 * largest ** (1.0 / exponent)
@@ -192,5 +197,5 @@ def _in_series(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> F
 
 
 def _travels(side: CompressionPress) -> Floats:
-    """Return the travels of one side [mm], close to each other at the touch."""
+    """Return the travels of one side [mm], dense near the touch."""
     return np.asarray(np.linspace(0.0, 1.0, _STEPS) ** 2 * side.deepest)

@@ -1,4 +1,4 @@
-"""How flesh relaxes, from the hold at the end of a loading: the Prony series that `fruit.relaxation` takes."""
+"""Relaxation of flesh from the hold after a loading, as the Prony series in `fruit.relaxation`."""
 
 import math
 import warnings
@@ -17,7 +17,7 @@ MOST_ARMS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxationArm:
-    """One arm of a Prony series: its fraction [1] of the force at the first instant and its time [s], each at 95 %."""
+    """One arm of a Prony series: its share [1] of the force at the first instant and its time [s], each at 95 %."""
 
     share: Estimate = report_field(
         "1",
@@ -33,10 +33,10 @@ class RelaxationArm:
 
 @dataclass(frozen=True, kw_only=True)
 class HeldRelaxation:
-    """What a hold tells: the arms of the flesh, none where its force does not fall beyond its noise.
+    """The relaxation in a hold: the arms of the flesh, none if the force falls by no more than its noise.
 
-    `hold_s` is how long it lasted: slower arms are not told. `lost_in_loading` is which share of the force at the first
-    instant was lost before the hold began [1].
+    `hold_s` is the duration of the hold; it does not show slower arms. `lost_in_loading` is the share of the force at
+    the first instant that was lost before the hold [1].
     """
 
     arms: tuple[RelaxationArm, ...]
@@ -47,12 +47,12 @@ class HeldRelaxation:
 
 
 def held_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: float) -> HeldRelaxation:
-    """Return how the flesh of a specimen relaxes in its hold, touched at a travel [mm] with the zero of its force [N].
+    """Return the relaxation of a specimen in its hold, from the travel at its touch [mm] and the zero of its force [N].
 
-    The force falls as F_inf + sum A_i exp(-t / tau_i), with as many arms as the criterion of Schwarz asks for
-    (G. Schwarz, Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136). An arm of share g has already lost some in a
-    loading n(s). It is A = g integral of exp(-(T - s) / tau) dn, here with n as Hertz's depth to the power of 3/2.
-    Raises InputError for a hold that lasts less than the loading.
+    The force falls as F_inf + sum A_i exp(-t / tau_i), with the number of arms that the criterion of Schwarz selects
+    (G. Schwarz, Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136). An arm of share g relaxes during a loading
+    n(s) already: A = g integral of exp(-(T - s) / tau) dn, with n as the depth to the power of 3/2 (Hertz). Raises
+    InputError for a hold that is shorter than the loading.
     """
     time = np.asarray(specimen.time, dtype=np.float64)
     depth = np.maximum(specimen.travel[: hold.start + 1] - touch_mm, 0.0)
@@ -81,9 +81,9 @@ def held_relaxation(specimen: Specimen, hold: slice, touch_mm: float, zero_N: fl
 
 
 def _fitted_fall(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
-    """Return the last force [N] of a fall over times [s], and its arms, the fastest first, whose shares are in N.
+    """Return the final force [N] of a relaxation over times [s], and its arms, fastest first, with shares in N.
 
-    Their number is that which Schwarz's criterion prefers.
+    Schwarz's criterion selects their number.
     """
     last = float(force.mean())
     arms: list[RelaxationArm] = []
@@ -98,7 +98,7 @@ def _fitted_fall(t: Floats, force: Floats) -> tuple[float, list[RelaxationArm]]:
             with warnings.catch_warnings():
                 warnings.simplefilter("error", OptimizeWarning)
                 found, covariance = curve_fit(_falling, t, force, start, bounds=(lowest, highest), max_nfev=4000)
-        except (RuntimeError, OptimizeWarning):  # more arms than the force tells
+        except (RuntimeError, OptimizeWarning):  # more arms than the force determines
             continue
         value = _criterion(force - _falling(t, *found), len(found))
         errors = COVERAGE * np.sqrt(np.diag(covariance))
@@ -124,7 +124,7 @@ def _falling(t: Floats, last: float, *parameters: float) -> Floats:
 
 
 def _criterion(residual: Floats, parameters: int) -> float:
-    """Return Schwarz's criterion of a fit by its residual: the least is the best."""
+    """Return Schwarz's criterion of a fit from its residual; the smallest value is the best."""
     count = len(residual)
     mean_square = max(float(np.mean(residual**2)), np.finfo(np.float64).tiny)
     return count * math.log(mean_square) + parameters * math.log(count)

@@ -1,7 +1,7 @@
 """A force law fitted to a force-travel curve, together with the touch, the settling of the skin and the zero line.
 
-The travel to a force F is x = x0 + D(F) - s exp(-F / F_s). That is the law's depth D from the touch x0 on, less what
-the skin has not settled yet. The load cell shows f0 + f1 x besides.
+The travel at a force F is x = x0 + D(F) - s exp(-F / F_s): the depth D of the law from the touch x0 on, less the part
+that the skin has not yet settled. The load cell adds f0 + f1 x to the force.
 """
 
 import math
@@ -15,23 +15,24 @@ from instrument.compress.force_law import ForceLaw
 from sensor.arrays import Floats
 from sensor.quantity import Estimate
 
-_FINE = np.linspace(0.0, 1.0, 600) ** 2  # forces over the largest one at which the law is tabulated
-_TABLE_END = 1.6  # of the force at the end of the loading
-_LEAST_SETTLING = 0.003  # of that force
-_MOST_SETTLING = 0.12  # of that force; more would be no settling but the fruit itself
-_LARGEST_TRAVEL = 0.12  # of the loading's, that settling may take
-_GUESS = 0.03  # of that force, where the settling is looked for first
-_GUESS_TRAVEL = 0.01  # of the loading's travel
-_STEP = 0.01  # how far a first step goes
-_WIDE = 50.0  # times farther for the settling's force
-_UPPER = 0.3  # of the force at the end: above, a straight line through F^(1/n) gives a first guess
-_SETTLED = 1e-6  # [mm]: less settling is none
-_CHANCE = 2.0  # standard errors up to which neighbouring residuals are alike by chance
-_MOST_ALIKE = 0.95  # correlation of neighbours: a larger one is taken for this
+_FINE = np.linspace(0.0, 1.0, 600) ** 2  # forces at which the law is tabulated, relative to the largest one
+_TABLE_END = 1.6  # end of this table, relative to the force at the end of the loading
+# bounds of F_s relative to the force at the end; a larger one is no settling but the fruit itself
+_LEAST_SETTLING = 0.003
+_MOST_SETTLING = 0.12
+_LARGEST_TRAVEL = 0.12  # largest s, relative to the travel of the loading
+_GUESS = 0.03  # first guess of F_s, relative to the force at the end
+_GUESS_TRAVEL = 0.01  # first guess of s, relative to the travel of the loading
+_STEP = 0.01  # relative size of the first step of the fit
+_WIDE = 50.0  # scale of ln F_s, relative to ln E
+_UPPER = 0.3  # share of the force at the end; above it, a straight line through F^(1/n) gives the first guess
+_SETTLED = 1e-6  # settling below this is none [mm]
+_CHANCE = 2.0  # correlation of neighbouring residuals that is chance [standard errors]
+_MOST_ALIKE = 0.95  # largest correlation of neighbours that is used
 
 
 class CurveParameters(NamedTuple):
-    """What describes a curve: ln E of the law, x0 and s [mm], ln F_s, f0 [N] and f1 [N/mm]."""
+    """The parameters of a curve: ln E of the law, x0 and s [mm], ln F_s, f0 [N] and f1 [N/mm]."""
 
     log_modulus: float
     touch: float
@@ -41,14 +42,14 @@ class CurveParameters(NamedTuple):
     drift: float = 0.0
 
 
-_SETTLING_INDICES = (2, 3)  # of `settling` and `log_settling_force`
+_SETTLING_INDICES = (2, 3)  # indices of `settling` and `log_settling_force`
 
 
 @dataclass(frozen=True, kw_only=True)
 class LawFit:
-    """What a fit found, with standard errors, 0 for what was not fitted.
+    """The result of a fit, with standard errors; 0 for parameters that were not fitted.
 
-    `residual` (points,) [N] is fitted less measured.
+    `residual` (points,) [N] is fitted less measured force.
     """
 
     law: ForceLaw
@@ -77,14 +78,14 @@ class LawFit:
         return self.parameters.offset + self.parameters.drift * travel
 
     def force(self, travel: Floats, largest: float) -> Floats:
-        """Return the force that the load cell shows [N] at travels [mm], up to a largest one."""
+        """Return the force of the load cell [N] at travels [mm], for forces up to `largest`."""
         return _force(self.law, self.parameters, travel, largest)
 
 
 def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_drift: bool) -> LawFit | None:
     """Return the least-squares fit to travel [mm] and force [N], shape (points,).
 
-    `zero` [N] is where the load cell begins. None where the curve does not rise, or the fit has no minimum.
+    `zero` [N] is the approximate zero of the load cell. None if the curve does not rise, or the fit does not converge.
     """
     start = _first_guess(law, travel, force, zero)
     if start is None:
@@ -117,9 +118,9 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
 
 
 def _first_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> CurveParameters | None:
-    """Return where the fit starts; None where the upper part of the curve does not rise.
+    """Return the start of the fit; None if the upper part of the curve does not rise.
 
-    By the law, F = E k (x - touch)^n: F^(1/n) is a straight line over x of slope (E k)^(1/n), 0 at the touch.
+    By the law, F = E k (x - touch)^n, so F^(1/n) is a straight line over x with slope (E k)^(1/n), 0 at the touch.
     """
     largest = last_force(force) - zero
     upper = force - zero > _UPPER * largest
@@ -138,10 +139,10 @@ def _first_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> C
 
 
 def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
-    """Return the standard errors of fitted numbers, shape (numbers,), whose derivatives are the columns of a table.
+    """Return the standard errors of fitted parameters from the Jacobian (points, parameters).
 
-    They are White's for residuals of unequal size (Econometrica 48 (1980) 817, doi:10.2307/1912934), wider where
-    neighbouring residuals are alike.
+    They are White's for residuals of unequal size (Econometrica 48 (1980) 817, doi:10.2307/1912934), widened if
+    neighbouring residuals are correlated.
     """
     points, numbers = jacobian.shape
     by_each_point = np.linalg.pinv(jacobian) * residual
@@ -161,7 +162,7 @@ def last_force(force: Floats) -> float:
 
 
 def _force(law: ForceLaw, parameters: CurveParameters, travel: Floats, largest: float) -> Floats:
-    """Return the force that the load cell shows [N] at travels [mm]: the law is tabulated over force and inverted."""
+    """Return the force of the load cell [N] at travels [mm]; the law is tabulated over force and inverted."""
     force = _TABLE_END * largest * _FINE
     unsettled = parameters.settling * np.exp(-force / np.exp(parameters.log_settling_force))
     position = parameters.touch + law.depth(force, float(np.exp(parameters.log_modulus))) - unsettled

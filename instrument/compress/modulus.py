@@ -1,4 +1,4 @@
-"""The modulus of a fruit from one compression test: by its force law, and as force over plate area over strain."""
+"""The modulus of a fruit from one compression test, by its force law and by plate stress over strain."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -18,15 +18,15 @@ from sensor.quantity import Bounds, report_field, validation_error
 from sensor.turns import in_turn
 
 COVERAGE = 1.96
-"""Standard errors to each side that hold 95 %."""
+"""Standard errors to each side that contain 95 %."""
 PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
-"""Moduli of whole fruit and tubers [MPa]: beyond, a unit is wrong."""
+"""Plausible moduli of whole fruit and tubers [MPa]; beyond them a unit is wrong."""
 TELLING = Bounds(below=100.0)
-"""Error bars of a modulus that says anything [%]: beyond, it may as well be 0."""
-_ASIDE = 0.2  # of the travel to a strain, on each side: what its secant and tangent are read from
+"""Largest error bar of a modulus that is not compatible with 0 [%]."""
+_ASIDE = 0.2  # half width of the points for secant and tangent, as a fraction of the travel to their strain
 _LEAST_POINTS = 6
-_RISEN = 0.1  # of the largest force: the plate is on the fruit
-_LAST = 0.95  # of the curve, where a stated strain lies beyond it
+_RISEN = 0.1  # fraction of the largest force at which the plate certainly touches the fruit
+_LAST = 0.95  # fraction of the curve at which a strain is read that lies beyond its end
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +44,8 @@ class PlateModulus:
 class CompressionResult:
     """The moduli of one specimen with their errors at 95 %; each field but the last two is a key of the answer.
 
-    Scatter, force curve and Poisson's ratio add in the root of their squares. The other shares add to that, as bounds
-    that a test may well reach together.
+    The errors from scatter, force curve and Poisson's ratio add as the root of their squares. The other shares are
+    bounds that a test may reach together, so they add linearly.
 
     Examples
     --------
@@ -129,7 +129,7 @@ def measured_modulus(
 ) -> CompressionResult:
     """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit.
 
-    `count` is told how many parts of the work are done.
+    `count` is called with the number of finished parts of the work and their total.
     """
     test = phases(specimen, compression_negative=compression_negative)
     specimen = test.specimen
@@ -200,7 +200,7 @@ def measured_modulus(
 
 
 def _moved_by(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
-    """Return how far off the modulus is that is found over the chosen range, were another law the true one [1]."""
+    """Return the relative error of the modulus over the chosen range if another law were the true one [1]."""
     count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
     drifts = chosen.fit.parameters.drift != 0.0
     fit = fit_law(other, curve.travel[:count], curve.force[:count], curve.zero, with_drift=drifts)
@@ -212,9 +212,9 @@ def _moved_by(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
 def _moved_by_frame(
     specimen: Specimen, as_measured: Loading, chosen: RangeFit, count: int, geometry: TestGeometry
 ) -> float:
-    """Return how far the modulus moves at most where the compliance is off by its error [1].
+    """Return the largest relative change of the modulus by the error of the compliance, to either side [1].
 
-    The first `count` points are those of the chosen range.
+    The first `count` points are the chosen range.
     """
     moved = []
     for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
@@ -226,7 +226,7 @@ def _moved_by_frame(
 
 
 def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
-    """Raise InputError where the plate goes through the fruit: from the first force to the end is more than it is."""
+    """Raise InputError if the travel from the first force to the end exceeds the height of the body."""
     is_loaded = curve.force > curve.zero + _RISEN * (float(curve.force.max()) - curve.zero)
     depth = float(curve.travel[-1] - curve.travel[int(np.argmax(is_loaded))])
     if depth > geometry.height_mm:
@@ -236,7 +236,7 @@ def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeomet
 
 
 def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -> None:
-    """Raise InputError where the error bar reaches to 0; the hint names the row at which the force jumps most."""
+    """Raise InputError if the error bar reaches 0; the hint names the row with the largest jump of the force."""
     if not TELLING.hold(u_percent):
         jumps = np.abs(np.diff(specimen.force, n=2))
         odd_row = specimen.cell(int(np.argmax(jumps)) + 1, "force")
@@ -263,7 +263,7 @@ def _notes(E: float, chosen: RangeFit, asked_strain: float, first_strain: float)
 
 
 def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[float]:
-    """Return the strains [%] that the curve reaches, the first one replaced where it lies beyond the end."""
+    """Return the strains [%] that the curve reaches; the first one is replaced if it lies beyond the end."""
     per_mm = 100.0 / geometry.height_mm
     last = per_mm * _LAST * (float(curve.travel[-1]) - chosen.touch.value)
     unsure = per_mm * COVERAGE * chosen.touch.error
@@ -278,7 +278,7 @@ def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[f
 
 
 def _plate_modulus(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
-    """Return secant and tangent at a strain [%] from the parabola through the points about it, or the nearest few."""
+    """Return secant and tangent at a strain [%] from a parabola through the nearby points, at least the nearest few."""
     depth = 0.01 * strain * geometry.height_mm
     from_strain = curve.travel - chosen.touch.value - depth
     distance = np.abs(from_strain)

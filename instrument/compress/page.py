@@ -10,7 +10,7 @@ from instrument.compress.modulus import CompressionResult
 from pipeline.report.page.template import FIGURES, render_page
 from pipeline.storage.plain import Plain
 
-_MOST_POINTS = 400  # of a curve: more hide each other
+_MOST_POINTS = 400  # points of a curve on the page; more would overlap
 _STEPS = 100
 
 
@@ -22,9 +22,9 @@ def modulus_page(results: Sequence[CompressionResult]) -> str:
 
 
 def _test(result: CompressionResult, *, alone: bool) -> Plain:
-    """Return what the plots need of a test: travel [mm], force [N], the law where it is fitted, strain and stress.
+    """Return the plot data of a test: travel [mm], force [N], the fitted law, strain and stress.
 
-    A test that is `alone` in its file has the name of the file.
+    A test is named after its file if it is `alone` in it, and otherwise after file and specimen.
     """
     curve = result.curve
     geometry = result.geometry

@@ -1,4 +1,4 @@
-"""The phases of a compression test: its loading up to the failure of the flesh, and its hold, with signs turned."""
+"""The phases of a compression test, with positive signs: the loading up to failure, and the hold."""
 
 import math
 from dataclasses import dataclass, replace
@@ -10,30 +10,30 @@ from sensor.arrays import Floats
 from sensor.quantity import InputError, validation_error
 
 _UNITS = {"travel": "mm", "force": "N"}
-_JITTER = 0.02  # of the travel: a machine's reading steps back by less
-_UNLOADS = 0.5  # of the force that a way back sheds on the loading curve: one that sheds less is no unloading
-_FIRST = 0.2  # of the largest force: a first loading to less is a tap before the test
-_BELOW = 0.1  # of the forces' range: a force so far below the first ones is none of a compression
-_NOISE_BELOW = 6.0  # standard deviations of noise
-_CONCAVE = 0.75  # later slope of a load over the earlier one: a convex fruit has more than 1
-_LOADS = (0.1, 0.3, 0.6)  # of the largest force, between which the slopes are taken
-_MOST_POINTS = 1200  # more are averaged in groups: a fit takes no longer, and loses nothing
-_MOVING_MEAN = 0.02  # of the points
-_NOISE_FALLEN = 5.0  # standard errors by which a force has fallen
-_FALL = 0.03  # of the largest force: a smaller fall is no failure
-_RISEN = 0.1  # of the range of forces: a fall before is one of the zero line
-_NORMAL = 1.4826  # standard deviation over median absolute deviation
-_QUIET = 0.25  # of the range of forces: the zero line lies below
-_STILL = 2e-3  # of the travel, within which a curve is held
-_DWELL = 0.05  # of the time of loading: a machine that turns back stands still for less
+_JITTER = 0.02  # largest backward step of a machine's reading, as a fraction of the travel
+_UNLOADS = 0.5  # least share of the force that an unloading loses against the loading curve at the same depth
+_FIRST = 0.2  # a first loading up to this share of the largest force is a tap before the test
+_BELOW = 0.1  # a force this share of the range below the first ones does not belong to a compression
+_NOISE_BELOW = 6.0  # the same limit in standard deviations of noise
+_CONCAVE = 0.75  # later slope of a load over the earlier one; a convex fruit has more than 1
+_LOADS = (0.1, 0.3, 0.6)  # shares of the largest force between which these slopes are taken
+_MOST_POINTS = 1200  # more points are averaged in groups, which makes a fit faster and loses nothing
+_MOVING_MEAN = 0.02  # width of the moving mean as a share of the points
+_NOISE_FALLEN = 5.0  # least fall of a force at failure [standard errors]
+_FALL = 0.03  # least fall at failure as a share of the range of forces
+_RISEN = 0.1  # a fall before the force has risen by this share of its range belongs to the zero line
+_NORMAL = 1.4826  # standard deviation over median absolute deviation, for normal noise
+_QUIET = 0.25  # share of the range of forces below which the zero line lies
+_STILL = 2e-3  # share of the travel within which a curve is at rest
+_DWELL = 0.05  # share of the loading time; a machine that only turns back stands still for less
 
 
 @dataclass(frozen=True, kw_only=True)
 class Loading:
-    """A curve up to failure, or to the end of the load: travel [mm] and force [N], shape (points,).
+    """A curve up to failure or to the end of the loading: travel [mm] and force [N], shape (points,).
 
-    `zero` [N] is about where the load cell begins, `noise` [N] its standard deviation. `failure` is the travel at which
-    the force fell [mm], None where it did not.
+    `zero` [N] is the approximate zero of the load cell, and `noise` [N] the standard deviation of its noise. `failure`
+    is the travel at which the force fell [mm], or None.
     """
 
     travel: Floats
@@ -45,10 +45,10 @@ class Loading:
 
 @dataclass(frozen=True, kw_only=True)
 class Phases:
-    """The phases of a test whose travel and force rise in compression.
+    """The phases of a test whose travel and force are positive in compression.
 
-    `specimen` has its rows up to where the plate or probe first turns back. `loading` is the curve before the hold.
-    `hold` are the rows in which the plate stands still at its largest travel, None for a test without a hold.
+    `specimen` has the rows up to the first return of the plate or probe. `loading` is the curve before the hold. `hold`
+    are the rows in which the plate stands still at its largest travel, None for a test without a hold.
     """
 
     specimen: Specimen
@@ -57,10 +57,10 @@ class Phases:
 
 
 def phases(specimen: Specimen, *, compression_negative: bool = False) -> Phases:
-    """Return the phases of a test; with `compression_negative` columns that fall are turned.
+    """Return the phases of a test; `compression_negative` allows columns with falling values and reverses their signs.
 
-    Raises InputError for too few rows, and for travel that runs backwards. It does so too for a force that is below the
-    zero line, never rises or rises ever less.
+    Raises InputError for too few rows, for travel that runs backwards, and for a force that is below the zero line,
+    never rises or rises ever less.
     """
     _refuse_few_rows(specimen, len(specimen.lines))
     test = _first_loading(specimen)
@@ -77,13 +77,13 @@ def phases(specimen: Specimen, *, compression_negative: bool = False) -> Phases:
 
 
 def _sign(values: Floats) -> float:
-    """Return 1 for values that from where they begin move up at least as far as down, and -1 for others."""
+    """Return 1 for values that move up from their begin at least as much as down, and -1 for others."""
     begin = np.median(values[:3])
     return 1.0 if values.max() - begin >= begin - values.min() else -1.0
 
 
 def _falling(specimen: Specimen, quantity: str, values: Floats) -> InputError:
-    """Return the error for values that do not rise in compression, at the lowest one."""
+    """Return the error for values that do not rise in compression; it names the lowest one."""
     row = int(np.argmin(values))
     hint = "export the whole test; with --compression-negative its sign is turned"
     place = specimen.cell(row, quantity)
@@ -91,12 +91,12 @@ def _falling(specimen: Specimen, quantity: str, values: Floats) -> InputError:
 
 
 def _first_loading(specimen: Specimen) -> Specimen:
-    """Return a curve up to where its plate or probe first turns back, with a note where a later row lies deeper.
+    """Return a curve up to the first return of its plate or probe, with a note if a later row lies deeper.
 
-    What comes after shows nothing of the flesh as it was: a probe that sticks, a return beyond the start, a second
-    bite. A curve whose force does not fall with its travel is returned as it is.
+    Later rows do not show intact flesh: a probe that sticks, a return beyond the start, or a second bite. A curve
+    without an unloading is returned unchanged.
     """
-    # a return may go farther than the test: the signs are those of the row in which the force has changed most
+    # A return may go farther than the test, so the signs come from the row with the largest change of force.
     travel = specimen.travel - np.median(specimen.travel[:3])
     force = specimen.force - np.median(specimen.force[:3])
     peak = int(np.argmax(np.abs(force)))
@@ -114,10 +114,10 @@ def _first_loading(specimen: Specimen) -> Specimen:
 
 
 def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
-    """Return the deepest row before a first way back, and the first row that is surely on it; None for no unloading.
+    """Return the deepest row before the first return, and the first row that is surely on it; None if there is none.
 
-    Depth [mm] and load [N] grow with the compression, (rows,). A way back that sheds little of the force which the
-    loading has at that depth is none. Nor is one after a load so small that it was a tap before the test.
+    Depth [mm] and load [N] rise in compression, (rows,). A return must lose much of the force that the loading has at
+    its depth. A return after a small load does not count, because it was a tap before the test.
     """
     deepest = np.maximum.accumulate(depth)
     span = float(depth.max() - depth[: int(np.argmax(depth)) + 1].min())
@@ -133,7 +133,7 @@ def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
 
 
 def _hold(test: Specimen) -> slice | None:
-    """Return the rows in which a test stands still at its largest travel; None if there are none, or no time."""
+    """Return the rows in which a test stands still at its largest travel; None without a hold or without times."""
     travel = test.travel
     time = test.time
     if time is None:
@@ -148,7 +148,7 @@ def _hold(test: Specimen) -> slice | None:
 
 
 def _loading(specimen: Specimen) -> Loading:
-    """Return the curve of rows that end before a hold or a way back; raises InputError for what is no loading."""
+    """Return the curve of rows that end before a hold or a return; raises InputError for what is no loading."""
     travel = specimen.travel
     force = specimen.force
     end = int(np.argmax(travel)) + 1
@@ -165,9 +165,9 @@ def _loading(specimen: Specimen) -> Loading:
 
 
 def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Loading:
-    """Return a loading without the travel that frame and load cell take, of a compliance [um/N].
+    """Return a loading without the deflection of frame and load cell, from their compliance [um/N].
 
-    Raises InputError where the rest of the travel does not rise: the compliance is none of this machine.
+    Raises InputError if the corrected travel does not rise, because then the compliance is not of this machine.
     """
     if compliance == 0.0:
         return curve
@@ -188,7 +188,7 @@ def _refuse_few_rows(specimen: Specimen, rows: int) -> None:
 
 
 def _refuse_backwards(specimen: Specimen, end: int) -> None:
-    """Raise InputError where the travel of the rows before `end` steps back by more than jitter."""
+    """Raise InputError if the travel of the rows before `end` steps back by more than jitter."""
     travel = specimen.travel
     largest = np.maximum.accumulate(travel[:end])
     back = np.flatnonzero(largest - travel[:end] > _JITTER * float(np.ptp(travel)))
@@ -200,7 +200,7 @@ def _refuse_backwards(specimen: Specimen, end: int) -> None:
 
 
 def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
-    first = max(3, min(20, round(0.05 * len(force))))  # rows that show where the force begins
+    first = max(3, min(20, round(0.05 * len(force))))  # rows that show the zero of the force
     zero = float(np.median(force[:first]))
     limit = max(_BELOW * float(force.max() - zero), _NOISE_BELOW * noise_of(force))
     row = int(np.argmin(force))
@@ -211,12 +211,12 @@ def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
 
 
 def _is_concave(curve: Loading) -> bool:
-    """Say whether a force rises ever less with the travel, as in a table whose columns are swapped."""
+    """Return whether a force rises ever less with the travel, as in a table with swapped columns."""
     width = max(1, len(curve.force) // 30)
     smooth = _moving_mean(curve.force, width)
     load = (smooth - smooth.min()) / np.ptp(smooth)
     first, middle, last = (float(curve.travel[width // 2 + int(np.argmax(load >= level))]) for level in _LOADS)
-    # slopes crosswise multiplied: travels may be alike
+    # compare the slopes by cross products, because two travels may be equal
     earlier = (_LOADS[1] - _LOADS[0]) * (last - middle)
     later = (_LOADS[2] - _LOADS[1]) * (middle - first)
     return later < _CONCAVE * earlier
@@ -229,14 +229,15 @@ def _averaged(values: Floats) -> Floats:
 
 
 def _moving_mean(values: Floats, width: int) -> Floats:
-    """Return means over so many values; the first one belongs to the value of index width // 2."""
+    """Return means over `width` values; the first one belongs to the value of index width // 2."""
     return np.convolve(values, np.ones(width) / width, mode="valid")
 
 
 def noise_of(force: Floats) -> float:
     """Return the standard deviation of the noise of forces (points,) [N].
 
-    Taken from second differences, which a smooth curve hardly has. At least what the last digit hides.
+    It comes from second differences, in which a smooth curve almost cancels. It is at least the rounding of the last
+    digit.
     """
     curvature = force[2:] - 2.0 * force[1:-1] + force[:-2]
     spread = _NORMAL * float(np.median(np.abs(curvature - np.median(curvature)))) / math.sqrt(6.0)
@@ -246,7 +247,7 @@ def noise_of(force: Floats) -> float:
 
 
 def _up_to_failure(travel: Floats, force: Floats) -> Loading:
-    """Return the curve up to the largest force before the first fall that is neither noise nor small."""
+    """Return the curve up to the largest force before the first fall that exceeds noise and the least fall."""
     noise = noise_of(force)
     width = max(1, round(_MOVING_MEAN * len(force)))
     smooth = _moving_mean(force, width)
@@ -263,7 +264,7 @@ def _up_to_failure(travel: Floats, force: Floats) -> Loading:
         failure = float(travel[peak])
         travel = travel[: peak + 1]
         force = force[: peak + 1]
-    # the load cell begins at the median of the first points that are low
+    # the zero of the load cell is the median of the first low points
     rising = np.flatnonzero(force > force[0] + _QUIET * (force.max() - force[0]))
     low = force[: max(1, int(rising[0]) // 2)] if rising.size else force[:1]
     return Loading(travel=travel, force=force, zero=float(np.median(low)), noise=noise, failure=failure)

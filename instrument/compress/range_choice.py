@@ -1,4 +1,4 @@
-"""Which range of a compression curve follows a force law."""
+"""Choice of the range of a compression curve that follows a force law."""
 
 import math
 from collections.abc import Sequence
@@ -13,15 +13,15 @@ from sensor.arrays import Floats
 from sensor.quantity import Estimate
 
 ENDS = (1.0, 0.8, 0.6)
-"""Of the force at the end of the loading: where a range may end."""
-_GROUPS = 12  # of points, whose mean residuals show whether the law is followed
-_FITS_WELL = 2.2  # mean square of those means over their error: 99 % of good fits lie below
+"""Ends of a range, as shares of the force at the end of the loading."""
+_GROUPS = 12  # groups of points whose mean residuals show whether the law is followed
+_FITS_WELL = 2.2  # mean square of these means over their error; 99 % of good fits lie below
 _LEAST_POINTS = 12
-_LEAST_IDLE = 10  # points before the touch that a drift is seen in
-_RARE = 10.0  # tests without a drift that is seen for each with one, before a test is looked at
+_LEAST_IDLE = 10  # points before the touch that are needed to detect a drift
+_RARE = 10.0  # prior odds against a detectable drift
 _TINY = float(np.finfo(float).tiny)
-_WIDE = 3.0  # times the chosen range's error: a range that tells so little tells nothing about the choice
-_TABULATED = 1e-4  # of the modulus: more than the straight lines between the tabulated forces take from it
+_WIDE = 3.0  # multiple of the chosen range's error beyond which another range says nothing about the choice
+_TABULATED = 1e-4  # relative error of the modulus by linear interpolation in the tabulated forces
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,8 +29,8 @@ class RangeFit:
     """A law fitted over a range of travel that ends at `last` [mm].
 
     `fit` is the more probable of the fits with and without a drift of the zero line. `modulus` [MPa] and `touch` [mm]
-    are means of both by their probability, with standard errors. `follows` says whether the residuals are noise, `idle`
-    how many points lie before the touch.
+    are means of both fits, weighted by probability, with standard errors. `follows` states whether the residuals are
+    noise, and `idle` is the number of points before the touch.
     """
 
     fit: LawFit
@@ -42,7 +42,7 @@ class RangeFit:
 
 
 def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
-    """Return the fit over the longest range that follows the law, the choice in its error; None where none fits."""
+    """Return the fit over the longest range that follows the law, with the choice in its error; None if none fits."""
     candidates = []
     for end in ENDS:
         fit = _fit_up_to(curve, end, law)
@@ -57,10 +57,10 @@ def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
 
 
 def with_choice(best: Estimate, others: Sequence[Estimate]) -> Estimate:
-    """Return the modulus of the chosen range with what those of other ranges add to its error [MPa].
+    """Return the modulus of the chosen range, with an error that includes its difference to other ranges [MPa].
 
-    What noise explains of their difference is left out. The variance of the difference to a fit of more points is the
-    difference of the variances (J. A. Hausman, Econometrica 46 (1978) 1251, doi:10.2307/1913827).
+    Noise explains a part of the difference, which is subtracted. The variance of the difference to a fit of more points
+    is the difference of the variances (J. A. Hausman, Econometrica 46 (1978) 1251, doi:10.2307/1913827).
     """
     excess = []
     for other in others:
@@ -73,7 +73,7 @@ def with_choice(best: Estimate, others: Sequence[Estimate]) -> Estimate:
 
 
 def _fit_up_to(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
-    """Return the fit up to a fraction of the last force, and not beyond the depth to which the law holds."""
+    """Return the fit up to a fraction of the last force, but not beyond the depth to which the law holds."""
     force = curve.force - curve.zero
     width = max(1, len(force) // 60)
     smooth = np.convolve(force, np.ones(width) / width, mode="same")
@@ -87,9 +87,9 @@ def _fit_up_to(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
 
 
 def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
-    """Return the fit to the first points: the mean of those with and without drift, each with its probability.
+    """Return the fit to the first points: the mean with and without drift, weighted by probability.
 
-    The probability is by Schwarz's criterion (Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136).
+    The probability follows Schwarz's criterion (Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136).
     """
     travel = curve.travel[:count]
     force = curve.force[:count]
@@ -114,9 +114,9 @@ def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
 
 
 def _drift_probability(drifting: LawFit, travel: Floats, force: Floats, count: int) -> float:
-    """Return the probability of a drift [1]: the fit to all `count` points and the points before the touch must see it.
+    """Return the probability of a drift [1], which both the fit and the points before the touch must show.
 
-    Travel [mm] and force [N] are of these points, (idle,).
+    Travel [mm] and force [N] are of the points before the touch, (idle,); `count` is the number of all points.
     """
     (slope, _), covariance = np.polyfit(travel, force, 1, cov=True)
     in_zero_line = abs(slope) / max(math.sqrt(covariance[0, 0]), _TINY)
@@ -127,7 +127,7 @@ def _drift_probability(drifting: LawFit, travel: Floats, force: Floats, count: i
 
 
 def _mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
-    """Return the mean of two estimates with standard errors, the first of which has a probability."""
+    """Return the mean of two estimates with standard errors, weighted with the probability of the first."""
     mean = probability * first.value + (1.0 - probability) * second.value
     variance = probability * (first.error**2 + (first.value - mean) ** 2)
     variance += (1.0 - probability) * (second.error**2 + (second.value - mean) ** 2)
@@ -135,10 +135,11 @@ def _mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
 
 
 def _is_noise(residual: Floats) -> bool:
-    """Say whether the means of groups of residuals are as small as noise makes them."""
+    """Return whether the means of groups of residuals are as small as noise makes them."""
     groups = np.array_split(residual, min(_GROUPS, max(3, len(residual) // 4)))
     curvature = residual[2:] - 2.0 * residual[1:-1] + residual[:-2]
-    variance = float(np.mean(curvature**2)) / 6.0  # of noise: 1 + 4 + 1 times that of one point
+    # variance of the noise; a second difference has 1 + 4 + 1 times that of one point
+    variance = float(np.mean(curvature**2)) / 6.0
     squares = math.fsum(len(group) * group.mean() ** 2 for group in groups)
     freedom = max(1, len(groups) - 4)
     return variance == 0.0 or squares / variance / freedom < _FITS_WELL

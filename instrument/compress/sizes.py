@@ -1,4 +1,4 @@
-"""The sizes of each specimen from a table, for tests of unlike fruit in one call."""
+"""The sizes of each specimen from a table, for tests of different fruits in one call."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ _TEXTS = {"file": Quantity(units={}), "specimen": Quantity(units={}, words=("sam
 
 @dataclass(frozen=True, kw_only=True)
 class SpecimenSizes:
-    """The sizes of specimens: by file and name, "" for all of a file, each size [mm] by the name of its flag."""
+    """The sizes [mm] of specimens by the name of their flag, for each file and specimen ("" for all of a file)."""
 
     source: str
     understood: str
@@ -34,12 +34,12 @@ class SpecimenSizes:
 
     @property
     def files(self) -> list[Path]:
-        """Return the files that it names, beside it."""
+        """Return the files in the table, relative to its folder."""
         folder = Path(self.source).parent
         return [folder / file for file in dict.fromkeys(file for file, _ in self.rows)]
 
     def sizes_of(self, specimen: Specimen) -> Mapping[str, float]:
-        """Return the sizes of a specimen; raises InputError where the table has none."""
+        """Return the sizes of a specimen; raises InputError if the table has none."""
         path = Path(specimen.path)
         for file in (specimen.path, path.name, path.stem):
             for name in (specimen.name, ""):
@@ -50,7 +50,7 @@ class SpecimenSizes:
 
 
 def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
-    """Return the sizes of specimens in a table; raises InputError for one that a flag gives as well."""
+    """Return the sizes of specimens in a table; raises InputError for a size that a flag sets as well."""
     sizes = {name: Quantity(units=LENGTH, default="mm", most=1e4, words=words) for name, words in _WORDS.items()}
     table = only_table(source, _TEXTS | sizes, [("file",)], "file,height_mm,radius_mm")
     columns = {column.name: column for column in table.columns}
@@ -58,7 +58,7 @@ def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
         if name in columns:
             place = place_of(table.source, table.header.line, columns[name].label)
             bound = f"left out beside --{name.replace('_', '-')}"
-            raise validation_error(place, columns[name].label, "", bound, "say each size once")
+            raise validation_error(place, columns[name].label, "", bound, "give each size once")
     of_each: dict[tuple[str, str], dict[str, float]] = {}
     for row in table.rows:
         texts = tuple(columns[name].cell(row) if name in columns else "" for name in _TEXTS)

@@ -1,8 +1,8 @@
 """The force-travel curves of a file: two columns, or an export of TRAPEZIUM X in either of its layouts.
 
-A table begins at a header that names a force and a travel, and ends at a blank line. Several specimens may stand side
-by side, each with its own TIME, FORCE and STROKE. A header may come again within one test, as LabVIEW writes it for
-each segment. What else a file says, of its method or its results, is passed over.
+A table begins at a header that names a force and a travel, and ends at a blank line. Several specimens may be side by
+side, each with its own TIME, FORCE and STROKE. A header may be repeated within one test, as LabVIEW does for each
+segment. Other content of a file, such as its method or results, is skipped.
 """
 
 from collections.abc import Iterator, Mapping
@@ -37,20 +37,21 @@ QUANTITIES = {
     ),
     "time": Quantity(units=TIME, default="s", words=tuple(WORDS["words"]["time"]), by_clock=True),
 }
-"""What the headers of common testing machines mean."""
+"""The words in headers of common testing machines."""
 LEAST_ROWS = 12
-"""Of a curve: a table of fewer rows beside a longer one is a table of results."""
+"""Least number of rows of a curve; a table with fewer rows beside a longer one is a table of results."""
 _NEEDED = {"force", "travel"}
-_AT_END = 0.05  # of the travel: how far from its largest compression a segment ends that another one follows
-_STEPS = 3.0  # of a segment: how far from its end the next one begins at most
+# largest distance of a segment's end from the largest compression, if another segment continues it [of the travel]
+_AT_END = 0.05
+_STEPS = 3.0  # largest distance of the next segment's begin from that end [steps]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Specimen:
     """One curve: travel [mm], force [N] and time [s] as measured, shape (rows,), and the line of each row.
 
-    `labels` are the headers by quantity; `notes` say what was assumed on reading it, `understood` in one line what was
-    read. `path` is the file without the name of a sheet.
+    `labels` are the headers by quantity. `notes` are assumptions made on reading, and `understood` summarises in one
+    line what was read. `path` is the file without the name of a sheet.
     """
 
     file: str
@@ -65,11 +66,11 @@ class Specimen:
     path: str = ""
 
     def __str__(self) -> str:
-        """Return how an error names it."""
+        """Return the name of the specimen in error messages."""
         return f"{self.file}, specimen {self.name!r}"
 
     def cell(self, row: int, quantity: str) -> str:
-        """Return how an error names the cell of a quantity in a row of the curve."""
+        """Return the name of a cell in error messages, by its quantity and row."""
         return place_of(self.file, self.lines[row], self.labels[quantity])
 
     def up_to(self, end: int) -> "Specimen":
@@ -104,7 +105,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
 
 
 def _goes_on(first: Specimen, second: Specimen) -> bool:
-    """Return whether a curve begins where the one before it ends, at its largest compression and in the same file."""
+    """Return whether a curve in the same file continues another one, which ends at its largest compression."""
     travel = first.travel
     if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004
         return False
@@ -119,7 +120,7 @@ def _goes_on(first: Specimen, second: Specimen) -> bool:
 
 
 def _joined(first: Specimen, second: Specimen) -> Specimen:
-    """Return two curves as one; raises InputError if the time of the second one begins anew."""
+    """Return two curves as one; raises InputError if the time of the second one restarts."""
     time = None
     if first.time is not None and second.time is not None:
         if second.time[0] < first.time[-1]:
@@ -139,8 +140,8 @@ def _joined(first: Specimen, second: Specimen) -> Specimen:
 
 
 def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
-    """Yield the specimens of a table, before which `count` have come."""
-    # A force or a travel that comes again begins the next specimen.
+    """Yield the specimens of a table; `count` specimens came before it."""
+    # A repeated force or travel column begins the next specimen.
     groups: list[dict[str, Column]] = [{}]
     for column in table.columns:
         if column.name in groups[-1] and (column.name in _NEEDED or groups[-1].keys() >= _NEEDED):
@@ -161,11 +162,11 @@ def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
 
 
 def _specimen(table: FoundTable, columns: Mapping[str, Column], name: str) -> Specimen:
-    """Return the curve of some columns; beside longer specimens the cells of a shorter one are empty."""
+    """Return the curve of some columns; cells below a shorter specimen are empty."""
     filled = [row for row in table.rows if any(column.cell(row) for column in columns.values())]
     table = table.limited_to([*columns.values()], filled)
     notes = [
-        f"{columns[quantity].note}; --units {quantity}=UNIT says another"
+        f"{columns[quantity].note}; --units {quantity}=UNIT sets another"
         for quantity in ("force", "travel")
         if columns[quantity].note
     ]

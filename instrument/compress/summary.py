@@ -1,4 +1,4 @@
-"""Several compression tests together: each fruit, the range for a design, and all of it as tables and as data."""
+"""Several compression tests together: each fruit, and the range for a design, as tables and as data."""
 
 import math
 import statistics
@@ -13,12 +13,12 @@ from instrument.compress.modulus import CompressionResult
 from instrument.template import template_parts
 from sensor.words import next_multiple, rounded
 
-_MODULI = 7  # in the design's list, as in the paper's
+_MODULI = 7  # length of the list for a design, as in the paper
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitSummary:
-    """The tests of one fruit: their number, mean and standard deviation [MPa] of each modulus, 0 for a single one."""
+    """The tests of one fruit: their number, and mean and standard deviation of each modulus [MPa], 0 for one test."""
 
     name: str
     count: int
@@ -30,18 +30,18 @@ class FruitSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignRange:
-    """The moduli that a design file asks for [MPa]: the largest, and a list over the range."""
+    """The moduli that a design file requires [MPa]: the largest, and a list over the range."""
 
     E_max_MPa: float
     E_MPa: tuple[float, ...]
 
     def join_moduli(self, sign: str) -> str:
-        """Return the moduli with a sign between."""
+        """Return the moduli as text with a separator."""
         return sign.join(f"{E:g}" for E in self.E_MPa)
 
 
 def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) -> list[FruitSummary]:
-    """Return one summary for each file, whose specimens are tests of one fruit, or for each folder of such files."""
+    """Return one summary for each file, whose specimens are of one fruit, or for each folder of such files."""
     tests_of: dict[str, list[CompressionResult]] = {}
     for result in results:
         path = Path(result.file)
@@ -50,7 +50,7 @@ def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) ->
 
 
 def overall_modulus(summaries: Sequence[FruitSummary]) -> FruitSummary:
-    """Return mean and standard deviation [MPa] over the fruit, each counted once."""
+    """Return mean and standard deviation [MPa] over all fruits, each counted once."""
     return _summary("all fruit", summaries)
 
 
@@ -68,13 +68,13 @@ def _summary(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> Fr
 
 
 def design_range(results: Sequence[CompressionResult]) -> DesignRange:
-    """Return the range from the softest to the stiffest modulus, each with its error bar, rounded outwards.
+    """Return the range from the softest to the stiffest modulus with their error bars, rounded outwards.
 
-    Of one specimen it is that modulus alone.
+    For one specimen the list contains only its modulus.
     """
     E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])
-    # The last bits of the ends decide how a modulus half way between two numbers is rounded.
+    # The last bits of the ends would decide how a modulus half way between two numbers is rounded.
     E_max = next_multiple(float((E * (1.0 + u)).max()), 2, math.inf)
     E_min = next_multiple(float((E * (1.0 - u)).min()), 2, 0.0)
     moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)
@@ -84,7 +84,7 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
 def result_parts(
     results: Sequence[CompressionResult], fruit: Sequence[FruitSummary], design: DesignRange
 ) -> list[RenderableType]:
-    """Return each specimen, each fruit as in the paper's Table I, and the range for the design file."""
+    """Return the text of each specimen, of each fruit as in the paper's Table I, and of the range for a design."""
     shares: dict[str, float] = {}
     for result in results:
         shares |= {name: max(share, shares.get(name, 0.0)) for name, share in result.shares_percent.items()}
