@@ -1,7 +1,7 @@
-"""Is a design as good as it says? Simulated presses of drawn units on drawn fruit are read, and truth is held to bars.
+"""Proof of a design by simulation: drawn units press drawn fruit, and their readings are compared with the truth.
 
-The units and the presses share nothing with the law that reads. A unit is calibrated as its design says: what its
-calibration leaves of each error is drawn. If a reference ball corrects it, the drawn unit is pressed on that ball.
+Units and presses share nothing with the law that reads. A unit is calibrated as its design states, and the remaining
+error of each quantity is drawn. If a reference ball corrects the unit, it presses that ball too.
 """
 
 import math
@@ -30,19 +30,19 @@ from sensor.design.reading import Reading
 from sensor.quantity import BOUNDED, InputError, report_field
 
 OUTSIDE = 0.05
-"""Of honest readings, the share outside bars that hold 95 %."""
-POINT = 0.99  # of the binomial distribution: an honest design has more outside once in a hundred times
-_LEAST_PERCENT = 1e-6  # of a spring: none is known exactly
-_BEFORE_BENCHES_PERCENT = 1.0  # of a spring in reports that do not say what calibration leaves
+"""Share of honest readings outside bars that hold 95 %."""
+POINT = 0.99  # point of the binomial distribution: an honest design exceeds it once in a hundred times
+_LEAST_PERCENT = 1e-6  # least error of a spring [%], because none is known exactly
+_BEFORE_BENCHES_PERCENT = 1.0  # error of a spring [%] in reports without errors left by calibration
 MOST_DRAWS = 5
-"""Of one press: of a unit that cannot be calibrated, or a press without a solution, another one is drawn."""
+"""Most draws for one press, if a unit cannot be calibrated or a press has no solution."""
 MOST_BARS = 2.0
 MOST_FLAGGED = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProvedReading:
-    """A simulated press: what is true of its fruit and pose, and what was told of it."""
+    """A simulated press: the truth of its fruit and pose, and the reading."""
 
     E: float = report_field("MPa", "true modulus of the fruit", key="E_MPa")
     radii: tuple[float, float] = report_field("mm", "principal radii of the fruit", key="radii_mm")
@@ -57,18 +57,18 @@ class ProvedReading:
 
     @property
     def is_flagged(self) -> bool:
-        """Return whether a flag speaks against the modulus: not one on bruises, or on the ends of the range."""
+        """Return whether a flag questions the modulus; flags on bruises and on the ends of the range do not."""
         return self.told is None or not MAY_STAND.issuperset(self.flags)
 
     @property
     def bars(self) -> float:
-        """Return the distance of the truth from the modulus that was told, in its half widths [1]."""
+        """Return the error of the reading over its half width [1]."""
         return math.inf if self.told is None or not self.u else abs(self.E / self.told - 1.0) / self.u
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProvedDesign:
-    """What all simulated presses together tell."""
+    """The result of all simulated presses."""
 
     design: str = report_field("", "name of the design")
     seed: int = report_field("1", "seed of the draws")
@@ -87,22 +87,22 @@ class ProvedDesign:
 
     @property
     def failures(self) -> list[str]:
-        """Return what does not hold, as text."""
+        """Return each condition that fails, as text."""
         found = []
         if self.outside > self.most_outside:
             found.append(f"{self.outside} of {self.presses} are outside their bars, at most {self.most_outside} may be")
         if self.farthest > MOST_BARS:
-            found.append(f"one is {self.farthest:.2g} bars off, at most {MOST_BARS:g} may be")
+            found.append(f"one error is {self.farthest:.2g} bars, but at most {MOST_BARS:g} is allowed")
         if self.flagged > MOST_FLAGGED * self.presses:
-            found.append(f"{self.flagged} of {self.presses} are flagged, at most a tenth may be")
+            found.append(f"{self.flagged} of {self.presses} are flagged, but at most a tenth may be")
         return found
 
 
 def prove(report: Report, count: int, seed: int, progress: Callable[[int], None] = lambda _: None) -> ProvedDesign:
-    """Return the proof of a design by so many presses, each of another unit on another fruit.
+    """Return the proof of a design by a number of presses, each by another unit on another fruit.
 
-    `progress` hears how many are read. A press without a solution is drawn again, and so is one whose unit cannot be
-    calibrated. Raises InputError if that does not help.
+    `progress` is called with the number of finished presses. A press is drawn again if it has no solution or its unit
+    cannot be calibrated. Raises InputError if that does not help.
     """
     readings, again = [], 0
     for number in range(count):
@@ -121,7 +121,7 @@ def prove(report: Report, count: int, seed: int, progress: Callable[[int], None]
 
 
 def judged(design: str, seed: int, readings: Iterable[ProvedReading], again: int = 0) -> ProvedDesign:
-    """Return the proof that readings make, of which some had to be drawn `again`."""
+    """Return the proof from its readings; `again` is the number of presses that were drawn again."""
     readings = tuple(readings)
     bars = [each.bars for each in readings if not each.is_flagged]
     proof = ProvedDesign(
@@ -140,7 +140,7 @@ def judged(design: str, seed: int, readings: Iterable[ProvedReading], again: int
 
 
 def _proved(report: Report, rng: np.random.Generator) -> ProvedReading:
-    """Return a press of a drawn unit on a drawn fruit, and its reading."""
+    """Return one simulated press of a drawn unit on a drawn fruit, and its reading."""
     made = drawn_unit(report, rng)
     unit = MeasuringUnit(report=report, unit=_calibrated(report, made, rng))
     fruit = drawn_fruit(report, rng)
@@ -160,7 +160,7 @@ def _proved(report: Report, rng: np.random.Generator) -> ProvedReading:
 def read_by(
     unit: MeasuringUnit, made: SimulatedUnit, fruit: PressedFruit, rng: np.random.Generator | None = None
 ) -> FruitReading:
-    """Return what a calibrated unit reads of one press of the unit as it is; its log has noise if numbers are drawn."""
+    """Return the reading by a calibrated unit of a press with the real unit; with `rng` the log has noise."""
     report = unit.report
     press = press_curve(made, fruit, hand_of(report))
     lines = log_of(report, made, [press], usual_rate(report), rng)
@@ -169,9 +169,10 @@ def read_by(
 
 
 def _calibrated(report: Report, made: SimulatedUnit, rng: np.random.Generator) -> PrintedUnit:
-    """Return what a calibration finds of a unit, with the errors that the design leaves to it.
+    """Return the calibration of a real unit, with drawn errors that the design leaves to calibration.
 
-    By weights, forces have the errors of gains. By a plate, deflections have them, and forces follow by the stiffness.
+    With weights, the gains determine the error of the forces. With a plate, they determine the error of the
+    deflections, and forces follow from the stiffness.
     """
     reading = report.design.reading or Reading()
     springs, gains = _left_percent(report)
@@ -201,7 +202,7 @@ def _calibrated(report: Report, made: SimulatedUnit, rng: np.random.Generator) -
 
 
 def _left_percent(report: Report) -> tuple[Floats, Floats]:
-    """Return what calibration leaves in springs and gains [%], (tips,), as the error analysis of the design has it."""
+    """Return the errors of springs and gains [%], (tips,), after the calibration that the design assumes."""
     reading = report.design.reading or Reading()
     left = None if report.reading is None else report.reading.calibration
     if left is not None:

@@ -1,4 +1,4 @@
-"""What is filled into a template of these rooms: an answer in tables and sentences, or source code."""
+"""Templates of this package: answers as tables and sentences, and source code."""
 
 import itertools
 from pathlib import Path
@@ -16,7 +16,7 @@ _BAR = " | "
 
 
 def render_template(template: str, number: object = repr, **values: object) -> str:
-    """Return a template with values in it; `number` says how its filter of that name writes one."""
+    """Return a template filled with values; `number` is the function of its filter `number`."""
     environment = template_environment(_ROOM)
     environment.filters["number"] = number
     environment.filters["hex"] = "0x{:02X}".format
@@ -24,7 +24,7 @@ def render_template(template: str, number: object = repr, **values: object) -> s
 
 
 def template_parts(template: str, **values: object) -> list[RenderableType]:
-    """Return a template with values in it; lines whose cells bars part are a table, the first one its heads."""
+    """Return a filled template as text and tables: lines with bars are the rows of a table, the first its header."""
     parts: list[RenderableType] = []
     lines = render_template(template, **values).splitlines()
     for is_table, block in itertools.groupby(lines, key=lambda line: _BAR in line):
@@ -34,7 +34,7 @@ def template_parts(template: str, **values: object) -> list[RenderableType]:
         heads, *rows = (escape(line).split(_BAR) for line in block)
         table = Table()
         for index, head in enumerate(heads):
-            # A narrow terminal breaks a number over two lines, and cuts none.
+            # A narrow terminal wraps a number over two lines, and truncates none.
             table.add_column(head.strip(), justify="right" if index else "left", overflow="fold")
         for row in rows:
             table.add_row(*row)

@@ -1,8 +1,8 @@
-"""The driver of an ADS1220 in the Python that MicroPython has too: `pipeline read --logger` copies this file.
+"""A driver of the ADS1220 in the subset of Python that MicroPython runs; `pipeline read --logger` copies this file.
 
-Each sample has one conversion of each input against ground, one after the other, and the supply is the reference.
-Numbers in comments are sections of the data sheet, Texas Instruments SBAS501C, August 2016. The sketch for Arduino is
-filled with these constants.
+Each sample has one conversion of each input against ground, one after the other. The supply is the reference. Numbers
+in comments are sections of the data sheet, Texas Instruments SBAS501C, August 2016. The sketch for Arduino uses the
+same constants.
 """
 
 TYPE_CHECKING = False
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
         """An SPI unit of a board."""
 
         def write_readinto(self, written: bytes, read: bytearray) -> None:
-            """Write bytes and read as many at the same time."""
+            """Write bytes, and read as many at the same time."""
 
     class BoardPin(Protocol):
         """A pin of a board."""
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         """The clock of a board."""
 
         def ticks_us(self) -> int:
-            """Return a time that begins anew after some minutes [us]."""
+            """Return a time that wraps after some minutes [us]."""
 
         def ticks_diff(self, end: int, start: int, /) -> int:
             """Return the time between two times [us]."""
@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 RESET = 0x06  # 8.5.3.1
 START = 0x08  # 8.5.3.2
 READ_DATA = 0x10  # 8.5.3.4
-READ_REGISTERS = 0x23  # 8.5.3.5: four of them, from the first one on
-WRITE_REGISTERS = 0x43  # 8.5.3.6: the same four
-WRITE_INPUT = 0x40  # 8.5.3.6: the first one, which names the input
+READ_REGISTERS = 0x23  # four registers from the first one
+WRITE_REGISTERS = 0x43  # the same four registers
+WRITE_INPUT = 0x40  # 8.5.3.6: the first register, which selects the input
 FIRST_INPUT = 0x81  # 8.6.1: MUX 1000 is AIN0 against AVSS, gain 1, amplifier bypassed as 8.3.2.2 requires
 NEXT_INPUT = 0x10  # 8.6.1: MUX 1001 is AIN1, and so on
 RATE = 0x60  # 8.6.1: 175 samples a second, normal mode, single shots
@@ -53,10 +53,10 @@ RETRY_US = 1000000
 
 
 class Converter:
-    """An ADS1220 on a bus in SPI mode 1 (8.5.1), with a pin that selects it and one that says when data are ready."""
+    """An ADS1220 on a bus in SPI mode 1 (8.5.1), with a select pin and a pin that signals ready data."""
 
     def __init__(self, bus: "BoardBus", select: "BoardPin", ready: "BoardPin", clock: "BoardClock") -> None:
-        """Take the pins; nothing is sent yet."""
+        """Store the pins; nothing is sent yet."""
         self.bus = bus
         self.select = select
         self.ready = ready
@@ -65,7 +65,7 @@ class Converter:
         self.before = clock.ticks_us()
 
     def send(self, *command: int, answer: int = 0) -> bytearray:
-        """Send a command, and return so many bytes of its answer."""
+        """Send a command and return the bytes of its answer."""
         taken = bytearray(len(command) + answer)
         self.select.value(0)
         self.bus.write_readinto(bytes(command) + bytes(answer), taken)
@@ -73,7 +73,7 @@ class Converter:
         return taken[len(command) :]
 
     def begin(self) -> bool:
-        """Reset the converter and write its settings; return whether it has them then."""
+        """Reset the converter and write its settings; return whether it holds them afterwards."""
         settings = [FIRST_INPUT, RATE, SUPPLY, NOTHING_ELSE]
         self.send(RESET)
         self.clock.sleep_us(RESET_US)
@@ -86,20 +86,20 @@ class Converter:
         self.send(START)
 
     def count(self) -> int | None:
-        """Return the count of the conversion that was started, None if it is not ready in time."""
+        """Return the count of the started conversion, or None if it is not ready in time."""
         begun = self.clock.ticks_us()
-        while self.ready.value():  # 8.5.1.3: it falls once data are ready
+        while self.ready.value():  # 8.5.1.3: low when data are ready
             if self.clock.ticks_diff(self.clock.ticks_us(), begun) > LATEST_US:
                 return None
         high, middle, low = self.send(READ_DATA, answer=3)
-        count = (high << 16) + (middle << 8) + low  # 8.5.2: 24 bits in two's complement, the highest first
+        count = (high << 16) + (middle << 8) + low  # 8.5.2: 24 bits in two's complement, most significant byte first
         return count - (1 << 24) if high & 0x80 else count
 
     def samples(self, order: "Sequence[int]", channels: int) -> "Iterator[tuple[int, list[int]]]":
-        """Yield the time of each sample [us] and the counts of its channels, until a conversion is not ready.
+        """Yield the time of each sample [us] and the counts of its channels, until a conversion is not ready in time.
 
-        `order` names the inputs as they are converted. Those behind the channels are converted as well, so that a
-        sample takes as long as the design says.
+        `order` lists the inputs in the order of conversion. Inputs beyond the channels are converted too, so that a
+        sample lasts as long as in the design.
         """
         while True:
             now = self.clock.ticks_us()

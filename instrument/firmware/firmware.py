@@ -28,24 +28,24 @@ from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, 
 from sensor.turns import in_turn
 
 _SKETCH = "sketch"
-"""The name of the sketch for Arduino, which stands in a folder of the same name."""
+"""The name of the sketch for Arduino and of the folder that contains it."""
 SADDLE_STEPS = 12
-"""Of finding the offset of a saddle: each leaves some per cent of the error of the step before."""
-SETTLED = 1e-4  # of the springs' part of the contrast: an offset that moves more in the last step is of no press
+"""Iterations for the offset of a saddle; each leaves some per cent of the error."""
+SETTLED = 1e-4  # largest change of the offset in the last step, relative to the springs' part of the contrast
 
 
 @in_turn
 def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
     """Return the read-out of a unit as a C99 header, as `pipeline read --c-header` writes it.
 
-    `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
+    Raises InputError for a design with fruit.relaxation.
 
     Parameters
     ----------
     report : Report
         What `read_report` returns.
     unit : PrintedUnit, str or Path, optional
-        A calibrated unit or its unit.toml.
+        A calibrated unit or its unit.toml, as in `read_press`.
 
     Examples
     --------
@@ -61,14 +61,14 @@ def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> st
 def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
     """Return the read-out of a unit as a MicroPython module, as `pipeline read --micropython` writes it.
 
-    `unit` is as in `read_press`. Raises InputError for a design with fruit.relaxation.
+    Raises InputError for a design with fruit.relaxation.
 
     Parameters
     ----------
     report : Report
         What `read_report` returns.
     unit : PrintedUnit, str or Path, optional
-        A calibrated unit or its unit.toml.
+        A calibrated unit or its unit.toml, as in `read_press`.
 
     Examples
     --------
@@ -81,9 +81,9 @@ def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) ->
 
 
 def header_text(sensor: MeasuringUnit) -> str:
-    """Return the read-out of a unit in single-precision C99, without heap, the unit's constants in it.
+    """Return the read-out of a unit in single-precision C99 without heap, with the constants of the unit.
 
-    Raises InputError where the design has fruit.relaxation.
+    Raises InputError for a design with fruit.relaxation.
     """
     return render_template(
         "firmware/firmware.h.j2",
@@ -96,9 +96,9 @@ def header_text(sensor: MeasuringUnit) -> str:
 
 
 def module_text(sensor: MeasuringUnit) -> str:
-    """Return the read-out of a unit as a MicroPython module that imports math alone: press_core.py with its constants.
+    """Return the read-out of a unit as a MicroPython module: press_core.py with constants; it imports only math.
 
-    Raises InputError where the design has fruit.relaxation.
+    Raises InputError for a design with fruit.relaxation.
     """
     core = inspect.getsource(press_core).partition("\nimport math\n")[2]
     constants = {name: repr(value) for name, value in _constants(sensor).items() if name in Unit.__annotations__}
@@ -106,10 +106,10 @@ def module_text(sensor: MeasuringUnit) -> str:
 
 
 def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
-    """Return the programs of the board of a design by their paths: in MicroPython, and a sketch for Arduino.
+    """Return the programs of a design's board by their paths: in MicroPython, and as a sketch for Arduino.
 
-    They print the counts of all channels, and of a calibrated unit E of each press. Raises InputError if the board is
-    not known, if its channels are not calibrated, and for a calibrated unit as `header_text`.
+    They print the counts of all channels; for a calibrated unit they also print E of each press. Raises InputError for
+    an unknown board, for channels without calibration, and for a calibrated unit as `header_text` does.
     """
     _refuse_other_boards(sensor)
     if not calibrated:
@@ -127,7 +127,7 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
 
 
 def _refuse_other_boards(sensor: MeasuringUnit) -> None:
-    """Raise InputError for a design without a board, or with another circuit than the programs drive."""
+    """Raise InputError for a design without a board, or with a circuit that the programs do not drive."""
     design = sensor.report.design
     if _board_of(sensor) is None:
         bound = "left out where the design has no [readout] with a channel for each tip"
@@ -146,7 +146,7 @@ def _refuse_other_boards(sensor: MeasuringUnit) -> None:
 
 
 def _board_program(sensor: MeasuringUnit, *, core: str, constants: dict[str, str]) -> str:
-    """Return the MicroPython program of a board, with the reading of presses if it has its constants."""
+    """Return the MicroPython program of a board; with constants it also reads presses."""
     driver = inspect.getsource(ads1220).partition("\n\n\nRESET = ")
     return render_template(
         "firmware/board.py.j2",
@@ -158,7 +158,7 @@ def _board_program(sensor: MeasuringUnit, *, core: str, constants: dict[str, str
 
 
 def _board_of(sensor: MeasuringUnit) -> Board | None:
-    """Return the board of a design, None without a read-out that has a channel for each tip."""
+    """Return the board of a design; None without a read-out that has a channel for each tip."""
     signal = sensor.report.read_out.signal
     if signal is None or len(sensor.report.tips) > AMPLIFIERS[signal.amplifier].channels:
         return None
@@ -166,7 +166,7 @@ def _board_of(sensor: MeasuringUnit) -> Board | None:
 
 
 def _about(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return what the templates say of a unit, its channels and its board."""
+    """Return the values for templates that describe a unit, its channels and its board."""
     signal = sensor.report.read_out.signal
     board = _board_of(sensor)
     return {
@@ -189,9 +189,9 @@ def _about(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the constants of a unit: forces [N], lengths [mm], moduli [MPa]; `press_core.Unit` says what they are.
+    """Return the constants of a unit, as `press_core.Unit` describes them: forces [N], lengths [mm], moduli [MPa].
 
-    Raises InputError for flesh that relaxes, which is read by a press with its hold.
+    Raises InputError for flesh that relaxes, because its reading needs the hold.
     """
     if sensor.report.design.fruit.relaxation is not None:
         bound = "left out for firmware, which reads no hold"
@@ -222,15 +222,16 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _inputs(signal: SignalPath) -> list[int]:
-    """Return the inputs of the amplifier in the order of their conversion, those without a tip last."""
+    """Return the inputs of the amplifier in the order of conversion; inputs without a tip come last."""
     order = signal.conversion_order
     return [*order, *range(len(order), int(AMPLIFIERS[signal.amplifier].channels))]
 
 
 def _level(rows: Sequence[LevelReading], stiffened: float, by_ball: float) -> dict[str, object]:
-    """Return level readings as logarithms, and the factor of one row, with that of a reference ball.
+    """Return the level readings as logarithms, and the correction factor for a single row.
 
-    Springs that are stiffer in a press of the design than in the weighing, `stiffened` [1], read as much too little.
+    Springs are stiffer in a press than at the weighing by the factor `stiffened` [1], so they read too low by it.
+    `by_ball` is the factor of a reference ball.
     """
     if not rows and stiffened != 1.0:
         rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
@@ -243,7 +244,7 @@ def _level(rows: Sequence[LevelReading], stiffened: float, by_ball: float) -> di
 
 
 def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return from which loads [N/mm] and forces [N] on a press is summed, and what seats the tips."""
+    """Return the loads [N/mm] and forces [N] from which a press is summed, and the constants of the seating."""
     seating = seating_of(sensor)
     return {
         "loads": seating.loads,
@@ -255,13 +256,13 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _single(value: float) -> str:
-    """Return a number as C writes it in single precision."""
+    """Return a number as a single-precision literal of C."""
     text = f"{value:.9g}"
     return f"{text}f" if any(sign in text for sign in ".e") else f"{text}.0f"
 
 
 def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object]:
-    """Return what the formulas of a contrast need: forces [N], lengths [mm], moduli [MPa]."""
+    """Return the constants in the formulas of the contrast: forces [N], lengths [mm], moduli [MPa]."""
     sensor.refuse_without_rise_level()
     weights, C, S = law.contrast.arrays
     domes = law.rolling
@@ -282,6 +283,7 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "dome_radius": 0.0 if domes is None else domes.dome_radius,
         "rolled": 1.0 if domes is None else domes.rolling_factor,
         "felt": 1.0 if domes is None else domes.contrast_of_xy,
+        # part of the fruit's compliance beyond the half-space
         "body": 0.0 if domes is None else (1.0 - domes.poisson**2) / math.pi,
         # what the body adds to a half-space
         "still": [] if domes is None else (weights @ (S - domes.S())).tolist(),

@@ -1,1 +1,1 @@
-"""A unit of a design with drawn errors, pressed on fruit by boundary elements: what a real one would write."""
+"""Simulated units with drawn errors, pressed on fruit by boundary elements; they write the files of real ones."""

@@ -1,4 +1,4 @@
-"""The tables of a bench: what a unit shows under weights and on a hard plate, and the ball that it is pressed on."""
+"""Tables of a calibration bench: readings of a unit under weights and on a hard plate, and its reference ball."""
 
 import math
 from collections.abc import Sequence
@@ -16,14 +16,14 @@ from sensor.quantity import STANDARD_GRAVITY
 
 G_PER_N = 1e3 / STANDARD_GRAVITY
 BALL_PRESSES = 3
-_LEAST_RADIUS = 3.5  # of a ball, over the spacing of the tips: a smaller one feels its far side
-_ROUNDS = 20  # of the flattening of a dome, by which its force is less
+_LEAST_RADIUS = 3.5  # least radius of a ball over the spacing of the tips; a smaller ball feels its far side
+_ROUNDS = 20  # iterations of the flattening of a dome, which reduces its force
 
 
 def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
-    """Return a table of weights up to nearly the full scale of each tip and back: what dial and channels show.
+    """Return a table of weights, with dial and channels, up to nearly the full scale of each tip and back.
 
-    A weight is known to the digit of the balance, and is read after the time of the unit's stiffnesses.
+    A weight is known to the digit of the balance, and is read at the time for which the unit's stiffnesses hold.
     """
     lines = [",".join(["tip", "weight_g", "deflection_mm", *count_keys(len(report.tips))])]
     for number, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
@@ -40,12 +40,12 @@ def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.ran
 
 
 def plate_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
-    """Return a table of travels on a plate of glass, with all tips on it, to nearly the full scale of one and back."""
+    """Return a table of travels on a glass plate with all tips in contact, up to nearly one full scale and back."""
     tips = len(report.tips)
     nominal = 1.0 / np.diag(report.read_out.springs_mm_per_N)
     farthest = PRESSED * float(min(np.array(report.read_out.full_scale_N) / nominal))
     lines = [",".join(["travel_mm", *count_keys(tips)])]
-    # Travel counts from a place where the last tip stands on the plate already.
+    # The travel is counted from a place at which all tips stand on the plate.
     ahead = unit.heights - unit.heights.min()
     for step in _there_and_back(len(PLATE_AT)):
         travel = PLATE_AT[step] * farthest
@@ -67,7 +67,7 @@ class Ball:
         return self.E / (1.0 - RUBBER_POISSON**2)
 
     def fruit(self, tilt: tuple[float, float] = (0.0, 0.0)) -> PressedFruit:
-        """Return the ball as it is pressed, tilted by angles [deg]."""
+        """Return the ball as a pressed fruit, with the sensor tilted by angles [deg]."""
         return PressedFruit(
             E=self.E,
             radii=(self.radius, self.radius),
@@ -79,7 +79,7 @@ class Ball:
 
 
 def usual_ball(report: Report) -> Ball:
-    """Return a ball as round as the fruit of a design, which presses as flesh of the middle of its moduli."""
+    """Return a ball with the curvature of a design's fruit, which responds as flesh of the middle of its moduli."""
     first, second = designed_radii(report)
     radius = 2.0 / (1.0 / first + 1.0 / second)
     least, largest = range_of_moduli(report)
@@ -88,13 +88,13 @@ def usual_ball(report: Report) -> Ball:
 
 
 def ball_presses(ball: Ball, steepest_deg: float, rng: np.random.Generator) -> Sequence[PressedFruit]:
-    """Return presses on a ball by a hand that tilts by up to an angle [deg]."""
+    """Return presses on a ball by a hand that tilts by at most an angle [deg]."""
     tilts = rng.uniform(-1.0, 1.0, (BALL_PRESSES, 2)) * steepest_deg / math.sqrt(2.0)
     return [ball.fruit((along, across)) for along, across in tilts.tolist()]
 
 
 def _on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
-    """Return the deflections of springs [mm] whose tips move by travels [mm]: domes are flattened as Hertz has it."""
+    """Return the deflections of springs [mm] whose tips move by travels [mm]; domes flatten by Hertz's law."""
     reduced, radius = modulus_on_glass(report.design.process), report.design.tips.dome_radius_mm or math.inf
     deflections = travels
     for _ in range(_ROUNDS):
@@ -104,7 +104,7 @@ def _on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
 
 
 def _counts(unit: SimulatedUnit, deflections: Floats, rng: np.random.Generator) -> list[str]:
-    """Return what the channels show of deflections [mm] in one sample."""
+    """Return the noisy counts of the channels for deflections [mm] in one sample."""
     shown = unit.shown(deflections[None])[0] + unit.noise * rng.normal(size=len(deflections))
     return [str(count) for count in np.rint(shown).astype(int).tolist()]
 
@@ -118,10 +118,10 @@ def _rounded(value: float, digit: float) -> float:
 
 
 def _within(value: float, digit: float, rng: np.random.Generator) -> float:
-    """Return what a number may be that is written to a digit."""
+    """Return a random number that rounds to `value` at a digit."""
     return value + digit * float(rng.uniform(-0.5, 0.5))
 
 
 def _written(value: float, digit: float) -> str:
-    """Return a number with the decimals of a digit."""
+    """Return a number as text with the decimals of a digit."""
     return f"{_rounded(value, digit):.{max(0, math.ceil(-math.log10(digit) - 1e-9))}f}"

@@ -1,4 +1,4 @@
-"""The fruit under a simulated unit and how it is set down, as they are given, or drawn from all ranges of a design."""
+"""The fruit under a simulated unit and its pose, as given or drawn from all ranges of a design."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -11,23 +11,24 @@ from sensor.arrays import Floats
 from sensor.design.reading import Reading
 from solve.presses.bodies import EllipsoidFruit, FleshOnStone
 
-_WAVES = 24  # of an uneven skin
+_WAVES = 24  # waves of an uneven skin
 _FLAT = 1e9  # [mm] radius of a flat fruit
 _LARGEST_POISSON = 0.495
-_AT_THE_EDGE = 1e-9  # of the ends of a range
-_UNDER_THE_TIP = 0.5  # [mm] from its middle, within which a bruise is that of the tip
+_AT_THE_EDGE = 1e-9  # relative tolerance at the ends of a range
+_UNDER_THE_TIP = 0.5  # largest distance from a tip's centre at which a bruise is under the tip [mm]
 
 Vector = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
 class PressedFruit:
-    """A fruit of a modulus E [MPa] and two radii [mm], the first at an `azimuth` [deg] from +x, and its place.
+    """A fruit of modulus E [MPa] with two radii [mm], the first at an `azimuth` [deg] from +x, and its pose.
 
-    Its flesh has a `thickness` [mm] over a stone, or no stone if that is None. The sensor is tilted by `tilt` against
-    the normal of the skin, with its lower side at +x and +y in the proportion of both [deg]. During the press the tilt
-    changes by `turned` [deg]. It is set down at `off_centre` [mm] from the apex. `heights` are added to the skin.
-    `softness` (tips,) is the modulus of the fruit over that of its flesh under each tip within `soft_radius` [mm].
+    Its flesh has a `thickness` [mm] over a stone; None is a fruit without a stone. The sensor is tilted by `tilt` [deg]
+    against the normal of the skin, with its lower side towards +x and +y in the proportion of both components. During
+    the press the tilt changes by `turned` [deg]. It is placed at `off_centre` [mm] from the apex. `heights` are added
+    to the skin. `softness` (tips,) is the modulus of the fruit over the modulus of the flesh under each tip, within
+    `soft_radius` [mm].
     """
 
     E: float
@@ -43,7 +44,7 @@ class PressedFruit:
     soft_radius: tuple[float, ...] = (math.inf,)
 
     def under(self, heights: Floats) -> EllipsoidFruit:
-        """Return the fruit under domes that stand out by heights [mm], in the frame of the sensor."""
+        """Return the fruit under domes that protrude by heights [mm], in the frame of the sensor."""
         layer = None if self.thickness is None else FleshOnStone(self.thickness, self.poisson)
         fruit = EllipsoidFruit(
             E=self.E,
@@ -58,7 +59,7 @@ class PressedFruit:
             soft_radius=self.soft_radius,
             layer=layer,
         )
-        # A hand tilts against the normal where it sets the sensor down, which leans from that of the apex.
+        # A hand tilts against the normal at the place of the press, which is inclined to the normal at the apex.
         slope = np.tan(np.radians(self.tilt)) + fruit.curvature @ np.array(self.off_centre)
         tilt = math.degrees(math.atan(float(np.hypot(*slope))))
         return replace(fruit, tilt=tilt, tilt_azimuth=math.degrees(math.atan2(slope[1], slope[0])))
@@ -69,12 +70,12 @@ class PressedFruit:
         return math.radians(self.turned[0]), math.radians(self.turned[1])
 
     def pressed_again(self, turn: float) -> "PressedFruit":
-        """Return the fruit as a sensor that is turned by an angle [deg] has it in its frame; its skin is even there."""
+        """Return the fruit in the frame of a sensor that was turned by an angle [deg], with an even skin."""
         return replace(self, azimuth=self.azimuth - turn)
 
 
 def usual_fruit(report: Report) -> PressedFruit:
-    """Return the fruit of a design, of the middle of its moduli and radii, pressed level on its apex."""
+    """Return the fruit of a design with the middle of its moduli and radii, pressed level at its apex."""
     fruit, reading = report.design.fruit, report.design.reading or Reading()
     least, largest = range_of_moduli(report)
     radii = designed_radii(report)
@@ -90,10 +91,10 @@ def usual_fruit(report: Report) -> PressedFruit:
 
 
 def drawn_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
-    """Return a fruit, a place and a hand, drawn evenly from all that a design says occur.
+    """Return a random fruit, place and hand, uniform over the ranges of a design.
 
-    Moduli are drawn evenly by their logarithm, tilts and places by area. Poisson's ratio scatters by half its spread,
-    and skin and flesh are uneven.
+    Moduli are uniform in their logarithm, tilts and places in area. Poisson's ratio is normal with half its spread, and
+    skin and flesh are uneven.
     """
     reading, fruit = report.design.reading or Reading(), report.design.fruit
     least, largest = range_of_moduli(report)
@@ -114,7 +115,7 @@ def drawn_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
 
 
 def uneven(fruit: PressedFruit, report: Report, rng: np.random.Generator) -> PressedFruit:
-    """Return a fruit at a place whose skin and flesh are uneven, as the design says."""
+    """Return a fruit with the uneven skin and flesh of the design."""
     of_design = report.design.fruit
     scatter = 0.01 * of_design.flesh_scatter_percent
     soft = np.exp(scatter * rng.normal(size=len(report.tips)))
@@ -126,9 +127,9 @@ def uneven(fruit: PressedFruit, report: Report, rng: np.random.Generator) -> Pre
 def waves_of_skin(
     rng: np.random.Generator, rms: float, shortest: float, longest: float
 ) -> Callable[[Floats, Floats], Floats]:
-    """Return heights of a skin of an rms [mm] at places x and y [mm], (..., rows, columns).
+    """Return a function for the heights of a skin with an rms [mm] at places x and y [mm], (..., rows, columns).
 
-    Their waves run in all directions, and their lengths are even by the logarithm. x is the same along each row, y
+    The waves run in all directions, and their lengths are uniform in the logarithm. x is constant along each row, y
     along each column.
     """
     angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, _WAVES))
@@ -142,7 +143,7 @@ def waves_of_skin(
             return np.asarray(size * np.cos(kx * x[..., None] + ky * y[..., None] + phase).sum(axis=-1))
         along = kx * x[..., :, :1] + phase  # (..., rows, waves)
         across = ky[:, None] * y[..., :1, :]  # (..., waves, columns)
-        # The cosine of a sum, so that rows and columns are one product of matrices.
+        # The cosine of a sum is expanded, so that rows and columns are one matrix product.
         of_rows = np.concatenate([np.cos(along), -np.sin(along)], axis=-1)
         of_columns = np.concatenate([np.cos(across), np.sin(across)], axis=-2)
         return np.asarray(size * (of_rows @ of_columns))
@@ -151,9 +152,9 @@ def waves_of_skin(
 
 
 def bruised(fruit: PressedFruit, report: Report, radius: float, turn: float) -> PressedFruit:
-    """Return a fruit with flesh of half its modulus in a hemisphere of a radius [mm] that lay under the first tip.
+    """Return a fruit whose flesh has half its modulus in a hemisphere of a radius [mm] where the first tip pressed.
 
-    The sensor has since been turned by an angle [deg]. If the bruise is under no tip then, no tip feels it.
+    The sensor was turned by an angle [deg] since. A bruise that is no longer under a tip has no effect.
     """
     places = np.array([(tip.x_mm, tip.y_mm) for tip in report.tips])
     angle = -math.radians(turn)
@@ -169,7 +170,7 @@ def bruised(fruit: PressedFruit, report: Report, radius: float, turn: float) -> 
 
 
 def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
-    """Yield what of a fruit and its place lies outside the ranges of a design."""
+    """Yield as text each property of a fruit and its pose outside the ranges of a design."""
     reading, of_design = report.design.reading or Reading(), report.design.fruit
     least, largest = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
     radii: list[Vector] = [(least * radius, largest * radius) for radius in designed_radii(report)]
@@ -178,7 +179,7 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     thickness = reading.thickness_mm or (of_design.depth_mm, of_design.depth_mm)
     rows: list[tuple[str, float, float, float, str]] = [("E", fruit.E, *range_of_moduli(report), "MPa")]
     names = ("radius", "radius across")
-    # Which of both is the first one is a choice of words.
+    # The order of the two radii is arbitrary, so the better match is taken.
     turned = sum(low <= r <= high for r, (low, high) in zip(fruit.radii[::-1], radii, strict=True))
     straight = sum(low <= r <= high for r, (low, high) in zip(fruit.radii, radii, strict=True))
     given = fruit.radii[::-1] if turned > straight else fruit.radii
@@ -193,7 +194,7 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
 
 
 def designed_radii(report: Report) -> Vector:
-    """Return the principal radii of the fruit for which a design is solved [mm]."""
+    """Return the principal radii of the fruit in the design's solution [mm]."""
     first, second = report.design.fruit.radii_mm
     return min(first, _FLAT), min(second, _FLAT)
 
@@ -205,7 +206,7 @@ def range_of_moduli(report: Report) -> Vector:
 
 
 def _drawn_radii(report: Report, rng: np.random.Generator) -> Vector:
-    """Return principal radii [mm] of the fruits that occur."""
+    """Return random principal radii [mm] from the ranges of a design."""
     reading, fruit = report.design.reading or Reading(), report.design.fruit
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         return float(rng.uniform(*reading.radius_mm)), float(rng.uniform(*reading.radius_across_mm))
@@ -216,7 +217,7 @@ def _drawn_radii(report: Report, rng: np.random.Generator) -> Vector:
 
 
 def _in_disc(rng: np.random.Generator, radius: float) -> Vector:
-    """Return a point of a disc, evenly by area."""
+    """Return a random point of a disc, uniform in area."""
     area, direction = rng.uniform(size=2).tolist()
     angle = 2.0 * math.pi * direction
     return radius * math.sqrt(area) * math.cos(angle), radius * math.sqrt(area) * math.sin(angle)

@@ -1,4 +1,4 @@
-"""The log of presses, as the program of a unit writes it: time, and counts or newtons of each channel."""
+"""The log of presses in the format of a unit's program: time, and counts or newtons of each channel."""
 
 from collections.abc import Sequence
 
@@ -12,9 +12,9 @@ from sensor.arrays import Floats
 
 TARE_S = 0.5
 TARE_SAMPLES = 14
-"""Samples of the free sensor before its first press, at least: readings of counts take ten."""
+"""Least number of samples of the free sensor before the first press; the tare takes ten."""
 PAUSE_S = 1.0
-AT_ONCE = 0.9  # of the period of a read-out: a faster log is none of its own, so channels have one time
+AT_ONCE = 0.9  # share of the read-out's period; a faster log comes from elsewhere, and its channels have one time
 
 
 def usual_rate(report: Report) -> float:
@@ -30,9 +30,9 @@ def log_of(
     rate: float,
     rng: np.random.Generator | None = None,
 ) -> list[str]:
-    """Return the lines of the log of presses at a rate [Hz], with the header first.
+    """Return the lines of a log of presses at a rate [Hz], with its header.
 
-    With a generator of random numbers, channels have noise, conversion times scatter, and zeros drift after the tare.
+    With a random generator, channels have noise, conversion times scatter, and zeros drift after the tare.
     """
     channels = report.read_out.channels
     tips = len(unit.heights)
@@ -59,7 +59,7 @@ def log_of(
 
 
 def _lines(unit: SimulatedUnit, t: Floats, shown: Floats) -> list[str]:
-    """Return a header and the rows below it."""
+    """Return a header and one line for each sample."""
     tips = shown.shape[1]
     if unit.saturation is None:
         names = [f"{key}_N" for key in force_keys(tips)]

@@ -1,4 +1,4 @@
-"""One press of a simulated unit: the deflections of its springs over time, solved at some samples."""
+"""One press of a simulated unit: the deflections of its springs over time, solved at a few samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from sensor.quantity import InputError
 from solve.presses.over_time import Way, creep_of, pressed_over_time
 from solve.presses.pressing import Pressing
 
-CELLS = 20  # of a grid, each way: 32 move forces by less than a thousandth
-SOLVED = 18  # samples of the way down: twice as many move E by less than 0.7 %
+CELLS = 20  # grid cells per direction; 32 change the forces by less than a thousandth
+SOLVED = 18  # samples of the press; twice as many change E by less than 0.7 %
 HELD = 8  # samples of a hold
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hand:
-    """A press by hand: a travel [mm] from the first touch in `press_s` [s], and then a hold [s]; the way back is free.
+    """A press by hand: a travel [mm] from the first touch in `press_s` [s], then a hold [s], then the return.
 
     `relaxation` are shares and times [s] of flesh that relaxes.
     """
@@ -32,7 +32,7 @@ class Hand:
 
     @property
     def back_s(self) -> float:
-        """Return the duration of the way back [s]."""
+        """Return the duration of the return [s]."""
         return 0.5 * self.press_s
 
 
@@ -50,9 +50,9 @@ class PressCurve:
         return self.hand.press_s + self.hand.hold_s + self.hand.back_s
 
     def at(self, t: Floats) -> Floats:
-        """Return the deflections at times from the first touch [s], each tip at its own, (samples, tips).
+        """Return the deflections at times from the first touch [s], one for each tip, (samples, tips).
 
-        The way back is the way down, scaled to the deflection at its begin.
+        The return is the reversed press, scaled to the deflection at its begin.
         """
         hand = self.hand
         down = np.clip(t, 0.0, hand.press_s + hand.hold_s)
@@ -67,11 +67,11 @@ class PressCurve:
         return found
 
     def _of_tip(self, deflections: Floats, t: Floats) -> Floats:
-        """Return the deflection of one tip at times [s]: 0 before its touch."""
+        """Return the deflection of one tip at times [s], 0 before its touch."""
         first = int(np.argmax(deflections > 0.0))
         if not deflections[first] > 0.0:
             return np.zeros(t.shape)
-        # Forces of Hertz's contacts are straight in the power 2/3.
+        # By Hertz's law the power 2/3 of a force is nearly linear.
         power = deflections[first:] ** (2.0 / 3.0)
         between = CubicSpline(self.times[first:], power)
         begin = float(self.times[first])
@@ -82,7 +82,7 @@ class PressCurve:
 
 
 def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCurve:
-    """Return a press of a unit on a fruit; raises InputError where it has no solution."""
+    """Return a press of a unit on a fruit; raises InputError if it has no solution."""
     parts = np.arange(1, SOLVED + 1) / SOLVED
     times, travels = hand.press_s * parts, hand.travel * parts
     if hand.hold_s:

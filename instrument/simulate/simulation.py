@@ -1,4 +1,4 @@
-"""The files of a simulation: logs of presses on a fruit and on a ball, and the tables of a bench, each as its lines."""
+"""The files of a simulation: logs of presses on a fruit and on a ball, and the tables of a bench, as lines."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from sensor.design.reading import Reading
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """What is simulated: presses on a fruit, each turned against the one before, logged at a rate [Hz].
+    """The settings of a simulation: presses on a fruit, each turned against the one before, logged at a rate [Hz].
 
-    With `noise`, channels have noise and drift. With `uneven`, skin and flesh are uneven at each place. `bruise_mm` is
+    With `noise`, channels have noise and drift. With `uneven`, skin and flesh vary from place to place. `bruise_mm` is
     the radius of a bruise under the first tip of the first press. `relaxation` are shares and times [s] of the flesh.
-    All that is drawn follows from the seed.
+    The seed determines all random numbers.
     """
 
     fruit: PressedFruit
@@ -35,17 +35,20 @@ class Asked:
     seed: int
 
     def numbers(self, place: int) -> np.random.Generator:
-        """Return the random numbers of one file, so that it is the same beside others and without them."""
+        """Return the random numbers of one file, which do not depend on the other files."""
         return np.random.default_rng([self.seed, place])
 
 
 def unit_of_seed(report: Report, seed: int) -> SimulatedUnit:
-    """Return the unit of a design that a seed draws."""
+    """Return the unit of a design that a seed determines."""
     return drawn_unit(report, np.random.default_rng([seed, 0]))
 
 
 def hand_of(report: Report, relaxation: Sequence[tuple[float, float]] | None = None) -> Hand:
-    """Return the press of a design by hand; on flesh that relaxes as its own does, with the hold of the design."""
+    """Return the press of a design by hand, on relaxing flesh with the hold of the design.
+
+    None is the design's flesh.
+    """
     design = report.design
     return Hand(
         travel=design.press.travel_mm,
@@ -61,7 +64,7 @@ def bench_of(report: Report) -> Bench:
 
 
 def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked, count: Count = silent) -> list[str]:
-    """Return the log of the presses on the fruit; `count` is told how many of them are solved."""
+    """Return the log of the presses on the fruit; `count` is called with the number of solved presses."""
     rng = asked.numbers(1)
     now = unit.in_other_air(report, rng) if asked.noise else unit
     turn = report.design.tips.tip_layout.turn_deg
@@ -74,13 +77,13 @@ def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked, count: Count
             fruit = bruised(fruit, report, asked.bruise_mm, number * turn)
         if asked.uneven:
             fruit = uneven(fruit, report, rng)
-        # Without all of these the same press is turned only if the fruit is no ball.
+        # An identical press is solved again; it differs after a turn only if the fruit is no ball.
         presses.append(press_curve(now, fruit, hand))
     return log_of(report, now, presses, asked.rate, rng if asked.noise else None)
 
 
 def log_of_ball(report: Report, unit: SimulatedUnit, asked: Asked, _count: Count) -> list[str]:
-    """Return the log of presses on a ball of rubber, by a hand, at the temperature of the bench."""
+    """Return the log of presses by hand on a rubber ball, at the temperature of the bench."""
     rng = asked.numbers(2)
     steepest = (report.design.reading or Reading()).tilt_deg
     hand = hand_of(report, ())
@@ -94,4 +97,4 @@ FILES: dict[str, Callable[[Report, SimulatedUnit, Asked, Count], list[str]]] = {
     "ball": log_of_ball,
     "out": log_of_fruit,
 }
-"""What makes the lines of each file, by its flag."""
+"""The function that makes the lines of each file, by its flag."""

@@ -1,7 +1,7 @@
-"""A unit as it is: its springs, domes and channels, as designed, as a unit.toml says, or drawn from its process.
+"""A real unit with its springs, domes and channels: as designed, from a unit.toml, or drawn from its process.
 
-Errors are drawn as the error analysis of a design takes them: half of a tolerance is one standard deviation, and a
-drift lies anywhere within its bound.
+Errors are drawn as in the error analysis of a design: half of a tolerance is one standard deviation, and a drift is
+uniform within its bound.
 """
 
 import math
@@ -21,20 +21,20 @@ from solve.presses.bodies import SprungDomes
 if TYPE_CHECKING:
     from instrument.press.printed_unit import PrintedUnit
 
-_SENSITIVITY = 0.03  # scatter of Hall sensors and magnets, one standard deviation: calibration takes it out
-_ZERO = 0.02  # of the range of the converter, within which a zero lies at first: likewise
-_FULL_COUNTS = 0.25  # of that range, at full scale of a design without a read-out
-_SOFTEST = 0.5  # of its design: no print is softer, and none is stiffer than twice that
+_SENSITIVITY = 0.03  # standard deviation of the sensitivity of Hall sensors and magnets [1]; calibration removes it
+_ZERO = 0.02  # largest zero of a channel before calibration, as a fraction of the converter's range
+_FULL_COUNTS = 0.25  # counts at full scale of a design without a read-out, as a fraction of the converter's range
+_SOFTEST = 0.5  # least stiffness over its design; prints are not softer, and not stiffer than the inverse
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SimulatedUnit:
     """The springs, domes and channels of a unit, in the order of its tips.
 
-    The stiffnesses of its `domes` are those of weights that hang for `weighed_s` [s]. Their compliance grows as a power
-    of time, `creep` [1]. Domes stand out by `heights` [mm]. A channel shows `zeros` plus `per_mm` (channels, tips)
-    times the deflections [mm], with a `noise` of each sample, in counts below `saturation`, or in newtons if that is
-    None. A zero has drifted by `zero_drift` since the tare.
+    The stiffnesses of its `domes` hold for weights that hang for `weighed_s` [s]. The compliance grows with a power
+    `creep` of time [1]. Domes protrude by `heights` [mm]. A channel shows `zeros` plus `per_mm` (channels, tips) times
+    the deflections [mm], with a `noise` in each sample. It shows counts below `saturation`, or newtons if that is None.
+    Zeros have drifted by `zero_drift` since the tare.
     """
 
     domes: SprungDomes
@@ -53,11 +53,11 @@ class SimulatedUnit:
         return self.saturation is not None
 
     def shown(self, deflections: Floats) -> Floats:
-        """Return what the channels show of deflections [mm], (samples, tips), without noise and drift."""
+        """Return the signals of the channels for deflections [mm], (samples, tips), without noise and drift."""
         return np.asarray(self.zeros + deflections @ self.per_mm.T)
 
     def in_other_air(self, report: Report, rng: np.random.Generator) -> "SimulatedUnit":
-        """Return the unit after a change of the temperature: its zeros, gains and the modulus of its leaves drift."""
+        """Return the unit at another temperature, with drifts of zeros, gains and the modulus of its leaves."""
         channels = report.read_out.channels
         tips = len(self.heights)
         gains = 1.0 + 0.01 * np.array(channels.gain_drift_percent) * rng.uniform(-1.0, 1.0, tips)
@@ -83,7 +83,7 @@ def refuse_unpressed(report: Report) -> None:
 
 
 def designed_unit(report: Report) -> SimulatedUnit:
-    """Return the unit that is exactly as designed. It shows newtons, and its springs have no creep."""
+    """Return the unit exactly as designed, with channels in newtons and springs without creep."""
     K = 1.0 / np.diag(report.read_out.springs_mm_per_N)
     tips = len(K)
     return SimulatedUnit(
@@ -100,10 +100,10 @@ def designed_unit(report: Report) -> SimulatedUnit:
 
 
 def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
-    """Return the unit that a calibration found; it shows counts if those were calibrated, else newtons.
+    """Return the unit of a calibration; its channels show counts if these were calibrated, else newtons.
 
-    A reference ball tells one factor of all readings, whatever its cause. It is taken for a factor of all stiffnesses,
-    as E is proportional to forces.
+    A reference ball gives one factor for all readings, whatever its cause. Here it multiplies all stiffnesses, because
+    E is proportional to the forces.
     """
     K = np.array(unit.stiffnesses)
     factor = 1.0 if unit.ball is None else unit.ball.factor
@@ -126,13 +126,13 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
 
 
 def drawn_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
-    """Return a unit that shows counts, drawn as its process, its leaves, its domes and its channels scatter."""
+    """Return a unit with counts, drawn from the scatter of its process, leaves, domes and channels."""
     designed = designed_unit(report)
     design, signal = report.design, report.read_out.signal
     process, nominal = design.process, designed.domes.K
     tips = len(nominal)
     thickness = np.array(design.tips.each(*process.leaf_thicknesses_mm))
-    # All leaves are of one material; the thickness of each scatters by itself.
+    # All leaves share their material; their thicknesses scatter independently.
     of_leaves = 3.0 * 0.5 * process.accuracy_mm / thickness * rng.normal(size=tips)
     factor = np.exp(np.clip(of_leaves + process.E_scatter * rng.normal(), math.log(_SOFTEST), -math.log(_SOFTEST)))
     saturation = report.read_out.channels.saturation_counts
@@ -140,7 +140,7 @@ def drawn_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
         counts_per_N = _FULL_COUNTS * saturation / np.maximum(report.read_out.full_scale_N, 1e-9)
     else:
         counts_per_N = np.array(signal.counts_per_N)
-    # A Hall sensor shows the deflection, whatever the spring.
+    # A Hall sensor shows the deflection, whatever the stiffness of the spring.
     counts_per_mm = counts_per_N * nominal * (1.0 + _SENSITIVITY * rng.normal(size=tips))
     creep = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)
     accuracy, _ = form_deviations(design.tips, process)
@@ -164,7 +164,7 @@ def domes_of(design: Design, K: Floats) -> SprungDomes:
 
 
 def drawn_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> SprungDomes:
-    """Return domes whose radius is off, with a cap on them that is flat or pointed; all domes are printed alike."""
+    """Return domes with a wrong radius and a flat or pointed cap; all domes of a print have the same form."""
     outline, of_radius = form_deviations(design.tips, design.process)
     cap, height = float(rng.choice(CAPS)), float(rng.normal(0.0, outline))
     return replace(
@@ -175,7 +175,7 @@ def drawn_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> 
 
 
 def _noise_N(report: Report) -> Floats:
-    """Return the noise of a sample of each channel [N], one standard deviation, without its rounding to counts."""
+    """Return the standard deviation of the noise of each channel [N], without the rounding to counts."""
     if report.read_out.signal is not None:
         return np.array(report.read_out.signal.noise_N)
     reading = report.design.reading or Reading()
