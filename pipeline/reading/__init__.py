@@ -1,1 +1,1 @@
-"""What the sensor reads: from tip forces to a modulus, and how good that is over the poses that occur."""
+"""Readings: from tip forces to a modulus, and their accuracy over the poses that occur."""

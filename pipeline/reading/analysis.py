@@ -1,4 +1,4 @@
-"""The error analysis of readings over the poses that occur: bias, uncertainty, touch, and the pressure on the skin."""
+"""The error analysis of readings over all poses that occur: bias, uncertainty, touch and pressure on the skin."""
 
 import math
 from collections.abc import Sequence
@@ -37,19 +37,19 @@ from solve.halfspace.layered import base_compliance
 TILTS = 5
 _SMALL = 0.5
 _LARGEST_POISSON = 0.499
-NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
+NOISE_LIMIT = 0.1  # uncertainty of the modulus [1] for which the noise is reported
 FoundReadings = list[list[RiseReading | None]]
-"""The reading at each modulus in each placement, None if a press gives none."""
+"""The reading at each modulus in each placement, None for a press without a reading."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModulusReading:
-    """What is read at one modulus [MPa]: the largest error over all poses [1] and where it is, and its uncertainty.
+    """The errors of readings at one modulus [MPa]: the largest error over all poses [1], and the uncertainty.
 
-    `reach` is the error [1] of the pose whose bar reaches farthest, which may be another pose. `sources` are those of a
-    fruit and a pose that are drawn from all that occur; `uncertainty_limit` [1] is the limit of all together. `uneven`
-    is what the same fruits add if they are uneven; None if it is unknown. `form` are the moves of E [1] by one standard
-    deviation of each error of the form of domes, before a ball.
+    `worst` is the pose of the largest error. `reach` is the error [1] of the pose whose error bar reaches farthest,
+    which may be another one. `sources` hold for a random fruit in a random pose; `uncertainty_limit` [1] is the limit
+    of their total. `uneven` is the additional error on uneven fruit, None if it is unknown. `form` are the changes of
+    E [1] by one standard deviation of each form error of the domes, before a correction by a ball.
     """
 
     E: float
@@ -69,15 +69,15 @@ class ModulusReading:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Readings(Record):
-    """How good readings of whole presses are, at each modulus in `moduli`, which is empty if a level press has none.
+    """The accuracy of readings of whole presses at each modulus in `moduli`; empty if a level press has no reading.
 
-    `touch` is the travel at which all tips touch over the whole one [1], the largest over all poses. `refused` says in
-    how many poses there is no reading, and why; None if there always is one. Bias and uncertainty are those of the
-    others. `level` are the readings of level presses, by which all are corrected. `full_scale` is the largest force of
-    each channel over all poses [N], (tips,). `pressures` are those on the skin at each modulus. `flesh` is the change
-    of E to either side if the flesh under domes obeys the law of Hencky or of Storakers [1]. `face_mm` is the width
-    that the face of a dome needs to hold the contact in every pose, 0 for other tips. `calibration` is what is left in
-    springs and gains.
+    `touch` is the largest travel over all poses at which all tips touch, as a fraction of the whole travel [1].
+    `refused` states the number of poses without a reading and the reason, None if there are none; bias and uncertainty
+    leave these poses out. `level` are the readings of level presses, which correct all others. `full_scale` is the
+    largest force of each channel over all poses [N], (tips,). `pressures` are the pressures on the skin at each
+    modulus. `flesh` is the change of E to either side for flesh that obeys the law of Hencky or of Storakers under
+    domes [1]. `face_mm` is the width of a dome's face that contains the contact in every pose, 0 for other tips.
+    `calibration` are the errors left in springs and gains.
     """
 
     method: str
@@ -93,28 +93,28 @@ class Readings(Record):
 
     @property
     def worst_bias(self) -> ModulusReading:
-        """Return the reading at the modulus of the largest bias."""
+        """Return the row of the modulus with the largest bias."""
         return self.moduli[_largest([row.bias.value for row in self.moduli])]
 
     @property
     def bias(self) -> Estimate | None:
-        """Return the largest bias of all moduli without its sign, with its own bar [1]."""
+        """Return the largest absolute bias over all moduli, with its error [1]."""
         return _unsigned(self.worst_bias.bias) if self.moduli else None
 
     @property
     def reach(self) -> Estimate | None:
-        """Return the bias without its sign whose bar reaches farthest [1]."""
+        """Return the absolute bias whose error bar reaches farthest [1]."""
         reaches = [_unsigned(row.reach) for row in self.moduli]
         return max(reaches, key=lambda reach: reach.value + reach.error, default=None)
 
     @property
     def worst_uncertainty(self) -> ModulusReading:
-        """Return the reading at the modulus whose uncertainty is largest over its limit."""
+        """Return the row of the modulus with the largest ratio of uncertainty to limit."""
         return self.moduli[first_largest(row.over_limit for row in self.moduli)]
 
     @property
     def uncertainty(self) -> Estimate | None:
-        """Return the standard uncertainty at that modulus, with its bar [1]."""
+        """Return the standard uncertainty of that row, with its error [1]."""
         if not self.moduli:
             return None
         widest = self.worst_uncertainty
@@ -122,21 +122,21 @@ class Readings(Record):
 
     @property
     def uneven(self) -> UnevenFruit | None:
-        """Return what uneven skin and flesh add at the modulus where it is most; None if it is unknown."""
+        """Return the largest additional error by uneven skin and flesh over all moduli, None if it is unknown."""
         known = [row.uneven for row in self.moduli if row.uneven is not None]
         return max(known, key=lambda uneven: uneven.one_press_percent, default=None)
 
     @property
     def noise_percent(self) -> float | None:
-        """Return the noise [% of full scale] at which the uncertainty reaches 10 %; None if it does without noise."""
+        """Return the noise [% of full scale] for an uncertainty of 10 %; None if other sources reach it already."""
         return self.worst_uncertainty.sources.noise_to_reach(NOISE_LIMIT) if self.moduli else None
 
 
 def analyse_readings(sensor: PressedSensor) -> Readings | None:
-    """Return how good the readings of a sensor are, of whole presses by the rise of their contrast.
+    """Return the accuracy of a sensor's readings of whole presses by the rise of their contrast.
 
-    None if its design has no `[reading]`; presses at tilts are left out. Raises InputError if a pose is outside the
-    domain of contact, SolveError when a solve is not exact.
+    None if its design has no `[reading]`. Raises InputError for a pose outside the domain of contact, and SolveError if
+    a solution is not exact.
     """
     design = sensor.design
     reading = design.reading
@@ -144,7 +144,7 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
         return None
     presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)))
     model = rise_model(sensor)
-    press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # no faster than its read-out allows
+    press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # no faster than the read-out allows
     channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
     calibration = left_by_bench(design, presses.full_scale, 1.0 / np.diag(sensor.C), channels.noises)
     channels = channels.calibrated(calibration)
@@ -162,7 +162,7 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
         return analysis
     try:
         moduli = _by_modulus(sensor, model, presses, channels, found)
-    except RiseError:  # the slopes of a press that hardly has a modulus lead to one that has none
+    except RiseError:  # finite differences around a press that hardly has a modulus may meet one that has none
         return analysis
     return replace(
         analysis,
@@ -175,7 +175,7 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
 def _by_modulus(
     sensor: PressedSensor, model: RiseModel, presses: Presses, channels: Channels, found: FoundReadings
 ) -> tuple[ModulusReading, ...]:
-    """Return the worst bias at each modulus, and the uncertainty of readings that are drawn from all that occur."""
+    """Return for each modulus the worst bias, and the uncertainty of readings in random poses."""
     design, placements = sensor.design, presses.placements
     reading = design.reading or Reading()
     read = np.array([[math.nan if each is None else each.E for each in row] for row in found])
@@ -190,6 +190,7 @@ def _by_modulus(
     ]
     of_drawn = [[each for each in (row[place] for place in drawn) if each is not None] for row in found]
     forms = [np.array([moved_by_form(design, model, press) for press in each]) for each in drawn_presses]
+    # Place 0 is the level press; it joins the random poses, so that there is at least one.
     shown_by_ball: Floats | float = 0.0
     ball: dict[str, float] = {}
     if reading.calibrated_by == "ball":
@@ -222,12 +223,12 @@ def _by_modulus(
 
 
 def _by_form(left: Floats) -> dict[str, float]:
-    """Return the standard uncertainty by the form of domes [1], of what it moves readings (presses, errors) [1]."""
+    """Return the standard uncertainty by the form of domes [1], from the changes of readings (presses, errors) [1]."""
     return {"dome_form": float(np.sqrt(np.square(left).sum(axis=1).mean()))} if left.size else {}
 
 
 def _slopes_on_ball(moduli: Sequence[float], of_drawn: Sequence[Sequence[RiseReading]]) -> SlopesOnBall:
-    """Return the slopes on a ball of the middle of moduli [MPa], by the readings that are drawn at each of them."""
+    """Return the slopes on a ball of the middle of moduli [MPa], from the readings of random poses at each modulus."""
     springs, gains = (
         np.array([np.mean([getattr(each.slopes, name) for each in row], axis=0) for row in of_drawn])
         for name in ("springs", "gains")
@@ -236,11 +237,11 @@ def _slopes_on_ball(moduli: Sequence[float], of_drawn: Sequence[Sequence[RiseRea
 
 
 def _read(model: RiseModel, presses: Presses, channels: Channels, side_mm: float) -> tuple[FoundReadings, str | None]:
-    """Return the reading at each modulus in each placement, and as text where and why there is none.
+    """Return the reading at each modulus in each placement, and a text that counts and explains missing ones.
 
-    A contact that needs more of a dome's face than `side_mm` has no force.
+    A contact wider than `side_mm`, the face of a dome, has no reading.
     """
-    # A press is solved in few samples; noise refuses one of as many as it has.
+    # A press is solved at few samples, so their noise is scaled to the number of samples in a real press.
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     least = channels.least_forces
     reasons = []
@@ -265,12 +266,14 @@ def _read(model: RiseModel, presses: Presses, channels: Channels, side_mm: float
 
 
 def _bars(model: RiseModel, presses: Presses, biases: Floats) -> Floats:
-    """Return the change of E [1] by the error of the forces, as `biases`; 0 if the bias is below half of the largest.
+    """Return the change of E [1] by the error of the forces, with the shape of `biases`.
 
-    A bound of the error of forces has one sign under all tips, as the fruit is one.
+    It is computed only for a bias above half of the largest, and 0 otherwise. The error of the forces has one sign
+    under all tips, because they press the same fruit.
     """
     size = np.abs(np.nan_to_num(biases))
     is_large = np.isfinite(biases) & (size >= _SMALL * size.max(axis=1, keepdims=True))
+    # The level press, place 0, always has a bar.
     is_large[:, 0] = True
     bars = np.zeros_like(biases)
     for i, j in np.argwhere(is_large).tolist():
@@ -281,7 +284,7 @@ def _bars(model: RiseModel, presses: Presses, biases: Floats) -> Floats:
 def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floats:
     """Return the standard uncertainty of a reading [1] at each modulus by the shape of the fruit and by the pose.
 
-    `biases` [1] have shape (moduli, placements), nan where there is no reading.
+    `biases` [1] have the shape (moduli, placements), nan for a press without a reading.
     """
     drawn = biases[:, [each.is_drawn for each in placements]]
     count = np.isfinite(drawn).sum(axis=1)
@@ -289,9 +292,9 @@ def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floa
 
 
 def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) -> Floats:
-    """Return the standard uncertainty [1] at each modulus by a thickness anywhere within its range, given biases.
+    """Return the standard uncertainty [1] at each modulus by an unknown thickness, from biases [1].
 
-    JCGM 100:2008, 4.3.7.
+    The thickness is uniform within its range (JCGM 100:2008, 4.3.7).
     """
     changes = [np.zeros(len(biases))]
     for place, each in enumerate(placements):
@@ -328,7 +331,7 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
 
 
 def _largest(biases: Sequence[float] | Floats) -> int:
-    """Return the index of the first of the largest biases [1]: less one, they keep the round-off of E read / E."""
+    """Return the index of the first of the largest biases [1]; equal ones may differ by the round-off of E read / E."""
     return first_largest(np.abs(biases).tolist(), least=1.0)
 
 
@@ -338,10 +341,10 @@ def _unsigned(bias: Estimate) -> Estimate:
 
 
 def touch_fraction(presses: Presses) -> Estimate:
-    """Return the travel at which all tips touch over the whole one, the largest of all presses [1].
+    """Return the largest travel over all presses at which all tips touch, as a fraction of the whole travel [1].
 
-    It is 1 where a tip stays off. Each tip is followed back to where it has no force, on the travel left to it. That is
-    proportional to the force where its spring gives way, to its power 2/3 where the flesh under a dome does.
+    It is 1 if a tip never touches. The touch of a tip is extrapolated from its first forces: travel is proportional to
+    the force of a spring, and to the power 2/3 of the force of flesh under a dome. The truth lies between both.
     """
     forces = np.nan_to_num(presses.F)
     count = forces.shape[2]
@@ -360,13 +363,19 @@ def touch_fraction(presses: Presses) -> Estimate:
 
 
 def _touched(depths: Floats) -> Floats:
-    """Return the samples since the one before the first at which tips touch, by depths in two samples, (2, tips)."""
+    """Return the samples from the one before the first to the touch of each tip, from its depths in two samples.
+
+    `depths` (2, tips) are extrapolated linearly back to zero.
+    """
     grown = depths[1] - depths[0]
     return np.asarray(1.0 - np.divide(depths[0], grown, out=np.full_like(grown, math.inf), where=grown > 0.0))
 
 
 def tilted_presses(sensor: PressedSensor) -> Presses | None:
-    """Return presses at tilts along the tips up to the largest, to full travel of the middle; None without a tilt."""
+    """Return presses at tilts along the tips up to the largest one, with the full travel at the centre.
+
+    None without tilt.
+    """
     reading = sensor.design.reading
     if reading is None or reading.tilt_deg == 0.0:
         return None
@@ -376,7 +385,10 @@ def tilted_presses(sensor: PressedSensor) -> Presses | None:
 
 
 def _skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressure, ...]:
-    """Return the largest pressure at full travel at each modulus of the fruit; none if the fruit has no limit."""
+    """Return the largest pressure on the skin at full travel for each modulus of the fruit.
+
+    Empty without a bruise limit.
+    """
     fruit = sensor.design.fruit
     placements = presses.placements
     limits = fruit.bruise_limits_MPa
@@ -385,15 +397,16 @@ def _skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressu
     if set(fruit.E_MPa) <= set(presses.moduli):
         at = [presses.moduli.index(E) for E in fruit.E_MPa]
         pressures, errors = presses.mean_pressure[at, :, -1], presses.pressure_error[at, :, -1]
-    else:  # a fruit of two or three moduli is read at others
+    else:  # the readings of a fruit with two or three moduli are evaluated at other moduli
         travel = sensor.design.press.travel_mm
         poses = [Pose(E=E, travel=travel, stand=each) for E in fruit.E_MPa for each in placements]
         forces = sensor.in_poses(poses)
         pressures, errors = forces.mean_pressure, forces.pressure_error
     shape = (len(limits), len(placements), -1)
     rows = []
-    at_moduli = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 off the fruit
+    at_moduli = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 for a tip out of contact
     for E, limit, pressure, error in zip(fruit.E_MPa, limits, *at_moduli, strict=True):
+        # The array is (placements, tips), so the first index names the pose.
         worst = np.unravel_index(first_largest(pressure.ravel().tolist()), pressure.shape)
         row = SkinPressure(
             E_MPa=E,
@@ -407,7 +420,7 @@ def _skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressu
 
 
 def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readings | None) -> ReadingConstants:
-    """Return the reading constants of a finished sensor; raises SolveError when a solve is not exact."""
+    """Return the constants that a unit needs for its readings; raises SolveError if a solution is not exact."""
     contact = sensor.contact
     error = max(contact.error_own, contact.error_pair)
     full_scale = press.at_largest_E.F[-1, -1]

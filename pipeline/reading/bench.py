@@ -1,12 +1,13 @@
-"""What a bench leaves in the springs and gains of a unit, by the lines that `pipeline calibrate` fits.
+"""Errors that a calibration bench leaves in the springs and gains of a unit, by the lines of `pipeline calibrate`.
 
 **Weights.** A spring is the slope of a deflection over a weight. Both are rounded to their last digits, so the errors
-of balance and dial add by their squares. A gain is the slope of counts over the same weights: balance and noise.
+of balance and dial add in quadrature. A gain is the slope of counts over the same weights, with the errors of balance
+and noise.
 
-**A plate.** A deflection is calibrated against the travel of all tips alike, so the digits of the dial drop out of
-it. A spring is then the force that weights calibrated over that travel.
+**A plate.** A deflection is calibrated against the common travel of all tips, so the digits of the dial cancel in it. A
+spring is then the force that weights calibrated over that travel.
 
-An error of scale of balance or dial shows in no line, and is left out.
+Scale errors of balance or dial show in no line, and are left out.
 """
 
 import math
@@ -24,17 +25,17 @@ from sensor.theory.hertz import force_factor
 from sensor.theory.straight_line import ROUNDED, left_by_digits
 
 LEAST_ERROR = 1e-4
-"""Of a stiffness: no dial and no weight is better."""
-_LARGEST_ERROR = 10.0  # [1] of a spring that a bench does not show
-_STEEPEST = 1.5  # E goes at most with this power of all deflections: Hertz
+"""Least relative error of a stiffness; no dial and no weight is better."""
+_LARGEST_ERROR = 10.0  # relative error of a spring that the bench cannot measure
+_STEEPEST = 1.5  # largest exponent of E over a common factor of all deflections, for Hertz contacts
 
 
 def refuse_bench_that_cannot_weigh(design: Design) -> None:
-    """Raise InputError for a bench whose balance cannot weigh a low spring that the design gives; solves nothing."""
+    """Raise InputError for a bench whose balance cannot weigh a low spring of the design, before anything is solved."""
     bench, softest = design.bench, design.springs.K_l_N_per_m
     if bench is None or softest is None:
         return
-    # A low tip takes nearly all of the travel, and at most all of it.
+    # A low tip deflects by nearly all of the travel, and at most by all of it.
     grams = softest * design.full_travels_mm[0] / STANDARD_GRAVITY
     whose = f"the weight that bends a low spring of {softest:g} N/m by the travel of a press"
     if not bench.balance_g < grams:
@@ -61,30 +62,32 @@ def flattening(design: Design, forces: Floats) -> Floats:
 
 
 def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, span: float) -> Floats:
-    """Return the relative deviation of the deflection that each channel shows [1], (tips,).
+    """Return the relative standard deviation of the deflection that each channel shows [1], (tips,).
 
-    `scatter` [1] is what the line of each channel over the travel leaves. A `span` of the travel [mm] flattens each tip
-    by `flattened` [mm]. The modulus of a print scatters, and the flattening is proportional to its power of two thirds.
+    `scatter` [1] is the error of each channel's line over the travel. Over a `span` of the travel [mm] each tip
+    flattens by `flattened` [mm]. The flattening is proportional to the power -2/3 of the modulus of the print, which
+    scatters.
     """
     by_modulus = 2.0 / 3.0 * design.process.E_scatter * flattened / span if span > 0.0 else 0.0
     return np.maximum(np.hypot(scatter, by_modulus), LEAST_ERROR)
 
 
 def springs_on_plate(*, gains: Floats, deflections: Floats, travel: float, alike: float, apart: Floats) -> Floats:
-    """Return the relative deviation of each spring that a plate has the say on [1], (tips,).
+    """Return the relative standard deviation of each spring that a plate determines [1], (tips,).
 
-    `gains` are the deviations of the forces, `deflections` of what channels show of a deflection, `travel` that of the
-    travel. Stiffnesses differ from those of weights `alike` by their mean, and `apart` from that mean; a spring lies
-    anywhere within both (JCGM 100:2008, 4.3.7).
+    `gains` are the deviations of the forces, `deflections` of the deflections that channels show, and `travel` of the
+    travel. Compared with weights, the stiffnesses differ by `alike` in their mean and by `apart` from this mean. A
+    spring lies anywhere within both (JCGM 100:2008, 4.3.7).
     """
-    # Springs count as off apart, by the root of their squares; travel and balance move all of them.
+    # The errors of springs are later added as independent; travel and balance change all of them, so theirs are
+    # enlarged.
     of_all = _STEEPEST * np.sqrt(len(gains)) * np.hypot(travel, BOUNDED * alike)
     causes = [gains, deflections, np.full(len(gains), of_all), BOUNDED * apart]
     return np.asarray(np.linalg.norm(causes, axis=0))
 
 
 class _Left(NamedTuple):
-    """The relative deviations of springs and gains [1], and of each spring what each cause leaves, all (tips,)."""
+    """Relative standard deviations of springs and gains [1], and of the springs by each cause, all (tips,)."""
 
     springs: Floats
     gains: Floats
@@ -92,10 +95,12 @@ class _Left(NamedTuple):
 
 
 def left_by_bench(design: Design, full_scale: Floats, stiffnesses: Floats, noises: Floats) -> CalibrationLeft:
-    """Return what the bench of a design leaves in springs and gains; a percentage that the design gives holds.
+    """Return the errors that the bench of a design leaves in springs and gains.
 
-    `full_scale` are the largest forces [N], `noises` those of one row of counts [N], `stiffnesses` the springs [N/mm],
-    all (tips,).
+    A percentage in the design replaces them.
+
+    `full_scale` are the largest forces [N], `noises` the noise of one row of counts [N], and `stiffnesses` the springs
+    [N/mm], all (tips,).
     """
     reading, bench = design.reading or Reading(), design.expected_bench or Bench()
     pressed = PRESSED * np.nan_to_num(full_scale)
@@ -118,7 +123,7 @@ def left_by_bench(design: Design, full_scale: Floats, stiffnesses: Floats, noise
 
 
 def _by_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, noises: Floats) -> _Left:
-    """Return what weights leave, up to forces `pressed` [N] or to the largest load of the balance."""
+    """Return the errors after weights, up to forces `pressed` [N] or the largest load of the balance."""
     per_digit = left_by_digits(1.0, 1.0, WEIGHED_AT)
     newtons_per_g = 1e-3 * STANDARD_GRAVITY
     loads = np.minimum(pressed, newtons_per_g * bench.balance_max_g)
@@ -132,7 +137,7 @@ def _by_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, noises: Floa
 def _by_plate(
     design: Design, bench: Bench, weighed: _Left, pressed: Floats, stiffnesses: Floats, noises: Floats
 ) -> _Left:
-    """Return what a plate leaves after weights, of which the tip with the least deflection limits the travel."""
+    """Return the errors after weights and a plate; the tip with the least deflection limits the travel."""
     per_digit = left_by_digits(1.0, 1.0, PLATE_AT)
     deepest = float((pressed / stiffnesses).min())
     largest = deepest * stiffnesses
@@ -141,7 +146,7 @@ def _by_plate(
     by_noise = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
     deflections = deflections_on_plate(scatter, flattened, design, deepest * (PLATE_AT[-1] - PLATE_AT[0]))
     travel = float(_over(per_digit * bench.dial_mm, deepest))
-    # The balance is in the forces of both, and drops out of the ratio of plate to weights.
+    # The error of the balance is in both forces, and cancels in the ratio of plate to weights.
     ratios = np.hypot(weighed.causes["dial"], by_noise)
     of_mean = float(np.linalg.norm(ratios)) / len(ratios)
     from_mean = np.sqrt(np.maximum(ratios**2 * (1.0 - 2.0 / len(ratios)) + of_mean**2, 0.0))
@@ -158,7 +163,7 @@ def _by_plate(
 
 
 def _over(deviation: Floats | float, largest: Floats | float) -> Floats:
-    """Return deviations over largest values [1]; at most ten, for what a bench does not show."""
+    """Return deviations over largest values [1], at most ten if the bench cannot measure them."""
     shown = np.asarray(largest, dtype=float)
     relative = np.divide(deviation, shown, out=np.full(shown.shape, _LARGEST_ERROR), where=shown > 0.0)
     return np.asarray(np.minimum(relative, _LARGEST_ERROR))

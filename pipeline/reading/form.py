@@ -1,4 +1,4 @@
-"""What the form of printed domes does to a modulus: it is alike in all presses of a unit."""
+"""Errors of a modulus by the form of printed domes, which are the same in all presses of a unit."""
 
 import math
 from collections.abc import Sequence
@@ -13,11 +13,11 @@ from sensor.design.parameters import Design
 
 
 def moved_by_form(design: Design, model: RiseModel, press: Floats, curvatures: Curvatures | None = None) -> Floats:
-    """Return by which fraction of E each error of the form of domes moves a reading, one standard deviation [1].
+    """Return the relative change of E by one standard deviation of each form error of the domes, with its sign [1].
 
-    They are of a press (samples, tips) [N], with their signs. The first is that of the radius, the others are those of
-    caps, each of an equal share. All domes are taken to be off alike, as they are printed alike. Tips without domes
-    have no such error.
+    The press has forces (samples, tips) [N]. The first error is of the radius; the others are of caps, which share the
+    deviation of the outline equally. All domes have the same error, because they are printed alike. Tips without domes
+    have none.
     """
     rolling = rolling_domes(design, model.law.contrast.weights, curvatures)
     if rolling is None:
@@ -28,9 +28,9 @@ def moved_by_form(design: Design, model: RiseModel, press: Floats, curvatures: C
 
 
 def of_middle(moduli: Sequence[float], rows: Floats) -> Floats:
-    """Return what belongs to the middle of moduli [MPa] by rows of each (moduli, ...), straight over their logarithm.
+    """Return rows (moduli, ...) interpolated to the middle of the moduli [MPa], linearly over their logarithm.
 
-    A design takes its reference ball to be as firm.
+    A design assumes a reference ball of this firmness.
     """
     logs = np.log(moduli)
     at = 0.5 * (logs.min() + logs.max())

@@ -1,4 +1,4 @@
-"""The measurement model: how the forces of whole presses become a modulus, corrected by those of a level sensor."""
+"""The measurement model: from the forces of whole presses to a modulus, corrected by level presses."""
 
 import functools
 from collections.abc import Iterable, Sequence
@@ -30,23 +30,23 @@ from sensor.theory.contrast_rise import (
 from solve.contact.linear_response import linear_response, travels
 
 LEVEL_MODULI = 9
-MODULI_BEYOND_RANGE = 25  # straight lines between them miss a skin by less than 1e-4
-BEYOND = 1.25  # of both ends of the range
+MODULI_BEYOND_RANGE = 25  # linear interpolation between so many moduli approximates a skin within 1e-4
+BEYOND = 1.25  # factor beyond both ends of the range
 
 
 @dataclass(frozen=True, kw_only=True)
 class RiseModel:
-    """Reads a whole press by the rise of its contrast, corrected by level readings where there are any."""
+    """The reading of whole presses by the rise of their contrast, corrected by level readings if there are any."""
 
     law: RiseLaw
     level: tuple[LevelReading, ...] = ()
     method: ClassVar[str] = "rise of the contrast over a press"
 
     def reading(self, press: Floats, noises: Floats, least_forces: Floats | float = 0.0) -> RiseReading:
-        """Return what forces [N], shape (samples, tips), tell; `noises` and `least_forces` are those of `read_rise`.
+        """Return the reading of a press with forces [N], shape (samples, tips), corrected by the level readings.
 
-        Samples are at even steps of the travel; what times do is that of a press by hand of `PRESS_S`. E is corrected
-        by the level readings. Raises RiseError.
+        Samples are at equal steps of the travel, and their times are those of a press by hand of `PRESS_S`. `noises`
+        and `least_forces` are as in `read_rise`. Raises RiseError.
         """
         found = read_rise(self.law, self._rise(press, least_forces), noises)
         return replace(found, E=correct_reading(found.E, self.level))
@@ -56,15 +56,15 @@ class RiseModel:
         return correct_reading(rise_modulus(self.law, self._rise(press)), self.level)
 
     def change(self, press: Floats, more: Floats) -> float:
-        """Return the size of the relative change of the modulus [1] if the forces of a press change by `more` [N]."""
+        """Return the absolute relative change of the modulus [1] if the forces of a press change by `more` [N]."""
         return abs(self.modulus(press + more) / self.modulus(press) - 1.0)
 
     def uneven(self, press: Floats, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
-        """Return what uneven skin and flesh do to the modulus of a press, as `uneven_slopes`; raises RiseError."""
+        """Return the slopes of a press for uneven skin and flesh, from `uneven_slopes`; raises RiseError."""
         return uneven_slopes(self.law, self._rise(press), wave_numbers, relative_radius)
 
     def form(self, press: Floats, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
-        """Return what the form of its domes does to the modulus of a press, as `form_slopes`; raises RiseError."""
+        """Return the slopes of a press for form errors of its domes, from `form_slopes`; raises RiseError."""
         return form_slopes(self.law, self._rise(press), domes, cap_radii)
 
     def _rise(self, press: Floats, least_forces: Floats | float = 0.0) -> Rise:
@@ -73,7 +73,7 @@ class RiseModel:
 
 @functools.lru_cache(maxsize=16)
 def times_by_hand(samples: int) -> Floats:
-    """Return the time of each of some samples at even steps of the travel X [s], in a press by hand of `PRESS_S`.
+    """Return the times of samples at equal steps of the travel X [s], in a press by hand of `PRESS_S`.
 
     A hand slows to a stop: x = X (1 - (1 - t / T)^2).
     """
@@ -81,14 +81,14 @@ def times_by_hand(samples: int) -> Floats:
 
 
 def rise_model(sensor: PressedSensor) -> RiseModel:
-    """Return the model that reads whole presses of a sensor, with what shape and skin of its fruit add taken off."""
+    """Return the model that reads whole presses of a sensor, corrected for the shape and the skin of its fruit."""
     return RiseModel(law=sensor.law, level=level_readings(sensor))
 
 
 def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return what the law says of presses of a level sensor at moduli, from the first touch to full travel.
+    """Return the readings of level presses from the first touch to full travel, over the moduli of the fruit.
 
-    Under a skin they reach beyond the range of the fruit. There are none where the law holds all of such a press.
+    Under a skin the moduli extend beyond the range of the fruit. Empty if the law is exact for such a press.
     """
     if sensor.is_exact_seated and not sensor.scene.curved:
         return ()
@@ -98,10 +98,10 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
 
 
 def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return what the law of a pair says of level flat tips whose faces are seated; none where that is exact.
+    """Return the readings of level flat tips of a pair after full seating; empty if the law is exact for them.
 
-    The forces are in closed form, where those of cells are some parts in a thousand off. Tips without a flat face have
-    none to seat: theirs are those of `level_readings`.
+    The forces are in closed form, because forces on cells have errors of some parts in a thousand. Tips without a flat
+    face need no seating: their readings come from `level_readings`.
     """
     if sensor.is_exact_seated:
         return ()
@@ -114,11 +114,11 @@ def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
 
 
 def _read_by_law(sensor: PressedSensor, moduli: Sequence[float], presses: Iterable[Floats]) -> tuple[LevelReading, ...]:
-    """Return what the law of a sensor says of a press at each modulus [MPa]."""
+    """Return the reading of a press at each modulus [MPa] by the law of a sensor; presses without one are left out."""
     model = RiseModel(law=sensor.law)
     rows = []
     for E, press in zip(moduli, presses, strict=True):
-        with suppress(ReadingError):  # a press too short for its rise
+        with suppress(ReadingError):  # a press may be too short for its rise
             rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
     return tuple(rows)
 
@@ -129,6 +129,6 @@ def _moduli_over_range(design: Design) -> list[float]:
 
 
 def _moduli_beyond_range(design: Design) -> list[float]:
-    """Return moduli over the range of a fruit and beyond both ends [MPa], close enough for the curve of a skin."""
+    """Return moduli over the range of a fruit and beyond both ends [MPa], dense enough for the curve of a skin."""
     least, largest = min(design.fruit.E_MPa), design.fruit.largest_E_MPa
     return list(np.geomspace(least / BEYOND, largest * BEYOND, MODULI_BEYOND_RANGE).tolist())

@@ -1,7 +1,7 @@
-"""Readings over time of flesh that relaxes: forces, their ratio and the modulus they tell, and when that moves least.
+"""Readings over time on flesh that relaxes: forces, their ratio, the modulus they give, and its steadiest moment.
 
-A modulus of the fruit is that at the first instant. What forces at a time tell as if the flesh were elastic is an
-apparent one.
+The modulus of the fruit is its modulus at the first instant. The apparent modulus is read from forces at a time as if
+the flesh were elastic.
 """
 
 from dataclasses import dataclass
@@ -31,9 +31,9 @@ class ReadingOverTime(Record):
     """A level press to full travel and its hold on flesh of moduli E [MPa] at the first instant, at times t [s].
 
     Forces F [N] have the shape (moduli, times, tips). The force ratio P [1] and the `apparent` modulus [MPa], (moduli,
-    times), are nan where a tip is off the fruit. `stop` is the index at which the press stops, `at` that of the
-    reading. `moves` [1] is how far the apparent modulus is elsewhere in the hold from that of the reading, the most of
-    all moduli. `steadiest` is the moment at which it is least.
+    times), are nan if a tip is out of contact. `stop` is the index of the end of the press, and `at` the index of the
+    reading in the hold. `moves` [1] is the largest change of the apparent modulus over the hold, relative to the
+    reading, over all moduli. `steadiest` is the moment with the least change.
     """
 
     E: Floats
@@ -48,7 +48,7 @@ class ReadingOverTime(Record):
 
 
 def refuse_unsolvable_time(design: Design) -> None:
-    """Raise InputError for flesh that relaxes in a scene that is not solved over time; solves nothing."""
+    """Raise InputError for flesh that relaxes in a scene that is not solved over time, before anything is solved."""
     if design.fruit.relaxation is None:
         return
     if design.fruit.skin_mm is not None:
@@ -62,7 +62,7 @@ def refuse_unsolvable_time(design: Design) -> None:
 
 
 def _is_solvable(design: Design) -> bool:
-    """Return whether presses of a design are solved over time, on flesh without a skin."""
+    """Return whether presses of a design can be solved over time, on flesh without a skin."""
     tips = design.tips
     level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
     domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair
@@ -104,10 +104,9 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
 
 
 def fall_by_twice_the_time(sensor: PressedSensor) -> float | None:
-    """Return the fall of E [1] in a press of twice the time, the most of all moduli; None where none is solved.
+    """Return the largest fall of E [1] over all moduli if a press takes twice the time; None if it cannot be solved.
 
-    A press of a log is corrected by the relaxation of the design. A part of the fall is left, by which fruit may
-    differ.
+    The reading of a log corrects the relaxation that the design states. Only the spread between fruits remains.
     """
     design = sensor.design
     if not _is_solvable(design):
@@ -131,13 +130,13 @@ def fall_by_twice_the_time(sensor: PressedSensor) -> float | None:
 
 
 def _risen(law: RiseLaw, F: Floats) -> float:
-    """Return the modulus [MPa] that forces (samples, tips) [N] show by their rise; raises RiseError."""
+    """Return the modulus [MPa] of forces (samples, tips) [N] by their rise; raises RiseError."""
     none = np.zeros(F.shape[1])
     return read_rise(law, rise_of(F, F.shape[1], none), none).E
 
 
 def _contrast(sensor: PressedSensor) -> ContrastLaw:
-    """Return the contrast of the tips; that of a pair is right where it is pressed level."""
+    """Return the contrast of the tips; for a pair it holds for a level press."""
     if not sensor.design.tips.tip_layout.is_pair:
         return sensor.contrast
     gaps = tuple(-offset for offset in sensor.height_offsets) or (0.0, 0.0)
@@ -145,10 +144,10 @@ def _contrast(sensor: PressedSensor) -> ContrastLaw:
 
 
 def _press_and_hold(design: Design) -> tuple[Floats, Floats, int]:
-    """Return times from the first touch [s] and travels [mm], (times,), and the moment of the hold that is read.
+    """Return times from the first touch [s] and travels [mm], (times,), and the index of the reading in the hold.
 
-    The travel is even in time. Steps are close at the first touch and at the begin of the hold. The hold has a moment
-    at the time of the reading.
+    The travel is linear in time. Steps are dense at the first touch and at the begin of the hold. One moment of the
+    hold is the time of the reading.
     """
     ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2
     hold = design.press.hold_s or 0.0
@@ -163,7 +162,7 @@ def _press_and_hold(design: Design) -> tuple[Floats, Floats, int]:
 
 
 def _apparent(law: ContrastLaw, F: Floats) -> Floats:
-    """Return the moduli [MPa] that forces (..., tips) [N] tell, (...); nan where they tell none."""
+    """Return the moduli [MPa] of forces (..., tips) [N], shape (...), nan for forces without a modulus."""
     moduli = np.full(F.shape[:-1], np.nan)
     for index in np.ndindex(moduli.shape):
         try:
@@ -174,16 +173,16 @@ def _apparent(law: ContrastLaw, F: Floats) -> Floats:
 
 
 def _moves(held: Floats) -> Floats:
-    """Return for each moment the largest relative change of apparent moduli (moduli, moments) from it [1], (moments,).
+    """Return the largest relative change of apparent moduli from each moment of a hold [1], (moments,).
 
-    Infinite if a tip is off the fruit.
+    `held` has the shape (moduli, moments). The change is infinite if a tip is out of contact.
     """
     change = np.abs(held[:, None, :] / held[:, :, None] - 1.0).max(axis=(0, 2))
     return np.where(np.isfinite(change), change, np.inf)
 
 
 def _off_elastic(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
-    """Return by how much the law of the contrast misses the forces that are solved at full travel [1]."""
+    """Return the relative error of the contrast's law against the forces solved at full travel [1]."""
     design = sensor.design
     if law.hertz == 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""How a sensor stands on a fruit, and all the ways that a design says occur, over which its reading is evaluated."""
+"""Poses of a sensor on a fruit: all that occur by the design, over which readings are evaluated."""
 
 import math
 from collections.abc import Iterator
@@ -23,12 +23,12 @@ DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in (0.25 * math.pi * 
 DRAWN = 48
 SEED = 21
 FEWEST_MODULI = 4
-_AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # by their angle to +x [deg]
+_AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # names of axes by their angle to +x [deg]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Placement(Stand):
-    """A stand that occurs, with its name; `is_drawn` says that it was drawn from all that occur, as often as they do.
+    """A stand that occurs, with its text; `is_drawn` marks one that was sampled with its natural frequency.
 
     `turned_deg` is the change of the tilt during the whole press.
     """
@@ -36,7 +36,7 @@ class Placement(Stand):
     is_drawn: bool = False
 
     def __str__(self) -> str:
-        """Return the placement in words; it is the tips on the side named that are lower."""
+        """Return the placement as text; a tilt is named by the side whose tips are lower."""
         tilt = math.hypot(*self.tilt_deg)
         off = math.hypot(*self.off_centre_mm)
         parts = [f"tilted {tilt:.2g} deg down towards {_direction(self.tilt_deg)}" if tilt else "level"]
@@ -53,13 +53,13 @@ class Placement(Stand):
 
 
 def _direction(vector: Vector) -> str:
-    """Return in words where a vector along and across the tips points: along an axis, or by its angle to +x."""
+    """Return the direction of a vector along and across the tips as text: an axis, or its angle to +x."""
     angle = round(math.degrees(math.atan2(vector[1], vector[0])))
     return _AXES.get(angle, f"{angle} deg from +x")
 
 
 def read_moduli(fruit: Fruit) -> tuple[float, ...]:
-    """Return the moduli at which readings are evaluated [MPa]: those shown, at least four up to E_max."""
+    """Return the moduli at which readings are evaluated [MPa]: the moduli of the fruit, at least four up to E_max."""
     shown = sorted({*fruit.E_MPa, fruit.E_max_MPa})
     if len(shown) >= FEWEST_MODULI or shown[0] == shown[-1]:
         return tuple(shown)
@@ -68,7 +68,7 @@ def read_moduli(fruit: Fruit) -> tuple[float, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class OccurringFruits:
-    """The fruits that occur: ranges of their principal radii and of their flesh [mm]; None for those of the design.
+    """The fruits that occur: ranges of their principal radii and of their flesh [mm]; None is the value of the design.
 
     Without a range across, the second radius is `aspect` times the first.
     """
@@ -80,7 +80,7 @@ class OccurringFruits:
     aspect: float = 1.0
 
     def extremes(self) -> Iterator[Placement]:
-        """Yield level placements on the fruits at the ends of all ranges but that of the flesh."""
+        """Yield level placements on fruits at the ends of all ranges except the flesh."""
         for first in self.radius or ():
             for second in self.across or (self.aspect * first,):
                 for azimuth in self.azimuths or (None,):
@@ -88,7 +88,7 @@ class OccurringFruits:
 
 
 def fruits_of(fruit: Fruit, reading: Reading) -> OccurringFruits:
-    """Return the fruits that occur in a reading; of an ellipsoid the azimuth is any."""
+    """Return the fruits that occur in a reading; the azimuth of an ellipsoid is arbitrary."""
     if fruit.radius_mm is None:
         return OccurringFruits()
     if reading.radius_mm is not None:
@@ -106,13 +106,14 @@ def fruits_of(fruit: Fruit, reading: Reading) -> OccurringFruits:
 
 
 def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
-    """Yield how the sensor may stand: level on the design's own fruit, at the ends of all ranges, and drawn from them.
+    """Yield the placements of the sensor that occur: level, at the ends of all ranges, and random ones.
 
-    The ends are those of the flesh, and of radii at azimuths along the tips and along the diagonals between them. On
-    the diagonals the sensor is tilted towards each of four tips, up to the largest tilt at the end of the press. It
-    stands as far beside the apex as it may.
+    The first is level on the design's fruit. Ends are taken of the flesh, and of radii at azimuths along the tips and
+    along the diagonals between them. On the diagonals the sensor is tilted towards each of four tips, up to the largest
+    tilt at the end of the press. It stands as far beside the apex as the design allows.
     """
     fruits = fruits_of(design.fruit, reading)
+    # The level press is place 0; the error analysis relies on it.
     level = Placement(from_touch=True)
     yield level
     if reading.tilt_deg:
@@ -128,7 +129,7 @@ def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
 
 
 def _by_hand(shape: Placement, reading: Reading, direction: Vector) -> Placement:
-    """Return a placement that ends at the largest tilt in a direction [1], beside the apex there."""
+    """Return a placement that reaches the largest tilt in a direction [1] at the end, and lies beside the apex."""
     turned = min(reading.tilt_change_deg, reading.tilt_deg)
     return replace(
         shape,
@@ -139,7 +140,7 @@ def _by_hand(shape: Placement, reading: Reading, direction: Vector) -> Placement
 
 
 def _drawn(fruits: OccurringFruits, reading: Reading) -> Iterator[Placement]:
-    """Yield placements that are drawn evenly from all ranges but that of the flesh, tilts and places evenly by area."""
+    """Yield placements sampled uniformly from every range except the flesh; tilts and positions are uniform in area."""
     rng = np.random.default_rng(SEED)
     for _ in range(DRAWN):
         radius, across, azimuth = rng.uniform(size=3).tolist()
@@ -160,7 +161,7 @@ def _drawn(fruits: OccurringFruits, reading: Reading) -> Iterator[Placement]:
 
 
 def _in_disc(rng: np.random.Generator) -> Vector:
-    """Return a point of the unit disc, evenly by area."""
+    """Return a random point of the unit disc, uniform in area."""
     area, direction = rng.uniform(size=2).tolist()
     angle = 2.0 * math.pi * direction
     return math.sqrt(area) * math.cos(angle), math.sqrt(area) * math.sin(angle)
@@ -175,9 +176,9 @@ def _between(ends: Vector, fraction: float) -> float:
 
 
 def refuse_unsolvable_poses(design: Design) -> None:
-    """Raise InputError where contact cannot be solved in the scene of a design, or in a pose of its reading.
+    """Raise InputError if contact cannot be solved in the scene of a design or in a pose of its reading.
 
-    Solves nothing.
+    Nothing is solved.
     """
     refuse_unsolvable_scene(design)
     reading = design.reading

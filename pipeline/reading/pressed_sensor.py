@@ -1,4 +1,4 @@
-"""A sensor: a design on its fruit with its springs, which is pressed, read and judged as one thing."""
+"""The sensor: a design on its fruit with its springs, which is pressed, read and judged."""
 
 import math
 from collections.abc import Sequence
@@ -25,18 +25,19 @@ from solve.contact.poses import Pose, PoseForces, pose_forces
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
-RISE_TRAVELS = 16  # samples of a press from which a rise is read
-_SAMPLES_BY_HAND = 60  # of a press that is interpolated in them
+RISE_TRAVELS = 16  # samples of a solved press from which the rise is read
+_SAMPLES_BY_HAND = 60  # samples of a press by hand, interpolated in these
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Presses(Record):
     """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
 
-    F is nan where a contact runs off the face of a dome. `flesh` [N], as F, is what Hencky's law of flesh adds under
-    domes. `mean_pressure` [MPa], as F, is that of each contact, which may be off by `pressure_error` [MPa]. `error`
-    [N], as F, is how far all forces are off where the error has one sign under all tips. `face_mm` (moduli, placements)
-    is how wide the face of a dome must be to hold every contact of a press, 0 for other tips.
+    F is nan if a contact leaves the face of a dome. `flesh` [N] is the change of the forces by Hencky's law of flesh
+    under domes. `mean_pressure` [MPa] is the mean pressure of each contact, and `pressure_error` [MPa] its error.
+    `error` [N] is the error of all forces with the same sign under all tips. These arrays have the shape of F.
+    `face_mm` (moduli, placements) is the width of a dome's face that contains every contact of a press, 0 for other
+    tips.
     """
 
     moduli: tuple[float, ...]
@@ -56,7 +57,7 @@ class Presses(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class PressedSensor(Record):
-    """A design, the compliance of its fruit under the tips, its springs as they were sized, and as they are made."""
+    """A design, the compliance of its fruit under the tips, its springs as sized, and its springs as made."""
 
     design: Design
     contact: FruitCompliance
@@ -65,7 +66,7 @@ class PressedSensor(Record):
 
     @property
     def pair(self) -> "PressedSensor":
-        """Return the pair that stands for the sensor: the tips of one kind, on one spring, count as one."""
+        """Return the pair that represents the sensor: all tips on springs of one kind become one tip."""
         contact = self.contact.per_spring(*self.design.tips.spring_groups)
         return replace(self, design=self.design.per_spring, contact=contact, springs=self.springs.per_spring)
 
@@ -76,7 +77,7 @@ class PressedSensor(Record):
 
     @cached_property
     def height_offsets(self) -> tuple[float, ...]:
-        """Return the height offset of each tip from the foremost one by its weight [mm], none where all are level."""
+        """Return the height of each tip behind the foremost one by its weight [mm]; empty if all tips are level."""
         return tip_height_offsets(self.springs, self.design.press.attitude)
 
     @cached_property
@@ -86,7 +87,7 @@ class PressedSensor(Record):
 
     @cached_property
     def signal(self) -> SignalPath | None:
-        """Return the signal path from forces to counts; None where the design names no read-out."""
+        """Return the signal path from forces to counts; None if the design has no read-out."""
         readout = self.design.readout
         if readout is None:
             return None
@@ -95,7 +96,10 @@ class PressedSensor(Record):
 
     @cached_property
     def contrast(self) -> ContrastLaw:
-        """Return the contrast of the tips; that of a pair is right whatever their heights, which a press leaves out."""
+        """Return the contrast of the tips.
+
+        A pair needs no heights, because its reading of a press does not use them.
+        """
         tips = self.design.tips
         if tips.tip_layout.is_pair:
             return pair_law(rows_of(self.C), 1.0 / self.contact.K_m_over_E())
@@ -111,7 +115,7 @@ class PressedSensor(Record):
         return law
 
     def _dome_law(self, weights: tuple[float, ...]) -> ContrastLaw:
-        """Return the contrast of domes that stand level in the middle of the fruit, in the middle of the range of E."""
+        """Return the contrast of domes that press level at the centre of the fruit, in the middle of the range of E."""
         scene = scene_of(self.design, (), self.springs.sideways)
         middle = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
         contrast = dome_contrast(scene, self.contact, self.C, middle)
@@ -126,15 +130,16 @@ class PressedSensor(Record):
 
     @cached_property
     def law(self) -> RiseLaw:
-        """Return the law by which whole presses are read."""
+        """Return the law that reads whole presses."""
         return rise_law(self.design, self.contrast)
 
     @cached_property
     def fastest_press_s(self) -> float | None:
-        """Return the shortest duration [s] of a press by hand, from the first touch to its deepest point, that gives E.
+        """Return the shortest press by hand [s] from the first touch to the deepest point that gives an accurate E.
 
-        The times of the channels then move E by 2 % on level fruit, one standard deviation, and enough samples follow
-        the last touch. None without a read-out and for a press that has no rise. Raises as `pose_forces`.
+        In such a press the time errors of the channels change E by 2 % on level fruit, one standard deviation, and
+        enough samples follow the last touch. None without a read-out, and for a press without a rise. Raises as
+        `pose_forces` does.
         """
         signal = self.signal
         if signal is None:
@@ -157,14 +162,14 @@ class PressedSensor(Record):
 
     @property
     def is_exact_seated(self) -> bool:
-        """Say whether the law is exact where the tips are seated: a pair of flat tips in the middle of bare flesh."""
+        """Return whether the law is exact for fully seated tips: a flat pair at the centre of a fruit without skin."""
         tips = self.design.tips
         in_the_middle = self.contact.stiffness_ratio() == 1.0
         is_bare = self.contact.skin is None
         return tips.tip_layout.is_pair and tips.tip_shape.has_flat_face and in_the_middle and is_bare
 
     def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> Presses:
-        """Return the presses at moduli [MPa] in placements; raises as `pose_forces`."""
+        """Return the presses at moduli [MPa] in placements; raises like `pose_forces`."""
         travel = self.design.press.travel_mm
         x = travels(travel, RISE_TRAVELS).tolist()
         stands = [(each, placement.after(each / travel)) for placement in placements for each in x]
@@ -183,5 +188,5 @@ class PressedSensor(Record):
         )
 
     def in_poses(self, poses: Sequence[Pose]) -> PoseForces:
-        """Return the forces of the tips in poses; raises as `pose_forces`."""
+        """Return the forces of the tips in poses; raises like `pose_forces`."""
         return pose_forces(self.scene, self.contact, self.C, poses)

@@ -1,4 +1,4 @@
-"""What turns the forces of a finished sensor into a modulus; the fields are the keys of report.json, in its units."""
+"""Constants that turn the forces of a finished sensor into a modulus; the fields are keys of report.json."""
 
 import math
 from collections.abc import Sequence
@@ -16,14 +16,14 @@ Matrix = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True, kw_only=True)
 class LevelReading:
-    """What a level sensor in the middle of its fruit reads [MPa] where the modulus is E [MPa]: shape and skin."""
+    """The modulus [MPa] that a level sensor at the centre of its fruit reads for a true E [MPa], without correction."""
 
     E_MPa: float = report_field("MPa", "modulus of the fruit in a simulated level press on its middle")
     read_MPa: float = report_field("MPa", "modulus that is read from the rise of that press")
 
 
 def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
-    """Return the modulus [MPa] that a level sensor reads as `read` [MPa]: what shape and skin of the fruit add."""
+    """Return the true modulus [MPa] for a reading [MPa], by level readings; they contain the fruit's shape and skin."""
     if not level:
         return read
     logs = [math.log(row.read_MPa) for row in level]
@@ -33,7 +33,7 @@ def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadChannels:
-    """What the read-out adds to the forces of all channels, lists in the order of the tips.
+    """The errors and times of the channels by the read-out, in the order of the tips.
 
     Zeros and gains drift by at most `zero_drift_N` and `gain_drift_percent`. A channel is converted `delays_s` after
     the first one of its sample, and `time_deviation_s` is the standard deviation of its time. `period_s` is the time
@@ -45,16 +45,16 @@ class ReadChannels:
     delays_s: tuple[float, ...] = ()
     period_s: float = 0.0
     time_deviation_s: float = 0.0
-    saturation_counts: int = 2**23 - 1  # of 24 bits
+    saturation_counts: int = 2**23 - 1  # converter of 24 bits
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ReadingConstants(Record):
-    """What turns forces into a modulus, in the terms of the contrast law; that of a pair needs fewer.
+    """The constants of the contrast law that turn forces into a modulus; the law of a pair needs fewer.
 
-    `springs_mm_per_N`, `fruit_per_mm` and `lean_mm_per_N` have shape (tips, tips), `full_scale_N`, `weights` and
-    `gaps_mm` (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other
-    way round.
+    `springs_mm_per_N`, `fruit_per_mm` and `lean_mm_per_N` have shape (tips, tips), and `full_scale_N`, `weights` and
+    `gaps_mm` (tips,). A pair has `own_less_other_per_mm`, and None for the terms of a contrast. Other layouts have the
+    terms of a contrast, and None for `own_less_other_per_mm`.
     """
 
     method: str = report_field("", "the method that computes a modulus from the forces")
@@ -121,12 +121,15 @@ class ReadingConstants(Record):
 
     @property
     def is_pair(self) -> bool:
-        """Say whether the constants are those of a pair."""
+        """Return whether the constants are of a pair."""
         return self.weights is None
 
     @property
     def channels(self) -> ReadChannels:
-        """Return what the read-out adds to forces; without one, channels are converted at once and do not drift."""
+        """Return the errors and times of the channels.
+
+        Without a read-out, channels are simultaneous and do not drift.
+        """
         signal = self.signal
         if signal is None:
             none = (0.0,) * len(self.full_scale_N)
@@ -142,7 +145,7 @@ class ReadingConstants(Record):
 
     @property
     def level_readings(self) -> tuple[LevelReading, ...]:
-        """Return the readings of level presses by which all readings are corrected, whatever the layout."""
+        """Return the level readings that correct all readings, for any layout."""
         return self.level if self.is_pair else self.rise_level
 
     @property

@@ -23,7 +23,7 @@ class SkinPressure:
 
 @dataclass(frozen=True, kw_only=True)
 class UnevenFruit:
-    """What uneven skin and flesh add to the uncertainty of a modulus, beside the instrument's own on an even fruit."""
+    """The additional uncertainty of a modulus by uneven skin and flesh, beyond its uncertainty on an even fruit."""
 
     skin_percent: float = report_field(
         "%", "standard uncertainty of one press by waves of the skin, `fruit.roughness_mm` high"
@@ -40,7 +40,7 @@ class UnevenFruit:
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationLeft:
-    """What calibration leaves in springs and gains, and the bench that leaves it."""
+    """The errors that calibration leaves in springs and gains, and the bench that causes them."""
 
     balance_g: float = report_field("g", "last digit of the balance")
     balance_max_g: float = report_field("g", "largest load of the balance")

@@ -1,4 +1,4 @@
-"""The rise law of a design's tips: its contrast, and the domes that roll on the skin of a fruit of some curvatures."""
+"""The rise law of a design: the contrast of its tips, and domes that roll on a curved skin."""
 
 import math
 from dataclasses import replace
@@ -22,7 +22,7 @@ def design_curvatures(design: Design) -> Curvatures:
 
 
 def fall_under_domes(fruit: Fruit, tips: Tips) -> Floats:
-    """Return how far level domes hang over the skin beside its apex [mm], (tips,): spheres on a paraboloid."""
+    """Return the gap under level domes beside the apex [mm], (tips,), for spheres on a paraboloid."""
     reach = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)
     principal = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)
     return np.asarray(0.5 * (np.square(principal) / reach).sum(axis=1))
@@ -33,7 +33,7 @@ def rolling_domes(
 ) -> RollingDomes | None:
     """Return the domes of a design on a skin of principal curvatures [1/mm]; None for other tips.
 
-    Without curvatures those of the design's fruit are taken.
+    By default the curvatures are those of the design's fruit.
     """
     radius = design.tips.dome_radius_mm
     if radius is None:
@@ -48,10 +48,11 @@ def rolling_domes(
 
 
 def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | None = None) -> RiseLaw:
-    """Return the law by which a press is read, of a contrast on the design's fruit.
+    """Return the law that reads a press, from the contrast on the design's fruit.
 
-    Where the fruit's principal curvatures are told [1/mm], h is proportional to R*^(-1/3), and contacts are as far from
-    each other as domes roll. Gaps are those of a ball of the mean curvature in place of those of the design's fruit.
+    If the principal curvatures of the fruit are known [1/mm], the contrast is adapted. Its factor h is proportional to
+    R*^(-1/3), and the distances of contacts follow the rolling of the domes. Gaps are then of a ball with the mean
+    curvature.
     """
     designed = rolling_domes(design, contrast.weights)
     rolling = rolling_domes(design, contrast.weights, curvatures)

@@ -1,4 +1,4 @@
-"""What uneven skin and flesh do to the modulus of one press, and of the mean of several at other places."""
+"""Errors of a modulus by uneven skin and flesh, for one press and for the mean of several at other places."""
 
 import math
 from collections.abc import Iterable
@@ -15,10 +15,10 @@ from sensor.theory.uneven_skin import correlations, wave_numbers
 
 
 def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) -> UnevenFruit:
-    """Return what uneven skin and flesh add to readings of presses (samples, tips) [N] that are equally likely.
+    """Return the additional errors of equally likely presses (samples, tips) [N] by uneven skin and flesh.
 
-    The waves of the skin have any direction and phase, so tips nearer than a wave stand on heights that belong
-    together. The flesh differs from tip to tip. Raises ReadingError for a press that has no reading.
+    The waves of the skin have random directions and phases, so the heights under tips closer than a wave are
+    correlated. The flesh varies independently from tip to tip. Raises ReadingError for a press without a reading.
     """
     fruit, tips = design.fruit, design.tips
     rolling = rolling_domes(design, model.law.contrast.weights)
@@ -32,7 +32,7 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
     slopes = [model.uneven(press, waves, relative_radius) for press in presses]
     by_skin = [shares @ np.einsum("wi,wij,wj->w", each.heights, together, each.heights) for each in slopes]
     by_flesh = [each.flesh @ each.flesh for each in slopes]
-    # The face of a flat tip feels one height, which is an offset; only round-off is left of it.
+    # A flat face averages the skin to one height, which is an offset; the computed slope is only round-off.
     skin = 0.0 if rolling is None else 100.0 * fruit.roughness_mm * math.sqrt(np.mean(by_skin))
     flesh = fruit.flesh_scatter_percent * math.sqrt(np.mean(by_flesh))
     of_one = math.hypot(skin, flesh)

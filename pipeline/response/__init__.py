@@ -1,1 +1,1 @@
-"""Forces and their ratio over modulus and travel, in the scene that was asked for."""
+"""Forces and their ratio over modulus and travel, in the scene of a design."""

@@ -1,4 +1,4 @@
-"""The fruit's compliance under the tips: that of its block, and what the shape and the skin of the fruit change."""
+"""The compliance of the fruit under the tips: the compliance of its block, changed by shape and skin."""
 
 import dataclasses
 from functools import partial
@@ -15,7 +15,7 @@ from solve.fruit.split import contact_footprints, split_compliance
 
 
 def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
-    """Return the compliance of the fruit under all tips [1/mm], solved and kept; raises as `contact_compliance`."""
+    """Return the compliance of the fruit under all tips [1/mm], cached; raises like `contact_compliance`."""
     solve = partial(contact_compliance, design.fruit, design.tips, options.contact_tolerance)
     return cached("contact", contact_inputs(design, options), solve, FruitCompliance)
 
@@ -23,13 +23,13 @@ def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
 def contact_compliance(
     fruit: Fruit, tips: Tips, tolerance: float = CONTACT_FRACTION * DEFAULT_TOLERANCE
 ) -> FruitCompliance:
-    """Return the compliance [1/mm] that sizes the springs: under level tips with sharp flat faces, pressed vertically.
+    """Return the compliance [1/mm] that sizes the springs: level tips with sharp flat faces, pressed vertically.
 
-    A curved fruit is the block of its plan and thickness plus what its shape changes. A filleted tip is taken as the
-    sharp one, and a spherical tip as the cylinder of its diameter. A dome is taken as a circle of half its width where
-    it touches. The status says so. The block is solved on the coarsest mesh whose error meets the relative tolerance.
-    Raises InputError for a scene outside the domain of the split (`solve/fruit/split.py`), or for a curved fruit
-    outside its own (`solve/fruit/curved_body.py`).
+    A curved fruit is the block of its plan and thickness, plus the change by its shape. A filleted tip is replaced by
+    the sharp one, and a spherical tip by the cylinder of its diameter. A dome is replaced by a circle of half its width
+    at the contact. The status names these replacements. The block is solved on the coarsest mesh whose error meets the
+    relative tolerance. Raises InputError for a scene outside the domain of the split (`solve/fruit/split.py`), or for a
+    curved fruit outside its own domain (`solve/fruit/curved_body.py`).
     """
     is_curved = fruit.equivalent_block != fruit
     footprints = contact_footprints(fruit, tips)
@@ -47,7 +47,7 @@ def contact_compliance(
 
 
 def _stand_ins(fruit: Fruit, tips: Tips) -> str:
-    """Return words for the flat sharp tips that stand for those of the design; none where tips are flat and sharp."""
+    """Return text that names the flat sharp tips in place of the design's; empty if these are flat and sharp."""
     flat = tips.flat
     if tips.tip_shape.touches_beside_centre:
         circle = contact_footprints(fruit, tips)[0].side

@@ -1,4 +1,4 @@
-"""What the sensor reads in the scene that was asked for, solved once for everything that evaluates or draws it."""
+"""The presses of a sensor in the scene of its design, solved once for all that evaluate or draw them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,18 +19,19 @@ from solve.fruit.compliance import FruitCompliance
 
 TRAVELS = 12
 CURVE_TRAVELS = 6
-LINEAR_MODULI = 72  # of the curve; an even number, so that half of E_max is one of them
-_SCAN = 20  # moduli, from the least asked for to E_max, at which P must rise
+LINEAR_MODULI = 72  # moduli of the curve; an even number, so that half of E_max is one of them
+_SCAN = 20  # moduli over which P must rise, from the least one of the design to E_max
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScenePress(Record):
     """The presses of one set of springs on the fruit of a design.
 
-    `table` is over travel at each modulus shown, `scan` over 20 moduli up to E_max at full travel. `at_largest_E` is at
-    the largest modulus of all and full travel. `curve` is over equal steps of the modulus up to E_max at six travels;
-    its first modulus stands for the softest fruit there may be. `tilted` are the presses at full travel of the curve's
-    first, middle and last modulus, where contact is solved on cells. Their tilt is off by its spread to either side.
+    `table` is over travel at each modulus of the design, and `scan` over 20 moduli up to E_max at full travel.
+    `at_largest_E` is at the largest modulus and full travel. `curve` is over equal steps of the modulus up to E_max at
+    six travels; its first modulus represents the softest possible fruit. `tilted` are presses at full travel with the
+    tilt less and plus its spread, at the first, middle and last modulus of the curve. They exist only if contact is
+    solved on cells.
     """
 
     table: SensorResponse
@@ -42,12 +43,15 @@ class ScenePress(Record):
 
     @property
     def level(self) -> bool:
-        """Return whether all tips touch at once, so that P is one number over the travel."""
+        """Return whether all tips touch at once, so that P does not depend on the travel."""
         return self.scene.touches_at_once
 
 
 def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: SidewaysGive | None = None) -> Scene:
-    """Return the scene of contact of a design; height offsets [mm] are those of the tips before the foremost one."""
+    """Return the scene of contact of a design.
+
+    `height_offsets` [mm] are the heights of the tips relative to the foremost.
+    """
     return Scene(
         fruit=design.fruit,
         tips=design.tips,
@@ -58,7 +62,7 @@ def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: Sid
 
 
 def refuse_unsolvable_scene(design: Design) -> None:
-    """Raise InputError where contact cannot be solved in the scene of a design; solves nothing."""
+    """Raise InputError if contact cannot be solved in the scene of a design, before anything is solved."""
     scene = scene_of(design)
     check_scene(scene)
     _check_skin(scene)
@@ -67,7 +71,7 @@ def refuse_unsolvable_scene(design: Design) -> None:
 
 
 def _check_skin(scene: Scene) -> None:
-    """Raise InputError where contact under a skin is not solved."""
+    """Raise InputError if contact under a skin cannot be solved."""
     thickness = scene.fruit.skin_mm
     if thickness is None:
         return
@@ -81,7 +85,7 @@ def _check_skin(scene: Scene) -> None:
 
 
 def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress:
-    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `scene_response`."""
+    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises like `scene_response`."""
     fruit = scene.fruit
     x = scene.press.travel_mm
     full_travel = travels(x, 1)
@@ -98,21 +102,21 @@ def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress
 
 
 def curve_moduli(scene: Scene) -> Floats:
-    """Return the moduli of the curve of a scene [MPa]: next to none, and equal steps up to E_max."""
+    """Return the moduli of the curve of a scene [MPa]: almost zero, then equal steps up to E_max."""
     fractions = curve_shares(LINEAR_MODULI if scene.linear else CURVE_STEPS)
     return scene.fruit.E_max_MPa * np.array(fractions)
 
 
 def scan_moduli(fruit: Fruit) -> Floats:
-    """Return the 20 moduli, up to E_max, over which P must rise [MPa]."""
+    """Return the 20 moduli up to E_max over which P must rise [MPa]."""
     least = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
     return np.linspace(least, fruit.E_max_MPa, _SCAN)
 
 
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
-    """Return the presses at full travel with the tilt less and plus its spread, where contact is solved on cells.
+    """Return the presses at full travel with the tilt less and plus its spread, if contact is solved on cells.
 
-    There are none where that leaves the domain of contact.
+    Empty if such a tilt is outside the domain of contact.
     """
     press = scene.press
     spread = press.tilt_spread_deg
@@ -130,9 +134,9 @@ def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: F
 
 
 def spring_fractions(contact: FruitCompliance, C: Floats, E: float) -> Floats:
-    """Return the fraction of the give of spring and fruit that is the spring's, for each tip at E [MPa], (tips,) [1].
+    """Return the share of the spring in the compliance of spring and fruit, for each tip at E [MPa], (tips,) [1].
 
-    The force of a tip is off by this fraction of a relative error of its spring.
+    A relative error of a spring causes this share of it in the force of the tip.
     """
     of_springs = np.diag(C)
     contact = contact.at(E)

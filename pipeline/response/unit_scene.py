@@ -1,7 +1,7 @@
-"""The contact scene of a design on tips of side 1: designs that differ by size or modulus alone share its solution.
+"""Contact scenes scaled to tips of side 1, so that designs that differ only in size or modulus share a solution.
 
-The compliance S of a linear body depends on ratios of lengths and on Poisson's ratio alone. S of a scene that is larger
-by a factor is smaller by it, and its indentation is over E.
+The compliance S of a linear body depends only on ratios of lengths and on Poisson's ratio. S is inversely proportional
+to the size of the scene, and the indentation to E.
 """
 
 import dataclasses
@@ -21,16 +21,16 @@ from solve.fruit.compliance import FruitCompliance
 
 Record = TypeVar("Record", Fruit, Tips)
 
-_DIGITS = 12  # of a ratio: scenes that differ by round-off are one
+_DIGITS = 12  # digits of a ratio, so that scenes that differ by round-off are equal
 _SCENES_KEPT = 256
 _SAME_FOR_ALL = {*BESIDE_CONTACT["fruit"], *BESIDE_CONTACT["tips"]}
 
 
 @dataclass(frozen=True, kw_only=True)
 class UnitScene:
-    """Fruit and tips with all lengths over the side of a tip [1], but for what contact does not depend on.
+    """Fruit and tips with all lengths that contact depends on divided by the side of a tip [1].
 
-    `scale` [mm] is that side; scenes of one shape compare equal, whatever their size.
+    `scale` [mm] is this side; scenes of one shape compare equal for any size.
     """
 
     fruit: Fruit
@@ -39,7 +39,10 @@ class UnitScene:
 
 
 def unit_scene(design: Design) -> UnitScene:
-    """Return the scene of a design on tips of side 1 mm; one whose ratios no design file takes keeps its size."""
+    """Return the scene of a design on tips of side 1 mm.
+
+    It keeps its size if its ratios are outside the bounds of a design.
+    """
     fruit, tips = contact_scene(design)
     scale = tips.side_mm
     try:
@@ -49,7 +52,7 @@ def unit_scene(design: Design) -> UnitScene:
 
 
 def _over(scale: float, record: Record) -> Record:
-    """Return a record with every length over a scale [mm] that its contact depends on."""
+    """Return a record whose lengths are divided by a scale [mm], except those that contact does not depend on."""
     lengths: Plain = {}
     for item in dataclasses.fields(record):
         value = getattr(record, item.name)
@@ -59,9 +62,9 @@ def _over(scale: float, record: Record) -> Record:
 
 
 def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
-    """Return the compliance of the fruit under the tips in their size [1/mm], the unit scene solved once.
+    """Return the compliance of the fruit under the tips at their size [1/mm]; the unit scene is solved once.
 
-    `tolerance` [1] is that of the springs, as for a run. Raises InputError, MeshError or SolveError.
+    `tolerance` [1] is the tolerance of the springs, as in a run. Raises InputError, MeshError or SolveError.
     """
     unit = _unit_compliance(scene, CONTACT_FRACTION * tolerance)
     if scene.scale == 1.0:
@@ -72,6 +75,6 @@ def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
 
 @functools.lru_cache(maxsize=_SCENES_KEPT)
 def _unit_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
-    """Return the compliance of a unit scene [1/mm], kept in this process and, as that of a run, in the cache."""
+    """Return the compliance of a unit scene [1/mm], cached in this process and on disk."""
     solve = functools.partial(contact_compliance, scene.fruit, scene.tips, tolerance)
     return cached("contact", {"fruit": scene.fruit, "tips": scene.tips, "tol": tolerance}, solve, FruitCompliance)
