@@ -1,1 +1,1 @@
-"""What each error bar is made of, and how far a print may be off."""
+"""The parts of each error bar, and the scatter of prints."""

@@ -1,7 +1,7 @@
-"""What each error bar is made of: the numerical error, what the model leaves out, what is not known of the inputs.
+"""The parts of each error bar: the numerical error, effects that the model leaves out, and unknown inputs.
 
-The three parts are those of ASME V&V 20. A verdict asks whether the design meets its targets in the model, so it uses
-only the numerical error, which a finer mesh decides. No mesh takes away the model's part or the scatter of a process:
+The three parts follow ASME V&V 20. A verdict asks whether the design meets its targets in the model, so it uses only
+the numerical error, which a finer mesh reduces. No mesh reduces the model's part or the scatter of a process;
 calibrating the printed unit does.
 """
 
@@ -21,8 +21,8 @@ from sensor.record import Record
 from sensor.theory.two_spring_law import Definition, curve_nonlinearity
 from solve.contact.linear_response import SensorResponse
 
-LEAST = 1e-9  # a smaller relative change of a number is round-off
-LIFTED = 1.0  # relative change of a number if a cause takes a tip off the fruit
+LEAST = 1e-9  # a relative change below this is round-off
+LIFTED = 1.0  # relative change of a number if a cause lifts a tip off the fruit
 
 Change = Callable[[Cause, float], Floats]
 """The relative change of numbers of any shape by a cause times a sign [1]."""
@@ -32,8 +32,8 @@ Change = Callable[[Cause, float], Floats]
 class Budgets(Record):
     """The budget of each number; `contact` is s11 - s12.
 
-    Springs that are not made have none. P_max and NL have none if a tip is off the fruit or the sensor reads no force
-    ratio. Domes touch by a part that grows, so they have no s11 - s12.
+    Springs that are not printed have none. P_max and NL have none if a tip is out of contact or the sensor does not
+    read a force ratio. Domes have no s11 - s12, because their contact grows.
     """
 
     K_l: UncertaintyBudget | None
@@ -44,7 +44,7 @@ class Budgets(Record):
 
     @property
     def widest_spring(self) -> float:
-        """Return the largest error of a spring by the inputs [1], two sigma; 0 if none is made."""
+        """Return the largest error of a spring by the inputs [1], two standard deviations; 0 without a housing."""
         springs = [budget for budget in (self.K_l, self.K_h) if budget is not None]
         return max((budget.inputs_total for budget in springs), default=0.0)
 
@@ -53,9 +53,9 @@ class Budgets(Record):
 class LevelPress:
     """Level presses of a pair over moduli [MPa] (moduli, 1) and travels [mm] (travels,), and the causes in them.
 
-    K are the stiffnesses of the springs [N/mm]. `crosstalk` is the compliance of the fruit between both tips, times E
-    [1/mm], (moduli, 1). `own` is its compliance under each tip less the crosstalk, likewise, (2, moduli, 1). Every
-    number takes its changes from the same presses, so a cause acts on a fruit by its size on that fruit.
+    K are the stiffnesses of the springs [N/mm]. `crosstalk` is the compliance of the fruit between both tips times E
+    [1/mm], (moduli, 1). `own` is its compliance under each tip less the crosstalk, times E [1/mm], (2, moduli, 1). All
+    numbers take their changes from these presses, so a cause acts on each fruit with its size on that fruit.
     """
 
     E: Floats
@@ -67,17 +67,17 @@ class LevelPress:
     NL_definition: Definition
 
     def ratio(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return P [1], (moduli, travels), with a multiple of a cause; nan if that takes a tip off the fruit.
+        """Return P [1], (moduli, travels), with a multiple of a cause; nan if the cause lifts a tip off the fruit.
 
-        The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the springs, and S / E is the
+        The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the springs, and S / E the
         compliance of the fruit.
         """
-        own = []  # diagonal of E C + S [1/mm]; beside it stands the crosstalk
+        own = []  # diagonal of E C + S [1/mm]; its other elements are the crosstalk
         for i, K in enumerate(self.K):
             spring = K * (1.0 + times * cause.springs[i])
             own.append(self.E / spring + self.own[i] / (1.0 + times * cause.fruit[i]) + self.crosstalk)
         travel_l, travel_h = (self.travel + times * offset for offset in cause.height_offsets)
-        # Cramer's rule: the determinant is the same for both forces, and their ratio needs none of it.
+        # Cramer's rule: both forces have the same determinant, which cancels in their ratio.
         F_l = own[1] * travel_l - self.crosstalk * travel_h
         F_h = own[0] * travel_h - self.crosstalk * travel_l
         both_touch = np.minimum(F_l, F_h) > 0.0
@@ -117,10 +117,9 @@ def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
 def uncertainty_budgets(
     pair: PressedSensor, reached: SceneTargets, press: ScenePress, level: LevelPress | None
 ) -> Budgets:
-    """Return the budget of every number; `level` has the presses that P_max and NL of a force ratio need.
+    """Return the budget of every number; P_max and NL of a force ratio need the presses in `level`.
 
-    The causes of P_max and NL are those of a level sensor, but the pose is the scene's own if tilted presses are
-    solved.
+    The causes of P_max and NL act on a level sensor. If tilted presses were solved, the pose acts as in the scene.
     """
     travel = pair.design.press.travel_mm
     in_springs = all_causes(pair, travel, _largest_deflections(pair))
@@ -146,7 +145,7 @@ def uncertainty_budgets(
 
 
 def _largest_deflections(pair: PressedSensor) -> Floats:
-    """Return the largest deflection of each spring (2,) [mm], in the scene or level, at full travel."""
+    """Return the largest deflection of each spring (2,) [mm] at full travel, in the scene or level."""
     level = characteristic(pair).deflections(pair.sizing.K_m_at_largest_E, pair.design.press.travel_mm)
     return np.maximum(level, pair.springs.deflections)
 
@@ -165,11 +164,12 @@ def _change_of_contact(cause: Cause, sign: float) -> Floats:
 
 
 def relative_change(number: Callable[..., Floats], scale: float | None = None) -> Change:
-    """Return the change of numbers by a multiple of a cause, over the scale or else over themselves [1].
+    """Return a function for the relative change of numbers by a multiple of a cause [1].
 
-    A cause that takes a tip off the fruit counts as `LIFTED`.
+    The change is divided by `scale`, or by the numbers themselves. A cause that lifts a tip counts as `LIFTED`.
     """
     nominal = number()
+    # A scale of 0 would divide by zero, so it is replaced by 1.
     over = nominal if scale is None else abs(scale) or 1.0
 
     def change(cause: Cause, sign: float) -> Floats:
@@ -180,9 +180,10 @@ def relative_change(number: Callable[..., Floats], scale: float | None = None) -
 
 
 def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
-    """Return the change of a number of a scene, in which the pose does what the tilted presses show.
+    """Return the change of a number in its scene, where the tilted presses give the effect of the pose.
 
-    `tilted` is the number at the tilt less and plus its spread, nan if a tip is off; empty, it changes nothing.
+    `tilted` is the number at the tilt less and plus its spread, nan if a tip is out of contact. If it is empty, the
+    change is returned as it is.
     """
     if not tilted:
         return change
@@ -203,7 +204,7 @@ def _tilted_NL(tilted: SensorResponse) -> float:
 
 
 def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> UncertaintyBudget:
-    """Return the budget of a number from its relative change by each cause; inputs go either way."""
+    """Return the budget of a number from its relative change by each cause; inputs act in both directions."""
     model: list[Contribution] = []
     inputs: list[Contribution] = []
     for cause in causes:
@@ -221,7 +222,7 @@ def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> Unce
 
 
 def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> Floats:
-    """Return the whole errors of many numbers [1], each as that of its `UncertaintyBudget`."""
+    """Return the total errors of many numbers [1], each like the total of its `UncertaintyBudget`."""
     by_model = np.zeros_like(numerical)
     squares_of_inputs = np.zeros_like(numerical)
     for cause in causes:
@@ -234,11 +235,11 @@ def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> 
 
 
 def size_of(cause: Cause, change: Change) -> Floats:
-    """Return by how much a cause moves numbers [1]; an input goes either way, and counts without a sign."""
+    """Return the change of numbers by a cause [1]; an input acts in both directions, so its size has no sign."""
     up = change(cause, 1.0)
     if not cause.scatters:
         return up
     down = change(cause, -1.0)
-    # A height offset acts far more to one side than to the other: the larger side counts.
+    # A height offset acts far more to one side than to the other, so the larger change is taken.
     one_sided = (cause.height_offsets != 0.0).any(axis=0)
     return np.where(one_sided, np.maximum(np.abs(up), np.abs(down)), 0.5 * np.abs(up - down))

@@ -1,8 +1,8 @@
-"""What moves the numbers of a sensor beside their numerical error.
+"""Causes of errors in the numbers of a sensor, beyond the numerical error.
 
-A cause is either left out by the model, or the scatter of an input, two sigma. It changes the stiffness of a spring,
-the stiffness of the fruit under a tip, or the height of a tip. `budget.py` carries it to each number, and its advice
-becomes a note.
+A cause is either left out by the model, or the scatter of an input, two standard deviations. It changes the stiffness
+of a spring, the stiffness of the fruit under a tip, or the height of a tip. `budget.py` propagates it to each number,
+and its advice becomes a note.
 """
 
 import math
@@ -35,33 +35,32 @@ from sensor.theory.soft_tissue import (
 )
 from sensor.theory.two_spring_law import series_stiffness
 
-BEAM_SLOPE = 3.0  # of ln K over ln t: a beam's, which solids stay under
+BEAM_SLOPE = 3.0  # slope of ln K over ln t for a beam; solids have less
 INCOMPRESSIBLE = 0.5  # Poisson's ratio
-FOOT_HIGH_MM = 0.2  # height of the layer that spreads by FOOT_MM
-# Fraction of the frame in 1/K times E w / K: 0.08 and 0.6 % at K 0.753 and 17.3 N/mm, E 2000 MPa, w 6 mm. It covers
-# leaves of plastic; the long leaves of steel see 6 to 7 times it, 0.005 and 0.04 %.
-# tests/reference/fits/test_housing.py
+FOOT_HIGH_MM = 0.2  # height of the layer that is wider by FOOT_MM
+# Share of the frame in 1/K times E w / K: 0.08 and 0.6 % at K 0.753 and 17.3 N/mm, E 2000 MPa, w 6 mm. It covers
+# plastic leaves; the long steel leaves have 6 to 7 times it, 0.005 and 0.04 %. tests/reference/fits/test_housing.py
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
 # Largest change of the low and of the high spring by another mount, over presets, processes and mounts, with a margin
-# of a quarter: docs/measurements.md#other-mounts. The low spring counts as softer and the high one as stiffer, which
-# moves P most.
+# of a quarter: docs/measurements.md#other-mounts. The low spring is taken as softer and the high one as stiffer, which
+# changes P most.
 LARGEST_MOUNT_CHANGES = (-0.0011, 0.0086)
 POSE = "pose"  # the cause that a tilted scene solves itself
-CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
-ZEROED_MM = 0.01  # what zeroing on a flat plate leaves between the heights of two tips: a judgement
+CALIBRATED = 0.01  # relative error of each stiffness after weighing a printed unit
+ZEROED_MM = 0.01  # height difference of two tips after zeroing on a flat plate: a judgement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cause:
-    """What moves a number: relative changes of each spring and of the fruit under each tip [1], height offsets [mm].
+    """An effect on numbers: relative changes of each spring and of the fruit under each tip [1], height offsets [mm].
 
     All three have a row for each tip. Their shape is (2,) if they are the same in all presses, else (2, ...) with the
     shape of the presses.
 
-    `scatters` marks an input known within a range, which goes either way; otherwise the model leaves the cause out.
-    `calibrated` means that calibrating the printed unit takes it away. The stiffness of a spring is proportional to
-    its input to the `power`. `advice` is what a user can do about it. Its note says that the reason moves a number, so
-    the reason is then a noun phrase.
+    `scatters` marks an input known within a range, which acts in both directions; other causes are left out by the
+    model. `calibrated` causes vanish when the printed unit is calibrated. The stiffness of a spring is proportional to
+    its input to the `power`. `advice` is an action for the user. If there is advice, the note uses the reason as its
+    subject, so the reason is a noun phrase.
     """
 
     name: str
@@ -79,7 +78,7 @@ NO_CAUSE = Cause(name="", reason="")
 
 
 def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats) -> tuple[Cause, ...]:
-    """Return all causes in presses of a pair to travels [mm] that bend its springs by deflections [mm], (2, ...)."""
+    """Return all causes in presses of a pair to travels [mm] with spring deflections [mm], (2, ...)."""
     travel = np.maximum(LEAST_TRAVEL, travel)
     depths = travel - deflections
     return (
@@ -93,7 +92,7 @@ def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats)
 
 
 def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
-    """Return the causes that remain after a unit is calibrated: the others, and the errors of the calibration."""
+    """Return the causes after calibration of a unit: those that remain, and the errors of the calibration."""
     zeroed = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
     half = 0.5 * ZEROED_MM
     return (
@@ -104,7 +103,7 @@ def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
 
 
 def known_springs() -> tuple[Cause, ...]:
-    """Return the errors of the stiffnesses of a calibrated unit, each by itself."""
+    """Return the errors of the stiffnesses of a calibrated unit, as independent causes."""
     known = f"known to {100.0 * CALIBRATED:g} %"
     return (
         Cause(name="low spring", reason=known, springs=np.array([CALIBRATED, 0.0]), scatters=True),
@@ -113,7 +112,7 @@ def known_springs() -> tuple[Cause, ...]:
 
 
 def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[Cause]:
-    """Yield what the model leaves out of springs that are made; nothing if no housing is made."""
+    """Yield the effects that the model leaves out of printed springs; empty without a housing."""
     housing = pair.springs.housing
     if housing is None:
         return
@@ -126,7 +125,8 @@ def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[C
 
     marked = []
     for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
-        of_frame = fraction * K / (process.E_MPa * leaf.depth)  # fraction of 1/K [1], which grows as the depth falls
+        # share of the frame in 1/K [1], which grows as the depth falls
+        of_frame = fraction * K / (process.E_MPa * leaf.depth)
         marked.append(-of_frame * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
     yield Cause(name="engraved marks", reason=reason, springs=np.array(marked), calibrated=True)
@@ -152,7 +152,8 @@ def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[C
     yield Cause(name="mount", reason=reason, springs=np.array(LARGEST_MOUNT_CHANGES), calibrated=True)
 
     creep = pair.springs.creep
-    if creep.exponent != 0.0 and pair.design.reading is None:  # a reading corrects creep, and its sources hold the rest
+    # readings correct the creep, and their sources contain its error
+    if creep.exponent != 0.0 and pair.design.reading is None:
         press_s = pair.design.press_s
         stiffer_in_a_press = creep.press_over_weighed(WEIGHED_AFTER_S, press_s) - 1.0
         reason = (
@@ -163,7 +164,7 @@ def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[C
 
 
 def _left_out_of_contact(design: Design, depths: Floats) -> Iterator[Cause]:
-    """Yield what the model leaves out of the fruit under tips at their depths in it [mm]."""
+    """Yield the effects that the model leaves out of the fruit under tips at their depths in it [mm]."""
     poisson = design.fruit.poisson
     stiffer = no_slip(poisson)
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
@@ -194,14 +195,15 @@ def _left_out_of_contact(design: Design, depths: Floats) -> Iterator[Cause]:
 
 
 def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats) -> Iterator[Cause]:
-    """Yield what the model leaves out of motion sideways: of flat tips down a slope, and of a fruit that rolls."""
+    """Yield the effects that the model leaves out of sideways motion: flat tips on a slope, and a rolling fruit."""
     design = pair.design
     sideways = pair.springs.sideways
-    if sideways is not None and not design.tips.tip_shape.obeys_hertz:  # the law of domes has it
+    if sideways is not None and not design.tips.tip_shape.obeys_hertz:  # the law of domes includes it
         slopes = scene_of(design).slopes_deg
         softer = []
         for tip, deflection in enumerate(deflections):
-            # The force over its part along the press. The spring gives more, which counts as a softer fruit.
+            # Inclined force over its part along the press. The additional compliance of the spring is expressed as a
+            # softer fruit.
             lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
             more = float(lean @ sideways.compliance[tip, tip] @ lean / pair.C[tip, tip])
             depth = np.maximum(LEAST_TRAVEL, travel - deflection)
@@ -220,9 +222,9 @@ def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats
         turns = []
         for each in travel.flat:
             rolled = roll([K * each for K in stiffness], places, stiffness, radius)
-            # A fruit that runs away takes a tip out of contact: one more travel than there is.
+            # A fruit that rolls away lifts a tip: the offset is set to more than the travel.
             turns.append(math.radians(rolled.angle_deg) if rolled.steady else 2.0 * each / design.tips.spacing_mm)
-        # The coefficient of friction is the same at all travels, as all forces are proportional to them.
+        # Forces are proportional to the travel, so the coefficient of friction is the same at all travels.
         yield Cause(
             name="free fruit",
             reason=f"a fruit that rolls freely on a table (friction of {rolled.friction:.2g} holds it)",
@@ -232,7 +234,7 @@ def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats
 
 
 def _scatter_of_prints(process: Process) -> Iterator[Cause]:
-    """Yield the scatter of prints, the same for all springs as they are one print."""
+    """Yield the scatter between prints, which is common to all springs of a print."""
     advice = "Calibrate each printed unit"
     E = COVERAGE * process.E_scatter
     yield Cause(
@@ -243,7 +245,7 @@ def _scatter_of_prints(process: Process) -> Iterator[Cause]:
         calibrated=True,
         advice=advice,
     )
-    off = process.accuracy_mm  # which holds 95 % already
+    off = process.accuracy_mm  # the accuracy contains 95 % already
     thicker = np.array([((t + off) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
     yield Cause(
         name="leaf thickness",
@@ -257,9 +259,10 @@ def _scatter_of_prints(process: Process) -> Iterator[Cause]:
 
 
 def _scatter_of_tips(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
-    """Yield the scatter of tips as they are made: side, edge, which acts at depths in the fruit [mm], and height."""
+    """Yield the scatter of the tips: side, edge (which acts at depths in the fruit [mm]) and height."""
     tips = pair.design.tips
     off = tip_accuracy_mm(tips, pair.springs.process)
+    # The correction for large changes is valid up to LARGEST_CHANGE, so a larger error of the side is cut off there.
     wider = min(LARGEST_CHANGE, off / tips.side_mm)
     reason = f"tips wider or narrower by {off:g} mm (the stiffness of the fruit as the side)"
     yield Cause(name="tip side", reason=reason, fruit=np.array([wider, wider]), scatters=True)
@@ -316,5 +319,5 @@ def _scatter_of_scenes(pair: PressedSensor) -> Iterator[Cause]:
 
 
 def zeroing(design: Design) -> str:
-    """Return the advice on what sets the tips off level."""
+    """Return the advice for tips that are not level."""
     return f"Zero the tips on a flat plate in the attitude of the press ({design.press.attitude})"

@@ -20,7 +20,7 @@ class LevelTargets:
 
 @dataclass(frozen=True, kw_only=True)
 class Contribution:
-    """What acts, by how much of the number it moves it [1], why by this much, and what a user can do about it."""
+    """The effect of one cause on a number: its relative size [1], its reason, and advice for the user."""
 
     effect: str = report_field("", "name of the effect")
     size: float = report_field("%", "change of the number by this effect", key="size_percent", times=100.0)
@@ -32,7 +32,7 @@ class Contribution:
 class UncertaintyBudget(Record):
     """The error of one number by its sources, each relative to the number [1].
 
-    The causes of the model act together, so their sizes add. The inputs scatter apart, so their squares add.
+    The effects of the model act together, so their sizes add. The inputs are independent, so their squares add.
     """
 
     numerical: float = report_field(
@@ -53,13 +53,16 @@ class UncertaintyBudget(Record):
 
     @property
     def total(self) -> float:
-        """Return the whole error [1]: of the mesh, of the model and of the inputs."""
+        """Return the total error [1] of mesh, model and inputs."""
         return self.numerical + self.model_total + self.inputs_total
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScatterBands(Record):
-    """Bands that hold the middle 95 % of prints; an end is None where prints show a P that nominal springs never do."""
+    """Bands that contain the middle 95 % of prints.
+
+    An end is None if prints show a P that nominal springs never show.
+    """
 
     K_l_N_per_m: Interval = report_field("N/m", "band of the stiffness of the low spring")
     K_h_N_per_m: Interval = report_field("N/m", "band of the stiffness of the high spring")

@@ -1,7 +1,7 @@
-"""How much prints differ before they are calibrated: bands of their numbers.
+"""Scatter of prints before calibration, as bands of their numbers.
 
-The bands are those of a sample of prints. In each of them, every cause that scatters from print to print has a value of
-its own, common to all springs.
+The bands come from a sample of prints. In each print, every cause that scatters from print to print has one value,
+common to all springs.
 """
 
 import math
@@ -25,9 +25,9 @@ LEVEL = 0.95
 
 
 def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None:
-    """Return the bands of prints of a pair by its level presses; None if no housing is made.
+    """Return the bands of prints of a pair from its level presses; None without a housing.
 
-    P is the one that each print shows at the largest modulus; its modulus is read with the nominal springs.
+    P is the force ratio of each print at the largest modulus; its modulus is read with the nominal springs.
     """
     if pair.springs.housing is None:
         return None
@@ -55,20 +55,20 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
 
 def _sampled_factors(causes: Sequence[Cause]) -> Floats:
     """Return the stiffness of each spring over its nominal one [1] in a Sobol sample of normal causes, (2, samples)."""
-    from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
+    from scipy.stats import qmc  # a tenth of all import time, and only fabrication needs it
 
     points = qmc.Sobol(len(causes), seed=1).random(SAMPLES)
     normal = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
     factors = np.ones((2, SAMPLES))
     for cause, of_sample in zip(causes, normal.T, strict=True):
         in_last_press = np.reshape(cause.springs, (2, -1))[:, -1:]
-        two_sigma = (1.0 + in_last_press) ** (1.0 / cause.power) - 1.0  # of the input, over its nominal value
+        two_sigma = (1.0 + in_last_press) ** (1.0 / cause.power) - 1.0  # relative to the nominal value of the input
         factors = factors * (1.0 + two_sigma * of_sample / COVERAGE) ** cause.power
     return factors
 
 
 def _band(values: Sequence[float] | Floats) -> Interval:
-    """Return the ends of the middle 95 %; None for one that lies beyond all numbers, which nan stands for."""
+    """Return the ends of the middle 95 %; an end is None if it is beyond all numbers, which nan represents."""
     numbers = np.nan_to_num(values, nan=math.inf, posinf=math.inf)
     ends = np.quantile(numbers, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], method="inverted_cdf")
     low, high = (float(end) if math.isfinite(end) else None for end in ends)

@@ -1,4 +1,4 @@
-"""All errors of a sensor: the budget of each number, the table with its bands of modulus, the scatter of prints."""
+"""All errors of a sensor: budgets of its numbers, the table with bands of the modulus, and the scatter of prints."""
 
 import math
 from collections.abc import Sequence
@@ -29,12 +29,12 @@ from solve.contact.linear_response import SensorResponse
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ReadingTable(Record):
-    """The response of the scene, and two bands of the modulus that may show each P [MPa].
+    """The response of the scene, and two bands of the modulus for each P [MPa].
 
-    `printed` and `calibrated` have shape (moduli, travels, 2), lower and upper. They are nan where a tip is off or the
-    springs show no such P. The band as printed holds the errors of mesh, model and inputs. After calibrating the unit
-    each stiffness is known to 1 %, and what calibration takes away is left out. Row 0 is that of flesh softer than all,
-    for NL alone; no band is for it.
+    `printed` and `calibrated` have shape (moduli, travels, 2), lower and upper. They are nan if a tip is out of
+    contact, or the springs show no such P. The band as printed contains the errors of mesh, model and inputs. After
+    calibration each stiffness is known to 1 %, and effects that calibration removes are left out. Row 0 is for the
+    softest possible flesh, which only NL needs; it has no band.
     """
 
     response: SensorResponse
@@ -44,7 +44,7 @@ class ReadingTable(Record):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SensorErrors(Record):
-    """The budgets, the table that a user reads, and how far prints scatter where fabrication was asked for."""
+    """The budgets, the table for the user, and the scatter of prints if fabrication was requested."""
 
     budgets: Budgets
     reading: ReadingTable
@@ -54,7 +54,7 @@ class SensorErrors(Record):
 def sensor_errors(
     sensor: PressedSensor, reached: SceneTargets, press: ScenePress, options: RunOptions, readings: Readings | None
 ) -> SensorErrors:
-    """Return all errors of a sensor that reaches P_max and NL in its scene.
+    """Return all errors of a sensor with its P_max and NL in its scene.
 
     The table of a sensor with readings shows their uncertainty.
     """
@@ -71,9 +71,9 @@ def sensor_errors(
 
 
 def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress) -> ReadingTable:
-    """Return the table of the curve of a scene with its two bands of modulus.
+    """Return the table of the curve of a scene with its two bands of the modulus.
 
-    The numerical error of P is the scene's own; its other errors are those of a level sensor at the same press.
+    The numerical error of P comes from the scene; the other errors come from a level sensor in the same press.
     """
     of_springs = [force_errors_of_springs(pair, E).sum() for E in curve.E.tolist()]
     numerical = curve.P_error + np.array(of_springs)[:, None]
@@ -87,9 +87,9 @@ def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress)
 
 
 def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats) -> Floats:
-    """Return the moduli [MPa] that may show each P with its error [1], shape (moduli, travels, 2) of the curve's P.
+    """Return the moduli [MPa] that may show each P with its error [1], shape (moduli, travels, 2).
 
-    The first modulus has no band, nor has a P that is not known.
+    The first modulus has no band, nor has an unknown P.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):
@@ -103,9 +103,9 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
 
 
 def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budgets) -> ReadingTable:
-    """Return the table of a sensor that reads a modulus at full travel, with two sigma and the bias of its readings.
+    """Return the table of a sensor that reads a modulus at full travel, with two standard deviations and the bias.
 
-    As printed its springs are known as well as the print is, after calibrating as the design's reading says.
+    As printed, its springs are as uncertain as the print; after calibration, as the design's reading states.
     """
     rows = readings.moduli
     return ReadingTable(
@@ -116,9 +116,9 @@ def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budget
 
 
 def _bands(curve: SensorResponse, rows: Sequence[ModulusReading], spring_error: float) -> Floats:
-    """Return the bands of readings at full travel, whose springs are off by an error [1] beyond calibration.
+    """Return the bands of readings at full travel; `spring_error` [1] is the error of the springs beyond calibration.
 
-    Half the width is the bias and two standard uncertainties, interpolated over ln E between the moduli that are read.
+    Half the width is the bias plus two standard uncertainties, interpolated over ln E between the evaluated moduli.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not rows:
@@ -128,7 +128,7 @@ def _bands(curve: SensorResponse, rows: Sequence[ModulusReading], spring_error: 
         two_sigma = math.hypot(2.0 * row.sources.total, spring_error * row.sources.stiffness_slope)
         widths.append(abs(row.bias.value) + two_sigma)
     E_read = [row.E for row in rows]
-    E = curve.E[1:]  # without the softest fruit, which is a limit
+    E = curve.E[1:]  # without the first modulus, which is a limit
     width = np.interp(np.log(E), np.log(E_read), widths)
     bands[1:, -1, 0] = E * (1.0 - width)
     bands[1:, -1, 1] = E * (1.0 + width)

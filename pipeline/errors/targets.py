@@ -1,4 +1,4 @@
-"""P_max and NL of a sensor: by the two-spring law where it is exact, else at full travel in the scene asked for."""
+"""P_max and NL of a sensor: by the two-spring law if it is exact, else at full travel in the scene of the design."""
 
 import math
 from collections.abc import Callable
@@ -24,18 +24,18 @@ from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
 from solve.error_estimate import propagate_errors
 
-LEAST_TRAVEL = 1e-6  # [mm] errors at a smaller travel are taken at this one
+LEAST_TRAVEL = 1e-6  # errors at a smaller travel are taken at this one [mm]
 
 Law = Callable[[Springs, float, float], float]
-"""A number of springs at a fruit stiffness [N/mm] and its ratio under the two tips [1]."""
+"""A number as a function of springs, a fruit stiffness [N/mm] and the ratio of the fruit under the two tips [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceRatioCurve:
-    """P over the fruit's stiffness: the springs and the largest fruit stiffness they meet [N/mm], each with its error.
+    """P over the fruit's stiffness: the springs and the largest fruit stiffness [N/mm], each with its error.
 
-    `stiffness_ratio` [1] is the fruit's stiffness under the high tip over that under the low one; `stiffening` as in
-    `SpringSizing`.
+    `stiffness_ratio` [1] is the fruit's stiffness under the high tip over its stiffness under the low one; `stiffening`
+    is as in `SpringSizing`.
     """
 
     springs: Springs
@@ -57,7 +57,7 @@ class ForceRatioCurve:
         )
 
     def fruit_stiffness(self, P: float) -> float:
-        """Return the fruit stiffness at which P is shown [N/mm], (4); 0 below all, infinite beyond the springs."""
+        """Return the fruit stiffness with the force ratio P [N/mm], (4); 0 below all P, infinite beyond the springs."""
         if self.stiffness_ratio >= P:
             return 0.0
         if self.springs.K_h / self.springs.K_l <= P:
@@ -65,15 +65,15 @@ class ForceRatioCurve:
         return fruit_stiffness(self.springs, P, self.stiffness_ratio)
 
     def modulus_scale(self, P: Floats, E: Floats) -> Callable[[float], float] | None:
-        """Return the modulus [MPa] as a function of P [1] at one travel, through P at moduli E, softest first.
+        """Return the modulus [MPa] as a function of P [1] at one travel, from P at moduli E, softest first.
 
-        Between these it is interpolated over the fruit stiffness by the two-spring law, over which it is nearly a
-        straight line. Beyond the last it goes on along the line through the last two. Below the first it is 0. It is
-        nan if the springs show no such P. The result is None if some P is not known, or P does not rise.
+        It is interpolated over the fruit stiffness of the two-spring law, over which the modulus is nearly a straight
+        line. Beyond the last modulus it is extrapolated from the last two. Below the first it is 0. It is nan if the
+        springs show no such P. The result is None if some P is unknown, or P does not rise.
         """
 
         def stiffness(ratio: float) -> float:
-            """Return the fruit stiffness [N/mm] at which a level sensor has this P over that on the softest fruit."""
+            """Return the fruit stiffness [N/mm] at which a level sensor has this ratio to P on the softest fruit."""
             level = ratio / float(P[0]) * self.stiffness_ratio
             return self.fruit_stiffness(level) if math.isfinite(level) else math.nan
 
@@ -103,8 +103,9 @@ class ForceRatioCurve:
         return np.array([low, high])
 
     def _estimate(self, law: Law) -> Estimate:
-        """Return a number by a law, with the errors of springs and fruit stiffness carried through it."""
-        # In the middle of the fruit both tips meet the same stiffness, and no error of a solve parts them.
+        """Return a number by a law, with the propagated errors of springs and fruit stiffness."""
+        # At the centre of the fruit both tips meet the same stiffness, so the error of a solve does not change their
+        # ratio.
         ratio_error = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
         values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
         errors = (*self.spring_errors, self.K_m_error, ratio_error * self.stiffness_ratio)
@@ -116,7 +117,7 @@ class ForceRatioCurve:
 
 
 def characteristic(pair: PressedSensor) -> ForceRatioCurve:
-    """Return the springs of a pair with their errors against the stiffest fruit under the true contact."""
+    """Return the springs of a pair with their errors, against the stiffest fruit under the true contact."""
     sizing = pair.sizing
     K_m = sizing.K_m_max_contact
     return ForceRatioCurve(
@@ -130,14 +131,14 @@ def characteristic(pair: PressedSensor) -> ForceRatioCurve:
 
 
 def force_errors_of_springs(sensor: PressedSensor, E: float) -> Floats:
-    """Return the error of the force of each tip by the numerical error of its spring at E [MPa], (tips,) [1]."""
+    """Return the relative error of each tip's force by the numerical error of its spring at E [MPa], (tips,) [1]."""
     errors = [spring.error / spring.stiffness for spring in sensor.springs.springs.values()]
     return spring_fractions(sensor.contact, sensor.C, E) * sensor.design.tips.each(*errors)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SceneTargets:
-    """P_max and NL of the scene [1], None if a tip is off the fruit, and those of a level sensor."""
+    """P_max and NL of the scene [1], None if a tip is out of contact, and their values for a level sensor."""
 
     P_max: Estimate | None
     NL: Estimate | None
@@ -145,10 +146,10 @@ class SceneTargets:
 
 
 def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
-    """Return P_max and NL of a sensor in its own scene, with their errors, by the definitions of the targets.
+    """Return P_max and NL of a sensor in its scene, with their errors, by the definitions of the targets.
 
-    The two-spring law gives them where it is exact, and where the scene was not pressed. More tips than two are
-    evaluated by the pair that stands for them.
+    The two-spring law gives them if it is exact, and if the scene was not pressed. More than two tips are represented
+    by a pair.
     """
     pair = sensor.pair
     law = characteristic(pair)
@@ -160,7 +161,7 @@ def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress |
 
 
 def _scene_P_max(pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
-    """Return P at E_max and full travel, with the errors of cells and compliance and that of the springs [1]."""
+    """Return P at E_max and full travel, with the errors of cells, compliance and springs [1]."""
     P = float(curve.P[-1, -1])
     if not math.isfinite(P):
         return None
@@ -169,15 +170,15 @@ def _scene_P_max(pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
 
 
 def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> Estimate | None:
-    """Return NL at full travel [1]; None where a tip is off the fruit.
+    """Return NL at full travel [1]; None if a tip is out of contact.
 
-    The errors of springs and compliance move it as they move NL of the level sensor. The error of the cells is added.
-    It is the larger change from coarser cells at the last two travels, as at one of them it may be 0 by accident.
+    The errors of springs and compliance are those of NL of a level sensor. The error of the cells is added: the larger
+    change from coarser cells at the last two travels, because at one of them it may be 0 by accident.
     """
     E = curve.E.tolist()
     coarse_P = curve.P * (1.0 - curve.P_step)
     largest_step = 0.0
-    for travel in (-2, -1):  # the last NL, at full travel, is the one that is returned
+    for travel in (-2, -1):  # the loop ends at full travel, whose NL is returned
         NL = curve_nonlinearity(curve.P[:, travel].tolist(), E, targets.NL_definition)
         coarse_NL = curve_nonlinearity(coarse_P[:, travel].tolist(), E, targets.NL_definition)
         step = abs(NL - coarse_NL)

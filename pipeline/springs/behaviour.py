@@ -1,4 +1,4 @@
-"""How the printed springs behave beside their stiffness: tilt, crosstalk, stiffening, frequency."""
+"""The behaviour of printed springs beyond their stiffness: tilt, crosstalk, stiffening and frequency."""
 
 import numpy as np
 
@@ -9,13 +9,13 @@ from sensor.arrays import Floats
 from sensor.theory.elastica import large_deflection_stiffening
 from sensor.theory.leaf_spring import Flexure, natural_frequency
 
-LONGEST_FRACTION = 0.5  # of the length of a leaf: the largest deflection that the elastica takes
+LONGEST_FRACTION = 0.5  # largest deflection for the elastica, as a fraction of a leaf's length
 
 
 def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
-    """Return the behaviour at full travel, under the largest force of the tips of each spring; None if none is made.
+    """Return the behaviour at full travel under the largest force on each spring; None without a housing.
 
-    The frequency is Rayleigh's quotient of a shuttle on its leaves, a formula.
+    The frequency is Rayleigh's quotient of a shuttle on its leaves, in closed form.
     """
     fitted = springs.fitted
     if fitted is None:
@@ -38,5 +38,5 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehavio
 
 
 def stiffening(flexure: Flexure, deflection: Floats | float) -> Floats:
-    """Return the stiffening of a spring from first touch to deflections [mm] [1], at most that at half L."""
+    """Return the relative stiffening of a spring at deflections [mm] [1], constant beyond half its length."""
     return large_deflection_stiffening(flexure.length, np.minimum(deflection, LONGEST_FRACTION * flexure.length))

@@ -1,4 +1,4 @@
-"""How the printed springs behave beside their stiffness; the fields are keys of report.json, in its units."""
+"""The behaviour of printed springs beyond their stiffness; the fields are keys of report.json, in its units."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The springs as they are printed: leaves that fit the targets, or the reason why the process cannot make them."""
+"""The springs as printed: leaves fitted to the targets, or the reason why the process cannot print them."""
 
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -34,7 +34,7 @@ from solve.linear import SolveError
 
 SpringKind = Literal["sized", "leaning", "fitted"]
 BeginSolid = Callable[[Housing, tuple[float, ...]], Future[PartSize]]
-"""Begins the solid of a housing whose springs deflect by so much [mm] and returns its size to come."""
+"""A function that begins the solid of a housing for deflections [mm] and returns its future size."""
 
 GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 
@@ -42,19 +42,19 @@ GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 def printable_leaves(
     design: Design, sizing: SpringSizing, lengths_mm: tuple[float, ...] | None = None
 ) -> dict[str, Printable]:
-    """Return whether the process can print the leaves of each spring, at their solved lengths or by the beam law."""
+    """Return whether the process can print the leaves of each spring, at solved lengths or by the beam law."""
     low, high = check_printable(design, sizing.springs, sizing.K_m_max, lengths_mm, sizing.sizing_stiffness_ratio)
     return {"low": low, "high": high}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FittedSprings(Record):
-    """The springs by their names, low first, their process, deflections at full travel [mm], and their housing.
+    """The springs by name, low first, with their process, deflections at full travel [mm] and housing.
 
-    Each stands for all tips of its kind. `printable` says whether the process can make it. `ideal` springs are taken
-    just as stiff as they were sized: nothing is made, and `ideal_offsets_mm` are the heights of their tips over the
-    foremost one. `of_plate` is the sideways compliance of the tips of one plate; None where flat tips meet a flat
-    fruit, as no force leans there, and before it is solved.
+    Each spring represents all tips of its kind. `printable` states whether the process can print it. `ideal` springs
+    are exactly as stiff as sized: nothing is printed, and `ideal_offsets_mm` are the heights of their tips relative to
+    the foremost one. `of_plate` is the sideways compliance of the tips of one plate. It is None before it is solved,
+    and for flat tips on a flat fruit, whose forces do not lean.
     """
 
     springs: dict[str, Spring]
@@ -69,23 +69,23 @@ class FittedSprings(Record):
 
     @property
     def housing(self) -> Housing | None:
-        """Return the housing, None when a spring cannot be made."""
+        """Return the housing, or None if a spring cannot be printed."""
         return None if self.fitted is None else self.fitted.housing
 
     @property
     def known(self) -> bool:
-        """Say whether the stiffnesses are known: those of a housing by FE, or ideal ones."""
+        """Return whether the stiffnesses are known: by FE of a housing, or because the springs are ideal."""
         return self.ideal or self.fitted is not None
 
     @property
     def monolithic(self) -> bool:
-        """Say whether the springs are of one piece: no pins are glued on."""
+        """Return whether the springs are of one piece, without glued pins."""
         housing = self.housing
         return housing is None or not housing.pin_side
 
     @property
     def stiffnesses(self) -> Springs:
-        """Return the stiffnesses found by FE, or the targets where nothing was made [N/mm]."""
+        """Return the stiffnesses by FE, or the targets if nothing is printed [N/mm]."""
         K_l, K_h = (spring.stiffness for spring in self.springs.values())
         return Springs(K_l=K_l, K_h=K_h)
 
@@ -100,7 +100,7 @@ class FittedSprings(Record):
         return self.process.creep
 
     def undecided(self, reason: str) -> "FittedSprings":
-        """Return the springs, with the verdicts on whether they can be printed left undecided for a reason."""
+        """Return the springs with undecided verdicts on their printability, for a reason."""
         verdicts = {name: replace(verdict, passed=None, reason=reason) for name, verdict in self.printable.items()}
         return replace(self, printable=verdicts)
 
@@ -113,8 +113,8 @@ class FittedSprings(Record):
     def C(self) -> Floats:
         """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N].
 
-        Tips of one plate move each other a little through its frame; those of different plates, and springs that are
-        not made, do not.
+        Tips of one plate are slightly coupled through its frame. Tips of different plates are not, nor are springs
+        without a housing.
         """
         if self.fitted is None:
             return spring_compliance(*self.tips.each(*self.stiffnesses.stiffnesses))
@@ -124,17 +124,17 @@ class FittedSprings(Record):
 
     @property
     def sideways(self) -> SidewaysGive | None:
-        """Return the sideways compliance of all tips under forces that lean; None where no force leans.
+        """Return the sideways compliance of all tips under inclined forces; None if no force is inclined.
 
-        Tips of different plates do not move each other. A plate is the one before it turned half round the press axis,
-        which changes the signs of x and y.
+        Tips of different plates are not coupled. Each plate is turned by half a turn about the press axis against the
+        one before, which changes the signs of x and y.
         """
         if self.of_plate is None:
             return None
         on_plate = len(self.of_plate.compliance)
         count = len(self.tips.springs)
         compliance = np.zeros((count, count, 3, 3))
-        signs = np.array([1.0, 1.0, 1.0])  # of x, y and z on a plate, against those of the first one
+        signs = np.array([1.0, 1.0, 1.0])  # signs of x, y and z on a plate, relative to the first one
         for first in range(0, count, on_plate):
             plate = slice(first, first + on_plate)
             compliance[plate, plate] = self.of_plate.compliance * np.outer(signs, signs)
@@ -149,15 +149,16 @@ def springs_for(
     tolerance: float = TOLERANCE,
     begin_solid: BeginSolid | None = None,
 ) -> FittedSprings:
-    """Return the springs of a design, as stiff as they were sized or given, or fitted by FE to a relative tolerance.
+    """Return the springs of a design: as sized or given, or fitted by FE to a relative tolerance.
 
-    "sized" springs have nothing but their stiffness. "leaning" ones have the sideways compliance of their housing under
-    domes too, from one rough mesh and leaves as long as the beam law has them. "fitted" ones are made, and what they
-    give sideways is left to `with_sideways_give`. `begin_solid` begins the solid of each housing that may be the last.
+    "sized" springs have only their stiffness. "leaning" springs also have the sideways compliance of their housing
+    under domes, from one rough mesh and the leaf lengths of the beam law. "fitted" springs are printed, and their
+    sideways compliance is left to `with_sideways_give`. `begin_solid` is called with each housing that may be the last
+    one.
 
-    A line has no housing, so its springs are just as stiff as the design gives them. Springs that the beam law rules
-    out are not made; where no mesh or no fit is found, all are undecided. The two springs stand for all tips of their
-    kinds: those of a square are in two equal plates.
+    A line has no housing, so its springs are as stiff as the design gives them. Springs that the beam law excludes are
+    not printed; without a mesh or a fit, all springs are undecided. The two springs represent all tips of their kinds;
+    a square has two equal plates.
     """
     process = design.process
     has_housing = design.tips.tip_layout.has_housing
@@ -190,9 +191,9 @@ def springs_for(
 
 
 def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptions) -> FittedSprings:
-    """Return springs with the sideways compliance of their plate, where forces lean; undecided where it is not found.
+    """Return springs with the sideways compliance of their plate, if forces are inclined; undecided if it is not found.
 
-    It is solved and kept. The housing does not depend on it, so solids may be begun before.
+    The result is cached. The housing does not depend on it, so solids may be begun before.
     """
     fitted = springs.fitted
     may_lean = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
@@ -213,7 +214,7 @@ def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptio
 def _fitted_housing(
     guess: Housing, targets: tuple[float, ...], solver: HousingSolver, tolerance: float
 ) -> FittedHousing:
-    """Return the housing whose leaves have been fitted to the targets [N/mm], from a first guess; solved and kept."""
+    """Return the housing with leaves fitted to the targets [N/mm], from a first guess; cached."""
     inputs = {
         "guess": asdict(guess),
         "targets": targets,
@@ -225,7 +226,7 @@ def _fitted_housing(
 
 
 def _as_fitted(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:
-    """Return sized springs with the stiffness and the root strain of their solve, checked at their solved lengths."""
+    """Return sized springs with stiffness and root strain of their solution, checked at their solved lengths."""
     solution = fitted.stiffness
     arms = fitted.housing.arms
     made = {}
@@ -247,17 +248,17 @@ def _as_fitted(springs: FittedSprings, design: Design, sizing: SpringSizing, fit
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[SpringToRead, ...]:
-    """Return the springs as a read-out needs them: stiffness [N/mm] and deflection [mm]."""
+    """Return the springs for a read-out: stiffness [N/mm] and deflection [mm]."""
     pairs = zip(springs.springs.items(), springs.deflections, strict=True)
     return tuple(SpringToRead(name=name, K=spring.stiffness, deflection=move) for (name, spring), move in pairs)
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
-    """Return the movement of each tip towards the fruit by the weight of its parts [mm]; none where nothing is made.
+    """Return the movement of each tip towards the fruit by the weight of its parts [mm]; empty without a housing.
 
-    It is positive where the sensor presses down, negative where it presses up. Held sideways the weight acts across the
-    press. Along the plate it moves a tip by at most the error, either way. Out of the plate it moves it not at all, by
-    symmetry.
+    It is positive if the sensor presses down, and negative if it presses up. If the sensor is held sideways, the weight
+    acts across the press. Along the plate it moves a tip by at most the error, either way. Across the plate it does not
+    move the tip, by symmetry.
     """
     fitted = springs.fitted
     if fitted is None:
@@ -277,9 +278,11 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
 
 
 def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
-    """Return the height of each tip over the foremost one by the weight of its parts [mm]; none where all are level.
+    """Return the height of each tip relative to the foremost one by the weight of its parts [mm].
 
-    The foremost tips are at 0, the others below 0, in the order of the layout.
+    Empty if all are level.
+
+    The foremost tips are at 0 and the others below 0, in the order of the layout.
     """
     if springs.ideal:
         return springs.ideal_offsets_mm

@@ -1,6 +1,7 @@
 """Leaf lengths that give the springs their target stiffness, by finite elements.
 
-One loop moves the lengths by secants until a mesh has the targets: a coarse mesh, then a fine one, or one rough mesh.
+One loop changes the lengths by secants until the stiffnesses on a mesh meet the targets. It runs on a coarse mesh and
+then on a fine one, or on one rough mesh.
 """
 
 import dataclasses
@@ -34,28 +35,29 @@ from solve.housing.stiffness import (
 )
 from solve.linear import SolveError
 
-TOLERANCE = 1e-3  # of the stiffnesses, and of their targets on the mesh that is solved
-LOOSEST_MISS = 5e-3  # of the targets: enough on the coarse and on the rough mesh, and the most on a fine one
+TOLERANCE = 1e-3  # relative tolerance of the stiffnesses, and of their targets on the solved mesh
+# relative miss of the targets that is enough on coarse and rough meshes, and the most on a fine one
+LOOSEST_MISS = 5e-3
 MOST_SOLVES = 10
 MOST_FINE_SOLVES = 4
-COARSE = 2.0  # scale of the mesh that finds the lengths
-_DIGITS = 3  # lengths are drawn to 0.001 mm
-_LONGEST_STEP = 1.6  # of a length, either way
-_SHORTEST_STEP = 2e-3  # of a length, to learn the slope from: a shorter one would measure the scatter of the meshes
+COARSE = 2.0  # scale of the mesh that determines the lengths
+_DIGITS = 3  # decimals of a drawn length [mm]
+_LONGEST_STEP = 1.6  # largest factor on a length in one step, either way
+# least relative step that updates the slope; a shorter one would measure the scatter between meshes
+_SHORTEST_STEP = 2e-3
 
-# Stiffness on the rough mesh over the stiffness on the mesh to solve on: 1.0035 to 1.0146 for 93 random designs. The
-# rough bar covers the difference to this factor, of which 300 designs took up to 0.0056:
-# tests/reference/fits/test_rough_springs.py
+# Stiffness on the rough mesh over stiffness on the normal mesh: 1.0035 to 1.0146 for 93 random designs. The rough error
+# bar covers the difference to this factor, at most 0.0056 in 300 designs: tests/reference/fits/test_rough_springs.py
 ROUGH_LIFT = 1.009
 ROUGH_ERROR = 0.0088
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeshPair:
-    """Scales of the mesh that is solved and of the coarser one that judges it, and the error bar made of the two.
+    """Scales of the solved mesh and of the coarser one that judges it, with the resulting error bar.
 
-    The error bar is a fraction [1] of the difference between both meshes plus a floor [1]. The pair is tried for
-    tolerances from `least_tolerance` [1] on.
+    The error bar is a fraction [1] of the difference between both meshes plus a floor [1]. The pair is used for
+    tolerances of at least `least_tolerance` [1].
     """
 
     fine: float
@@ -65,11 +67,11 @@ class MeshPair:
     least_tolerance: float
 
     def judged(self, housing: Housing, fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
-        """Return the stiffness of a housing [N/mm] from its solves on both meshes, with the error bars of this pair."""
+        """Return the stiffness of a housing [N/mm] by its solutions on both meshes, with the error bars of the pair."""
         stiffness = housing_stiffness(fine, coarse)
         errors = []
         for arm, error in zip(housing.arms, stiffness.error, strict=True):
-            difference = error / ERROR_SHARE  # of the stiffness on the two meshes
+            difference = error / ERROR_SHARE  # relative difference of the stiffness between the two meshes
             errors.append(odd_shape_factor(arm.flexure) * self.fraction * difference + self.floor)
         status = f"mesh of scale {self.fine:g} judged by scale {self.coarse:g} ({stiffness.info.status})"
         info = dataclasses.replace(stiffness.info, status=status)
@@ -77,8 +79,8 @@ class MeshPair:
 
 
 DEFAULT = MeshPair(fine=1.0, coarse=2.0, fraction=ERROR_SHARE, floor=1e-4, least_tolerance=1e-3)
-# Seen of the difference: 0.27 on the first, against 112 thousand dofs and 30 random designs; 0.024 on the last, against
-# one arm of five designs with 2.7 times the dofs, which is 0.026 against four times.
+# Observed error over the difference: 0.27 for the first pair, against 112 thousand dofs and 30 random designs; 0.024
+# for the last pair, against one arm of five designs with 2.7 times the dofs, which is 0.026 against four times.
 # tests/reference/fits/test_housing.py
 MESH_PAIRS = (
     MeshPair(fine=2.0, coarse=4.0, fraction=0.3, floor=2e-4, least_tolerance=1e-2),
@@ -88,11 +90,11 @@ MESH_PAIRS = (
 
 
 def odd_shape_factor(flexure: Flexure) -> float:
-    """Return the factor on the error bar from the difference of two meshes for a leaf of an odd shape [1].
+    """Return the factor on the error bar of two meshes for a leaf of unusual shape [1].
 
-    All meshes have like fans at the roots, whose error shows where a leaf is not much deeper than thick. They have few
-    layers for the bending across a leaf that is deeper than long. The 2.5 for a leaf as thick as deep covers the 2 that
-    was seen.
+    All meshes have the same fans of elements at the roots, whose error matters if a leaf is hardly deeper than thick.
+    They have few layers for the bending across a leaf that is deeper than long. The factor 2.5 for a leaf as thick as
+    deep covers an observed factor of 2.
     """
     shallow = min(1.0, flexure.thickness / flexure.depth)
     short = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))
@@ -108,21 +110,24 @@ class FittedHousing(Record):
 
 
 class HousingSolver:
-    """Solves housings of one material on meshes by their scale, and compares the last mesh with its solid."""
+    """Solver for housings of one material on meshes of several scales.
+
+    It also compares the last mesh with its solid.
+    """
 
     def __init__(
         self, E: float, poisson: float, begin_solid: Callable[[Housing], Future[PartSize]] | None = None
     ) -> None:
-        """Take a material [MPa], and what begins a solid beside the solves."""
+        """Store the material [MPa], and the function that begins a solid in parallel with the solves."""
         self.E = E
         self.poisson = poisson
         self._begin_solid = None if begin_solid is None else functools.lru_cache(maxsize=1)(begin_solid)
         self._last: dict[float, tuple[Housing, FlexureMesh]] = {}  # by the scale of the mesh
 
     def solve(self, housing: Housing, scale: float) -> TipCompliance:
-        """Return the compliance on a mesh of a scale [mm/N]; the coarse mesh is stretched from housing to housing.
+        """Return the compliance on a mesh of a scale [mm/N]; the coarse mesh is stretched from one housing to the next.
 
-        The solid is begun beside a fine solve, as this housing may be the last one.
+        A fine solve also begins the solid, because this housing may be the last one.
         """
         if self._begin_solid is not None and scale < COARSE:
             self._begin_solid(housing)
@@ -136,7 +141,7 @@ class HousingSolver:
         return tip_compliance(mesh, self.E, self.poisson, mount_layers(housing))
 
     def check(self, scale: float) -> None:
-        """Raise MeshError where the last mesh of a scale differs from the solid of its housing."""
+        """Raise MeshError if the last mesh of a scale differs from the solid of its housing."""
         housing, mesh = self._last[scale]
         size = solid_size(housing) if self._begin_solid is None else self._begin_solid(housing).result()
         check_flexure_mesh(mesh, size)
@@ -144,9 +149,10 @@ class HousingSolver:
 
 @dataclass(frozen=True, kw_only=True)
 class Secant:
-    """Stiffness over length of one spring: nearly a straight line in K^(-1/3), as of a beam.
+    """Stiffness over length of one spring, almost a straight line in K^(-1/3) as for a beam.
 
-    `slope` is that of the length [mm] over K^(-1/3), `root` the last K^(-1/3); both others are nan before a solve.
+    `slope` is d length / d K^(-1/3), and `root` the last K^(-1/3). `length` [mm] and `root` are nan before the first
+    solve.
     """
 
     slope: float
@@ -154,7 +160,7 @@ class Secant:
     root: float = math.nan
 
     def through(self, length: float, K: float) -> "Secant":
-        """Return the line through a new point [mm, N/mm], and through the last one where that is far enough away."""
+        """Return the line through a new point [mm, N/mm] and the last one, if that is far enough away."""
         root = K ** (-1.0 / 3.0)
         step = length - self.length
         is_slope = abs(step) > _SHORTEST_STEP * length and (root - self.root) * step > 0.0
@@ -165,21 +171,21 @@ class Secant:
         return 1.0 / (self.root + (length - self.length) / self.slope) ** 3
 
     def length_for(self, K: float) -> float:
-        """Return the length [mm], to 0.001 mm and at most 1.6 times away from the last, at which the stiffness is K."""
+        """Return the length [mm] for a stiffness K, to 0.001 mm and within a factor of 1.6 of the last length."""
         root: float = K ** (-1.0 / 3.0)
         wanted = self.length + self.slope * (root - self.root)
         return round(min(max(wanted, self.length / _LONGEST_STEP), self.length * _LONGEST_STEP), _DIGITS)
 
 
 class Solved(NamedTuple):
-    """A housing solved on one mesh, with a secant through the last solves of each spring there."""
+    """A housing solved on one mesh, with a secant through the last solutions of each spring on it."""
 
     housing: Housing
     compliance: TipCompliance
     secants: tuple[Secant, ...]
 
     def moved(self, aims: Floats) -> Housing:
-        """Return the housing with the lengths at which this mesh has other stiffnesses [N/mm]; raises InputError."""
+        """Return the housing with the lengths that aim at other stiffnesses [N/mm] on this mesh; raises InputError."""
         flexures = {}
         for arm, secant, K in zip(self.housing.arms, self.secants, aims.tolist(), strict=True):
             length = secant.length_for(K)
@@ -192,11 +198,11 @@ class Solved(NamedTuple):
         return self.housing.with_flexures(flexures)
 
     def carried_to(self, housing: Housing) -> TipCompliance:
-        """Return the result of this mesh scaled to lengths so near that another solve would find nothing new."""
+        """Return the result of this mesh scaled to lengths so close that a further solve would add nothing."""
         found = self.compliance
         pairs = zip(self.secants, housing.arms, strict=True)
         K = np.array([secant.stiffness(arm.flexure.length) for secant, arm in pairs])
-        scale = np.sqrt(found.K / K)  # of a compliance, whose row and column it both scales
+        scale = np.sqrt(found.K / K)  # scales the row and the column of a compliance
         sag = tuple((scale**2 * found.weight_sag).tolist())
         return dataclasses.replace(found, C=found.C * np.outer(scale, scale), weight_sag=sag)
 
@@ -209,10 +215,10 @@ def meet(
     miss: float = LOOSEST_MISS,
     most_solves: int = MOST_SOLVES,
 ) -> Solved:
-    """Return the housing whose springs have their aims [N/mm] on one mesh within a relative miss [1].
+    """Return the housing whose springs meet their aims [N/mm] on one mesh within a relative miss [1].
 
-    The secants start with the slopes. Raises InputError when an aim leaves no leaf, SolveError when the solves do not
-    meet the aims.
+    The secants start with the given slopes. Raises InputError if an aim leaves no leaf, and SolveError if `most_solves`
+    are not enough.
     """
     secants = tuple(Secant(slope=slope) for slope in slopes)
     for _ in range(most_solves):
@@ -233,18 +239,18 @@ def meet(
 
 
 def largest_miss(stiffnesses: Sequence[float], targets: Floats) -> float:
-    """Return the largest relative distance of a stiffness from its target [1]."""
+    """Return the largest relative deviation of a stiffness from its target [1]."""
     return float(np.abs(stiffnesses / targets - 1.0).max())
 
 
 def fit_lengths(
     housing: Housing, targets: Sequence[float], solver: HousingSolver, tolerance: float = TOLERANCE
 ) -> FittedHousing:
-    """Return the housing whose leaf lengths give each spring its target stiffness [N/mm] to 0.1 %.
+    """Return the housing whose leaf lengths give each spring its target stiffness [N/mm] within 0.1 %.
 
-    The error bars are within the relative tolerance where a mesh reaches it. A tolerance beyond 0.1 % holds for the
-    targets too, up to 0.5 %. Pins glued into the feet are in series with the springs. Raises InputError when a target
-    leaves no leaf, SolveError when the solves do not meet the targets, MeshError.
+    The error bars are within the relative tolerance if a mesh reaches it. A tolerance above 0.1 % also applies to the
+    targets, up to 0.5 %. Pins glued into the feet are in series with the springs. Raises InputError if a target leaves
+    no leaf, SolveError if the solves do not meet the targets, and MeshError.
     """
     start = time.perf_counter()
     feet = np.array(targets_without_pins(housing, targets, solver.E, solver.poisson))
@@ -270,9 +276,9 @@ def _percents(errors: Sequence[float]) -> str:
 def _fit_on_pairs(
     housing: Housing, targets: Floats, solver: HousingSolver, tolerance: float
 ) -> tuple[Housing, HousingStiffness]:
-    """Return a housing fitted to targets [N/mm], and its stiffness, on the cheapest pair of meshes that is good enough.
+    """Return a housing fitted to targets [N/mm] and its stiffness, on the cheapest pair of meshes within tolerance.
 
-    The coarse mesh finds the lengths, so that one solve on the fine one is enough as a rule.
+    The coarse mesh finds the lengths, so that one solve on the fine mesh is usually enough.
     """
     slopes = _beam_slopes(housing, solver.E)
     miss = min(max(tolerance, TOLERANCE), LOOSEST_MISS)
@@ -298,41 +304,44 @@ def _fit_on_pairs(
 
 
 def coarse_lift(flexure: Flexure) -> float:
-    """Return the stiffness on the coarse mesh over that on a finer one [1], before it is known: to 5e-4 as a rule.
+    """Return an estimate of the stiffness on the coarse mesh over the stiffness on a finer one [1].
 
-    Fitted by tests/reference/fits/test_housing.py.
+    It is usually accurate to 5e-4. Fitted by tests/reference/fits/test_housing.py.
     """
     return 1.0 + 0.0035 / (1.0 + 0.55 * flexure.length / flexure.depth)
 
 
 def _beam_slopes(housing: Housing, E: float) -> list[float]:
-    """Return the slope of the length [mm] of each leaf over K^(-1/3) by the beam law [E in MPa]."""
+    """Return the slope of each leaf's length [mm] over K^(-1/3) by the beam law [E in MPa]."""
     return [arm.flexure.thickness * math.cbrt(2.0 * E * arm.flexure.depth) for arm in housing.arms]
 
 
 def _fit_on_rough_mesh(housing: Housing, targets: Floats, solver: HousingSolver) -> tuple[Housing, HousingStiffness]:
-    """Return a housing fitted to targets [N/mm] on the rough mesh, and its stiffness; no solid is compared with it."""
+    """Return a housing fitted to targets [N/mm] on the rough mesh, and its stiffness.
+
+    No solid is compared with the mesh.
+    """
     solve = functools.partial(rough_compliance, E=solver.E, poisson=solver.poisson)
     solved = meet(housing, _beam_slopes(housing, solver.E), targets, solve)
     return solved.housing, rough_stiffness(solved.housing, solved.compliance)
 
 
 def rough_compliance(housing: Housing, E: float, poisson: float) -> TipCompliance:
-    """Return the compliance [mm/N, E in MPa] on the rough mesh, corrected for its lift; raises SolveError."""
+    """Return the compliance [mm/N, E in MPa] on the rough mesh, corrected to the normal mesh; raises SolveError."""
     found = compliance_of(coarse_half(housing, E, poisson, rough=True))
     return dataclasses.replace(found, C=ROUGH_LIFT * found.C)
 
 
 def rough_stiffness(housing: Housing, found: TipCompliance) -> HousingStiffness:
-    """Return the stiffness of a housing [N/mm] from its compliance on the rough mesh, with bars by random designs."""
+    """Return the stiffness of a housing [N/mm] on the rough mesh, with error bars derived from random designs."""
     errors = tuple(ROUGH_ERROR * odd_shape_factor(arm.flexure) for arm in housing.arms)
-    one_mesh = housing_stiffness(found, found)  # the error of the strain needs no other mesh
+    one_mesh = housing_stiffness(found, found)  # the error of the strain needs no second mesh
     info = dataclasses.replace(one_mesh.info, status=f"20-node hexahedra, one rough mesh of {found.dofs} dofs")
     return dataclasses.replace(one_mesh, error=errors, weight_sag_error=errors, info=info)
 
 
 def targets_without_pins(housing: Housing, targets: Sequence[float], E: float, poisson: float) -> tuple[float, ...]:
-    """Return the stiffnesses [N/mm] of the feet with which pins glued into them have the targets."""
+    """Return the stiffnesses [N/mm] of the feet that give the targets together with glued pins."""
     of_pin = pin_compliance(housing, E, poisson).value
     for arm, K in zip(housing.arms, targets, strict=True):
         if of_pin * K >= 1.0:
@@ -344,11 +353,14 @@ def targets_without_pins(housing: Housing, targets: Sequence[float], E: float, p
 
 
 def add_pin_compliance(stiffness: HousingStiffness, housing: Housing, E: float, poisson: float) -> HousingStiffness:
-    """Return the stiffness [N/mm] at the faces of pins from that of the feet; half their span is in the error."""
+    """Return the stiffness [N/mm] at the faces of pins from the stiffness of the feet.
+
+    Half the pins' span is in the error.
+    """
     pin = pin_compliance(housing, E, poisson)
     C = stiffness.C + pin.value * np.eye(len(stiffness.C))
     errors = []
     for with_pin, foot, mesh_error in zip(tip_stiffnesses(C), stiffness.K, stiffness.error, strict=True):
-        of_foot = with_pin / foot  # fraction of the compliance that is the foot's, and so of its error
+        of_foot = with_pin / foot  # share of the foot in the compliance, and so of its error
         errors.append(of_foot * mesh_error + pin.error * with_pin)
     return dataclasses.replace(stiffness, C=C, error=tuple(errors))

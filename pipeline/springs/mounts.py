@@ -1,4 +1,4 @@
-"""What holds a housing as the solver takes it: the layers of its mount."""
+"""The mount of a housing in the solver, as elastic layers."""
 
 import functools
 from collections.abc import Sequence
@@ -14,19 +14,19 @@ from solve.housing.clamped_half import SIDES, ClampedHalf, clamped_half
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
 from solve.housing.stiffness import lever_compliance
 
-# The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher.
+# Layer that represents the rough skin of a print under a washer, a judgement. Without it K_h is 0.05 % higher.
 SKIN_MM = 0.02
-# Of the plate of a cover, which gives less than a bar as narrow as its rim: CalculiX on
+# Effective share of the thickness of a cover's plate, which is stiffer than a bar as narrow as its rim. By CalculiX on
 # tetrahedra of housing and cover.
 PLATE_FRACTION = 0.75
-COARSE_SCALE = 4.0  # of the mesh on which tips lean sideways
-ROUGH_SCALE = 3.0  # of the one mesh of a rough answer, which has one layer of elements over the half depth
+COARSE_SCALE = 4.0  # scale of the mesh for the sideways compliance of tips
+ROUGH_SCALE = 3.0  # scale of the only mesh of a rough answer, which has one layer of elements over the half depth
 
 
 def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
-    """Return the layers between the frame and the ground [mm], none where the walls of its holes are held.
+    """Return the elastic layers between frame and ground [mm]; empty if the walls of the holes are fixed.
 
-    A cover is a layer of the housing's material whose outer face a flat plate of metal holds.
+    A cover is a layer of the housing's material, whose outer face a flat metal plate holds.
     """
     holes = discs_at(housing, housing.hole_diameter)
     if housing.mount == "covers":
@@ -41,10 +41,10 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
 
 
 def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...]:
-    """Return the layers of one plate of a square: the given one on its front, on its back its twin behind the pads.
+    """Return the layers of one plate of a square: its own layer in front, and its twin with the pads behind.
 
-    The solver puts every layer on both sides, so each is twice as thick here, half as stiff. That makes K_h 0.02 % too
-    high, less than the meshes leave open; the load of the twin moves it less still.
+    The solver puts every layer on both sides. So each layer is twice as thick here, which makes it half as stiff. K_h
+    becomes 0.02 % too high, which is less than the mesh error; the load of the twin changes it even less.
     """
     twin = 2.0 * housing.pad_height + housing.depth + front.thickness
     back = ElasticLayer(name=SIDES, thickness=2.0 * twin, rectangles=rim(housing), holes=front.holes)
@@ -53,25 +53,25 @@ def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...
 
 @functools.lru_cache(maxsize=1)
 def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> ClampedHalf:
-    """Return half the housing in its own mount on a coarse mesh, or the rough one [E in MPa]; the last one is kept.
+    """Return half the housing in its mount on a coarse or a rough mesh [E in MPa]; the last result is cached.
 
-    What tips give sideways is found on it, and a rough answer is all of it. Raises SolveError.
+    The sideways compliance of tips is computed on it; a rough answer uses nothing else. Raises SolveError.
     """
     mesh = flexure_mesh(housing, ROUGH_SCALE, layers=1) if rough else flexure_mesh(housing, COARSE_SCALE)
     return clamped_half(mesh, E, poisson, mount_layers(housing))
 
 
 def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool) -> SidewaysGive:
-    """Return the sideways compliance of the tips of a plate under forces that lean, E in MPa.
+    """Return the sideways compliance of the tips of a plate under inclined forces, E in MPa.
 
-    It is that of the centres of the spheres of domes, or of flat faces, on a coarse mesh. Its error is how far that
-    mesh misses the springs' stiffness K [N/mm] on finer ones. Raises MeshError or SolveError.
+    It belongs to the centres of the spheres of domes, or to flat faces, on a coarse mesh. Its error is the relative
+    difference between that mesh and the stiffness K [N/mm] on finer ones. Raises MeshError or SolveError.
     """
     lever = housing.dome_radius - housing.pin_out
     half = coarse_half(housing, E, poisson, rough=rough)
     compliance = lever_compliance(half, lever)
     error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())
-    compliance[..., 2, 2] = 0.0  # from up to up the springs have it
+    compliance[..., 2, 2] = 0.0  # the springs contain the compliance from up to up
     return SidewaysGive(compliance, error)
 
 
@@ -82,7 +82,7 @@ def walls(housing: Housing) -> tuple[Rectangle, ...]:
 
 
 def rim(housing: Housing) -> tuple[Rectangle, ...]:
-    """Return where the rim of a cover, or a pad, lies on the frame [mm]: on posts and bar, set back from its edges."""
+    """Return the contact of a cover's rim or a pad with the frame [mm]: posts and bar, set back from their edges."""
     foot = max(housing.cover_level, housing.protrusion)
     top = housing.top_level
     rectangles = []

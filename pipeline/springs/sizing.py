@@ -1,4 +1,4 @@
-"""From the targets and the fruit's compliance to the two spring stiffnesses, by the law that also judges them."""
+"""Sizing of the two springs from the targets and the fruit's compliance, by the law that also judges them."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -17,17 +17,17 @@ from sensor.theory.two_spring_law import (
 )
 from solve.fruit.compliance import FruitCompliance
 
-LEAST_RISE = 1e-9  # of P over the moduli, as a fraction of P: of a smaller one round-off leaves too few digits
+LEAST_RISE = 1e-9  # least relative rise of P over the moduli; a smaller one is lost in round-off
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpringSizing:
-    """The springs a design asks for and the fruit stiffness that sized them [N/mm; K_m / E in mm].
+    """The springs that a design requires and the fruit stiffness that sized them [N/mm; K_m / E in mm].
 
-    `K_m_max` and `sizing_stiffness_ratio` sized the springs. `K_m_max_contact` and `stiffness_ratio`, of the high tip
-    over the low one, are those of the true contact, which judges whatever the `basis` of the sizing.
-    `K_m_at_largest_E` is that of the largest modulus shown, which may lie beyond E_max. `stiffening` is K_m over
-    K_m,max [1] at `curve_shares` of E_max on a fruit with a skin; none where K_m is proportional to E.
+    `K_m_max` and `sizing_stiffness_ratio` sized the springs. `K_m_max_contact` and `stiffness_ratio` (high tip over low
+    tip) come from the true contact, which judges the springs for any `basis` of the sizing. `K_m_at_largest_E` is at
+    the largest modulus of the design, which may exceed E_max. `stiffening` is K_m over K_m,max [1] at `curve_shares` of
+    E_max on a fruit with a skin; it is empty if K_m is proportional to E.
     """
 
     springs: Springs
@@ -51,10 +51,10 @@ class SpringSizing:
 
 
 def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions) -> SpringSizing:
-    """Return the springs [N/mm] that meet the targets, or those that the design gives, with the fruit stiffness used.
+    """Return the springs [N/mm] by the targets or from the design, with the fruit stiffness that sized them.
 
-    The basis "contact" takes K_m = E / (s11 - s12); "hayes" the paper's circular tip, whose radius is half the side.
-    More tips than two are sized as the pair that stands for them. Raises InputError where no springs meet the targets.
+    The basis "contact" uses K_m = E / (s11 - s12), and "hayes" the paper's circular tip, whose radius is half the side.
+    More than two tips are represented by a pair. Raises InputError if no springs meet the targets.
     """
     fruit = design.fruit
     pair = contact.per_spring(*design.tips.spring_groups)
@@ -83,7 +83,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
 
 
 def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
-    """Return K_m over that at E_max [MPa] at `curve_shares` of it [1]; none without a skin."""
+    """Return K_m at `curve_shares` of E_max [MPa] over K_m at E_max [1]; empty without a skin."""
     if pair.skin is None:
         return ()
     top = pair.at(E_max).K_m_over_E()
@@ -91,10 +91,10 @@ def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
 
 
 def _given_or_sized(design: Design, K_m_max: float, ratio: float, stiffening: tuple[float, ...]) -> Springs:
-    """Return the springs that the design gives, else those that its targets need, on fruit of K_m_max [N/mm].
+    """Return the springs of the design, or else the springs for its targets, on fruit of K_m_max [N/mm].
 
-    `ratio` [1] is the fruit's stiffness under the high tip over that under the low one. `stiffening` [1] is K_m on
-    softer fruit over K_m_max as `fruit_stiffening` gives it, () where K_m is proportional to E. Raises InputError.
+    `ratio` [1] is the fruit's stiffness under the high tip over its stiffness under the low one. `stiffening` [1] is
+    K_m on softer fruit over K_m_max from `fruit_stiffening`, () if K_m is proportional to E. Raises InputError.
     """
     given = design.springs
     targets = design.nominal_targets

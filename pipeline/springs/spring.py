@@ -1,4 +1,4 @@
-"""One spring of a sensor, as it is required and as it is made; the fields are keys of report.json."""
+"""One spring of a sensor, as required and as printed; the fields are keys of report.json."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from sensor.theory.leaf_spring import Flexure
 
 @dataclass(frozen=True, kw_only=True)
 class Spring:
-    """One of the springs: stiffnesses in N/mm, errors as fractions. All but its target is None if it is not made."""
+    """One of the springs: stiffnesses in N/mm, errors as fractions. Only its target is set if it is not printed."""
 
     target: float = report_field(
         "N/m", "stiffness that the targets or the design require", key="target_N_per_m", times=1e3
@@ -49,15 +49,16 @@ class Spring:
 
     @property
     def stiffness(self) -> float:
-        """Return the stiffness by finite elements, the target if it is not made [N/mm]."""
+        """Return the stiffness by finite elements, or the target if the spring is not printed [N/mm]."""
         return self.target if self.K is None else self.K
 
     @property
     def error(self) -> float:
         """Return the error of the stiffness [N/mm]; 0 for a target."""
+        # The error is None for a spring that is not printed, which is the same as 0; likewise below.
         return self.stiffness * (self.K_error or 0.0)
 
     @property
     def highest_strain(self) -> float:
-        """Return the root strain with its error bar [1]; 0 if it is not made."""
+        """Return the root strain with its error bar [1]; 0 if the spring is not printed."""
         return (self.root_strain or 0.0) * (1.0 + (self.root_strain_error or 0.0))
