@@ -23,7 +23,7 @@ level = 0.5 * (frame.cavity_level + frame.top_level)  # the middle of the bar ab
 hole = cq.Workplane("XZ").center(0.0, level).circle(CABLE_MM / 2.0).extrude(50.0, both=True)
 for name in ("housing", "front_cover", "back_cover", "mount"):
     part = assembly.objects[name]
-    part.obj = part.obj.cut(hole)
+    part.obj = part.obj.cut(hole.val().moved(part.loc.inverse))  # in the frame of the part
 
 flange = assembly.objects["mount"].obj.faces(tag="flange").val().Center().z
 arm = cq.Workplane(origin=(0.0, 0.0, flange)).circle(ARM_MM[0] / 2.0).extrude(ARM_MM[1])  # about the axis of the press

@@ -5,9 +5,7 @@ import cadquery as cq
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
 from cad.checks.near_faces import PLACE_TOLERANCE_MM, nearest_pair
 from cad.checks.seat_checks import window_verdicts
-from cad.parts.assembly import turned_twin
-from cad.parts.cover_solid import turn_cover
-from cad.parts.pose import in_place
+from cad.parts.assembly import cover_places, plate_places
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
@@ -21,8 +19,9 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
     A Hall read-out adds geometry.sensor_windows [mm]. Clearance is the least distance of a cover from shuttles, necks
     and leaves, at rest, half way and at their stops. A plate of a square has a cover on its front alone.
     """
-    covers = {} if sensor.housing.back_to_back else {"back": cover}
-    covers["front"] = turn_cover(cover, sensor.housing)
+    front, back = cover_places(sensor.housing)
+    covers = {} if sensor.housing.back_to_back else {"back": cover.moved(back)}
+    covers["front"] = cover.moved(front)
     pairs = {}
     for pose, arm in _arm_poses(sensor):
         for side, shape in covers.items():
@@ -38,13 +37,14 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
 
 
 def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
-    """Return the arms moved as a whole towards their stops, which is farther than any leaf of them goes."""
+    """Return the arms of the first plate moved towards their stops, which is farther than any leaf of them goes."""
+    plate = plate_places(sensor.housing)[0]
     poses = []
     for arm in sensor.housing.arms:
         shape = moving_part(sensor, arm)
         stop = sensor.housing.cavity_level - arm.top_level
         for fraction in _TO_THE_STOP:
-            moved = shape.translate(cq.Vector(0.0, 0.0, fraction * stop))
+            moved = shape.moved(plate * cq.Location(cq.Vector(0.0, 0.0, fraction * stop)))
             poses.append((f"{arm.name} arm {100.0 * fraction:g} % of the way to the stop", moved))
     return poses
 
@@ -58,8 +58,7 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     if not sensor.housing.back_to_back:
         return ()
     name = "geometry.plates"
-    plate = in_place(sensor.part.shape, sensor.housing)
-    twin = turned_twin(plate)
+    plate, twin = (sensor.part.shape.moved(place) for place in plate_places(sensor.housing))
     shared = sum(solid.Volume() for solid in plate.intersect(twin).Solids())
     if shared > 0.0:
         reference = f"the plates run into each other, {shared:.3g} mm^3 of them in the same place"
@@ -68,6 +67,6 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     if apart > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not meet: screws would bend the plates by {apart:.3g} mm"
         return (judge(name, None, reference),)
-    nearest, distance = nearest_pair({pose: (in_place(arm, sensor.housing), twin) for pose, arm in _arm_poses(sensor)})
+    nearest, distance = nearest_pair({pose: (arm, twin) for pose, arm in _arm_poses(sensor)})
     reference = f"plates meet at their pads; least distance of what moves in one from the other, {nearest}"
     return (judge(name, distance, reference, tolerance=PLACE_TOLERANCE_MM),)

@@ -10,9 +10,10 @@ import OCP
 from numpy.typing import NDArray
 
 from cad.checks.line_probe import UP, Lines, Vector, solid_lines
+from cad.parts.assembly import plate_places
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
 from cad.parts.part import box_through
-from cad.parts.pose import in_place, pose_matrix, pose_shape
+from cad.parts.pose import location_matrix, pressed_pose
 from cad.parts.sensor import SensorSolids
 from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
@@ -39,14 +40,15 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     moving = box_through(housing.depth, (low.wall, high.wall), (-_REACH, housing.cavity_level))
     frame = sensor.part.shape.cut(moving)
     necks = sensor.part.shape.intersect(box_through(housing.depth, (-half, half), (tip_height, housing.neck_level)))
+    plate = plate_places(housing)[0]
     return (
-        fruit_clearance_verdict("geometry.frame_clearance", sensor, frame),
-        _clearance("geometry.neck_clearance", sensor, necks, press_tilt(sensor.press)),
+        fruit_clearance_verdict("geometry.frame_clearance", sensor, frame.moved(plate)),
+        _clearance("geometry.neck_clearance", sensor, necks.moved(plate), press_tilt(sensor.press)),
     )
 
 
 def fruit_clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape) -> Verdict:
-    """Return the smallest distance [mm] of a shape that is fixed to the frame from the fruit, as of the frame."""
+    """Return the smallest distance [mm] from the fruit of a shape in the sensor that moves with the frame."""
     return _clearance(name, sensor, shape, largest_tilt(sensor.press))
 
 
@@ -63,10 +65,10 @@ def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) ->
     """Return the smallest distance [mm] of a shape from the fruit at full travel, tilted by `tilt` [deg] any way."""
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()
-    above_fruit = in_place(shape, sensor.housing).translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
+    above_fruit = shape.moved(cq.Location(cq.Vector(0.0, 0.0, sensor.housing.pin_out)))
     distances = {}
     for heading in nearest_headings(above_fruit, fruit, travel, tilt) if tilt > 0.0 else (0.0,):
-        distances[heading] = _signed_distance(pose_shape(above_fruit, travel, tilt, heading), fruit)
+        distances[heading] = _signed_distance(above_fruit.moved(pressed_pose(travel, tilt, heading)), fruit)
     worst = min(distances, key=distances.__getitem__)
     pose = f"travel {travel:g} mm, tilt {tilt:g} deg any way"
     least = f"least where the side {worst:g} deg from +x goes down"
@@ -88,7 +90,7 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
     bounds = np.reshape(box.bounding_box(), (2, 3))
     gaps = {}
     for heading in HEADINGS:
-        matrix = pose_matrix(travel, tilt, heading)
+        matrix = location_matrix(pressed_pose(travel, tilt, heading))
         posed = corners @ matrix[:, :3].T + matrix[:, 3]
         of_corners = np.linalg.norm(np.maximum(0.0, np.maximum(bounds[0] - posed, posed - bounds[1])), axis=1)
         gaps[heading] = body.transform(matrix).min_gap(box, of_corners.min() + _CHORD_MM)  # none is wider than this

@@ -19,6 +19,7 @@ from cad.drawing.view import draw_view, view_of
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, Housing, fillet_corners
 from cad.parts.part import NEAR_MM
+from cad.parts.pin_socket import pin_places, pin_solid
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
@@ -56,7 +57,7 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
     A plate with pads is shown from behind below them.
     """
     housing = sensor.housing
-    pins = [body.shape for body in sensor.pin_bodies()]
+    pins = [pin_solid(housing, sensor.tips).moved(place) for place in pin_places(housing).values()]
     printed = sensor.part.shape
     shown = _Shown(
         sensor=sensor,

@@ -1,7 +1,7 @@
 """The sensor taken apart along its screws, each kind of part with its number in the bill: exploded.svg."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import cadquery as cq
@@ -10,26 +10,26 @@ from cad.drawing.view import edge_points, point_in_view, view_of
 from cad.fabrication.bill import BillLine
 from cad.fabrication.mount import mount_solid
 from cad.fabrication.templates import render_template
-from cad.parts.assembly import assembly_bodies
-from cad.parts.sensor import STEEL_COLOUR, NamedSolid, SensorSolids
+from cad.parts.assembly import assembly_of, in_place
+from cad.parts.sensor import SensorSolids
 
-# From the front to the back: how the names of bodies begin, and the part of the bill that they are.
+# From the front to the back: how the names of parts begin, and the part of the bill that they are.
 _STACK = {
     "screw": "screw",
-    "front washer": "washer",
-    "front cover": "cover",
+    "front_washer": "washer",
+    "front_cover": "cover",
     "housing": "housing",
-    "plate 1": "housing",
+    "plate_1": "housing",
     "dowel": "dowel",
-    "plate 2": "housing",
-    "back cover": "cover",
+    "plate_2": "housing",
+    "back_cover": "cover",
     "mount": "mount",
-    "back washer": "washer",
+    "back_washer": "washer",
     "nut": "nut",
 }
 _GAP_MM = 9.0  # between neighbours in the stack, and between a pin and its foot
 _BEHIND_COVER_MM = 30.0  # of the gap behind a front cover, so that the springs are seen
-_HIDDEN = ("back washer", "nut")  # the left ones stand behind the bracket
+_HIDDEN = ("back_washer", "nut")  # the left ones stand behind the bracket
 _ROOM_MM = 7.0  # between the picture and its numbers
 _APART_MM = 11.0  # between the middles of two numbers
 _COARSE_MM = 0.5  # chord of the triangles among whose corners the highest one is searched
@@ -47,35 +47,34 @@ class Balloon:
 def write_exploded(sensor: SensorSolids, bill: Sequence[BillLine], path: Path) -> None:
     """Write the picture of a sensor with its bracket, taken apart, as SVG; raises OSError."""
     groups = exploded(sensor)
-    bodies = [body for group in groups.values() for body in group]
-    edges = view_of(cq.Compound.makeCompound([body.shape for body in bodies]), "corner")
+    shapes = [in_place(part) for group in groups.values() for part in group]
+    edges = view_of(cq.Compound.makeCompound(shapes), "corner")
     lines = sorted([(round(x, 2), round(y, 2)) for x, y in edge_points(edge)] for edge in edges)
     text = render_template("exploded.svg.jinja", lines=lines, balloons=balloons_of(groups, bill), room=_ROOM_MM)
     path.write_text(text, encoding="utf-8")
 
 
-def exploded(sensor: SensorSolids) -> dict[str, list[NamedSolid]]:
-    """Return the bodies of a sensor but its fruit by their place in the stack [mm], moved apart; pins hang below."""
-    mount = NamedSolid(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR)
-    bodies = [*assembly_bodies(sensor), mount]
-    stack = {place: [body for body in bodies if _is_at(body, place)] for place in _STACK}
-    pins = [body for body in bodies if "pin" in body.name.split()]
-    groups: dict[str, list[NamedSolid]] = {}
+def exploded(sensor: SensorSolids) -> dict[str, list[cq.Assembly]]:
+    """Return the parts of a sensor but its fruit by their place in the stack [mm], moved apart; pins hang below."""
+    parts = assembly_of(sensor).add(mount_solid(sensor), name="mount").children
+    pins = [part for part in parts if "pin" in part.name.split("_")]
+    groups: dict[str, list[cq.Assembly]] = {}
     front = 0.0
-    for place, group in stack.items():
+    for place in _STACK:
+        group = [part for part in parts if part.name == place or part.name.startswith(f"{place}_")]
         if not group:
             continue
-        box = cq.Compound.makeCompound([body.shape for body in group]).BoundingBox()
-        groups[place] = [_moved(body, front - box.ymin) for body in group]
+        box = cq.Compound.makeCompound([in_place(part) for part in group]).BoundingBox()
+        groups[place] = _moved(group, front - box.ymin)
         here = [pin for pin in pins if place == "housing" or (place[-1] == pin.name[-1] and place.startswith("plate"))]
         if here:
-            groups[f"pin {place}"] = [_moved(pin, front - box.ymin, -_GAP_MM) for pin in here]
-        front += box.ylen + (_BEHIND_COVER_MM if place == "front cover" else _GAP_MM)
+            groups[f"pin {place}"] = _moved(here, front - box.ymin, -_GAP_MM)
+        front += box.ylen + (_BEHIND_COVER_MM if place == "front_cover" else _GAP_MM)
     return groups
 
 
-def balloons_of(groups: dict[str, list[NamedSolid]], bill: Sequence[BillLine]) -> list[Balloon]:
-    """Return a number for each group of bodies [mm], over the highest point of one of them, in a row."""
+def balloons_of(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine]) -> list[Balloon]:
+    """Return a number for each group of parts [mm], over the highest point of one of them, in a row."""
     numbers: dict[str, int] = {}
     for number, row in enumerate(bill, start=1):
         numbers.setdefault(row.part, number)
@@ -87,17 +86,15 @@ def balloons_of(groups: dict[str, list[NamedSolid]], bill: Sequence[BillLine]) -
     return balloons
 
 
-def _is_at(body: NamedSolid, place: str) -> bool:
-    return body.name == place or body.name.startswith(f"{place} ")
+def _moved(parts: Sequence[cq.Assembly], y: float, z: float = 0.0) -> list[cq.Assembly]:
+    by = cq.Location(cq.Vector(0.0, y, z))
+    return [cq.Assembly(part.obj, loc=by * part.loc, name=part.name) for part in parts]
 
 
-def _moved(body: NamedSolid, y: float, z: float = 0.0) -> NamedSolid:
-    return replace(body, shape=body.shape.moved(cq.Location(cq.Vector(0.0, y, z))))
-
-
-def _pointed(place: str, group: Sequence[NamedSolid]) -> tuple[float, float]:
-    """Return the highest point in the view [mm] of bodies, of those on the right if others are hidden."""
-    right = max(body.shape.BoundingBox().xmax for body in group)
-    seen = [body for body in group if place not in _HIDDEN or body.shape.BoundingBox().xmax > right - _COARSE_MM]
-    corners = [corner for body in seen for corner in body.shape.copy().tessellate(_COARSE_MM)[0]]
+def _pointed(place: str, group: Sequence[cq.Assembly]) -> tuple[float, float]:
+    """Return the highest point in the view [mm] of parts, of those on the right if others are hidden."""
+    shapes = [in_place(part) for part in group]
+    right = max(shape.BoundingBox().xmax for shape in shapes)
+    seen = [shape for shape in shapes if place not in _HIDDEN or shape.BoundingBox().xmax > right - _COARSE_MM]
+    corners = [corner for shape in seen for corner in shape.copy().tessellate(_COARSE_MM)[0]]
     return max((point_in_view(corner, "corner") for corner in corners), key=lambda point: point[1])

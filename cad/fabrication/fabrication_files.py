@@ -16,14 +16,14 @@ from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl, print_shape, triangles_volume
 from cad.files.slicer_settings import slicer_settings
 from cad.files.stl import triangles
-from cad.parts.assembly import COVER_COLOUR
+from cad.parts.assembly import COVER_COLOUR, STEEL_COLOUR
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.pose import print_pose
-from cad.parts.sensor import STEEL_COLOUR, NamedSolid, SensorSolids
+from cad.parts.sensor import SensorSolids
 from sensor.design.signal_path import SpringReadOut
 
-_TOOL_COLOUR = (0.45, 0.62, 0.35)  # of what is no part of a sensor
+_TOOL_COLOUR = cq.Color(0.45, 0.62, 0.35)  # of what is no part of a sensor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,12 +44,12 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     """
     housing = sensor.housing
     process = title.process
-    bodies = [
-        NamedSolid(name="coupon", shape=coupon_part(housing).shape, colour=_TOOL_COLOUR),
-        NamedSolid(name="cover", shape=cover_part(housing, sensor.seats).shape, colour=COVER_COLOUR),
-        NamedSolid(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
-    ]
-    shapes = {"housing": sensor.part.shape} | {body.name: body.shape for body in bodies}
+    parts = {
+        "coupon": (coupon_part(housing).shape, _TOOL_COLOUR),
+        "cover": (cover_part(housing, sensor.seats).shape, COVER_COLOUR),
+        "mount": (mount_solid(sensor), STEEL_COLOUR),
+    }
+    shapes = {"housing": sensor.part.shape} | {name: shape for name, (shape, _) in parts.items()}
     masses = {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
     bill = bill_of_materials(sensor, process, masses, read_out.signal)
 
@@ -59,12 +59,12 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     printed = print_shape(sensor)
     meshes = {"housing": triangles(printed)}
     volumes = {"housing": triangles_volume(printed)}
-    for body in bodies:
-        step = folder / f"{body.name}.step"
-        stl = folder / f"{body.name}.stl"
-        read_back[body.name] = export_step([body], step)
-        meshes[body.name] = export_stl(print_pose(body.shape), stl)
-        volumes[body.name] = triangles_volume(body.shape)
+    for name, (shape, colour) in parts.items():
+        step = folder / f"{name}.step"
+        stl = folder / f"{name}.stl"
+        read_back[name] = export_step(cq.Assembly(shape, name=name, color=colour), step)
+        meshes[name] = export_stl(print_pose(shape), stl)
+        volumes[name] = triangles_volume(shape)
         paths += [step, stl]
     paths.append(folder / "plate.3mf")
     write_plate(meshes, volumes, bill, slicer_settings(process, housing), paths[-1])

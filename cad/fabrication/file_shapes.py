@@ -13,10 +13,11 @@ import trimesh
 from cad.checks.as_designed import FOREIGN_MM, STEP_KINDS, UNITS, as_designed_verdict, part_triangles, shape_triangles
 from cad.checks.triangle_checks import enclosed_volume
 from cad.fabrication.mount import mount_solid
-from cad.files.sensor_files import pin_shape, print_shape
-from cad.parts.assembly import assembly_bodies
+from cad.files.sensor_files import print_shape
+from cad.parts.assembly import assembly_of
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
+from cad.parts.pin_socket import pin_solid
 from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
 from sensor.verdict import Verdict
@@ -32,7 +33,7 @@ def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
         "housing.step": lambda: sensor.part.shape,
         "housing.stl": printed,
         "housing.3mf": printed,
-        "assembly.step": lambda: cq.Compound.makeCompound([body.shape for body in assembly_bodies(sensor)]),
+        "assembly.step": lambda: assembly_of(sensor).toCompound(),
     }
     parts = {
         "cover": lambda: cover_part(sensor.housing, sensor.seats).shape,
@@ -43,7 +44,7 @@ def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
         shapes[f"{name}.step"] = draw
         shapes[f"{name}.stl"] = functools.partial(_in_print_pose, draw)
     if sensor.housing.pin_side:
-        shapes["pin.step"] = lambda: pin_shape(sensor)
+        shapes["pin.step"] = lambda: pin_solid(sensor.housing, sensor.tips)
     return shapes
 
 

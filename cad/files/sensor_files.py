@@ -1,22 +1,25 @@
 """The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose, each read back and compared; GLB."""
 
 import functools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import cadquery as cq
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from cad.files.export_error import ExportError
 from cad.files.glb import GlbBody, glb_of
-from cad.files.step import by_shape, read_step, write_step
+from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
-from cad.parts.assembly import assembly_bodies, outwards
+from cad.parts.assembly import PRINTED_COLOUR, STEEL_COLOUR, assembly_of, colour_of, outwards
+from cad.parts.pin_socket import pin_solid
 from cad.parts.pose import location_matrix, print_pose
-from cad.parts.sensor import NamedSolid, SensorSolids
+from cad.parts.sensor import SensorSolids
+from sensor.arrays import Floats
 from sensor.quantity import Estimate
 
 _STEP_TOLERANCE = 1e-9  # relative: Part 21 carries 15 digits
@@ -52,11 +55,11 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
     housing_step = folder / "housing.step"
-    step = export_step([sensor.printed_body()], housing_step)
+    step = export_step(cq.Assembly(sensor.part.shape, name="housing", color=PRINTED_COLOUR), housing_step)
 
     assembly_step = folder / "assembly.step"
-    bodies = assembly_bodies(sensor)
-    export_step(bodies, assembly_step)
+    assembly = assembly_of(sensor)
+    export_step(assembly, assembly_step)
 
     printed = print_shape(sensor)
     stl = folder / "housing.stl"
@@ -68,12 +71,13 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     compare_volume(package, read_3mf(package).mesh.volume, expected)
 
     assembly_glb = folder / "assembly.glb"
-    assembly_glb.write_bytes(glb_of(shown_bodies(bodies)))
+    assembly_glb.write_bytes(glb_of(shown_bodies(assembly)))
 
     paths = [housing_step, assembly_step, stl, package, assembly_glb]
-    if pins := sensor.pin_bodies():
+    if sensor.housing.pin_side:
         paths.append(folder / "pin.step")
-        export_step([replace(pins[0], name="pin", shape=pin_shape(sensor))], paths[-1])
+        pin = pin_solid(sensor.housing, sensor.tips)
+        export_step(cq.Assembly(pin, name="pin", color=STEEL_COLOUR), paths[-1])
     return SensorFiles(paths=tuple(paths), forms=FormsRead(step=step, stl=mesh))
 
 
@@ -82,46 +86,44 @@ def print_shape(sensor: SensorSolids) -> cq.Shape:
     return print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
 
 
-def pin_shape(sensor: SensorSolids) -> cq.Shape:
-    """Return one of the pins, which are all equal, standing on its touching face [mm]."""
-    shape = sensor.pin_bodies()[0].shape
-    box = shape.BoundingBox()
-    return shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
-
-
 def read_forms(folder: Path) -> FormsRead:
     """Return the shapes in those files of a sensor that are checked; raises ValueError for an unreadable file."""
     return FormsRead(step=read_step(folder / "housing.step"), stl=read_stl(folder / "housing.stl"))
 
 
-def shown_bodies(bodies: Sequence[NamedSolid]) -> list[GlbBody]:
-    """Return bodies as triangles to be looked at, which the animation moves outwards; screws alike are meshed once."""
-    shown = {}
-    for instances in by_shape(bodies):
-        at_origin = instances[0].shape.located(cq.Location()).copy()
-        vertices, triangles = at_origin.tessellate(_SHOWN_CHORD_MM, _SHOWN_ANGLE)
-        corners = np.array([vertex.toTuple() for vertex in vertices])
-        for body in instances:
-            matrix = location_matrix(body.shape.location())
-            shown[body.name] = GlbBody(
-                name=body.name,
-                vertices=corners @ matrix[:, :3].T + matrix[:, 3],
-                triangles=np.array(triangles),
-                colour=np.array(body.colour),
-                moved=np.array([0.0, outwards(body), 0.0]),
-            )
-    return [shown[body.name] for body in bodies]
+def shown_bodies(assembly: cq.Assembly) -> list[GlbBody]:
+    """Return the parts of an assembly as triangles to be looked at, which the animation moves outwards.
+
+    Equal parts are divided into triangles once.
+    """
+    meshes: dict[cq.Shape, tuple[Floats, NDArray[np.int64]]] = {}
+    bodies = []
+    for part in assembly.children:
+        shape = part.shapes[0]
+        if shape not in meshes:
+            vertices, corners_of = shape.copy().tessellate(_SHOWN_CHORD_MM, _SHOWN_ANGLE)
+            meshes[shape] = np.array([vertex.toTuple() for vertex in vertices]), np.array(corners_of)
+        corners, triangles = meshes[shape]
+        matrix = location_matrix(part.loc)
+        body = GlbBody(
+            name=part.name,
+            vertices=corners @ matrix[:, :3].T + matrix[:, 3],
+            triangles=triangles,
+            colour=np.array(colour_of(part)),
+            moved=np.array([0.0, outwards(part), 0.0]),
+        )
+        bodies.append(body)
+    return bodies
 
 
-def export_step(bodies: Sequence[NamedSolid], path: Path) -> cq.Shape:
-    """Write bodies [mm] as STEP, named for the file, and return what is read back.
+def export_step(assembly: cq.Assembly, path: Path) -> cq.Shape:
+    """Write an assembly or a part [mm] as STEP and return what is read back.
 
     Raises OSError when it cannot be written, ExportError when it has another volume.
     """
-    write_step(bodies, path, path.stem)
+    write_step(assembly, path)
     shape_read = read_step(path)
-    shape = cq.Compound.makeCompound([body.shape for body in bodies])
-    compare_volume(path, volume_of(shape_read), step_volume(shape))
+    compare_volume(path, volume_of(shape_read), step_volume(assembly.toCompound()))
     return shape_read
 
 

@@ -1,4 +1,4 @@
-"""STEP files (AP242, millimetres) of named and coloured bodies."""
+"""STEP files (AP242, millimetres) of an assembly or of a part, with names and colours."""
 
 from __future__ import annotations
 
@@ -12,25 +12,24 @@ import cadquery as cq
 import OCP
 
 from cad.files.file_date import file_date
-from cad.parts.sensor import NamedSolid
 from sensor.machine_error import MachineError
 
 _WRITING = {"write.step.schema": "AP242DIS", "write.step.unit": "MM", "xstep.cascade.unit": "MM"}
 _READING = {"xstep.cascade.unit": "MM"}
 
 
-def write_step(bodies: Sequence[NamedSolid], path: Path, name: str) -> None:
-    """Write bodies [mm] to a STEP file dated `file_date`; several become an assembly of the name; raises OSError."""
+def write_step(assembly: cq.Assembly, path: Path) -> None:
+    """Write an assembly, or a part by itself [mm], to a STEP file dated `file_date`; raises OSError."""
     with _settings(_WRITING):
         writer = OCP.STEPCAFControl.STEPCAFControl_Writer()
-        transferred = writer.Transfer(_document(bodies, name), OCP.STEPControl.STEPControl_AsIs)
+        transferred = writer.Transfer(_document(assembly), OCP.STEPControl.STEPControl_AsIs)
     if not transferred:
         msg = f"STEP: the CAD kernel cannot translate the solids of {path}; check that there is free memory"
         raise MachineError(msg)
     model = writer.ChangeWriter().Model()
-    _name_instances(model, [body.name for instances in by_shape(bodies) for body in instances])
+    _name_instances(model, [part.name for part in assembly.children])
     header = OCP.APIHeaderSection.APIHeaderSection_MakeHeader(model)
-    header.SetName(_ascii(name))
+    header.SetName(_ascii(assembly.name))
     header.SetTimeStamp(_ascii(file_date().strftime("%Y-%m-%dT%H:%M:%S")))
     header.SetAuthorValue(1, _ascii("twintip"))
     header.SetOriginatingSystem(_ascii("twintip"))
@@ -58,24 +57,25 @@ def _settings(values: Mapping[str, str]) -> Iterator[None]:
             OCP.Interface.Interface_Static.SetCVal_s(key, value)
 
 
-def _document(bodies: Sequence[NamedSolid], name: str) -> OCP.TDocStd.TDocStd_Document:
-    """Return OCCT's document of the bodies: one shape, or an assembly in which equal bodies are instances of one."""
+def _document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
+    """Return OCCT's document of an assembly, in which equal parts are instances of one product, or of a part."""
     document = OCP.TDocStd.TDocStd_Document(_unicode("XmlOcaf"))
     shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = OCP.XCAFDoc.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
-    assembly = shapes.NewShape() if len(bodies) > 1 else None
-    for instances in by_shape(bodies):
-        location = OCP.TopLoc.TopLoc_Location()
-        shape = instances[0].shape.wrapped
-        label = shapes.AddShape(shape.Located(location) if assembly else shape, makeAssembly=False)
-        OCP.TDataStd.TDataStd_Name.Set_s(label, _unicode(_product_name([body.name for body in instances])))
-        colour = OCP.Quantity.Quantity_Color(*instances[0].colour, OCP.Quantity.Quantity_TOC_sRGB)
-        colours.SetColor(label, colour, OCP.XCAFDoc.XCAFDoc_ColorSurf)
-        for body in instances if assembly else ():
-            component = shapes.AddComponent(assembly, label, body.shape.wrapped.Location())
-            OCP.TDataStd.TDataStd_Name.Set_s(component, _unicode(body.name))
-    if assembly:
-        OCP.TDataStd.TDataStd_Name.Set_s(assembly, _unicode(name))
+    products: dict[cq.Shape, OCP.TDF.TDF_Label] = {}
+    whole = shapes.NewShape() if assembly.children else None
+    for part in assembly.children or [assembly]:
+        shape = part.shapes[0]
+        if shape not in products:
+            products[shape] = shapes.AddShape(shape.wrapped, makeAssembly=False)
+            *_, name = part.name.rstrip("_0123456789").split("_")  # of `front_washer_1` washer
+            OCP.TDataStd.TDataStd_Name.Set_s(products[shape], _unicode(name))
+            if part.color:
+                colours.SetColor(products[shape], part.color.wrapped, OCP.XCAFDoc.XCAFDoc_ColorSurf)
+        if whole:
+            shapes.AddComponent(whole, products[shape], part.loc.wrapped)
+    if whole:
+        OCP.TDataStd.TDataStd_Name.Set_s(whole, _unicode(assembly.name))
         shapes.UpdateAssemblies()
     return document
 
@@ -92,27 +92,6 @@ def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]
     if instances:
         for instance, name in zip(instances, names, strict=True):
             instance.SetName(_ascii(name))
-
-
-def by_shape(bodies: Sequence[NamedSolid]) -> list[list[NamedSolid]]:
-    """Return bodies in groups that have one shape, each in its place."""
-    groups: list[list[NamedSolid]] = []
-    for body in bodies:
-        group = next((each for each in groups if each[0].shape.wrapped.IsPartner(body.shape.wrapped)), None)
-        if group is None:
-            groups.append([body])
-        else:
-            group.append(body)
-    return groups
-
-
-def _product_name(names: Sequence[str]) -> str:
-    """Return the name of what several bodies are instances of: the words that all their names have, without numbers."""
-    if len(names) == 1:
-        return names[0]
-    first, *others = [[word for word in name.split() if not word.isdecimal()] for name in names]
-    common = [word for word in first if all(word in words for words in others)]
-    return " ".join(common) or names[0]
 
 
 def _unicode(text: str) -> OCP.TCollection.TCollection_ExtendedString:

@@ -8,23 +8,24 @@ round the press axis. So low and high change sides, and springs of one kind stan
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
 
 import cadquery as cq
 
 from cad.parts.cover import COVER_MM, WASHER_MM
-from cad.parts.cover_solid import cover_part, turn_cover
+from cad.parts.cover_solid import cover_part
+from cad.parts.fruit import whole_fruit
 from cad.parts.hall_seats import HallSeats, seats_of
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
 from cad.parts.housing_solid import cut_domes, cut_magnet_pockets, housing_part, named_housing
 from cad.parts.part import Part
-from cad.parts.pin_socket import cut_pin_sockets
-from cad.parts.pose import in_place
-from cad.parts.sensor import STEEL_COLOUR, Colour, NamedSolid, SensorSolids
+from cad.parts.pin_socket import cut_pin_sockets, pin_places, pin_solid
+from cad.parts.sensor import SensorSolids
 from sensor.design.parameters import Design
 
-COVER_COLOUR: Colour = (0.60, 0.60, 0.62)
+PRINTED_COLOUR = cq.Color(0.22, 0.40, 0.62)
+COVER_COLOUR = cq.Color(0.60, 0.60, 0.62)
+STEEL_COLOUR = cq.Color(0.75, 0.77, 0.80)
+FRUIT_COLOUR = cq.Color(0.95, 0.66, 0.20)
 SCREW_MM = 3.0  # diameter of M3
 HEAD_MM = 5.5  # diameter of the head of M3, ISO 4762
 HEAD_HEIGHT_MM = 3.0  # of M3, ISO 4762
@@ -36,7 +37,7 @@ SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # of M3, ISO 4762
 DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # of 3 mm, ISO 8734
 APART = 2.5  # how many times its distance across the sensor a body moves outwards
 _REACH = 1.0  # of a tool beyond what it cuts
-_HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)  # keeps one shape for both
+_HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)
 
 
 def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
@@ -47,29 +48,13 @@ def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     return cut_magnet_pockets(part, housing, seats)
 
 
-def on_workplane(shape: cq.Shape, faces: Mapping[str, tuple[int, ...]]) -> cq.Workplane:
-    """Return a shape [mm] on a workplane of CadQuery, to be cut and joined further, its named faces as tags."""
-    plane = cq.Workplane(shape)
-    every = shape.Faces()
-    for name, places in faces.items():
+def on_workplane(part: Part) -> cq.Workplane:
+    """Return a part [mm] on a workplane of CadQuery, to be cut and joined further, its named faces as tags."""
+    plane = cq.Workplane(part.shape)
+    every = part.shape.Faces()
+    for name, places in part.faces.items():
         plane.newObject([every[place] for place in places]).tag(name)
     return plane
-
-
-def assembly_of(sensor: SensorSolids) -> cq.Assembly:
-    """Return the bodies of assembly.step as an assembly of CadQuery, each with its colour and its named faces as tags.
-
-    A name has underscores for spaces: CadQuery finds no other in `front_cover?rim`.
-    """
-    faces = dict.fromkeys(("housing", "plate"), sensor.part.faces)
-    if sensor.housing.mount == "covers":
-        faces["cover"] = cover_part(sensor.housing, sensor.seats).faces
-    assembly = cq.Assembly(name="sensor")
-    for body in assembly_bodies(sensor):
-        named = next((faces[word] for word in body.name.split() if word in faces), {})
-        name = body.name.replace(" ", "_")
-        assembly.add(on_workplane(body.shape, named), name=name, color=cq.Color(*body.colour))
-    return assembly
 
 
 def sensor_of(design: Design, housing: Housing) -> SensorSolids:
@@ -116,53 +101,67 @@ def _with_pads(plate: cq.Shape, housing: Housing) -> cq.Shape:
     return plate.clean()  # a hole through plate and pad is one face
 
 
-def turned_twin(shape: cq.Shape) -> cq.Shape:
-    """Return a shape in its place in the sensor [mm] turned half round the press axis: the same of the other plate."""
-    return shape.moved(_HALF_TURN)
+def plate_places(housing: Housing) -> tuple[cq.Location, ...]:
+    """Return the place of the housing, or the places of both plates of a square, in the sensor [mm]."""
+    if not housing.back_to_back:
+        return (cq.Location(),)
+    front = cq.Location(cq.Vector(0.0, -0.5 * housing.spacing, 0.0))
+    return front, _HALF_TURN * front
 
 
-def assembly_bodies(sensor: SensorSolids) -> tuple[NamedSolid, ...]:
-    """Return every body of a sensor before the press: housing or both plates, covers, screws, dowels, pins, fruit."""
+def cover_places(housing: Housing) -> tuple[cq.Location, cq.Location]:
+    """Return the places of the front and the back cover in the sensor [mm]; a cover is drawn behind its plate."""
+    plates = plate_places(housing)
+    about_middle = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0)) * _HALF_TURN
+    front = plates[0] * about_middle
+    return front, plates[1] * about_middle if housing.back_to_back else cq.Location()
+
+
+def assembly_of(sensor: SensorSolids) -> cq.Assembly:
+    """Return every part of a sensor before the press in its place [mm], with its name, its colour, and tags.
+
+    They are housing or both plates, covers, pins, screws, dowels and fruit. Equal parts share one shape. A name has no
+    spaces: CadQuery finds no other in `front_cover?rim`.
+    """
     housing = sensor.housing
-    printed = [sensor.printed_body()]
-    pins = list(sensor.pin_bodies())
-    if housing.back_to_back:
-        printed = _in_both_plates([replace(printed[0], name="plate")], housing)
-        pins = _in_both_plates(pins, housing)
-    covers = [NamedSolid(name=name, shape=shape, colour=COVER_COLOUR) for name, shape in cover_pair(sensor).items()]
-    bought = [NamedSolid(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in fasteners(sensor).items()]
-    return (*printed, *covers, *pins, *bought, sensor.fruit_body())
+    plates = plate_places(housing)
+    numbers = ("_1", "_2") if housing.back_to_back else ("",)
+    assembly = cq.Assembly(name="sensor")
+    printed = on_workplane(sensor.part)
+    for number, plate in zip(numbers, plates, strict=True):
+        name = f"plate{number}" if housing.back_to_back else "housing"
+        assembly.add(printed, name=name, loc=plate, color=PRINTED_COLOUR)
+    if housing.mount == "covers":
+        cover = on_workplane(cover_part(housing, sensor.seats))
+        for side, place in zip(("front", "back"), cover_places(housing), strict=True):
+            assembly.add(cover, name=f"{side}_cover", loc=place, color=COVER_COLOUR)
+    if in_plate := pin_places(housing):
+        pin = pin_solid(housing, sensor.tips)
+        for name, place in in_plate.items():
+            for number, plate in zip(numbers, plates, strict=True):
+                assembly.add(pin, name=f"{name}{number}", loc=plate * place, color=STEEL_COLOUR)
+    _add_fasteners(assembly, sensor)
+    below = cq.Vector(-sensor.tips.offset_mm, 0.0, -sensor.tips.gap_mm - housing.pin_out)
+    fruit = whole_fruit(sensor.fruit, sensor.tips)
+    return assembly.add(fruit, name="fruit", loc=cq.Location(below), color=FRUIT_COLOUR)
 
 
-def outwards(body: NamedSolid) -> float:
-    """Return how far a body moves across the sensor [mm], along y, in a picture that shows each apart."""
-    box = body.shape.BoundingBox()
-    if body.name.startswith("screw"):  # out of all that it holds, head first
+def in_place(part: cq.Assembly) -> cq.Shape:
+    """Return the shape of a part of an assembly in its place [mm]."""
+    return part.shapes[0].moved(part.loc)
+
+
+def colour_of(part: cq.Assembly) -> tuple[float, ...]:
+    """Return red, green and blue of a part of an assembly, from 0 to 1; grey if it has no colour."""
+    return (part.color or STEEL_COLOUR).toTuple()[:3]
+
+
+def outwards(part: cq.Assembly) -> float:
+    """Return how far a part moves across the sensor [mm], along y, in a picture that shows each apart."""
+    box = in_place(part).BoundingBox()
+    if part.name.startswith("screw"):  # out of all that it holds, head first
         return APART * float(box.ymin) - float(box.ylen)
     return APART * float(box.center.y)
-
-
-def _in_both_plates(bodies: list[NamedSolid], housing: Housing) -> list[NamedSolid]:
-    """Return bodies of a plate of a square, numbered, in their places in both plates."""
-    twins = []
-    for body in bodies:
-        shape = in_place(body.shape, housing)
-        twins.append(replace(body, name=f"{body.name} 1", shape=shape))
-        twins.append(replace(body, name=f"{body.name} 2", shape=turned_twin(shape)))
-    return twins
-
-
-def cover_pair(sensor: SensorSolids) -> dict[str, cq.Shape]:
-    """Return by name the covers in front of and behind the housing or its plates [mm]; none where washers hold it."""
-    housing = sensor.housing
-    if housing.mount != "covers":
-        return {}
-    cover = cover_part(housing, sensor.seats).shape
-    if housing.back_to_back:
-        front = in_place(turn_cover(cover, housing), housing)
-        return {"front cover": front, "back cover": turned_twin(front)}
-    about_middle = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0))
-    return {"front cover": cover.moved(about_middle * _HALF_TURN), "back cover": cover}
 
 
 def grip(sensor: SensorSolids) -> float:
@@ -182,23 +181,23 @@ def dowel_length(housing: Housing) -> int | None:
     return max((length for length in DOWEL_LENGTHS_MM if length <= housing.stack), default=None)
 
 
-def fasteners(sensor: SensorSolids) -> dict[str, cq.Shape]:
-    """Return by name screws, nuts, washers and dowels [mm], the heads of the screws on the side -y."""
+def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
+    """Add screws, nuts, washers and dowels, the heads of the screws on the side -y."""
     housing = sensor.housing
-    shapes: dict[str, cq.Shape] = {}
     screw_set = _screw_set(grip(sensor))
     for number, (x, z) in enumerate(housing.holes, start=1):
-        for name, shape in screw_set.items():
-            shapes[f"{name} {number}"] = shape.moved(cq.Location(cq.Vector(x, 0.0, z)))
+        for name, (shape, y) in screw_set.items():
+            place = cq.Location(cq.Vector(x, y, z))
+            assembly.add(shape, name=f"{name}_{number}", loc=place, color=STEEL_COLOUR)
     length = float(dowel_length(housing) or housing.stack)
     dowel = _along_y(DOWEL_MM, -0.5 * length, length)
     for number, (x, z) in enumerate(housing.dowels, start=1):
-        shapes[f"dowel {number}"] = dowel.moved(cq.Location(cq.Vector(x, 0.0, z)))
-    return shapes
+        place = cq.Location(cq.Vector(x, 0.0, z))
+        assembly.add(dowel, name=f"dowel_{number}", loc=place, color=STEEL_COLOUR)
 
 
-def _screw_set(grip_mm: float) -> dict[str, cq.Shape]:
-    """Return screw, nut and washers about the axis y, y = 0 in the middle of what they hold [mm].
+def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
+    """Return screw, nut and washers about the axis y, each with its place y; y = 0 in the middle of the grip [mm].
 
     The head lies on the front, -y. For a grip that no screw is long enough for, the screw is a cut rod.
     """
@@ -215,10 +214,10 @@ def _screw_set(grip_mm: float) -> dict[str, cq.Shape]:
     across_corners = NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)
     nut = nut_back.polygon(6, across_corners).circle(0.5 * SCREW_MM).extrude(NUT_MM)
     return {
-        "screw": shank.fuse(head).Solids()[0],
-        "nut": nut.findSolid(),
-        "front washer": washer.moved(cq.Location(cq.Vector(0.0, under_head, 0.0))),
-        "back washer": washer.moved(cq.Location(cq.Vector(0.0, back, 0.0))),
+        "screw": (shank.fuse(head).Solids()[0], 0.0),
+        "nut": (nut.findSolid(), 0.0),
+        "front_washer": (washer, under_head),
+        "back_washer": (washer, back),
     }
 
 

@@ -62,9 +62,3 @@ def _windows(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
             height = seats.window_height - 2.0 * ledge
             boxes.append(cq.Solid.makeBox(seats.window_width, COVER_MM + _REACH - start, height, corner))
     return boxes
-
-
-def turn_cover(shape: cq.Shape, housing: Housing) -> cq.Shape:
-    """Return a cover turned from one side of the housing to the other, about the upright line in its middle [mm]."""
-    middle = 0.5 * (housing.left + housing.right)
-    return shape.rotate(cq.Vector(middle, 0.0, 0.0), cq.Vector(middle, 0.0, 1.0), 180.0)

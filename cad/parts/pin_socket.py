@@ -42,12 +42,16 @@ def gable_side(housing: Housing) -> float:
     return 1.0 if housing.back_to_back else -1.0
 
 
-def pins(housing: Housing, tips: Tips) -> dict[str, cq.Shape]:
-    """Return by name the pins [mm] in their pockets, standing out to z = -pin_out; none for printed tips."""
+def pin_places(housing: Housing) -> dict[str, cq.Location]:
+    """Return by name the places of the pins in a plate [mm], out to z = -pin_out; none for printed tips."""
     if not housing.pin_side:
         return {}
-    pin = tip_solid(tips.tip_shape, housing.pin_out + housing.pocket_depth)
-    return {f"{arm.name} pin": pin.translate(cq.Vector(arm.centre, 0.0, -housing.pin_out)) for arm in housing.arms}
+    return {f"{arm.name}_pin": cq.Location(cq.Vector(arm.centre, 0.0, -housing.pin_out)) for arm in housing.arms}
+
+
+def pin_solid(housing: Housing, tips: Tips) -> cq.Shape:
+    """Return one of the pins, which are all equal, standing on its touching face at z = 0 [mm]."""
+    return tip_solid(tips.tip_shape, housing.pin_out + housing.pocket_depth)
 
 
 def tip_solid(shape: TipShape, height: float) -> cq.Shape:

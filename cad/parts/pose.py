@@ -12,41 +12,26 @@ import cadquery as cq
 import numpy as np
 import trimesh
 
-from cad.parts.housing import Housing
 from sensor.arrays import Floats
 
 _QUARTER_TURN = 90.0
 _MIDPOINT = cq.Vector(0.0, 0.0, 0.0)  # between the tips
 
 
-def pose_shape(shape: cq.Shape, travel: float, tilt: float, heading: float) -> cq.Shape:
-    """Return a shape of the sensor frame [mm] lowered by the travel [mm] and tilted [deg] about the tips' midpoint.
+def pressed_pose(travel: float, tilt: float, heading: float) -> cq.Location:
+    """Return the place of a sensor lowered by the travel [mm] and tilted [deg] about the midpoint of its tips.
 
     The heading [deg] is the direction in the plane of the tips that goes down: 0 lowers the high tip, 90 the side +y.
     """
-    return shape.rotate(_MIDPOINT, _tilt_axis(heading), tilt).translate(cq.Vector(0.0, 0.0, -travel))
-
-
-def pose_matrix(travel: float, tilt: float, heading: float) -> Floats:
-    """Return the matrix (3, 4) of `pose_shape` [1, and mm in the last column]."""
-    tilted = cq.Location(_MIDPOINT, _tilt_axis(heading), tilt)
-    return location_matrix(cq.Location(cq.Vector(0.0, 0.0, -travel)) * tilted)
+    turn = math.radians(heading)
+    axis = cq.Vector(-math.sin(turn), math.cos(turn), 0.0)
+    return cq.Location(cq.Vector(0.0, 0.0, -travel)) * cq.Location(_MIDPOINT, axis, tilt)
 
 
 def location_matrix(location: cq.Location) -> Floats:
     """Return the matrix (3, 4) of a location [1, and mm in the last column]."""
     moved = location.wrapped.Transformation()
     return np.array([[moved.Value(row, column) for column in (1, 2, 3, 4)] for row in (1, 2, 3)])
-
-
-def _tilt_axis(heading: float) -> cq.Vector:
-    turn = math.radians(heading)
-    return cq.Vector(-math.sin(turn), math.cos(turn), 0.0)
-
-
-def in_place(shape: cq.Shape, housing: Housing) -> cq.Shape:
-    """Return a shape of the frame of a plate [mm] where it stands in the sensor: a plate of a square on the side -y."""
-    return shape.translate(cq.Vector(0.0, -0.5 * housing.spacing, 0.0)) if housing.back_to_back else shape
 
 
 def print_pose(shape: cq.Shape, *, back_up: bool = False) -> cq.Shape:

@@ -1,4 +1,4 @@
-"""The sensor over its fruit: which part is where, before it is pressed on.
+"""What a sensor is put together of.
 
 Sensor frame: x along the tips with their midpoint at 0, z against the press with both tip faces at z = 0,
 y across. The fruit waits below the tips by the gap. Units: mm, degrees.
@@ -12,27 +12,12 @@ from functools import cached_property
 import cadquery as cq
 
 from cad.parts.engraving import engrave_name
-from cad.parts.fruit import outer_box, whole_fruit
+from cad.parts.fruit import outer_box
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import Housing
 from cad.parts.part import Part
-from cad.parts.pin_socket import pins
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press, Tips
-
-Colour = tuple[float, float, float]
-HOUSING_COLOUR: Colour = (0.22, 0.40, 0.62)
-_FRUIT_COLOUR: Colour = (0.95, 0.66, 0.20)
-STEEL_COLOUR: Colour = (0.75, 0.77, 0.80)
-
-
-@dataclass(frozen=True, kw_only=True)
-class NamedSolid:
-    """A solid [mm] as it stands in a file: its name and its colour (red, green, blue from 0 to 1)."""
-
-    name: str
-    shape: cq.Shape
-    colour: Colour
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,23 +43,6 @@ class SensorSolids:
     def _marked(self) -> Part:
         """Return the marked part, cut once."""
         return engrave_name(self.part, self.housing, self.name) if self.name else self.part
-
-    def printed_body(self) -> NamedSolid:
-        """Return the housing, or one plate of a square in its own frame, without marks."""
-        return NamedSolid(name="housing", shape=self.part.shape, colour=HOUSING_COLOUR)
-
-    def fruit_body(self) -> NamedSolid:
-        """Return the fruit before the press, with the outlines of a pair of tips on it."""
-        below = cq.Vector(-self.tips.offset_mm, 0.0, -self.tips.gap_mm - self.housing.pin_out)
-        shape = whole_fruit(self.fruit, self.tips).translate(below)
-        return NamedSolid(name="fruit", shape=shape, colour=_FRUIT_COLOUR)
-
-    def pin_bodies(self) -> tuple[NamedSolid, ...]:
-        """Return the pins in their pockets; none where the tips are printed."""
-        return tuple(
-            NamedSolid(name=name, shape=shape, colour=STEEL_COLOUR)
-            for name, shape in pins(self.housing, self.tips).items()
-        )
 
     def fruit_box(self) -> cq.Shape:
         """Return the undeformed fruit as a plain box whose top is z = 0, below the tips of the sensor frame.

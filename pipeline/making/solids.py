@@ -48,7 +48,7 @@ def housing(result: SensorResult) -> cq.Workplane:
     part = _solids_of(result).part
     from cad.parts.assembly import on_workplane  # it loads the CAD kernel, which workers have
 
-    return on_workplane(part.shape, part.faces)
+    return on_workplane(part)
 
 
 @in_turn
@@ -73,8 +73,7 @@ def cover(result: SensorResult) -> cq.Workplane:
     from cad.parts.assembly import on_workplane
     from cad.parts.cover_solid import cover_part
 
-    part = cover_part(sensor.housing, sensor.seats)
-    return on_workplane(part.shape, part.faces)
+    return on_workplane(cover_part(sensor.housing, sensor.seats))
 
 
 @in_turn
@@ -99,17 +98,16 @@ def mount(result: SensorResult) -> cq.Workplane:
     from cad.fabrication.mount import mount_part
     from cad.parts.assembly import on_workplane
 
-    part = mount_part(sensor)
-    return on_workplane(part.shape, part.faces)
+    return on_workplane(mount_part(sensor))
 
 
 @in_turn
 def assembly(result: SensorResult) -> cq.Assembly:
     """Return the sensor of a result over its fruit [mm], before the press, as a CadQuery assembly.
 
-    Its parts are those of assembly.step, with underscores for spaces in their names: `housing` or `plate_1` and
-    `plate_2`, `front_cover`, `screw_1`, `fruit`. Faces of housing and covers are tags. Raises InputError where the
-    springs are not made.
+    Its parts are those of assembly.step: `housing` or `plate_1` and `plate_2`, `front_cover`, `screw_1`, `fruit`. Each
+    has its place, `loc`, and equal parts share one shape. Faces of housing and covers are tags. Raises InputError where
+    the springs are not made.
 
     Parameters
     ----------

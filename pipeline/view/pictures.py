@@ -19,7 +19,7 @@ from pipeline.view.scene import Vector, draw_cells, draw_part, draw_scene
 from pipeline.view.scenes import (
     FLEXURE,
     STRAIN_OVER_LIMIT,
-    assembly,
+    assembly_parts,
     draw_apart,
     draw_assembly,
     field_scenes,
@@ -56,12 +56,12 @@ def pictures(folder: Path) -> list[Picture]:
         title = f"{report.design.name}: housing as printed, {x:.1f} x {y:.1f} x {z:.1f} mm"
         draw = partial(draw_part, part=part, title=title, direction=_PRINTED_DIRECTION)
         drawn.append(Picture(name="housing", draw=draw))
-    bodies = assembly(report)
-    if bodies:
+    parts = assembly_parts(report)
+    if parts:
         title = f"{report.design.name}: the sensor over its fruit"
-        drawn.append(Picture(name="assembly", draw=partial(draw_assembly, bodies=bodies, title=title)))
-    if len(bodies) > _HOUSING_AND_FRUIT:
-        apart = partial(draw_apart, bodies=bodies, title=f"{report.design.name}: drawn apart")
+        drawn.append(Picture(name="assembly", draw=partial(draw_assembly, parts=parts, title=title)))
+    if len(parts) > _HOUSING_AND_FRUIT:
+        apart = partial(draw_apart, parts=parts, title=f"{report.design.name}: drawn apart")
         drawn.append(Picture(name="exploded", draw=apart, in_window=False))
     for scene in field_scenes(report, folder):
         drawn.append(Picture(name=scene.name, draw=partial(draw_scene, scene=scene)))

@@ -1,16 +1,17 @@
 """What can be drawn of an output folder: each spring, the fruit, the assembly."""
 
+from __future__ import annotations
+
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
-from cad.parts.assembly import assembly_bodies, outwards, sensor_of
-from cad.parts.sensor import NamedSolid
+from cad.parts.assembly import assembly_of, colour_of, in_place, outwards, sensor_of
 from pipeline.report.report import Report
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
 from sensor.arrays import Floats
@@ -21,6 +22,9 @@ from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import smooth_loads
 from solve.fruit.split import contact_footprints
 from solve.housing.stiffness import SPRINGS, tip_face
+
+if TYPE_CHECKING:
+    import cadquery as cq
 
 Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
 Plotter = Any
@@ -145,32 +149,32 @@ def on_true_shape(design: Design, block: Mesh) -> Mesh:
     return mesh
 
 
-def assembly(report: Report) -> tuple[NamedSolid, ...]:
-    """Return every body of the sensor over its fruit [mm]; none where the design has no housing."""
-    return () if report.housing is None else assembly_bodies(sensor_of(report.design, report.housing))
+def assembly_parts(report: Report) -> list[cq.Assembly]:
+    """Return every part of the sensor over its fruit [mm]; none where the design has no housing."""
+    return [] if report.housing is None else assembly_of(sensor_of(report.design, report.housing)).children
 
 
-def draw_assembly(plotter: Plotter, bodies: tuple[NamedSolid, ...], title: str) -> None:
-    """Draw bodies in their colours, where they are."""
-    surfaces = [_drawn(plotter, body) for body in bodies]
+def draw_assembly(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
+    """Draw parts in their colours, where they are."""
+    surfaces = [_drawn(plotter, part) for part in parts]
     frame(plotter, pv.merge(surfaces), title, ASSEMBLY_DIRECTION)
 
 
-def draw_apart(plotter: Plotter, bodies: tuple[NamedSolid, ...], title: str) -> None:
-    """Draw bodies moved outwards across the sensor, the fruit downwards; a line leads from each kind to its name.
+def draw_apart(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
+    """Draw parts moved outwards across the sensor, the fruit downwards; a line leads from each kind to its name.
 
-    Seen from below, so that the tips show. The names of tips and fruit stand below all bodies, the others above, each a
+    Seen from below, so that the tips show. The names of tips and fruit stand below all parts, the others above, each a
     step beyond the one before, so that none hides another.
     """
     surfaces = []
     starts: dict[str, Floats] = {}  # of the lines to the names, those above first
     below: dict[str, Floats] = {}
-    lowest: list[Floats] = []  # the lowest point of each body but the fruit
-    for body in bodies:
-        kind = body.name.rstrip("0123456789 ")
+    lowest: list[Floats] = []  # the lowest point of each part but the fruit
+    for part in parts:
+        kind = part.name.rstrip("0123456789_").replace("_", " ")
         is_fruit = kind == "fruit"
-        down = _FRUIT_DOWN * body.shape.BoundingBox().zlen if is_fruit else 0.0
-        surface = _drawn(plotter, body, (0.0, outwards(body), -down))
+        down = _FRUIT_DOWN * in_place(part).BoundingBox().zlen if is_fruit else 0.0
+        surface = _drawn(plotter, part, (0.0, outwards(part), -down))
         surfaces.append(surface)
         if is_fruit:
             below[kind] = _middle_at(surface, surface.bounds[4])
@@ -220,12 +224,12 @@ def _name_ends(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> dict[s
     return ends
 
 
-def _drawn(plotter: Plotter, body: NamedSolid, moved_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
-    """Draw a body in its colour with its edges, moved by a vector [mm]; return its surface."""
-    vertices, triangles = body.shape.tessellate(_CHORD_MM, _FACET_ANGLE)
+def _drawn(plotter: Plotter, part: cq.Assembly, moved_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
+    """Draw a part in its colour with its edges, moved by a vector [mm]; return its surface."""
+    vertices, triangles = in_place(part).tessellate(_CHORD_MM, _FACET_ANGLE)
     points = np.array([vertex.toTuple() for vertex in vertices])
     surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
     surface = surface.translate(moved_mm)
-    plotter.add_mesh(surface, color=body.colour, smooth_shading=True, split_sharp_edges=True, ambient=0.2)
+    plotter.add_mesh(surface, color=colour_of(part), smooth_shading=True, split_sharp_edges=True, ambient=0.2)
     plotter.add_mesh(sharp_edges(surface), color=EDGE, line_width=1)
     return surface

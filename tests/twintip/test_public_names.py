@@ -85,7 +85,8 @@ def test_assembly_has_the_parts_of_the_file_and_takes_constraints_on_their_tags(
     assert len(set(names)) == len(names)
     depth = result.springs.housing.depth
     for name, y in (("front_cover", -0.5 * depth), ("back_cover", 0.5 * depth)):
-        assert assembly.objects[name].obj.faces(tag="rim").val().Center().y == pytest.approx(y, abs=1e-9)
+        cover = assembly.objects[name]
+        assert cover.obj.faces(tag="rim").val().moved(cover.loc).Center().y == pytest.approx(y, abs=1e-9)
     plate = cq.Workplane().box(5.0, 5.0, 1.0)
     plate.faces("<Z").tag("under")
     assembly.add(plate, name="plate").constrain("housing", "Fixed")

@@ -17,9 +17,8 @@ from cad.files.sensor_files import print_shape, write_sensor
 from cad.files.step import write_step
 from cad.files.stl import CHORD_MM, triangles, write_stl
 from cad.files.threemf import write_3mf
-from cad.parts.assembly import assembly_bodies, finished_part, sensor_of
+from cad.parts.assembly import assembly_of, finished_part, sensor_of
 from cad.parts.cover_solid import cover_part
-from cad.parts.sensor import NamedSolid
 from sensor.design.parameters import Design
 
 OWN_MM = {".step": 0.02, ".stl": 0.02 + CHORD_MM, ".3mf": 0.02 + CHORD_MM}
@@ -35,7 +34,7 @@ def named(sensor):
 def write(shape, path):
     """Write a shape [mm] as it lies into a STEP, STL or 3MF file."""
     if path.suffix == ".step":
-        write_step([NamedSolid(name="part", shape=shape, colour=(0.5, 0.5, 0.5))], path, "part")
+        write_step(cq.Assembly(shape, name="part"), path)
     elif path.suffix == ".stl":
         write_stl(shape, path)
     else:
@@ -195,11 +194,9 @@ def test_file_of_another_design_fails(named, tmp_path):
 @pytest.mark.slow
 def test_pin_beside_its_pocket_fails(pinned, tmp_path):
     """The pin of an assembly stands 0.3 mm beside its place: its end is as far from that of the design's."""
-    bodies = [
-        replace(body, shape=body.shape.translate(cq.Vector(0, 0, -0.3))) if body.name == "low pin" else body
-        for body in assembly_bodies(pinned)
-    ]
-    write_step(bodies, tmp_path / "assembly.step", "assembly")
+    assembly = assembly_of(pinned)
+    assembly.objects["low_pin"].loc *= cq.Location(cq.Vector(0.0, 0.0, -0.3))
+    write_step(assembly, tmp_path / "assembly.step")
     verdict = files_as_designed(pinned, tmp_path, ["assembly.step"])
     assert (verdict.passed, verdict.value) == (False, pytest.approx(0.3, abs=NEAR_MM))
 

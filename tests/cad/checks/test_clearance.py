@@ -8,7 +8,7 @@ import pytest
 
 from cad.checks.clearance import HEADINGS, clearance_verdicts, nearest_headings, stop_verdicts
 from cad.parts.housing_solid import housing_part
-from cad.parts.pose import pose_shape
+from cad.parts.pose import pressed_pose
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Press
 
@@ -58,7 +58,7 @@ def test_headings_that_are_measured_hold_the_nearest_of_all(foot):
     block = cq.Solid.makeBox(16.0, 16.0, 5.0, cq.Vector(-8.0, -8.0, -5.0))
     shape = cq.Solid.makeCylinder(2.0, 10.0, cq.Vector(*foot))
     chosen = nearest_headings(shape, block, 0.6, 5.0)
-    distances = {heading: pose_shape(shape, 0.6, 5.0, heading).distance(block) for heading in HEADINGS}
+    distances = {heading: shape.moved(pressed_pose(0.6, 5.0, heading)).distance(block) for heading in HEADINGS}
     least = min(distances.values())
     assert {heading for heading, distance in distances.items() if distance <= least + KERNEL} <= set(chosen)
     assert len(chosen) < len(HEADINGS)

@@ -11,9 +11,9 @@ from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.checks.seat_checks import pocket_verdicts, window_verdicts
 from cad.files.stl import write_stl
-from cad.parts.assembly import sensor_of
+from cad.parts.assembly import cover_places, plate_places, sensor_of
 from cad.parts.cover import RECESS_MM
-from cad.parts.cover_solid import cover_part, turn_cover
+from cad.parts.cover_solid import cover_part
 from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.pose import print_pose
 from sensor.design.parameters import Design
@@ -78,7 +78,7 @@ def test_magnets_face_their_sensor_through_the_window(kind, pair):
     sensor = hall_square() if kind == "square" else pair
     housing, seats = sensor.housing, sensor.seats
     assert 0.5 * (seats.upper_disc + seats.lower_disc) - seats.sensor == pytest.approx(0.5 * sensor.press.travel_mm)
-    front = turn_cover(cover_part(housing, seats).shape, housing)
+    front = cover_part(housing, seats).shape.moved(plate_places(housing)[0].inverse * cover_places(housing)[0])
     for arm in housing.arms:
         outer = -0.5 * housing.depth - PROBE.face_out_mm - PROBE.package_thickness_mm
         corner = cq.Vector(

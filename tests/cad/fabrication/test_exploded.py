@@ -8,7 +8,7 @@ from squares import RESIN, square_sensor
 
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.exploded import exploded, write_exploded
-from cad.parts.assembly import assembly_bodies
+from cad.parts.assembly import assembly_of, in_place
 from sensor.design.processes import PROCESSES
 
 MASSES = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
@@ -30,12 +30,12 @@ def case(request):
 def test_every_body_but_the_fruit_is_shown_and_none_overlaps_another_kind(case):
     shown, _, _ = case
     groups = exploded(shown)
-    names = {body.name for group in groups.values() for body in group}
-    assert names == {body.name for body in assembly_bodies(shown)} - {"fruit"} | {"mount"}
+    names = {part.name for group in groups.values() for part in group}
+    assert names == {part.name for part in assembly_of(shown).children} - {"fruit"} | {"mount"}
     spans = []
     for place, group in groups.items():
         if not place.startswith("pin"):
-            boxes = [body.shape.BoundingBox() for body in group]
+            boxes = [in_place(part).BoundingBox() for part in group]
             spans.append((min(box.ymin for box in boxes), max(box.ymax for box in boxes)))
     assert all(end < start for (_, end), (start, _) in itertools.pairwise(spans))
 

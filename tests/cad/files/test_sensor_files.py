@@ -1,5 +1,4 @@
 import math
-from dataclasses import replace
 
 import cadquery as cq
 import pytest
@@ -12,10 +11,9 @@ from cad.files.sensor_files import export_step, volume_of, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
-from cad.parts.assembly import assembly_bodies, outwards
+from cad.parts.assembly import assembly_of, in_place, outwards
 from cad.parts.fruit import whole_fruit
 from cad.parts.pose import print_pose, sensor_pose
-from cad.parts.sensor import NamedSolid
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 
@@ -28,27 +26,27 @@ def test_files_hold_the_solids_and_the_pins_and_print_files_the_marks(pinned, tm
         "housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb", "pin.step",
     ]  # fmt: skip
     volume = pinned.part.shape.Volume()
-    bodies = assembly_bodies(pinned)
+    parts = assembly_of(pinned).children
     assert read_step(step).Volume() == pytest.approx(volume, rel=1e-9)
-    assert read_step(assembly).Volume() == pytest.approx(sum(body.shape.Volume() for body in bodies), rel=1e-9)
+    assert read_step(assembly).Volume() == pytest.approx(sum(part.shapes[0].Volume() for part in parts), rel=1e-9)
     assert read_step(pin).Volume() == pytest.approx(4.0)
     engraved = pinned.printed_part().shape.Volume()
     assert volume - engraved > 1.0
     assert read_stl(stl).volume == pytest.approx(engraved, abs=CHORD_MM * ROUND_MM2)
     assert read_3mf(model).mesh.volume == pytest.approx(engraved, abs=CHORD_MM * ROUND_MM2)
-    assert set(trimesh.load(shown).geometry) == {body.name for body in bodies}
-    assert {"housing", "low pin", "high pin", "fruit", "screw 1"} <= {body.name for body in bodies}
+    assert set(trimesh.load(shown).geometry) == {part.name for part in parts}
+    assert {"housing", "low_pin", "high_pin", "fruit", "screw_1"} <= {part.name for part in parts}
     assert all(verdict.passed for verdict in check_file(model))
 
 
 def test_screws_are_moved_beyond_all_that_they_hold(sensor):
     """Taken apart, no screw is left in a cover, and what lies behind moves backwards."""
     reached = {}
-    for body in assembly_bodies(sensor):
-        box = body.shape.BoundingBox()
-        reached[body.name] = (box.ymin + outwards(body), box.ymax + outwards(body))
-    assert reached["screw 1"][1] < min(low for name, (low, _) in reached.items() if not name.startswith("screw"))
-    assert reached["back washer 1"][1] < reached["nut 1"][0]
+    for part in assembly_of(sensor).children:
+        box = in_place(part).BoundingBox()
+        reached[part.name] = (box.ymin + outwards(part), box.ymax + outwards(part))
+    assert reached["screw_1"][1] < min(low for name, (low, _) in reached.items() if not name.startswith("screw"))
+    assert reached["back_washer_1"][1] < reached["nut_1"][0]
 
 
 @pytest.mark.parametrize(("across", "thickness"), [(30.0, 20.0), pytest.param(60.0, 50.0, marks=pytest.mark.slow)])
@@ -56,14 +54,14 @@ def test_whole_ellipsoid_is_read_back_as_it_was(across, thickness, tmp_path):
     """Beyond its equator it was once read back as its lower part alone; volume by the integral of its sections."""
     radius = 35.0
     fruit = Fruit(shape="ellipsoid", radius_mm=radius, radius_across_mm=across, thickness_mm=thickness)
-    body = NamedSolid(name="fruit", shape=whole_fruit(fruit, Tips()), colour=(0.5, 0.5, 0.5))
+    part = cq.Assembly(whole_fruit(fruit, Tips()), name="fruit")
     base = 1.0 - thickness / radius  # height of the base over the middle, in radii
     expected = math.pi * radius**2 * math.sqrt(radius * across) * (2.0 / 3.0 - base + base**3 / 3.0)
-    assert export_step([body], tmp_path / "fruit.step").Volume() == pytest.approx(expected, rel=1e-3)
+    assert export_step(part, tmp_path / "fruit.step").Volume() == pytest.approx(expected, rel=1e-3)
 
 
-def shrunk_step(bodies, path, title):
-    write_step([replace(body, shape=body.shape.scale(0.999)) for body in bodies], path, title)
+def shrunk_step(part, path):
+    write_step(cq.Assembly(part.obj.scale(0.999), name=part.name), path)
 
 
 def shrunk_3mf(bodies, path, *_):

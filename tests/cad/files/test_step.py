@@ -11,28 +11,34 @@ import pytest
 
 from cad.files import step
 from cad.files.step import read_step, write_step
-from cad.parts.sensor import NamedSolid
 from sensor.machine_error import MachineError
 
-BOX = NamedSolid(name="box", shape=cq.Solid.makeBox(1, 2, 3), colour=(1, 0, 0))
-DOME = NamedSolid(name="dome", shape=cq.Solid.makeSphere(1), colour=(0, 1, 0.5))
+BOX = cq.Assembly(cq.Solid.makeBox(1, 2, 3), name="box", color=cq.Color(1, 0, 0))
+DOME = cq.Assembly(cq.Solid.makeSphere(1), name="dome", color=cq.Color(0, 1, 0.5))
+
+
+def assembly_of(name, *parts):
+    assembly = cq.Assembly(name=name)
+    for part in parts:
+        assembly.add(part)
+    return assembly
 
 
 def test_names_colours_and_volume_come_back(tmp_path):
-    write_step((BOX, DOME), tmp_path / "two.step", "pair")
+    write_step(assembly_of("pair", BOX, DOME), tmp_path / "two.step")
     assembly = cq.Assembly.importStep(str(tmp_path / "two.step"))
     assert assembly.name == "pair"
     colours = {child.name: child.color.toTuple()[:3] for child in assembly.children}
     assert set(colours) == {"box", "dome"}
-    assert colours["box"] == pytest.approx(BOX.colour, abs=1e-6)
-    assert colours["dome"] == pytest.approx(DOME.colour, abs=1e-6)
+    assert colours["box"] == pytest.approx((1.0, 0.0, 0.0), abs=1e-6)
+    assert colours["dome"] == pytest.approx((0.0, 1.0, 0.5), abs=1e-6)
     volume = read_step(tmp_path / "two.step").Volume()
     assert volume == pytest.approx(6.0 + 2.0 / 3.0 * math.pi, rel=1e-9)
 
 
 def test_header_holds_the_given_time_and_millimetres(tmp_path, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
-    write_step([BOX], tmp_path / "one.step", "box")
+    write_step(BOX, tmp_path / "one.step")
     text = (tmp_path / "one.step").read_text()
     assert "'1970-01-02T00:00:00'" in text
     assert "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING" in text
@@ -47,9 +53,7 @@ def test_first_file_of_a_process_is_ap242_too(tmp_path):
         from pathlib import Path
         import cadquery as cq
         from cad.files.step import write_step
-        from cad.parts.sensor import NamedSolid
-        box = NamedSolid(name="box", shape=cq.Solid.makeBox(1, 2, 3), colour=(1, 0, 0))
-        write_step([box], Path(sys.argv[1]), "box")
+        write_step(cq.Assembly(cq.Solid.makeBox(1, 2, 3), name="box"), Path(sys.argv[1]))
     """
     subprocess.run([sys.executable, "-c", program, tmp_path / "first.step"], check=True, cwd=Path(__file__).parents[3])
     assert "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING" in (tmp_path / "first.step").read_text()
@@ -63,7 +67,7 @@ def test_settings_of_the_process_neither_count_nor_change(tmp_path):
     before = {key: settings.CVal_s(key) for key in given}
     try:
         assert all(settings.SetCVal_s(key, value) for key, value in given.items())
-        write_step([BOX], tmp_path / "box.step", "box")
+        write_step(BOX, tmp_path / "box.step")
         volume = read_step(tmp_path / "box.step").Volume()
         assert {key: settings.CVal_s(key) for key in given} == given
     finally:
@@ -78,12 +82,12 @@ def test_settings_of_the_process_neither_count_nor_change(tmp_path):
 def test_setting_that_the_kernel_does_not_take_is_an_error(tmp_path, monkeypatch, setting):
     monkeypatch.setattr(step, "_WRITING", dict([setting]))
     with pytest.raises(MachineError, match=setting[0]):
-        write_step([BOX], tmp_path / "box.step", "box")
+        write_step(BOX, tmp_path / "box.step")
 
 
 def test_byte_order_mark_is_passed_over(tmp_path):
     """With the line ends of Windows, as some translators write."""
-    write_step([BOX], tmp_path / "box.step", "box")
+    write_step(BOX, tmp_path / "box.step")
     content = (tmp_path / "box.step").read_bytes().replace(b"\n", b"\r\n")
     (tmp_path / "marked.step").write_bytes(codecs.BOM_UTF8 + content)
     assert read_step(tmp_path / "marked.step").Volume() == pytest.approx(6.0)
@@ -91,7 +95,7 @@ def test_byte_order_mark_is_passed_over(tmp_path):
 
 def test_missing_folder_and_text_that_is_no_step_are_refused(tmp_path):
     with pytest.raises(OSError, match=r"none/a\.step"):
-        write_step([BOX], tmp_path / "none" / "a.step", "box")
+        write_step(BOX, tmp_path / "none" / "a.step")
     (tmp_path / "a.step").write_text("hello")
     with pytest.raises(ValueError, match=r"a\.step"):
         read_step(tmp_path / "a.step")
@@ -100,17 +104,15 @@ def test_missing_folder_and_text_that_is_no_step_are_refused(tmp_path):
 def test_equal_bodies_are_instances_of_one_product(tmp_path):
     """One product for each shape, one use of it for each body: AP242, product and next_assembly_usage_occurrence."""
     washers = [
-        NamedSolid(
-            name=f"{side} washer {i}", shape=BOX.shape.moved(cq.Location(cq.Vector(x, 5.0 * i, 0))), colour=(1, 0, 0)
-        )
+        cq.Assembly(BOX.obj, name=f"{side}_washer_{i}", loc=cq.Location(cq.Vector(x, 5.0 * i, 0)), color=BOX.color)
         for i in (1, 2)
         for side, x in (("front", 0.0), ("back", 10.0))
     ]
-    write_step([DOME, *washers], tmp_path / "many.step", "many")
+    write_step(assembly_of("many", DOME, *washers), tmp_path / "many.step")
     text = re.sub(r"\s+", "", (tmp_path / "many.step").read_text())
     assert sorted(re.findall(r"=PRODUCT\('([^']*)'", text)) == ["dome", "many", "washer"]
     uses = re.findall(r"=NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','([^']*)'", text)
-    assert sorted(uses) == sorted(["dome", *(washer.name.replace(" ", "") for washer in washers)])
+    assert sorted(uses) == sorted(["dome", *(washer.name for washer in washers)])
     shape = read_step(tmp_path / "many.step")
     assert shape.Volume() == pytest.approx(4.0 * 6.0 + 2.0 / 3.0 * math.pi, rel=1e-9)
     boxes = sorted((round(solid.BoundingBox().xmin), round(solid.BoundingBox().ymin)) for solid in shape.Solids())
@@ -122,12 +124,11 @@ def test_equal_bodies_are_instances_of_one_product(tmp_path):
 @pytest.mark.parametrize("drawn", [0, 1, 2])
 def test_instance_that_lies_as_it_was_drawn_has_its_name_too(tmp_path, drawn):
     """By its place: OCCT gave its name to another one, and left it without any."""
-    boxes = []
-    for number in range(3):
-        place = cq.Location(cq.Vector(10.0 * (number - drawn), 0, 0))
-        shape = BOX.shape if number == drawn else BOX.shape.moved(place)
-        boxes.append(NamedSolid(name=f"box {number}", shape=shape, colour=(1, 0, 0)))
-    write_step([DOME, *boxes], tmp_path / "many.step", "many")
+    boxes = [
+        cq.Assembly(BOX.obj, name=f"box_{number}", loc=cq.Location(cq.Vector(10.0 * (number - drawn), 0.0, 0.0)))
+        for number in range(3)
+    ]
+    write_step(assembly_of("many", DOME, *boxes), tmp_path / "many.step")
     children = cq.Assembly.importStep(str(tmp_path / "many.step")).children
     places = {child.name: child.toCompound().Center().x for child in children}
     expected = {box.name: 0.5 + 10.0 * (number - drawn) for number, box in enumerate(boxes)}

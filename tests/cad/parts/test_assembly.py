@@ -9,15 +9,14 @@ import pytest
 from squares import GENTLE, RESIN, square_housing, square_sensor
 
 from cad.parts.assembly import (
-    assembly_bodies,
     assembly_of,
     dowel_length,
     finished_part,
     grip,
+    in_place,
+    plate_places,
     screw_length,
-    turned_twin,
 )
-from cad.parts.pose import in_place
 from sensor.design.parameters import Print
 
 KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
@@ -25,7 +24,7 @@ KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
 
 @pytest.fixture(scope="module")
 def bodies(square):
-    return {body.name: body.shape for body in assembly_bodies(square)}
+    return {part.name: in_place(part) for part in assembly_of(square).children}
 
 
 def test_plate_is_one_valid_solid_with_its_named_faces():
@@ -40,8 +39,8 @@ def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each
     caps = []
     for kind in ("low", "high"):
         faces = [every[index] for index in square.part.faces[f"{kind}_tip"]]
-        caps.append((kind, in_place(cq.Compound.makeCompound(faces), square.housing)))
-    caps += [(kind, turned_twin(cap)) for kind, cap in caps]
+        caps.append((kind, cq.Compound.makeCompound(faces)))
+    caps = [(kind, cap.moved(place)) for place in plate_places(square.housing) for kind, cap in caps]
     asked = zip(GENTLE.tips.springs, GENTLE.tips.places_mm, strict=True)
     for (kind, cap), (spring, place) in zip(caps, asked, strict=True):
         box = cap.BoundingBox()
@@ -50,32 +49,32 @@ def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each
 
 
 def test_every_body_is_named_once_and_valid(bodies):
-    counts = {"plate": 2, "screw": 4, "nut": 4, "front washer": 4, "back washer": 4, "dowel": 2}
-    numbered = {f"{name} {number}" for name, count in counts.items() for number in range(1, count + 1)}
-    assert set(bodies) == numbered | {"front cover", "back cover", "fruit"}
+    counts = {"plate": 2, "screw": 4, "nut": 4, "front_washer": 4, "back_washer": 4, "dowel": 2}
+    numbered = {f"{name}_{number}" for name, count in counts.items() for number in range(1, count + 1)}
+    assert set(bodies) == numbered | {"front_cover", "back_cover", "fruit"}
     assert all(shape.isValid() for shape in bodies.values())
 
 
 def test_no_two_bodies_share_a_place_but_a_dowel_that_is_pressed_in(bodies):
-    upper = [name for name in bodies if not name.endswith((" 2", " 3", " 4"))]
+    upper = [name for name in bodies if not name.endswith(("_2", "_3", "_4"))]
     for first, second in itertools.combinations(upper, 2):
         volume = sum(solid.Volume() for solid in bodies[first].intersect(bodies[second]).Solids())
-        assert volume < KERNEL or (first, second) == ("plate 1", "dowel 1")
+        assert volume < KERNEL or (first, second) == ("plate_1", "dowel_1")
 
 
 def test_pair_is_put_together_with_covers_and_screws(housing, sensor):
     covered = replace(sensor, housing=replace(housing, mount="covers", cover_level=housing.protrusion))
-    found = {body.name: body.shape for body in assembly_bodies(covered)}
-    assert {"housing", "front cover", "back cover", "fruit"} <= set(found)
+    found = assembly_of(covered).objects
+    assert {"housing", "front_cover", "back_cover", "fruit"} <= set(found)
     assert sum(name.startswith("screw") for name in found) == len(housing.holes)
-    assert not any("cover" in body.name for body in assembly_bodies(sensor))
+    assert not any("cover" in name for name in assembly_of(sensor).objects)
 
 
 def test_dowels_are_pressed_by_the_accuracy_of_the_process_and_end_inside(square, bodies):
     housing = square.housing
     assert housing.dowel_hole == 3.0 - RESIN.accuracy_mm
     for number, (x, z) in enumerate(housing.dowels, start=1):
-        dowel = bodies[f"dowel {number}"]
+        dowel = bodies[f"dowel_{number}"]
         box = dowel.BoundingBox()
         length = dowel_length(housing)
         assert dowel.Volume() == pytest.approx(0.25 * math.pi * 3.0**2 * length)
@@ -95,12 +94,12 @@ def test_screws_hold_what_lies_between_their_washers(square, bodies):
     half_grip = 0.5 * grip(square)
     assert half_grip == pytest.approx(0.5 * 17.6)
     ends = {}
-    for name in ("screw", "nut", "front washer", "back washer"):
-        box = bodies[f"{name} 1"].BoundingBox()
+    for name in ("screw", "nut", "front_washer", "back_washer"):
+        box = bodies[f"{name}_1"].BoundingBox()
         ends[name] = (box.ymin, box.ymax)
         assert (box.center.x, box.center.z) == pytest.approx(square.housing.holes[0], abs=KERNEL)
-    assert ends["front washer"] == pytest.approx((-half_grip - 0.5, -half_grip), abs=KERNEL)
-    assert ends["back washer"] == pytest.approx((half_grip, half_grip + 0.5), abs=KERNEL)
+    assert ends["front_washer"] == pytest.approx((-half_grip - 0.5, -half_grip), abs=KERNEL)
+    assert ends["back_washer"] == pytest.approx((half_grip, half_grip + 0.5), abs=KERNEL)
     assert ends["nut"] == pytest.approx((half_grip + 0.5, half_grip + 2.9), abs=KERNEL)
     assert ends["screw"] == pytest.approx((-half_grip - 3.5, -half_grip - 0.5 + 25.0), abs=KERNEL)
 
@@ -108,23 +107,22 @@ def test_screws_hold_what_lies_between_their_washers(square, bodies):
 def test_plates_between_washers_have_no_covers_and_pins_stand_in_both_plates():
     tips = replace(GENTLE.tips, side_mm=1.4, dome_radius_mm=2.0, spacing_mm=6.0, socket="pin")
     design = replace(GENTLE, tips=tips, print=Print(process="sla-resin", mount="washers"))
-    names = {body.name for body in assembly_bodies(square_sensor(design=design))}
-    assert {"plate 1", "plate 2", "low pin 1", "low pin 2", "high pin 1", "high pin 2"} <= names
-    assert not {"front cover", "back cover"} & names
+    names = set(assembly_of(square_sensor(design=design)).objects)
+    assert {"plate_1", "plate_2", "low_pin_1", "low_pin_2", "high_pin_1", "high_pin_2"} <= names
+    assert not {"front_cover", "back_cover"} & names
 
 
 def test_named_faces_of_both_plates_and_covers_lie_in_their_places(square):
     """On both plates the tips of a kind on opposite sides, and the rim of each cover on its plate."""
-    assembly = assembly_of(square)
-    assert [part.name for part in assembly.children] == [
-        body.name.replace(" ", "_") for body in assembly_bodies(square)
-    ]
-    parts = assembly.objects
+    parts = assembly_of(square).objects
+
+    def face(name, tag):
+        return parts[name].obj.faces(tag=tag).val().moved(parts[name].loc)
+
     for kind in ("low", "high"):
-        one, two = (parts[name].obj.faces(tag=f"{kind}_tip").val().Center() for name in ("plate_1", "plate_2"))
+        one, two = (face(name, f"{kind}_tip").Center() for name in ("plate_1", "plate_2"))
         assert (one + two).x == pytest.approx(0.0, abs=KERNEL)
         assert (one + two).y == pytest.approx(0.0, abs=KERNEL)
         assert abs(one.x) > 1.0
     for name, sign in (("front_cover", -1.0), ("back_cover", 1.0)):
-        rim = parts[name].obj.faces(tag="rim").val()
-        assert rim.Center().y == pytest.approx(sign * 0.5 * square.housing.stack, abs=KERNEL)
+        assert face(name, "rim").Center().y == pytest.approx(sign * 0.5 * square.housing.stack, abs=KERNEL)

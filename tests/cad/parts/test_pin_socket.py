@@ -13,7 +13,7 @@ from cad.files.stl import triangles
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
 from cad.parts.pin import STEEL_MPA, pin_compliance
-from cad.parts.pin_socket import cut_pin_sockets, pins, tip_solid
+from cad.parts.pin_socket import cut_pin_sockets, pin_places, pin_solid, tip_solid
 from cad.parts.pose import print_pose
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -42,7 +42,7 @@ def overhang(part):
 def test_printed_tips_have_no_pockets_and_no_pins(housing):
     part = housing_part(housing)
     assert cut_pin_sockets(part, housing) is part
-    assert pins(housing, Tips()) == {}
+    assert pin_places(housing) == {}
     found = pin_compliance(housing, 2000.0, 0.38)
     assert (found.value, found.error) == (0.0, 0.0)
 
@@ -74,9 +74,10 @@ def test_neck_above_a_wide_foot_prints_without_support():
 
 
 def test_pins_fill_the_pockets_but_for_the_fit_and_stand_out(pinned, foot):
-    placed = pins(foot, Tips())
-    assert list(placed) == ["low pin", "high pin"]
-    for pin, x in zip(placed.values(), (-4.0, 4.0), strict=True):
+    places = pin_places(foot)
+    assert list(places) == ["low_pin", "high_pin"]
+    for place, x in zip(places.values(), (-4.0, 4.0), strict=True):
+        pin = pin_solid(foot, Tips()).moved(place)
         box = pin.BoundingBox()
         assert (box.zmin, box.zmax, box.center.x, box.xlen) == pytest.approx((-1.0, 3.0, x, 1.0), abs=1e-6)
         assert not pin.intersect(pinned.part.shape).Solids()

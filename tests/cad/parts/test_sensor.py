@@ -3,7 +3,8 @@ from dataclasses import replace
 import cadquery as cq
 import pytest
 
-from cad.parts.pose import pose_shape
+from cad.parts.assembly import assembly_of, in_place
+from cad.parts.pose import pressed_pose
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 
@@ -12,10 +13,9 @@ KERNEL = 1e-6  # the kernel pads its boxes
 
 def test_fruit_waits_below_the_tips_by_the_gap(sensor):
     apart = replace(sensor, tips=Tips(gap_mm=0.7, offset_mm=1.25), fruit=Fruit(length_mm=30.0))
-    housing, fruit = apart.printed_body(), apart.fruit_body()
-    assert (housing.name, fruit.name) == ("housing", "fruit")
-    assert housing.shape.distance(fruit.shape) == pytest.approx(0.7, abs=KERNEL)
-    box = fruit.shape.BoundingBox()
+    fruit = in_place(assembly_of(apart).objects["fruit"])
+    assert apart.part.shape.distance(fruit) == pytest.approx(0.7, abs=KERNEL)
+    box = fruit.BoundingBox()
     # The midpoint of the tips is x = 0 of the sensor and 1.25 mm from the fruit's apex.
     assert (box.xmin, box.xmax) == pytest.approx((-15.0 - 1.25, 15.0 - 1.25), abs=KERNEL)
 
@@ -23,7 +23,8 @@ def test_fruit_waits_below_the_tips_by_the_gap(sensor):
 def test_apex_of_a_curved_fruit_waits_below_the_tips(sensor):
     """Its top falls away from the apex, 1.25 mm beside the midpoint of the tips, as a sphere of its radius."""
     sphere = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
-    fruit = replace(sensor, fruit=sphere, tips=Tips(gap_mm=0.7, offset_mm=1.25)).fruit_body().shape
+    apart = replace(sensor, fruit=sphere, tips=Tips(gap_mm=0.7, offset_mm=1.25))
+    fruit = in_place(assembly_of(apart).objects["fruit"])
     for x in (-9.0, 0.0, 5.0):
         line = cq.Edge.makeLine(cq.Vector(x - 1.25, 0.0, 10.0), cq.Vector(x - 1.25, 0.0, -20.0))
         assert line.intersect(fruit).BoundingBox().zmax == pytest.approx(-0.7 - sphere.fall_mm(x, 0.0), abs=KERNEL)
@@ -32,5 +33,5 @@ def test_apex_of_a_curved_fruit_waits_below_the_tips(sensor):
 @pytest.mark.parametrize(("heading", "down"), [(0.0, (1.0, 0.0)), (90.0, (0.0, 1.0)), (180.0, (-1.0, 0.0))])
 def test_the_heading_is_the_side_that_goes_down(heading, down):
     point = cq.Vertex.makeVertex(10.0 * down[0], 10.0 * down[1], 0.0)
-    moved = pose_shape(point, 0.6, 30.0, heading).Center()
+    moved = point.moved(pressed_pose(0.6, 30.0, heading)).Center()
     assert moved.z == pytest.approx(-0.6 - 10.0 * 0.5, abs=KERNEL)

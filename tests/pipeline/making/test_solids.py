@@ -109,5 +109,5 @@ def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(tmp
     assert {"geometry.plates", "geometry.as_designed"} <= {verdict.name for verdict in verdicts}
     assert len(read_step(folder / "housing.step").Solids()) == 1
     text = (folder / "assembly.step").read_text(encoding="ascii")
-    named = ("plate 1", "plate 2", "front cover", "back cover", "screw 4", "nut 4", "dowel 1", "dowel 2", "fruit")
+    named = ("plate_1", "plate_2", "front_cover", "back_cover", "screw_4", "nut_4", "dowel_1", "dowel_2", "fruit")
     assert [name for name in named if f"'{name}'" not in text] == []

@@ -1,11 +1,11 @@
 """Swept hexahedra against curved tetrahedra on the solid read back from its STEP file."""
 
+import cadquery as cq
 import pytest
 from scenes import SMALL_HOUSING
 
 from cad.files.step import read_step, write_step
 from cad.parts.housing_solid import housing_part, named_housing
-from cad.parts.sensor import NamedSolid
 from mesh.housing.sweep import flexure_mesh
 from reference.flexure_reference import reference_stiffness
 from reference.tetrahedra import fine_boxes, tetrahedra
@@ -18,9 +18,7 @@ SIZES = (1.5, 1.15)
 @pytest.fixture(scope="module")
 def part(tmp_path_factory):
     path = tmp_path_factory.mktemp("step") / "housing.step"
-    write_step(
-        [NamedSolid(name="housing", shape=housing_part(SMALL_HOUSING).shape, colour=(0.5, 0.5, 0.5))], path, "small"
-    )
+    write_step(cq.Assembly(housing_part(SMALL_HOUSING).shape, name="housing"), path)
     return named_housing(read_step(path), SMALL_HOUSING)
 
 
