@@ -1,1 +1,1 @@
-"""Tips on the fruit: where they touch, with which pressure, and the forces the sensor reads."""
+"""Tips on the fruit: their contact, its pressure, and the forces that the sensor reads."""

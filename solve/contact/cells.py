@@ -1,8 +1,8 @@
-"""Cells of pressure on the tips' footprints and what they do to each other: the matrix of unilateral contact.
+"""Cells of pressure on the footprints of the tips, and the matrix of compliances between them for unilateral contact.
 
-Near by it is the Galerkin influence of the half-space on each footprint. From tip to tip and through the block's finite
-size it is the smooth rest, through the nodal polynomials of the punch tables. One matrix serves all E, travels and
-gaps.
+Within a footprint it is the Galerkin influence matrix of the half-space. Between tips, and for the finite size of the
+block, the compliance is smooth and interpolated by the nodal polynomials of the punch tables. One matrix serves all
+moduli, travels and gaps.
 """
 
 import functools
@@ -27,17 +27,17 @@ from solve.fruit.footprints import (
 from solve.halfspace.layered import Layer, added_compliances
 from solve.halfspace.punch import influence, lagrange, square_punch
 
-FINE = Grading(0.7, (0.7, 0.21, 0.09))  # of the mesh of the remainder
-FEWEST_NODES = 3  # a side of a footprint: pressure that moves has higher moments than a level punch's
-GAUSS = 4  # points along a cell
+FINE = Grading(0.7, (0.7, 0.21, 0.09))  # grading of the mesh of the remainder
+FEWEST_NODES = 3  # fewest nodes per side; the pressure of a partial contact has higher moments than a level punch
+GAUSS = 4  # Gauss points along a cell
 
 
 @dataclass(frozen=True, eq=False)
 class ContactCells:
-    """Cells on all footprints: points on the fruit (cells, 2) [mm], areas [mm^2], tip of each cell.
+    """Cells on all footprints: points on the fruit (cells, 2) [mm], areas [mm^2], and the tip of each cell, `owner`.
 
-    `centres` (tips, 2) [mm] are those of the footprints. `compliance` (cells, cells) is the mean displacement of a cell
-    per force on a cell, times E [1/mm].
+    `centres` (tips, 2) [mm] are the centres of the footprints. `compliance` (cells, cells) is the mean displacement of
+    a cell per force on a cell, times E [1/mm].
     """
 
     points: Floats
@@ -48,12 +48,12 @@ class ContactCells:
 
     @property
     def local(self) -> Floats:
-        """Return the points of the cells from the centre of their own tip [mm], shape (cells, 2)."""
+        """Return the points of the cells relative to the centre of their own tip [mm], shape (cells, 2)."""
         return self.points - self.centres[self.owner]
 
     @property
     def tips(self) -> Floats:
-        """Return 1 where a cell belongs to a tip, else 0, shape (cells, tips)."""
+        """Return a matrix with 1 at the tip of each cell, else 0, shape (cells, tips)."""
         return np.eye(len(self.centres))[self.owner]
 
 
@@ -64,11 +64,11 @@ def contact_cells(
     layer: Layer | None = None,
     grading: Grading = FINE,
 ) -> ContactCells:
-    """Return the cells between `edges`, lines on (-1/2, 1/2) of each footprint's side [1], and their compliance.
+    """Return the cells between `edges`, lines on (-1/2, 1/2) of each footprint's side [1], with their compliance.
 
-    The footprints are squares that hold every point where a tip may touch. Under each tip the half-space has a `layer`,
-    if any: farther away it acts by a constant, which is left to others. `grading` is that of the mesh of the remainder.
-    Raises SolveError when a solve is not exact.
+    The footprints are squares that contain all possible contact of each tip. Under each tip the half-space has a
+    `layer`, if given; its effect on other tips is a constant, which the caller adds. `grading` belongs to the mesh of
+    the remainder. Raises SolveError if a solve does not converge.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
@@ -76,7 +76,7 @@ def contact_cells(
     area = np.outer(np.diff(edges), np.diff(edges)).ravel()
     cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
 
-    # Under each tip the half-space itself: mean displacement of a cell per force on another, for E* = 1 and side 1.
+    # Under each tip, the half-space: mean displacement of a cell per force on another, for E* = 1 and side 1.
     pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
     half_space = pairs / np.outer(area, area)
     if layer is None:
@@ -86,7 +86,7 @@ def contact_cells(
         added = [added_compliances([layer], side * apart)[0] for side in sides]
         within_tips = block_diag(*(layer.surface / sides[:, None, None] * half_space + added))
 
-    # The rest is smooth: known between nodes, averaged over cells through the nodal polynomials.
+    # The remainder is smooth: it is known between nodes, and the nodal polynomials average it over cells.
     means = _cell_means(square_punch(_nodes_between(footprints)).x, edges)
     to_cells = block_diag(*[np.kron(means, means)] * len(footprints))
     smooth = smooth_compliance(fruit, tuple(footprints), grading)
@@ -102,7 +102,7 @@ def contact_cells(
 
 
 def _cell_means(nodes: Floats, edges: Floats) -> Floats:
-    """Return the mean of each nodal polynomial over each interval between edges, shape (intervals, nodes) [1].
+    """Return the mean of each nodal polynomial over each interval between edges [1], shape (intervals, nodes).
 
     `nodes` and `edges` lie on (-1/2, 1/2).
     """
@@ -114,17 +114,17 @@ def _cell_means(nodes: Floats, edges: Floats) -> Floats:
 
 
 def half_cells(cells: ContactCells) -> ContactCells:
-    """Return the cells at y > 0, in their order, which stand for their mirror images at y = 0 too.
+    """Return the cells at y > 0, in their order, which also represent their mirror images at y < 0.
 
-    They serve contact that is the same on both sides. All centres must lie at y = 0, and the number of cells across a
+    They serve contact that is symmetric about y = 0. All centres must lie at y = 0, and the number of cells across a
     footprint must be even.
     """
     kept = cells.points[:, 1] > 0.0
-    # Cells stand in rows across their footprint: the mirror image of each is its place in the reversed row.
+    # Cells are stored in rows across their footprint, so the mirror images are the reversed rows.
     across = round((len(cells.owner) / len(cells.centres)) ** 0.5)
     rows = np.arange(len(kept)).reshape(-1, across)
     image = rows[:, ::-1].ravel()
-    # Half of the force of a pair of cells acts on either.
+    # Half of the force of a pair of mirrored cells acts on each of them.
     pairs = 0.5 * (cells.compliance + cells.compliance[:, image])
     return replace(
         cells,
@@ -135,17 +135,18 @@ def half_cells(cells: ContactCells) -> ContactCells:
     )
 
 
-# Both grids of a scene share it.
+# The cache serves both grids of a scene.
 @functools.lru_cache(maxsize=4)
 def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: Grading) -> Floats:
     """Return the smooth part of the compliance between all nodes of all footprints, times E [1/mm], (nodes, nodes).
 
-    It is the remainder of the block, and between different tips the half-space too. Raises SolveError when a solve is
-    not exact.
+    It is the remainder of the block, and, between different tips, also the half-space. Raises SolveError if a solve
+    does not converge.
     """
     counts = NodeCounts(between=_nodes_between(footprints), within=max(FEWEST_NODES, nodes_within(fruit, footprints)))
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
-    # Tips in a row on a plane of symmetry halve the mesh. Tilted ones press unlike on its two sides: odd loads count.
+    # Tips in a row on a plane of symmetry halve the mesh. Tilted tips press unequally on its sides, so odd loads are
+    # needed.
     mirror_x = all(footprint.x == 0.0 for footprint in footprints)
     mirror_y = all(footprint.y == 0.0 for footprint in footprints)
     lines = block_lines(fruit, nodes, (mirror_x, mirror_y), grading)

@@ -1,7 +1,7 @@
 """Displacement and stress in the fruit under given pressures, for viewing: half-space part plus remainder.
 
-Drawn on the block that the fruit counts as, in the axes of cad: z up, top face at 0. The half-space part is in closed
-form at every node, the remainder is smooth.
+The fields are on the equivalent block of the fruit, in the axes of cad: z up, top face at 0. The half-space part is in
+closed form at every node, the remainder is smooth.
 """
 
 from collections.abc import Sequence
@@ -22,17 +22,17 @@ from solve.halfspace import potentials as halfspace
 from solve.halfspace.punch import square_punch
 from solve.surface import patch_inside
 
-FINEST = 0.125  # step under a tip [sides of what touches]
-GROWTH = 0.4  # of the steps with the distance from what touches
-COARSEST = 0.1  # step [lengths of the block]
-NEAR = 1.5  # within these sides of a tip its patches of pressure are seen, beyond only their moments
-PATCHES = 24  # a side of a footprint at most, over which cells are summed
-NODES = 3  # a side, that carry the moments of the patches of a tip
-# Depth [sides of a patch] at which stress of the surface is taken: at the corners of patches it is infinite, and so
-# deep the steps between them have faded by exp(-pi), while what is as wide as a tip has not.
+FINEST = 0.125  # mesh step under a tip [sides of its contact]
+GROWTH = 0.4  # growth of the mesh steps per distance from a contact
+COARSEST = 0.1  # largest mesh step [lengths of the block]
+NEAR = 1.5  # distance [sides of a contact] up to which patches of pressure are resolved; beyond, only their moments
+PATCHES = 24  # most patches per side of a footprint; each sums the forces of its cells
+NODES = 3  # nodes per side that carry the moments of the patches of a tip
+# Depth [sides of a patch] at which surface stress is evaluated. At the corners of patches it is infinite on the
+# surface. At this depth the steps between patches have decayed by exp(-pi), but variations as wide as a tip have not.
 SKIN = 0.5
-SURFACE = 1e-6  # depth [skin] at which displacement of the surface is taken, where its closed form has no 0 / 0
-UPWARD = np.array([1.0, 1.0, -1.0])  # turns a vector from z down to z up
+SURFACE = 1e-6  # depth [SKIN depths] at which surface displacement is evaluated, to avoid 0 / 0 in its closed form
+UPWARD = np.array([1.0, 1.0, -1.0])  # converts a vector from z down to z up
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +57,10 @@ class _Patches:
 def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, NodalFields]:
     """Return hexahedra of the fruit [mm] and the fields under the pressures of all tips, in the order of `mesh.p`.
 
-    Raises InputError for a fruit with a skin, SolveError when the solve of the remainder is not exact.
+    Raises InputError for a fruit with a skin, and SolveError if the solve of the remainder does not converge.
     """
     if fruit.skin_mm is not None:
-        raise validation_error("fruit.skin_mm", fruit.skin_mm, "mm", "left out where fields are wanted", "drop it")
+        raise validation_error("fruit.skin_mm", fruit.skin_mm, "mm", "left out for fields", "drop it")
     block = fruit.equivalent_block
     tips = []
     for tip in range(len(pressure.forces)):
@@ -69,16 +69,16 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
             tips.append(patches)
     point_loads = [_as_points(patches) for patches in tips]
     mesh = _view_mesh(block, tips)
-    x, y, z = mesh.p * UPWARD[:, None]  # z down, as in all that follows
+    x, y, z = mesh.p * UPWARD[:, None]  # from here on z points down
 
-    # All at E = 1 MPa, until the last lines divide by E.
+    # All fields are for E = 1 MPa; the last lines divide by E.
     load_points = np.concatenate([each.centres for each in point_loads])
     forces = np.concatenate([each.forces for each in point_loads])
     lines = block_lines(block, load_points, (False, False), FINE)
     basis, v = remainder_field(box_mesh(lines), block.poisson, load_points, forces)
     u_remainder, gradient = _evaluated(basis, lines, v, np.stack([x, y, z]))
 
-    # The half-space in closed form, its stress at the surface taken a little below.
+    # The half-space in closed form; surface stress is evaluated slightly below the surface.
     skin = SKIN * min(float(patches.sides.min()) for patches in tips)
     loads = list(zip(tips, point_loads, strict=True))
     below_skin = _half_space(np.stack([x, y, np.maximum(z, skin)]), loads)
@@ -94,7 +94,7 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
 
 
 def _patches(pressure: FootprintPressure, tip: int) -> _Patches:
-    """Return the pressure of one tip summed over at most 24 x 24 rectangles of cells; none without a force."""
+    """Return the pressure of one tip, summed over at most 24 x 24 rectangles of cells; empty without a force."""
     count = len(pressure.edges) - 1
     first = np.arange(0, count, -(-count // PATCHES))
     edges = np.append(pressure.edges[first], pressure.edges[-1])
@@ -110,7 +110,7 @@ def _pairs(values: Floats) -> Floats:
 
 
 def _as_points(patches: _Patches) -> _Patches:
-    """Return forces on nine points with the moments of the patches; their sides are 0."""
+    """Return the forces on nine points that have the moments of the patches; their sides are 0."""
     middle = 0.5 * (patches.low + patches.high)
     side = float((patches.high - patches.low).max())
     table = square_punch(NODES)
@@ -119,7 +119,7 @@ def _as_points(patches: _Patches) -> _Patches:
 
 
 def _view_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
-    """Return the cells to be drawn [mm], z up: fine under what touches, coarse elsewhere."""
+    """Return the cells for viewing [mm], z up: fine under the contacts, coarse elsewhere."""
     finest = FINEST * min(float((patches.high - patches.low).max()) for patches in tips)
     extent = (block.length_mm, block.width_mm, block.height_mm)
     largest = COARSEST * max(extent)
@@ -150,15 +150,15 @@ def _view_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
 def _evaluated(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
     """Return a field and its gradient at points (3, n) [mm], shapes (3, n) and (3, 3, n) with the derivative last.
 
-    `v` (dofs,) are the field's values on the box of bricks over some lines.
+    `v` (dofs,) are the field's values on the box of bricks between the `lines`.
     """
     mesh = basis.mesh
-    # Which brick of the box each point lies in: intervals of its lines along each axis, numbered by brick.
+    # The brick that contains each point, by the intervals of the lines along each axis.
     number = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
     number[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
     bricks = number[_intervals(lines, points)]
 
-    # The map from the unit cube to a brick is linear: its inverse gives a point's place in the cube.
+    # The map from the unit cube to a brick is linear; its inverse gives the coordinates of a point in the cube.
     origin = np.zeros((3, 1))
     inverse = basis.mapping.invDF(origin, tind=bricks)[..., 0]
     from_corner = points - basis.mapping.F(origin, tind=bricks)[..., 0]
@@ -173,7 +173,7 @@ def _evaluated(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tup
 
 
 def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
-    """Return, for each axis, the interval between lines that a coordinate lies in."""
+    """Return, for each axis, the interval between lines that contains a coordinate."""
     intervals = []
     for line, coordinates in zip(lines, points, strict=True):
         interval = np.searchsorted(line, coordinates, side="right") - 1
@@ -184,11 +184,11 @@ def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
 def _half_space(points: Floats, loads: Sequence[tuple[_Patches, _Patches]]) -> halfspace.Potentials:
     """Return the potentials at points (3, n) [mm], z down, under the pressures of all tips.
 
-    A tip's load comes twice: as patches of pressure, felt near to it, and as points with their moments, felt elsewhere.
+    Each tip has two loads: patches of pressure, used near the tip, and points with their moments, used elsewhere.
     """
     x, y, z = points
     total = np.zeros((len(fields(halfspace.Potentials)), len(x)))
-    total[0] = z  # the first field of the potentials is the depth; the others add up
+    total[0] = z  # the first field of the potentials is the depth; the others are sums over the loads
     for patches, as_points in loads:
         middle = as_points.centres.mean(axis=0)
         reach = NEAR * float(np.ptp(patches.centres, axis=0).max() + patches.sides.max())
@@ -199,7 +199,7 @@ def _half_space(points: Floats, loads: Sequence[tuple[_Patches, _Patches]]) -> h
 
 
 def _potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
-    """Return the potentials but for z of forces on rectangles, or at points where the sides are 0."""
+    """Return the potentials except z of forces on rectangles, or on points if the sides are 0."""
     total = np.zeros((len(fields(halfspace.Potentials)) - 1, len(x)))
     for centre, (a, b), force in zip(loads.centres, loads.sides.tolist(), loads.forces, strict=True):
         dx = x - centre[0]

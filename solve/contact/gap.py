@@ -1,4 +1,4 @@
-"""Gap between a rigid tip and the fruit before they deform: lengths in mm, gap >= 0. Gaps of tip and fruit add up."""
+"""Gap between a rigid tip and the fruit before they deform [mm], at least 0. The gaps of tip and fruit add up."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from sensor.tips.tip_shape import Arc, TipShape
 
 
 def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:
-    """Return the gap [mm] of a tip at x along the tips and y across from its centre; infinity where it has no face.
+    """Return the gap [mm] of a tip at x along the tips and y across from its centre; infinity outside its face.
 
-    The tip is a body of revolution, or a square whose sections along x and y are the same meridian.
+    The tip is a body of revolution, or a square whose sections along x and y have the same meridian.
     """
     r = np.asarray(np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y)))
     gap = np.full_like(r, np.inf)

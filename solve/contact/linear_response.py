@@ -1,7 +1,7 @@
-"""What the sensor reads where flat level faces touch whole or not at all: exact from one compliance.
+"""Forces of flat level faces, which touch as a whole or not at all: exact from one compliance.
 
 Travel x of a tip is the deflection of its spring plus the indentation of the fruit: x = C F + S F / E. C is the
-compliance of the springs and S that of the fruit times E. It is linear, so every E and x comes from the same S.
+compliance of the springs, and S the compliance of the fruit times E. The law is linear, so all E and x use the same S.
 """
 
 import time
@@ -25,14 +25,14 @@ PAIR = SpringGroups(low=(0,), high=(-1,))
 class SensorResponse(Record):
     """Tip forces F [N], shape (moduli, travels, tips), over the moduli E [MPa] and the travels x [mm].
 
-    A travel is that of the middle of the tips, from the first touch of a level sensor.
+    The travel is measured at the middle of the tips, from the first touch of a level sensor.
 
-    All others but `mean_pressure` have shape (moduli, travels). The force ratio P and the ratio of the force slopes
-    over the travel [1] are those of tips on high springs over low ones. They are nan where a tip is off the fruit.
-    `F_error` [1] is the relative error of the forces of the tips that touch (nan where none does), `P_error` [1] that
-    of P. `P_step` [1] is by how much P lies, over itself, above that on a coarser grid of cells. `cells` counts the
-    contact cells; it and `P_step` are 0 where the law needs no cells. `mean_pressure` [MPa], as F, is that of the
-    contact of each dome; None for other tips.
+    All other fields except `mean_pressure` have shape (moduli, travels). The force ratio P and the ratio of the force
+    slopes over the travel [1] are means over the tips on high springs divided by means over low ones. They are nan if
+    any tip is out of contact. `F_error` [1] is the relative error of the forces in contact (nan without any), `P_error`
+    [1] the relative error of P. `P_step` [1] is the relative increase of P over a coarser grid of cells. `cells` is the
+    number of contact cells; it and `P_step` are 0 if the law needs no cells. `mean_pressure` [MPa], in the shape of F,
+    is the mean pressure under each dome; None for other tips.
     """
 
     E: Floats
@@ -56,21 +56,21 @@ class TipForces(NamedTuple):
 
 
 def spring_compliance(*stiffnesses: float) -> Floats:
-    """Return the compliance of springs that do not disturb each other, shape (n, n) [mm/N from N/mm]."""
+    """Return the compliance of springs that do not interact, shape (n, n) [mm/N from N/mm]."""
     return np.diag([1.0 / K for K in stiffnesses])
 
 
 def travels(travel_mm: float, count: int) -> Floats:
-    """Return `count` equal steps of travel that end at travel_mm [mm], shape (count,); 0 is left out."""
+    """Return `count` travels in equal steps up to `travel_mm` [mm], shape (count,), without 0."""
     if count < 1:
-        raise validation_error("count", count, "", "at least 1", "ask for at least one travel")
+        raise validation_error("count", count, "", "at least 1", "give at least one travel")
     return travel_mm * np.arange(1, count + 1) / count
 
 
 def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Floats:
-    """Return the mean of values over tips on high springs, over that over tips on low springs [1], shape (...).
+    """Return the mean of values over tips on high springs, over the mean over tips on low springs [1], (...).
 
-    `values` and the forces F have shape (..., tips). The ratio is nan where any tip is off the fruit.
+    `values` and the forces F have shape (..., tips). The ratio is nan if any tip is out of contact.
     """
     touching = (F > 0.0).all(axis=-1)
     high = values[..., list(groups.high)].mean(axis=-1)
@@ -81,9 +81,9 @@ def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Flo
 def response_of_forces(
     E: Floats, x: Floats, forces: TipForces, groups: SpringGroups, info: SolveInfo
 ) -> SensorResponse:
-    """Return the response that has these forces at moduli E (moduli,) [MPa] and travels x (travels,) [mm].
+    """Return the response with these forces at moduli E (moduli,) [MPa] and travels x (travels,) [mm].
 
-    Its errors are 0 where there is a number, for the caller to add to. `info.dofs` is the number of contact cells.
+    Its errors are 0, for the caller to add to, or nan without contact. `info.dofs` is the number of contact cells.
     """
     F, rates = forces
     P = high_over_low(F, F, groups)
@@ -112,7 +112,7 @@ def linear_response(
     """Return the response of flat level tips that touch with their whole face or not at all.
 
     S [1/mm] and C [mm/N] have shape (tips, tips), the moduli E [MPa] (moduli,), the travels x [mm] (travels,).
-    `height_offsets` [mm] add to the travel of each tip. The forces are exact but for the error of S.
+    `height_offsets` [mm] are added to the travel of each tip. The only error of the forces is the error of S.
     """
     start = time.perf_counter()
     moduli = np.asarray(E, dtype=np.float64)
@@ -130,9 +130,9 @@ def linear_response(
 def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats]:
     """Return the forces [N] and their slopes over the travel [N/mm], both (travels, tips).
 
-    `compliance` (tips, tips) [mm/N] is that of springs and fruit in series, `travel` (travels, tips) [mm] that of each
-    tip. Force and gap are never negative, and one of them is 0: compliance F >= travel, F >= 0. Where all tips touch
-    the force is a linear solve; elsewhere non-negative least squares on the Cholesky factor finds the tips that do.
+    `compliance` (tips, tips) [mm/N] belongs to springs and fruit in series, `travel` (travels, tips) [mm] to each tip.
+    Force and gap are never negative, and one of them is 0: compliance F >= travel, F >= 0. If all tips touch, the force
+    is a linear solve. Otherwise non-negative least squares on the Cholesky factor finds the tips in contact.
     """
     touching = travel @ np.linalg.inv(compliance).T > 0.0
     is_partial = ~touching.all(axis=1)
@@ -144,7 +144,7 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
             forces, _ = nnls(lower.T, solve_triangular(lower, travel[row], lower=True))
             touching[row] = forces > 0.0
 
-    # One stiffness for all travels at which the same tips touch.
+    # All travels at which the same tips touch share one stiffness.
     F = np.zeros(touching.shape)
     rates = np.zeros(touching.shape)
     for tips in np.unique(touching, axis=0):

@@ -1,8 +1,7 @@
-"""Forces of one sensor in many poses: tilted to any side, set down off centre, on fruits of other radii and moduli.
+"""Forces of one sensor in many poses: tilted in any direction, off centre, on fruits of other radii and moduli.
 
-Domes follow their law in closed form. Flat tips are pressed on cells. All poses are pressed on one coarse grid, which
-stays where it is on the fruit. Those that were pressed hardest or tilted most are pressed on a finer one too, for the
-error.
+Domes follow their law in closed form. Flat tips are solved on cells. All poses use one coarse grid, which is fixed to
+the fruit. Some poses, from the most to the least tilted, are also solved on a finer grid, which gives the error.
 """
 
 import dataclasses
@@ -26,21 +25,21 @@ from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import fruit_slope
 
-# Order 1.5 of the cells' error in their number: what is left of the coarse grid's, over the step to the fine one.
+# Error of the coarse grid over the step to the fine one: the error falls with the number of cells at order 1.5.
 LEFT = 1.0 / (1.0 - (WHOLE_CELLS[0] / WHOLE_CELLS[1]) ** 1.5)
-COMPARED = 8  # poses that are pressed on both grids
-NO_FORCE = 1e-300  # [N] stands for a force of 0 that is divided by
+COMPARED = 8  # approximate number of poses that are solved on both grids
+NO_FORCE = 1e-300  # [N], replaces a force of 0 as a divisor
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stand:
-    """How a sensor stands on a fruit: tilt [deg] and distance from the apex [mm] along and across, and which fruit.
+    """The position of a sensor on a fruit: tilt [deg] and distance from the apex [mm], along and across the tips.
 
-    `radii_mm` are the principal radii of the fruit, the first at an azimuth [deg] from the line along the tips;
-    `thickness_mm` is its flesh. If they are None, the fruit is the one of the scene.
+    `radii_mm` are the principal radii of the fruit, the first at an azimuth [deg] from the line along the tips.
+    `thickness_mm` is the thickness of its flesh. If they are None, they are those of the scene's fruit.
 
-    If `from_touch`, a hand presses. The tilt is against the normal of the skin where the sensor is set down. Travels
-    count from the first touch, since when the tilt has changed by `turned_deg`.
+    With `from_touch`, the sensor is pressed by hand: the tilt is measured against the normal of the skin where the
+    sensor is placed, and travel from the first touch. After the touch the tilt has changed by `turned_deg`.
     """
 
     tilt_deg: Point = (0.0, 0.0)
@@ -52,14 +51,14 @@ class Stand:
     turned_deg: Point = (0.0, 0.0)
 
     def after(self, fraction: float) -> Self:
-        """Return the stand after a fraction of a press [1], over which the tilt changes evenly by `turned_deg`."""
+        """Return the stand after a fraction of a press [1], in which the tilt changes linearly by `turned_deg`."""
         along, across = self.turned_deg
         return dataclasses.replace(self, turned_deg=(fraction * along, fraction * across))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pose:
-    """One press: the modulus E [MPa] of the fruit, the travel [mm], and how the sensor stands on the fruit."""
+    """One press: the modulus E [MPa] of the fruit, the travel [mm], and the position of the sensor on the fruit."""
 
     E: float
     travel: float
@@ -68,14 +67,14 @@ class Pose:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class PoseForces(Record):
-    """Forces F of the tips [N], shape (poses, tips), nan in a pose whose contact runs off the face of a dome.
+    """Forces F of the tips [N], shape (poses, tips); nan in a pose whose contact reaches the edge of a dome's face.
 
-    `F_error` [N] is how far each may be off, `error_alike` [N] how far all are off where the errors have one sign under
-    all tips. Both leave out `F_flesh` [N]. That is what Hencky's law of flesh adds under domes to the neo-Hookean one,
-    and what that of Storakers takes. `error` (poses,) is the largest relative error of a force above 0 [1]. `touching`
-    (poses, tips) says which tips touch. `contact_radius` [mm] and `mean_pressure` [MPa], which may be off by
-    `pressure_error` [MPa], all (poses, tips), are those of a round contact of the same area. `face_mm` (poses,) [mm] is
-    how wide the face of a dome must be to hold its contact, 0 for other tips.
+    `F_error` [N] bounds the error of each force. `error_alike` [N] is the joint error of all forces if the errors have
+    one sign under all tips. Neither contains `F_flesh` [N], the increase of F under domes by Hencky's law of flesh over
+    the neo-Hookean one, and the decrease by Storakers' law. `error` (poses,) is the largest relative error of a force
+    above 0 [1]. `touching` (poses, tips) is True for tips in contact. `contact_radius` [mm], `mean_pressure` [MPa] and
+    its error `pressure_error` [MPa], all (poses, tips), are for a round contact of the same area. `face_mm` (poses,)
+    [mm] is the face diameter that a dome needs to hold its contact, 0 for other tips.
     """
 
     F: Floats
@@ -93,10 +92,10 @@ class PoseForces(Record):
 def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
     """Return the forces in many poses, given the compliance of the fruit in `scene` and of the springs C [mm/N].
 
-    C has shape (tips, tips). A fruit of another radius keeps the block of the scene's. Raises InputError where a pose
-    is too steep or outside the domain of contact, SolveError when a solve is not exact.
+    C has shape (tips, tips). A fruit of another radius keeps the block of the scene's fruit. Raises InputError if a
+    pose is too steep or outside the domain of contact, and SolveError if a solve does not converge.
     """
-    # Many poses share a scene: each is made, and its first touch found, once.
+    # Many poses share a scene; each scene is made once, and its first touch found once.
     made: dict[Stand, Scene] = {}
     for pose in poses:
         if pose.stand not in made:
@@ -113,12 +112,12 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
 
 
 def posed_scene(scene: Scene, stand: Stand) -> Scene:
-    """Return the scene of a stand: its press turned, the sensor moved, on the fruit that is met."""
+    """Return the scene of a stand: its press tilted, the sensor moved, on the fruit of the stand."""
     fruit = _fruit_met(scene.fruit, stand.radii_mm, stand.azimuth_deg, stand.thickness_mm)
     off_centre = (scene.off_centre_mm[0] + stand.off_centre_mm[0], scene.off_centre_mm[1] + stand.off_centre_mm[1])
     tilt, roll = stand.tilt_deg
     if stand.from_touch and any(off_centre) and scene.curved:
-        # A hand tilts against the normal where it sets the sensor down; a scene's tilt is against the apex's.
+        # A hand tilts against the normal under the sensor; the tilt of a scene is measured at the apex.
         normal = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
         tilt, roll = tilt + float(normal[0]), roll + float(normal[1])
     return dataclasses.replace(
@@ -133,15 +132,15 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
 
 @functools.lru_cache(maxsize=256)
 def _turned(press: Press, tilt: float, roll: float) -> Press:
-    """Return the press with another tilt and roll [deg]; made once for the many poses of one stand."""
+    """Return the press with another tilt and roll [deg]; cached, because many poses share one stand."""
     return dataclasses.replace(press, tilt_deg=tilt, roll_deg=roll)
 
 
 @functools.lru_cache(maxsize=256)
 def _fruit_met(fruit: Fruit, radii: Point | None, azimuth: float | None, thickness: float | None) -> Fruit:
-    """Return the fruit with other radii [mm], azimuth [deg] and thickness [mm], None for its own.
+    """Return the fruit with other radii [mm], azimuth [deg] and thickness [mm]; None keeps its own value.
 
-    It is made once for the many poses on it. A sphere takes the first radius alone, a block none.
+    It is cached for the many poses on it. A sphere takes only the first radius, a block neither.
     """
     changes: dict[str, Any] = {}
     if radii is not None and fruit.radius_mm is not None:
@@ -152,7 +151,7 @@ def _fruit_met(fruit: Fruit, radii: Point | None, azimuth: float | None, thickne
         changes["azimuth_deg"] = azimuth
     if thickness is not None:
         changes["thickness_mm"] = thickness
-    if changes and fruit.whole:  # its plan follows from its radii and its thickness
+    if changes and fruit.whole:  # length and width follow from the radii and the thickness
         changes |= {"length_mm": None, "width_mm": None}
     return dataclasses.replace(fruit, **changes) if changes else fruit
 
@@ -160,7 +159,7 @@ def _fruit_met(fruit: Fruit, radii: Point | None, azimuth: float | None, thickne
 def _dome_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    """Return the forces of domes by their law, one scene for each pose; nan where a contact runs off a face."""
+    """Return the forces of domes by their law, for one scene per pose; nan if a contact reaches the edge of a face."""
     E = np.array([pose.E for pose in poses])
     travel = np.array([pose.travel for pose in poses])
     body = dome_body(scene, compliance, [each.fruit for each in scenes])
@@ -184,9 +183,9 @@ def _dome_forces(
 def _cell_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    """Return the forces on a coarse grid of cells, one scene for each pose, and their errors from a finer grid.
+    """Return the forces on a coarse grid of cells, for one scene per pose, with errors from a finer grid.
 
-    The cells stand where those of the steepest pose would. Some of the poses are pressed on the finer grid too.
+    The grid is made for the steepest pose and shared by all. Only some of the poses are solved on the finer grid.
     """
     farthest = max(pose.travel for pose in poses)
     steepness = [float(np.hypot(*each.turn)) for each in scenes]
@@ -195,7 +194,7 @@ def _cell_forces(
     coarse, fine = scene_cells(turned, compliance, farthest, all(each.mirrored for each in scenes))
     F, area = _grid_forces(turned, coarse, C, poses, scenes)
 
-    # Every so many of the poses, from the most to the least tilted one, on the finer grid too.
+    # About COMPARED poses, evenly from the most to the least tilted one, are solved on the finer grid too.
     order = np.argsort(steepness)[::-1]
     compared = order[:: max(1, len(order) // COMPARED)]
     finer, _ = _grid_forces(turned, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
@@ -220,15 +219,15 @@ def _cell_forces(
 
 
 def _grid_steps(F: Floats, finer: Floats, compared: Ints, moduli: Floats) -> tuple[float, float]:
-    """Return the largest relative steps from the coarse to the fine grid [1]: of a force, and of the sum over the tips.
+    """Return the largest relative changes from the coarse to the fine grid [1]: of a force, and of their sum.
 
-    F (poses, tips) are the forces on the coarse grid, `finer` those on the fine one in the `compared` poses. `moduli`
-    (poses,) are those of all poses.
+    F (poses, tips) are the forces on the coarse grid, `finer` those on the fine grid in the `compared` poses. `moduli`
+    (poses,) are the moduli of all poses.
     """
     steps = np.divide(np.abs(finer - F[compared]), finer, out=np.zeros_like(finer), where=finer > 0.0)
 
-    # What all tips are off by together is told from the sum of their forces: a tip that has just touched has an error
-    # of its own, which is no matter of the flesh.
+    # The joint error of all tips is estimated from the sum of their forces. A tip that has just touched has a large
+    # relative error of its own, which is not due to the flesh.
     total = F.sum(axis=1)
     largest_total = np.array([total[moduli == E].max(initial=NO_FORCE) for E in moduli[compared]])
     total_step = float((np.abs(finer.sum(axis=1) - total[compared]) / largest_total).max())
@@ -236,18 +235,19 @@ def _grid_steps(F: Floats, finer: Floats, compared: Ints, moduli: Floats) -> tup
 
 
 def _softer_flesh_fall(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
-    """Return by how much forces F (poses, tips) [N] fall for a common error of 1, given the modulus of each pose [MPa].
+    """Return the decrease of the forces F (poses, tips) [N] for a common error of 1, at the modulus of each pose [MPa].
 
-    The caller multiplies by an error that all forces have together, as by flesh that is softer than assumed. The
-    softening is the one that takes the whole force off a level press, to first order; poses of one modulus share it.
+    The caller multiplies it by the joint relative error of all forces, which acts like flesh that is softer than
+    assumed. The softening is the one that removes the whole force of a level press, to first order; poses of one
+    modulus share it.
     """
     softening = {}
     for E in np.unique(moduli).tolist():
         by_flesh = compliance.S / E
-        level = np.linalg.solve(C + by_flesh, np.ones(len(C)))  # forces for a travel of 1
+        level = np.linalg.solve(C + by_flesh, np.ones(len(C)))  # forces for a unit travel
         softening[E] = level.sum() / np.linalg.solve(C + by_flesh, by_flesh @ level).sum()
 
-    # Tips that are off the fruit stay off.
+    # Only tips in contact take part.
     fall = np.zeros_like(F)
     for row, E, forces in zip(fall, moduli.tolist(), F, strict=True):
         on = np.flatnonzero(forces > 0.0)
@@ -259,9 +259,9 @@ def _softer_flesh_fall(compliance: FruitCompliance, C: Floats, moduli: Floats, F
 def _grid_forces(
     built: Scene, grid: SceneCells, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> tuple[Floats, Floats]:
-    """Return the forces [N] and the areas that touch [mm^2], both (poses, tips), on one grid of cells.
+    """Return the forces [N] and the contact areas [mm^2], both (poses, tips), on one grid of cells.
 
-    The cells stay where those of the scene `built` lie on the block, so that one matrix serves all poses.
+    The cells stay where the scene `built` places them on the block, so that one matrix serves all poses.
     """
     cells = grid.cells
     contact = UnilateralContact(cells)
@@ -279,7 +279,7 @@ def _grid_forces(
 
 
 def _at_each_modulus(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
-    """Return the forces in poses on flesh under a skin, whose compliance is another at each modulus."""
+    """Return the forces in poses on flesh under a skin, whose compliance (times E) depends on the modulus."""
     moduli = np.array([pose.E for pose in poses])
     columns: dict[str, Any] = {}
     for E in np.unique(moduli):

@@ -1,4 +1,4 @@
-"""Pressure on the footprints of the tips, as the forces of the cells of contact."""
+"""Pressure on the footprints of the tips, given as the forces of the contact cells."""
 
 from dataclasses import dataclass
 
@@ -16,8 +16,8 @@ from solve.fruit.compliance import FruitCompliance
 class FootprintPressure:
     """Forces on square grids of cells under all tips at modulus E [MPa].
 
-    `cell_forces` (tips, n, n) [N] are along the tips, then across. `edges` (n + 1,) [mm] are the lines of cells from
-    the centre of a tip. `centres` (tips, 2) [mm] are those of the tips from the apex.
+    The axes of `cell_forces` (tips, n, n) [N] are the tips, then along and across them. `edges` (n + 1,) [mm] are the
+    grid lines from the centre of a tip. `centres` (tips, 2) [mm] are the centres of the tips from the apex.
     """
 
     E: float
@@ -32,15 +32,15 @@ class FootprintPressure:
 
 
 def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: float, x: float) -> FootprintPressure:
-    """Return the pressure at modulus E [MPa] and travel x [mm]; C (tips, tips) [mm/N] is that of the springs.
+    """Return the pressure at modulus E [MPa] and travel x [mm], on springs with compliance C (tips, tips) [mm/N].
 
-    Raises InputError where the scene is too steep or outside the domain of contact, SolveError when a solve fails.
+    Raises InputError if the scene is too steep or outside the domain of contact, and SolveError if a solve fails.
     """
     if not E > 0.0:
         raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
     _, grid = scene_cells(scene, compliance.at(E), x)  # the fine one
     interference = grid.interference(scene, x)
-    # Contact is solved in forces over E [mm^2], so compliances are those of springs and fruit times E [1/mm].
+    # Contact is solved for forces over E [mm^2], so compliances are multiplied by E [1/mm].
     compliance_times_E = E * np.asarray(C, dtype=np.float64) + grid.compliance_correction
     contact = UnilateralContact(grid.cells).solve(interference, compliance_times_E)
 

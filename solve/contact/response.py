@@ -1,4 +1,4 @@
-"""Forces over travel and modulus for any scene: the linear law where it is exact, that of domes, or contact cells."""
+"""Forces over travel and modulus for any scene: by the linear law, the law of domes, or contact cells."""
 
 import math
 import time
@@ -20,22 +20,22 @@ from solve.contact.unilateral import UnilateralContact
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
-# Times the step from the coarse grid: at order 1.5 the fine grid is 1.4 of that step away from the limit.
-# Both numbers: tests/reference/fits/test_contact.py
+# Error over the step from the coarse to the fine grid; at order 1.5 the remaining error is 1.4 of this step.
+# tests/reference/fits/test_contact.py measures SAFETY and RIM.
 SAFETY = 1.5
-# Over the number of touching cells: how far the rim of contact, which runs through cells, moves the force of a sphere.
+# Relative error of a sphere's force times the number of touching cells: the rim of the contact runs through cells.
 RIM = 0.15
 
 
 def scene_response(
     scene: Scene, compliance: FruitCompliance, C: Floats, E: Sequence[float] | Floats, x: Sequence[float] | Floats
 ) -> SensorResponse:
-    """Return forces, P and slope ratio at every modulus E [MPa] and travel x [mm] of the mean of the tips' centres.
+    """Return forces, P and slope ratio at every modulus E [MPa] and travel x [mm] of the middle of the tips.
 
-    C (tips, tips) [mm/N] is the compliance of the springs. The errors are those of the compliance, and of the cells,
-    from a coarser grid, or of the law of domes. What small slopes leave out is not in them: the status states it.
-    Raises InputError where the scene is too steep or outside the domain of contact, or where a contact runs off the
-    face of a dome. Raises SolveError when a solve is not exact.
+    C (tips, tips) [mm/N] is the compliance of the springs. The errors come from the compliance, and from a coarser grid
+    of cells or from the law of domes. They leave out the error of small slopes, which the status states. Raises
+    InputError if the scene is too steep or outside the domain of contact, or if a contact reaches the edge of a dome's
+    face. Raises SolveError if a solve does not converge.
     """
     C = np.asarray(C, dtype=np.float64)
     moduli = np.asarray(E, dtype=np.float64)
@@ -53,7 +53,7 @@ def scene_response(
 
 
 def _joined(responses: Sequence[SensorResponse]) -> SensorResponse:
-    """Return responses to the same travels, each at its own moduli, as one."""
+    """Return one response from several ones to the same travels, each at its own moduli."""
     columns: dict[str, Any] = {}
     for name in ("E", "F", "P", "slope_ratio", "F_error", "P_error", "P_step", "mean_pressure"):
         values = [getattr(response, name) for response in responses]
@@ -63,7 +63,7 @@ def _joined(responses: Sequence[SensorResponse]) -> SensorResponse:
 
 
 def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response on the finer of two grids of cells, its errors from both; raises as `scene_response`."""
+    """Return the response on the finer of two grids of cells, with errors from both; raises as `scene_response`."""
     start = time.perf_counter()
     coarse_grid, fine_grid = scene_cells(scene, compliance, float(x.max(initial=0.0)))
     coarse = _grid_response(scene, coarse_grid, C, moduli, x)
@@ -71,10 +71,10 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
 
     touching = fine.F > 0.0
     force_steps = np.divide(np.abs(fine.F - coarse.F), fine.F, out=np.full(fine.F.shape, -1.0), where=touching)
-    # a tip that is off on the coarse grid alone has its whole force in doubt
+    # if a tip is out of contact on the coarse grid only, its whole force counts as uncertain
     coarse_P = np.where(np.isnan(coarse.P), 2.0 * fine.P, coarse.P)
     P_steps = np.nan_to_num(np.abs(fine.P / coarse_P - 1.0))
-    # Steps change sign along the table: a step of zero may be an accident, the largest among neighbours counts.
+    # Steps change sign along the table, so a small step may be accidental: the largest of the neighbours is used.
     force_step = _largest_near(force_steps.max(axis=2))
     P_step = _largest_near(P_steps)
     return replace(
@@ -87,20 +87,20 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
 
 
 def _largest_near(table: Floats) -> Floats:
-    """Return a table of two dimensions in which each value is the largest of itself and its neighbours."""
+    """Return a two-dimensional table in which each value is the largest of itself and its neighbours."""
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(table, 1, mode="edge"), (3, 3))
     return np.asarray(windows.max(axis=(2, 3)))
 
 
 def _cell_status(scene: Scene, cells: int) -> str:
-    """Return in words how a response on cells was computed, and what small slopes leave out of it."""
+    """Return a text on the solution on cells, and on the error of small slopes."""
     status = f"unilateral contact on {cells} cells, error from a coarser grid"
     if scene.fruit.shape != "block":
         status += f"; the fruit slopes by {values_in_words(scene.slopes_deg)} deg under the tips"
     steepest = scene.steepest_deg + scene.tips.tip_shape.flank_deg
     omitted = 100.0 * (1.0 / np.cos(np.radians(steepest)) - 1.0)
     if omitted > 0.0:
-        status += f"; tips meet the fruit at up to {steepest:.3g} deg, as a small slope: {omitted:.2g} % open"
+        status += f"; tips meet the fruit at up to {steepest:.3g} deg, a small slope with an error of {omitted:.2g} %"
     return status
 
 
@@ -108,7 +108,7 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     """Return the response of domes by their law; raises as `scene_response`."""
     start = time.perf_counter()
     check_scene(scene)
-    # The law takes one modulus and one travel for each press.
+    # The law of domes takes one modulus and one travel per press.
     E, travel = (values.ravel() for values in np.meshgrid(moduli, x, indexing="ij"))
     body = dome_body(scene, compliance, [scene.fruit] * len(E))
     domes = dome_forces(dome_poses([scene] * len(E), travel), E, C, body)
@@ -131,9 +131,9 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
 
 
 def _check_faces(scene: Scene, face: Floats) -> None:
-    """Raise InputError where a contact on flesh of the fruit needs a wider face [mm] than the domes have.
+    """Raise InputError if a contact on the fruit needs a wider face [mm] than the domes have.
 
-    Flesh that is softer than any of the fruit is pressed for a limit alone, and is not in `face` (presses, tips).
+    `face` (presses, tips) [mm] leaves out flesh softer than that of the fruit, which is pressed only to find a limit.
     """
     widest = float(face.max(initial=0.0))
     if widest > scene.tips.side_mm:
@@ -144,7 +144,7 @@ def _check_faces(scene: Scene, face: Floats) -> None:
 
 
 def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response on one grid of cells; its errors [1] are those of the rim of the contact."""
+    """Return the response on one grid of cells; its errors [1] come from the rim of the contact."""
     contact = UnilateralContact(grid.cells)
     interferences = [grid.interference(scene, float(travel)) for travel in x]
     F = np.zeros((len(moduli), len(x), len(C)))
@@ -152,11 +152,11 @@ def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x:
     rim = np.zeros(F.shape[:2])
     for i, modulus in enumerate(moduli):
         for j, interference in enumerate(interferences):
-            # Contact is solved in forces over E [mm^2], so compliances are times E [1/mm].
+            # Contact is solved for forces over E [mm^2], so compliances are multiplied by E [1/mm].
             state = contact.solve(interference, modulus * C + grid.compliance_correction)
             F[i, j] = modulus * state.F
             rates[i, j] = state.slope
-            # The rim runs through cells of a tip that touches with part of its face.
+            # Only a tip that touches with part of its face has a rim that runs through cells.
             tips = len(C)
             touching = np.bincount(grid.cells.owner, state.pressure > 0.0, minlength=tips)
             faces = np.bincount(grid.cells.owner, np.isfinite(state.gap), minlength=tips)

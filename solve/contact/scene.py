@@ -1,6 +1,7 @@
-"""A scene of contact: fruit, tips and press, and how far each tip lies from the fruit.
+"""A scene of contact: fruit, tips and press, and the gap between the tips and the fruit.
 
-Travel x is that of the middle of the tips, from the first touch of a level sensor. Tilt and roll turn it about there.
+Travel x is measured at the middle of the tips, from the first touch of a level sensor. Tilt and roll rotate the sensor
+about this middle.
 """
 
 import functools
@@ -19,16 +20,17 @@ from solve.fruit.curved_shape import fruit_gap, fruit_slope
 
 Point = tuple[float, float]  # along the tips, across
 
-# Beyond, gaps along the press and forces across the tips are no longer a matter of small slopes: 1 / cos - 1 = 6 %.
+# Largest slope for which gaps and forces are computed as for small slopes: 1 / cos - 1 = 6 %.
 STEEPEST_DEG = 20.0
 
 
 @dataclass(frozen=True, eq=False)
 class SidewaysGive:
-    """How far forces that lean move tips on their springs, beside what moves along the press.
+    """Displacements of sprung tips by forces that lean, in addition to the motion along the press.
 
-    `compliance` (tips, tips, 3, 3) [mm/N] is along the tips, across and up the sensor. It is of flat faces, or of the
-    centres of the spheres of domes. From up to up it is 0, as the springs have it; `error` [1] is its relative error.
+    `compliance` (tips, tips, 3, 3) [mm/N] has the directions along the tips, across, and up the sensor. It belongs to
+    flat faces, or to the centres of the spheres of domes. Its entry from up to up is 0, because the springs contain it.
+    `error` [1] is its relative error.
     """
 
     compliance: Floats
@@ -37,15 +39,15 @@ class SidewaysGive:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """The fruit, the tips on it and how they are pressed.
+    """The fruit, the tips on it, and the motion that presses them.
 
-    `height_offset_mm` is how far springs that sag let each tip stand before the level plane of the sensor, at most 0.
-    The foremost tip touches first. No entries stand for tips that are level. What tips stand out by design is in
-    `tips`, and travel counts from where such tips touch. `off_centre_mm` is where the sensor was set down, along and
-    across, from where it belongs on the fruit. Only domes are moved `sideways`, where that is given.
+    `height_offset_mm` is the height of each tip relative to the level plane of the sensor, at most 0, due to springs
+    that sag; empty for level tips. The most protruding tip touches first. The designed protrusion of tips is part of
+    `tips`, and travel is measured from the touch of such tips. `off_centre_mm` is the error of the position of the
+    sensor on the fruit, along and across. `sideways` is used only by domes, if given.
 
-    Where `from_touch`, travel is along the axis of the sensor and counts from its first touch in this pose. Since then
-    the tilt has changed by `turned_deg` along and across, about the middle of the tips.
+    With `from_touch`, travel is along the axis of the sensor, from its first touch in this pose. After the touch the
+    tilt has changed by `turned_deg` along and across, about the middle of the tips.
     """
 
     fruit: Fruit
@@ -59,18 +61,18 @@ class Scene:
 
     @property
     def linear(self) -> bool:
-        """Say whether flat sharp faces meet flat flesh level: each then touches whole or not at all."""
+        """Return whether flat sharp faces touch flat flesh level, so that each touches as a whole or not at all."""
         level = self.press.tilt_deg == 0.0 and self.press.roll_deg == 0.0
         return level and self.fruit.shape == "block" and self.tips.tip_shape.is_flat
 
     @property
     def touches_at_once(self) -> bool:
-        """Say whether all tips touch at once, so that the force ratio is one number over the travel."""
+        """Return whether all tips touch at once, so that the force ratio does not depend on the travel."""
         return self.linear and not any(self.height_offset_mm)
 
     @property
     def mirrored(self) -> bool:
-        """Say whether the contact is alike on both sides of the plane y = 0 through all tips."""
+        """Return whether the contact is symmetric about the plane y = 0 through all tips."""
         return self.press.roll_deg == 0.0 and self.fruit.mirrored and all(y == 0.0 for _, y in self.centres)
 
     @cached_property
@@ -87,12 +89,12 @@ class Scene:
 
     @property
     def slopes_deg(self) -> tuple[float, ...]:
-        """Return the slope of the fruit along the tips under each of them [deg]; it falls where positive."""
+        """Return the slope of the fruit along the tips under each of them [deg], positive where the fruit falls."""
         return tuple(float(np.degrees(np.arctan(along))) for along, _ in _fruit_slopes(self.fruit, self.centres))
 
     @property
     def steepest_deg(self) -> float:
-        """Return the largest angle between a tip's face and the fruit's top under its centre [deg]."""
+        """Return the largest angle between a tip's face and the fruit's surface under its centre [deg]."""
         along, across = self.turn.tolist()
         slopes = [math.hypot(x - along, y - across) for x, y in _fruit_slopes(self.fruit, self.centres)]
         return math.degrees(math.atan(max(slopes)))
@@ -110,30 +112,33 @@ class Scene:
 
     @property
     def on_domes(self) -> bool:
-        """Say whether contact is solved by the law of domes."""
+        """Return whether contact is solved by the law of domes."""
         return self.tips.tip_shape.obeys_hertz
 
     @property
     def on_cells(self) -> bool:
-        """Say whether contact is solved on cells: tips touch by a part of their face that grows, and are no domes."""
+        """Return whether contact is solved on cells: the contact grows over the faces, and the tips are not domes."""
         return not self.linear and not self.on_domes
 
     @property
     def curved(self) -> bool:
-        """Say whether the fruit's skin is curved."""
+        """Return whether the fruit's skin is curved."""
         return self.fruit.radius_mm is not None
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
-        """Return the gap from the fruit to the plane at its apex [mm]; infinity beyond the fruit."""
+        """Return the gap between the fruit and the plane at its apex [mm]; infinity beyond the fruit."""
         return _fruit_gap(self.fruit, x, y)
 
     def gap_under(self, centre: Point, x: Floats, y: Floats) -> Floats:
-        """Return the gap [mm] between the plane at the apex and fruit plus tip, at points from a tip's centre [mm]."""
+        """Return the gap under a tip at the apex plane [mm], at points from the centre of the tip [mm].
+
+        It is the gap between this plane and the fruit, plus the gap of the tip.
+        """
         return _gap_under(self.fruit, self.tips, centre, x, y)
 
     @cached_property
     def first_touch_mm(self) -> float:
-        """Return the gap at which a level sensor first touches, from the plane at the apex [mm]."""
+        """Return the gap at the first touch of a level sensor, from the plane at the apex [mm]."""
         gaps = []
         for centre, height_offset in zip(self.centres, self.tips.height_offset_mm, strict=True):
             gaps.append(_least_gap(self.fruit, self.tips, centre) - height_offset)
@@ -149,7 +154,7 @@ def _fruit_slopes(fruit: Fruit, centres: tuple[Point, ...]) -> tuple[Point, ...]
 def _least_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
     """Return the least gap [mm] under the face of a tip, over which the gap is convex.
 
-    Many scenes have the same tips on the same fruit.
+    It is cached, because many scenes have the same tips on the same fruit.
     """
     from scipy.optimize import minimize  # seldom needed, and slow to load
 
@@ -163,7 +168,7 @@ def _least_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
     def gap(point: Floats) -> float:  # [tip sides]
         return float(_gap_under(fruit, tips, centre, *(side * onto_face(point)))) / side
 
-    # A simplex on the half of the face that is nearer to the apex, where the gap is least.
+    # The simplex starts on the half of the face towards the apex, where the gap is least.
     towards_apex = -0.1 * np.sign(centre)
     simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
     least = minimize(
@@ -184,7 +189,7 @@ def _gap_under(fruit: Fruit, tips: Tips, centre: Point, x: Floats, y: Floats) ->
 
 
 def check_scene(scene: Scene) -> None:
-    """Raise InputError when a tip meets the fruit at more than 20 deg, where gaps are not small-slope gaps."""
+    """Raise InputError if a tip meets the fruit at more than 20 deg, where small-slope gaps do not hold."""
     if scene.steepest_deg > STEEPEST_DEG:
         bound = (
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {scene.steepest_deg:.3g} deg "
@@ -195,5 +200,5 @@ def check_scene(scene: Scene) -> None:
 
 
 def values_in_words(values: tuple[float, ...]) -> str:
-    """Return values with three digits, in words."""
+    """Return values with three digits as text."""
     return " and ".join(f"{value:.3g}" for value in values)

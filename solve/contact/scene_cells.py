@@ -1,7 +1,7 @@
-"""Cells on the footprints of a scene and how far each lies from the fruit.
+"""Contact cells on the footprints of a scene, with the distance of each cell from the fruit.
 
-The cells of a curved fruit lie on the block of its plan and thickness. Its shape adds the gap under each tip, and the
-change that its body makes to the answer to a level press.
+The cells of a curved fruit lie on the block of its plan and thickness. The curvature adds a gap under each tip, and a
+change of compliance that is found for a level press.
 """
 
 import functools
@@ -26,31 +26,32 @@ from solve.fruit.split import ROUGH, check_domain
 from solve.halfspace.layered import Layer
 from solve.halfspace.punch import graded_edges
 
-# Cells a side of the coarse and the fine grid, with mirror symmetry and without.
-HALF_CELLS = (18, 26)  # a side of the whole footprint, of which half is solved
-WHOLE_CELLS = (14, 20)
-ROUGH_CELLS = (8, 12)  # where the compliance is rough: bars of 0.7 % in place of 0.2 %
-# Pressure is singular at the edge of a flat face: along the lines of a square, across them under a cylinder.
+# Cells per side of a footprint on the coarse and the fine grid.
+HALF_CELLS = (18, 26)  # with mirror symmetry, where half of the cells is solved
+WHOLE_CELLS = (14, 20)  # without mirror symmetry
+ROUGH_CELLS = (8, 12)  # with a rough compliance: error bars of 0.7 % instead of 0.2 %
+# Cells are graded towards the edge of a flat face, where pressure is singular. The edge of a square follows lines of
+# the grid, the edge of a cylinder crosses them.
 SQUARE_GRADING = 2.5
 CIRCLE_GRADING = 1.5
 NO_GRADING = 1.0
-SAMPLES = 201  # points a side of a tip at which its undeformed gap is taken
+SAMPLES = 201  # points per side of a tip at which its undeformed gap is evaluated
 MARGIN = 1.02  # side of a footprint over the width that it must hold
-# Of the width over which an undeformed dome would enter the fruit: Hertz touches over 0.707 of it.
+# Side of a dome's footprint over the width of its undeformed overlap with the fruit; Hertz's contact is 0.707 of it.
 TOUCHED = 0.75
-HALVINGS = 6  # of the interval in ln E between a skin that can be solved and one that cannot
-OF_BOUND = 1.5  # margin of the bound on a skin: it is found on rough cells, and finer ones take less
+HALVINGS = 6  # bisections in ln E between a skin that can be solved and one that cannot
+OF_BOUND = 1.5  # margin of the bound on a skin, which is found on rough cells; finer cells allow less
 
 
 @dataclass(frozen=True, eq=False)
 class SceneCells:
-    """Cells on the footprints of a scene, their gap before the press, and what the grid misses of a level press.
+    """Cells on the footprints of a scene, their gap before the press, and the error of the grid in a level press.
 
-    `edges` [mm] are the lines of cells from the centre of a footprint, alike along and across. `gap` (cells,) [mm]
-    counts from first touch, infinite without a face. `middle` (2,) [mm] is the mean of the tips' centres.
-    `compliance_correction` (tips, tips), times E [1/mm], makes the cells of flat tips answer a level press as the
-    compliance does. Cells of other tips get the change by the shape of the fruit alone. Where `is_half` the cells lie
-    at y > 0 and stand for both sides.
+    `edges` [mm] are the grid lines from the centre of a footprint, the same along and across. `gap` (cells,) [mm] is
+    measured from first touch, infinite for a cell without a face. `middle` (2,) [mm] is the mean of the tips' centres.
+    `compliance_correction` (tips, tips), times E [1/mm], is added so that the cells of flat tips have the given
+    compliance in a level press. For other tips it is only the change by the shape of the fruit. If `is_half`, the cells
+    lie at y > 0 and represent both sides.
     """
 
     cells: ContactCells
@@ -61,20 +62,23 @@ class SceneCells:
     is_half: bool
 
     def interference(self, scene: Scene, x: float) -> Floats:
-        """Return the interference of the undeformed tips with the fruit [mm] at travel x [mm]; -inf without a face."""
+        """Return the overlap of the undeformed tips with the fruit [mm] at travel x [mm], (cells,).
+
+        It is -inf for a cell without a face.
+        """
         if scene.from_touch:
             x -= float(self._entered(scene, scene.turn_at_touch, 0.0).max())
         return self._entered(scene, scene.turn, x)
 
     def _entered(self, scene: Scene, turn: Floats, x: float) -> Floats:
-        """Return the interference [mm] at travel x [mm] of the middle with tangents of tilt and roll `turn` (2,)."""
+        """Return the overlap [mm] at travel x [mm] of the middle, with the tangents `turn` (2,) of tilt and roll."""
         lever = (self.cells.points - self.middle) @ turn
         return np.asarray(x + lever - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
 
 
 @dataclass(frozen=True)
 class _Grid:
-    """How one grid is laid: its lines on (-1/2, 1/2), whether half of it is solved, the mesh of the remainder."""
+    """The layout of one grid: its lines on (-1/2, 1/2), whether half of it is solved, and the mesh of the remainder."""
 
     edges: tuple[float, ...]
     is_half: bool
@@ -84,10 +88,10 @@ class _Grid:
 def scene_cells(
     scene: Scene, compliance: FruitCompliance, farthest: float, is_half: bool | None = None
 ) -> tuple[SceneCells, SceneCells]:
-    """Return a coarse and a fine grid of cells for travels up to `farthest` [mm]; `compliance` is that of flat tips.
+    """Return a coarse and a fine grid of cells for travels up to `farthest` [mm]; `compliance` is for flat tips.
 
-    `is_half` says whether cells at y > 0 stand for both sides, as they do for a mirrored scene if it is None. Raises
-    InputError when the scene is too steep, or outside the domain of the split.
+    With `is_half`, only cells at y > 0 are solved; None means half the cells for a mirrored scene. Raises InputError if
+    the scene is too steep, or outside the domain of the split.
     """
     footprints = scene_footprints(scene, farthest)
     block = scene.fruit.equivalent_block
@@ -107,7 +111,7 @@ def scene_cells(
 
 
 def _grids(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_Grid]:
-    """Return how the coarse and the fine grid are laid, alike under all tips."""
+    """Return the layouts of the coarse and the fine grid, which are the same under all tips."""
     shape = scene.tips.tip_shape
     grading = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
     if not shape.has_flat_face:
@@ -121,7 +125,7 @@ def _grids(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_Gr
 
 
 def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
-    """Return the compliance of tips that all touch with their whole faces (cells,) and stay level, times E [1/mm]."""
+    """Return the compliance of level tips on these cells, times E [1/mm], if all `faces` (cells,) touch."""
     tips = cells.tips[faces]
     # Forces of cells for a unit travel of each tip; their sums are the stiffness of the grid.
     forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
@@ -130,10 +134,10 @@ def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
 
 @contextmanager
 def naming_the_skin(scene: Scene, compliance: FruitCompliance) -> Iterator[None]:
-    """Turn an IndefiniteCellsError inside the block into InputError where the modulus of the skin is to blame.
+    """Convert an IndefiniteCellsError inside the block into an InputError, if the modulus of the skin causes it.
 
-    The error has a bound on that modulus. Under each tip the skin lies on a half-space: a skin that spreads the press
-    over the whole fruit leaves nothing of it.
+    The new error has a bound on this modulus. In the model, the skin under each tip lies on a half-space. This does not
+    hold for a skin that spreads the press over the whole fruit.
     """
     try:
         yield
@@ -148,10 +152,10 @@ def naming_the_skin(scene: Scene, compliance: FruitCompliance) -> Iterator[None]
 
 
 def _bound_of_skin(scene: Scene, E: float) -> str | None:
-    """Return in words the bound on the modulus of a skin that cannot be solved on flesh of modulus E [MPa].
+    """Return a text with the bound on the modulus of a skin that cannot be solved on flesh of modulus E [MPa].
 
-    It is found by bisection between that skin and one that is as stiff in shear as the flesh. None where that one
-    cannot be solved either: the skin is not to blame.
+    The bound is found by bisection between this skin and one as stiff in shear as the flesh. It is None if the latter
+    cannot be solved either, because the skin is then not the cause.
     """
     fruit = scene.fruit
     layer = layer_on(fruit, E)
@@ -176,9 +180,9 @@ def _bound_of_skin(scene: Scene, E: float) -> str | None:
 
 
 def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
-    """Return the squares that hold all that the tips may touch for travels up to `farthest` [mm]; solves nothing.
+    """Return squares that contain all possible contact for travels up to `farthest` [mm]; nothing is solved.
 
-    Raises InputError when the scene is too steep, or outside the domain of the split.
+    Raises InputError if the scene is too steep, or outside the domain of the split.
     """
     check_scene(scene)
     side = scene.tips.side_mm
@@ -191,7 +195,7 @@ def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
 
 
 def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
-    """Return the gap of cells from first touch [mm], as their tips stand in `scene`.
+    """Return the gap of cells from first touch [mm], for the tips as they stand in `scene`.
 
     The cells lie under the tips of the scene `built`, whose centres may be elsewhere on the fruit.
     """
@@ -201,7 +205,7 @@ def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
     return scene.fruit_gap(*(cells.points + moved).T) + tip_gap(scene.tips.tip_shape, *local.T) - scene.first_touch_mm
 
 
-# One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
+# One scene is pressed several times: on its own springs, on the paper's, and at full travel. Its cells take 2 s.
 @functools.lru_cache(maxsize=8)
 def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None, grid: _Grid) -> ContactCells:
     """Return the cells of one grid on footprints of a block, under a layer of skin if any; raises SolveError."""
@@ -210,9 +214,10 @@ def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None,
 
 
 def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]:
-    """Return the side [mm] and the centres [mm] of squares that hold all that each curved tip may touch.
+    """Return the side [mm] and the centres [mm] of squares that contain the possible contact of each curved tip.
 
-    A tip touches less than where its undeformed face would be in the fruit at the travel `farthest` [mm].
+    The contact of a tip is smaller than the overlap of its undeformed face with the fruit at the travel `farthest`
+    [mm].
     """
     side = scene.tips.side_mm
     line = 0.5 * side * np.linspace(-1.0, 1.0, SAMPLES)
@@ -220,7 +225,7 @@ def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]
     x, y = np.meshgrid(line, line, indexing="ij")  # from the centre of a tip
     middle = np.mean(scene.centres, axis=0)
 
-    reach = 0.0  # farthest from the centre of its tip along x or y
+    reach = 0.0  # largest distance of the overlap from the centre of its tip along x or y
     width = step
     entered_centres = []
     for along, across in scene.centres:
@@ -236,6 +241,6 @@ def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]
         beside = 0.5 * (low + high)
         entered_centres.append((along + float(beside[0]), across + float(beside[1])))
 
-    if scene.tips.tip_shape.touches_beside_centre:  # a dome is so wide that it touches beside its centre
+    if scene.tips.tip_shape.touches_beside_centre:  # the square of a dome is centred on its contact
         return TOUCHED * (width + 2.0 * step), entered_centres
     return min(side, MARGIN * 2.0 * (reach + step)), list(scene.centres)

@@ -1,12 +1,12 @@
-"""Unilateral contact of the tips: pressure >= 0, gap >= 0, never both; springs in series with each tip.
+"""Unilateral contact of the tips: pressure >= 0, gap >= 0, never both above 0; springs in series with each tip.
 
-With f the cell forces over E, C the springs' compliance and b = travel of the tip - gap before deformation, for
-every cell
+Let f be the forces of the cells over E, C the springs' compliance, and b the travel of the tip less the undeformed gap.
+For every cell
 
     A f + E (C F)_tip - b >= 0,   f >= 0,   one of them 0,     F_tip = sum of the tip's f.
 
-A primal-dual active set finds the touching cells (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865,
-doi:10.1137/S1052623401383558). Where it cycles, it is non-negative least squares on the Cholesky factor (Lawson and
+A primal-dual active set method finds the touching cells (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865,
+doi:10.1137/S1052623401383558). If it cycles, non-negative least squares on the Cholesky factor is used (Lawson and
 Hanson).
 """
 
@@ -19,15 +19,15 @@ from sensor.arrays import Flags, Floats
 from solve.contact.cells import ContactCells
 from solve.linear import SolveError
 
-MOST_STEPS = 60
-COMPLEMENTARITY = 1e-8
+MOST_STEPS = 60  # steps of the active set; more mean that it cycles
+COMPLEMENTARITY = 1e-8  # largest violation of the conditions, relative to the largest force and length
 
 
 class IndefiniteCellsError(SolveError):
-    """Cells whose compliance is not positive definite, as of no body: what it is made of does not fit together."""
+    """Cells whose compliance is not positive definite, which no elastic body has: its parts are inconsistent."""
 
     def __init__(self) -> None:
-        """Say what is wrong in one line."""
+        """State the fault and the remedy in one line."""
         hint = "take a fruit that is less high over its length and width, or larger tips"
         super().__init__(f"unilateral contact: the compliance of the cells must be positive definite; {hint}")
 
@@ -47,22 +47,22 @@ class ContactState:
 
 
 class UnilateralContact:
-    """Solves one set of cells for any springs, travels and gaps; keeps the factor of the last touching cells."""
+    """A solver for one set of cells with any springs, travels and gaps; it keeps the last factor."""
 
     def __init__(self, cells: ContactCells) -> None:
-        """Take the cells and their compliance."""
+        """Store the cells and their compliance."""
         self._cells = cells
         self._tips = cells.tips
         self._touching = np.zeros(len(cells.owner), dtype=bool)
-        # Of the touching cells: the Cholesky factor, and their forces under a unit rigid indentation of each tip.
+        # Cholesky factor of the touching cells, and their forces under a unit rigid indentation of each tip.
         self._cholesky: tuple[Floats, bool] = (np.zeros((0, 0)), True)
         self._rigid_forces = np.zeros((0, self._tips.shape[1]))
 
     def solve(self, interference: Floats, compliance: Floats) -> ContactState:
-        """Return the contact for interference = travel of the tip - gap (cells,) [mm]; -inf marks no face there.
+        """Return the contact for interference = travel of the tip - gap (cells,) [mm]; -inf for a cell without a face.
 
-        `compliance` (tips, tips) [1/mm] is E times that of the springs. Raises SolveError when pressure and gap miss
-        complementarity by 1e-8, IndefiniteCellsError where the cells are those of no body.
+        `compliance` (tips, tips) [1/mm] is the compliance of the springs times E. Raises SolveError if the solution
+        violates complementarity by more than 1e-8, and IndefiniteCellsError if no body has the compliance of the cells.
         """
         faces = np.isfinite(interference)
         b = np.where(faces, interference, -1.0)
@@ -82,7 +82,7 @@ class UnilateralContact:
         )
 
     def _active_set(self, faces: Flags, b: Floats, compliance: Floats) -> Floats | None:
-        """Return the forces of the cells, from the cells that touched last; None where the active set cycles."""
+        """Return the forces of the cells, starting from the cells that touched last; None if the active set cycles."""
         entered = faces & (b > 0.0)
         active = self._touching & entered
         if not active.any():
@@ -99,7 +99,7 @@ class UnilateralContact:
     def _forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return the forces that close the gap of the active cells.
 
-        They solve A f = b - E C F with F the sums of f over the tips. By Woodbury's formula one factor of A serves all
+        They solve A f = b - E C F with F the sums of f over the tips. By Woodbury's formula, one factor of A serves all
         springs and moduli.
         """
         f = np.zeros(len(b))
@@ -121,7 +121,7 @@ class UnilateralContact:
         return self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b
 
     def _least_squares(self, faces: Flags, b: Floats, compliance: Floats) -> Floats:
-        """Return argmin f.M f / 2 - b.f over f >= 0 as the least-squares problem |L^T f - L^-1 b|, M = L L^T."""
+        """Return argmin f.M f / 2 - b.f over f >= 0 as the least-squares problem |L^T f - L^-1 b|, with M = L L^T."""
         from scipy.optimize import nnls  # seldom needed, and slow to load
 
         tips = self._tips[faces]
@@ -133,7 +133,7 @@ class UnilateralContact:
 
 
 def _check_complementarity(f: Floats, gap: Floats, b: Floats) -> None:
-    """Raise SolveError where a force or a gap is negative, or both are above 0, by more than 1e-8 of the largest."""
+    """Raise SolveError if a force or a gap is negative, or both are above 0, by more than 1e-8 of the largest."""
     length = float(np.abs(b).max()) or 1.0
     force = float(np.abs(f).max()) or 1.0
     pulling = -float(f.min()) / force

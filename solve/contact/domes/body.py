@@ -1,4 +1,4 @@
-"""The fruit under domes: what it adds to the half-space, from its compliance under small flat circles."""
+"""The compliance that a fruit adds to a half-space under domes, from its compliance under small flat circles."""
 
 import functools
 from collections.abc import Sequence
@@ -15,20 +15,20 @@ from solve.fruit.skin import layer_on
 from solve.fruit.split import contact_footprints
 from solve.halfspace.layered import RoundContact, base_compliance, round_contact
 
-# Of what the shape of a fruit changes, by how much less or more it may be for another radius than by its curvature: by
-# 1.2 less between opposite domes of a square of 6 mm where a fruit of 28 mm instead of 35 is solved anew.
+# Error bound for another radius, over the change that is scaled by the curvature. A new solve of a fruit of 28 mm
+# instead of 35 mm differs by 1.2 of it, between opposite domes of a square of 6 mm.
 OTHER_RADIUS = 1.25
-OTHER_THICKNESS = 0.25  # of what the thickness changes: a piece that is solved ends at its sides, a layer does not
+OTHER_THICKNESS = 0.25  # error bound over the change by thickness; the solved piece has sides, the layer has none
 
 
 @dataclass(frozen=True, eq=False)
 class FruitUnderDomes:
-    """The fruit under the domes: Poisson's ratio [1], and what it adds to a half-space.
+    """The fruit under the domes: Poisson's ratio [1], and the compliance that it adds to a half-space.
 
-    `remainder` (poses, tips, tips), times E [1/mm], is that of the compliance. `bound`, as the remainder, is how far
-    that may be off. `size` [mm] is the nearest distance from a contact to what bounds the fruit. `feet` (tips, 2) [mm]
-    is where the domes touch as it was solved. `skinned` is the contact of one dome on a half-space of the flesh under
-    its skin, None without one.
+    `remainder` (poses, tips, tips), times E [1/mm], is this compliance, `bound` the bound of its error in the same
+    shape. `size` [mm] is the smallest distance from a contact to the boundary of the fruit. `feet` (tips, 2) [mm] are
+    the places of the domes in the solve. `skinned` is the contact of one dome on a half-space of flesh under a skin, or
+    None.
     """
 
     poisson: float
@@ -39,20 +39,20 @@ class FruitUnderDomes:
     skinned: RoundContact | None = None
 
     def select(self, poses: Ints) -> "FruitUnderDomes":
-        """Return the body in some of the poses, by their indices."""
+        """Return the body in some of the poses, given by their indices."""
         return replace(self, remainder=self.remainder[poses], bound=self.bound[poses])
 
 
 def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> FruitUnderDomes:
-    """Return the fruit under domes as an addition to a half-space, one for each pose, given the fruits (poses,).
+    """Return the fruit under domes as an addition to a half-space, for one fruit per pose, `fruits` (poses,).
 
-    The fruits may differ from the scene's in shape or thickness; `compliance` is that of the scene's own. Its change by
-    the shape is proportional to the mean curvature of each fruit. Its change by the thickness is that of a layer on a
-    rigid base. The bound holds the errors of both.
+    The fruits may differ from the fruit of the scene in shape or thickness; `compliance` belongs to the latter. The
+    change by the shape is proportional to the mean curvature of each fruit. The change by the thickness is taken from a
+    layer on a rigid base. The bound contains the errors of both.
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
-    # The half-space under the flat circles for which the compliance was solved: what is left of it is the body's.
+    # The half-space under the flat circles of the solve; the body's compliance is the difference from it.
     half_space = half_space_compliance(footprints, block.poisson)
     skinned = None
     if compliance.flesh_E is not None:
@@ -76,7 +76,7 @@ def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]
 
 
 def _changes(scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Sequence[Fruit]) -> tuple[Floats, Floats]:
-    """Return the change of compliance on other fruits (poses,), and its bound, both (poses, tips, tips) [1/mm]."""
+    """Return the change of compliance for other fruits (poses,) and its error bound, (poses, tips, tips) [1/mm]."""
     # Many poses share a fruit.
     made: dict[int, tuple[Floats, Floats]] = {}
     changes = []
@@ -89,10 +89,10 @@ def _changes(scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Se
 
 
 def _change(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Fruit) -> tuple[Floats, Floats]:
-    """Return the change of compliance from the scene's own fruit to another, and its bound, both (tips, tips) [1/mm].
+    """Return the change of compliance from the scene's fruit to another one, and its error bound, (tips, tips) [1/mm].
 
-    `feet` (tips, 2) [mm] are where the domes touch. The change by the shape is proportional to the mean curvature. The
-    difference of the two principal curvatures is not in it, and counts in the bound.
+    `feet` (tips, 2) [mm] are the places where the domes touch. The change by the shape is proportional to the mean
+    curvature. It neglects the difference of the principal curvatures, which is part of the bound.
     """
     solved = scene.fruit
     change = np.zeros_like(compliance.S)
@@ -114,9 +114,9 @@ def _change(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Frui
 
 @functools.lru_cache(maxsize=256)
 def _by_base(depth: float, poisson: float, feet: tuple[tuple[float, ...], ...]) -> Floats:
-    """Return the change of compliance by the base at a depth [mm], (tips, tips) [1/mm].
+    """Return the change of compliance due to a rigid base at a depth [mm], (tips, tips) [1/mm].
 
-    `feet` [mm] are where the domes touch. The designs of a search share it.
+    `feet` [mm] are the places where the domes touch. It is cached for the designs of a search.
     """
     between = np.array(feet)
     return base_compliance(depth, poisson, np.linalg.norm(between[:, None] - between, axis=-1))

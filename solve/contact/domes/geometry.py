@@ -1,7 +1,8 @@
-"""Where domes meet the fruit: spheres on an ellipsoid, a sphere or a plane, exact for any tilt. Lengths in mm.
+"""The contact geometry of spheres on an ellipsoid, a sphere or a plane, exact for any tilt. Lengths in mm.
 
-The apex of the fruit is the origin, z points up. A dome that has come nearer to the fruit's surface than its radius
-would enter it. Its springs let it move in the frame of the sensor: along the tips, across, and up its axis.
+The apex of the fruit is the origin, and z points up. A dome whose centre is closer to the fruit's surface than its
+radius enters the undeformed fruit. Its springs let it move in the frame of the sensor: along the tips, across them, and
+along the axis.
 """
 
 import functools
@@ -19,19 +20,19 @@ from solve.linear import SolveError
 
 TOUCH_STEPS = 12  # Newton steps to a first touch: two on a plane, some five on an ellipsoid
 TOUCH_LIMIT = 1e-10  # [mm]
-FOOT_STEPS = 8  # Newton steps at most: one is exact on a sphere, four on an ellipsoid of 2 : 1
-FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)  # of a step over the least of the squares: round-off
+FOOT_STEPS = 8  # most Newton steps: one is exact on a sphere, four on an ellipsoid of 2 : 1
+FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)  # step at convergence over the least squared axis: round-off
 
 
 @dataclass(frozen=True, eq=False)
 class DomeApproach:
     """Position and direction of domes relative to the undeformed fruit, (poses, tips) or (poses, tips, 3).
 
-    `interference` [mm] is how far a dome would enter along the normal, negative where it is off. `foot` [mm] is the
-    nearest point of the fruit, `normal` [1] that of the fruit there. `direction` [1] is the same in the frame of the
-    sensor. `radius` [mm] is that of relative curvature, the geometric mean of both directions. `depth_ratio` [1] is the
-    depth of an elliptic contact over that of a round one, 1 - ln(ratio of both)^2 / 72. It is that of Johnson, Contact
-    Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
+    `interference` [mm] is the depth of a dome in the undeformed fruit along the normal, negative above it. `foot` [mm]
+    is the nearest point of the fruit, `normal` [1] the normal there. `direction` [1] is the normal in the frame of the
+    sensor. `radius` [mm] is the relative radius of curvature, the geometric mean of both directions. `depth_ratio` [1]
+    is the depth of an elliptic contact over the depth of a round one, 1 - ln(ratio of both)^2 / 72. It agrees with
+    Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
     """
 
     interference: Floats
@@ -42,7 +43,7 @@ class DomeApproach:
     depth_ratio: Floats
 
     def select(self, poses: Ints) -> "DomeApproach":
-        """Return how domes stand in some of the poses, by their indices."""
+        """Return the approach in some of the poses, given by their indices."""
         return DomeApproach(**{name: values[poses] for name, values in vars(self).items()})
 
     @property
@@ -55,9 +56,10 @@ class DomeApproach:
 class DomePoses:
     """Domes of one radius [mm] on their unloaded springs, in many poses.
 
-    `centres` (poses, tips, 3) [mm] are those of the domes' spheres. `frame` (poses, 3, 3) [1] has in its rows how the
-    sensor stands: along the tips, across, and up its axis. `semi_axes` (poses, 3) [mm] are those of the fruit, infinite
-    for a flat one. `principal` (poses, 3, 3) [1] has their directions in its rows, None where no fruit is turned.
+    `centres` (poses, tips, 3) [mm] are the centres of the spheres. The rows of `frame` (poses, 3, 3) [1] are the
+    directions of the sensor: along the tips, across, and up its axis. `semi_axes` (poses, 3) [mm] belong to the fruit,
+    infinite for a flat one. The rows of `principal` (poses, 3, 3) [1] are the directions of these axes; None if no
+    fruit is turned.
     """
 
     dome_radius: float
@@ -68,7 +70,7 @@ class DomePoses:
     principal: Floats | None = None
 
     def select(self, poses: Ints) -> "DomePoses":
-        """Return the domes in some of the poses, by their indices."""
+        """Return the domes in some of the poses, given by their indices."""
         return replace(
             self,
             centres=self.centres[poses],
@@ -78,14 +80,11 @@ class DomePoses:
         )
 
     def approach(self, moved: Floats) -> DomeApproach:
-        """Return how the domes stand once springs have let them move by `moved`, in the frame of the sensor.
-
-        `moved` has shape (poses, tips, 3) [mm].
-        """
+        """Return the approach after displacements `moved` (poses, tips, 3) [mm] in the frame of the sensor."""
         centres = self.centres + moved @ self.frame
         foot, normal = self._feet(centres)
         distance = _dot(centres - foot, normal)
-        # Relative principal curvatures: those of the fruit plus that of the dome.
+        # Relative principal curvatures: the curvature of the dome is added to both of the fruit.
         least, most = self._curvatures(foot)
         least = 1.0 / self.dome_radius + least
         most = 1.0 / self.dome_radius + most
@@ -99,7 +98,7 @@ class DomePoses:
         )
 
     def from_face_middle(self, approach: DomeApproach) -> Floats:
-        """Return how far across the axis of a dome it touches from the middle of its face [mm], (poses, tips)."""
+        """Return the distance of the contact from the middle of a dome's face, across its axis [mm], (poses, tips)."""
         touching = -self.dome_radius * approach.direction[..., :2]  # from the axis of the sphere
         return np.asarray(np.linalg.norm(touching, axis=-1))
 
@@ -116,15 +115,15 @@ class DomePoses:
         return middle + self._from_principal(foot), self._from_principal(normal)
 
     def _to_principal(self, vectors: Floats) -> Floats:
-        """Return vectors (poses, tips, 3) in the principal directions of the fruit, in their unit."""
+        """Return the components of vectors (poses, tips, 3) along the fruit's principal directions [same unit]."""
         return vectors if self.principal is None else vectors @ self.principal.swapaxes(1, 2)
 
     def _from_principal(self, vectors: Floats) -> Floats:
-        """Return vectors (poses, tips, 3) in the principal directions of the fruit as vectors of the poses."""
+        """Return vectors (poses, tips, 3) from their components along the fruit's principal directions [same unit]."""
         return vectors if self.principal is None else vectors @ self.principal
 
     def _curvatures(self, foot: Floats) -> tuple[Floats, Floats]:
-        """Return the least and the largest principal curvature of the fruit [1/mm], both (poses, tips)."""
+        """Return the smaller and the larger principal curvature of the fruit at the feet [1/mm], both (poses, tips)."""
         if np.isinf(self.semi_axes).any():
             flat = np.zeros(foot.shape[:2])
             return flat, flat
@@ -136,10 +135,10 @@ class DomePoses:
 
 
 def _nearest(point: Floats, squares: Floats) -> Floats:
-    """Return the nearest points of ellipsoids to points outside, both (..., 3) [mm] from the centre.
+    """Return the points of ellipsoids nearest to points outside them, both (..., 3) [mm] from the centre.
 
-    `squares` (..., 3) [mm^2] are those a_k^2 of the semi-axes. For some t >= 0 [mm^2] the nearest point to s has the
-    coordinates a_k^2 s_k / (t + a_k^2). It lies on the ellipsoid where |q| = 1, with q_k = a_k s_k / (t + a_k^2).
+    `squares` (..., 3) [mm^2] are the squares a_k^2 of the semi-axes. For some t >= 0 [mm^2] the point nearest to s has
+    the coordinates a_k^2 s_k / (t + a_k^2). It lies on the ellipsoid if |q| = 1, with q_k = a_k s_k / (t + a_k^2).
     Newton's method finds t from 1 / |q| - 1, which is nearly linear in t.
     """
     t = np.zeros(point.shape[:-1])
@@ -148,7 +147,7 @@ def _nearest(point: Floats, squares: Floats) -> Floats:
         denominator = t[..., None] + squares
         q = np.sqrt(squares) * point / denominator
         size = np.sqrt(_dot(q, q))
-        slope = _dot(q, q / denominator) / size**3  # of 1 / |q| over t
+        slope = _dot(q, q / denominator) / size**3  # slope of 1 / |q| over t
         step = (1.0 / size - 1.0) / slope
         t = t - step
         if np.abs(step).max(initial=0.0) <= settled:
@@ -157,18 +156,21 @@ def _nearest(point: Floats, squares: Floats) -> Floats:
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
-    """Return the scalar products of vectors (..., 3), in a fourth of the time of a sum over so short an axis."""
+    """Return the scalar products of vectors (..., 3).
+
+    einsum takes a quarter of the time of a sum over so short an axis.
+    """
     return np.asarray(np.einsum("...k,...k->...", a, b))
 
 
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
-    """Return the domes of scenes of one sensor, each at its own travel [mm], (poses,).
+    """Return the domes in scenes of one sensor, each at its own travel [mm], (poses,).
 
-    Travel is down the vertical from the first touch of a level sensor. Where a scene says so, it is along the axis from
-    the first touch in the pose. Raises SolveError where a first touch is not found.
+    Travel is vertical from the first touch of a level sensor. If a scene has `from_touch`, it is along the axis from
+    the first touch in the pose. Raises SolveError if no first touch is found.
     """
     axis = _axes(np.array([scene.turn for scene in scenes]))
-    # Many poses share a first touch, as they differ in travel or in how they turn after it: it is found once.
+    # Poses that differ only in travel or in a turn after the first touch share this touch, which is found once.
     touching = {id(scene): _at_touch(scene) for scene in {id(scene): scene for scene in scenes}.values()}
     stands = {_stand(scene): scene for scene in touching.values()}
     found = dict(zip(stands, _first_touches(list(stands.values())), strict=True))
@@ -180,7 +182,7 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
 
 
 def _at_touch(scene: Scene) -> Scene:
-    """Return the scene whose first touch the travel of a scene counts from: its own, or that of a level sensor."""
+    """Return the scene whose first touch is the zero of travel: the scene itself, or the scene of a level sensor."""
     if scene.from_touch:
         return scene
     level = replace(scene.press, tilt_deg=0.0, roll_deg=0.0)
@@ -188,7 +190,7 @@ def _at_touch(scene: Scene) -> Scene:
 
 
 def _stand(scene: Scene) -> tuple[object, ...]:
-    """Return the fruit, the press and the place of a sensor, which decide its first touch."""
+    """Return the properties that determine the first touch: fruit, press, place and heights of the tips."""
     return scene.fruit, scene.press, scene.off_centre_mm, scene.height_offset_mm
 
 
@@ -201,8 +203,9 @@ def _axes(turn: Floats) -> Floats:
 def _first_touches(scenes: Sequence[Scene]) -> Floats:
     """Return the point of the skin that each sensor aims at, and its lowering at first touch, (scenes, 4) [mm].
 
-    The first three columns are the point of the skin under the middle of the tips. The last one is how far the middle
-    of their faces has been lowered along the axis beyond it. Raises SolveError where Newton's method does not settle.
+    The first three columns are the point of the skin under the middle of the tips. The last one is the distance by
+    which the middle of the faces is lowered along the axis beyond this point. Raises SolveError if Newton's method does
+    not converge.
     """
     axis = _axes(np.array([scene.turn_at_touch for scene in scenes]))
     middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
@@ -212,32 +215,32 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
     for _ in range(TOUCH_STEPS):
         domes = _standing(scenes, axis, aimed - lowered[:, None] * axis)
         approach = domes.approach(np.zeros(domes.centres.shape))
-        # The dome that is deepest along the axis decides how far to go back.
+        # The sensor moves back by the depth of the deepest dome along the axis.
         entered = (approach.interference / approach.cosine).max(axis=1)
         lowered = lowered - entered
         if np.abs(entered).max() <= TOUCH_LIMIT:
             return np.column_stack([aimed, lowered])
-    msg = f"first touch of domes: {np.abs(entered).max():.1e} mm off; must be at most {TOUCH_LIMIT:g} mm"
+    msg = f"first touch of domes: error of {np.abs(entered).max():.1e} mm must be at most {TOUCH_LIMIT:g} mm"
     raise SolveError(msg)
 
 
 def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePoses:
-    """Return the domes of sensors that stand along an axis [1], both arguments (poses, 3).
+    """Return the domes of sensors with these axes [1] and origins [mm], both (poses, 3).
 
-    `origin` [mm] is the middle of the level faces of the tips.
+    The origin is the middle of the level faces of the tips.
     """
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
-    # Many poses share a scene, which is asked once.
+    # Many poses share a scene, whose properties are computed once.
     unique = {id(scene): scene for scene in scenes}
     place_of = {key: place for place, key in enumerate(unique)}
     which = np.array([place_of[id(scene)] for scene in scenes])
     made = list(unique.values())
     centres = np.array([scene.centres for scene in made])[which]
     middle = centres.mean(axis=1)
-    # of the spheres' centres over the faces
+    # height of the spheres' centres above the level faces
     height = radius - np.array([scene.height_offsets_mm for scene in made])[which]
 
-    # The rotation that takes the vertical to the axis the shortest way takes x and y to these level vectors.
+    # `level` are x and y after the shortest rotation that takes the vertical to the axis.
     between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     level = np.eye(3)[:2] - axis[:, :2, None] * between[:, None]
 
@@ -254,7 +257,7 @@ def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePose
 
 @functools.lru_cache(maxsize=256)
 def _principal_axes(fruit: Fruit) -> tuple[Floats, Floats]:
-    """Return the semi-axes [mm] and the principal directions [1] of a fruit, in rows."""
+    """Return the semi-axes [mm] of a fruit and its principal directions [1], in rows."""
     along, across = fruit.radii_mm
     directions = np.eye(3)
     directions[0, :2] = fruit.from_principal(1.0, 0.0)

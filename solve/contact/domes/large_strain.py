@@ -1,12 +1,12 @@
-"""What large strain makes of Hertz's force and contact of a rigid, slippery ball: polynomials in the contact's radius.
+"""Corrections of Hertz's contact of a rigid, frictionless ball for large strain: polynomials in the contact radius.
 
-With a Hertz's contact radius at a depth, s = a / dome radius and t = a / fruit radius, the force is Hertz's times
+Let a be Hertz's contact radius at a depth, s = a / dome radius and t = a / fruit radius. The force is Hertz's times
 
     g = 1 + c1 s + c2 t + c3 s^2 + c4 s t,
 
-and the contact of the pressed body is as wide as a times another such polynomial, both fitted to finite elements at
-finite strain. Strain ~ a over a radius: the first two terms are of second-order elasticity, and a sphere's own
-profile against a paraboloid's is in the others.
+and the contact radius of the deformed body is a times another such polynomial. Both are fitted to finite elements at
+finite strain. Strain is proportional to a over a radius: the first two terms are second-order elasticity. The others
+include the difference between a sphere and a paraboloid.
 """
 
 import functools
@@ -24,7 +24,7 @@ NEO_HOOKE = (
     (-0.0235, -0.0837, -0.1152, 0.1120),
     (-0.0536, -0.0629, -0.1105, 0.1131),
 )
-# Half of what the laws of Hencky and of Storakers (foam) put the force apart.
+# Half the difference of the relative force between Hencky's law and Storakers' law (foam).
 LAW_SPREAD = (
     (0.1781, 0.1871, 0.0178, 0.0795),
     (0.1304, 0.1273, 0.0148, 0.0053),
@@ -32,8 +32,8 @@ LAW_SPREAD = (
     (0.0577, 0.0536, -0.0025, -0.0007),
     (0.0622, 0.0643, -0.0181, -0.0272),
 )
-# Of the radius of the contact as it is pressed over Hertz's at the same depth. The second column is what moves the skin
-# inward under Hertz's pressure, -2 (1 - 2 nu) / (3 pi (1 - nu)): K. L. Johnson, Contact Mechanics (1985), (3.42).
+# Deformed contact radius over Hertz's at the same depth. The second column is the inward displacement of the skin under
+# Hertz's pressure, -2 (1 - 2 nu) / (3 pi (1 - nu)): K. L. Johnson, Contact Mechanics (1985), (3.42).
 EDGE = (
     (-0.1189, -0.2122, -0.0431, 0.1877),
     (-0.0876, -0.1748, -0.0692, 0.2743),
@@ -41,19 +41,19 @@ EDGE = (
     (-0.0036, -0.0386, -0.1278, 0.1518),
     (0.0387, -0.0083, -0.1755, 0.1657),
 )
-DEEPEST = 0.7  # contact radius over that of the dome, up to which g is fitted
-# Of the force: the fit leaves 8e-4, and other elements find up to 1.2e-3 more at s = 0.15; less where strain is small.
+DEEPEST = 0.7  # largest contact radius of the fit of g, over the dome radius
+# Relative error of the force: the fit leaves 8e-4, and other elements give up to 1.2e-3 more at s = 0.15.
 FIT = 1.5e-3
-FIT_OF_EDGE = 5e-3  # of the radius: what the fit leaves, most of it where an edge lies inside an element
-FULL = 0.1  # s + t from which on all of both counts
+FIT_OF_EDGE = 5e-3  # relative error of the contact radius by the fit, mostly from edges inside an element
+FULL = 0.1  # s + t above which FIT and FIT_OF_EDGE apply in full; below, they are proportional to s + t
 
 
 @dataclass(frozen=True, eq=False)
 class LargeStrain:
-    """What large strain does to Hertz's contacts [1], all of one shape.
+    """Corrections of Hertz's contacts for large strain [1], all of one shape.
 
-    `factor` is g, `slope` its slope over ln a, `error` how far it may be off. `law_spread` is half of what laws of
-    flesh put it apart. `edge` is the radius of the contact over Hertz's, `edge_error` how far it may be off.
+    `factor` is g, `slope` its slope over ln a, `error` the bound of its error. `law_spread` is half the difference
+    between laws of flesh. `edge` is the contact radius over Hertz's, `edge_error` the bound of its error.
     """
 
     factor: Floats
@@ -68,7 +68,7 @@ def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float
     """Return the corrections of Hertz's contacts for large strain, at Hertz's contact radii [mm].
 
     `dome` [mm] is the radius of the domes; the fruit's curvature [1/mm] has the shape of the contact radii. Beyond the
-    domain of the fit g keeps its value at the end of it, and all of g - 1 is an error.
+    range of the fit g keeps its value at the end of the range, and all of g - 1 is an error.
     """
     s = contact / dome
     t = contact * curvature
@@ -81,7 +81,7 @@ def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float
     outside = beyond | (not POISSONS[0] <= poisson <= POISSONS[-1])
     departure = first + second  # g - 1
     edge_departure: Floats = np.add(*_terms(EDGE, poisson, s, t))
-    strained = np.minimum(1.0, (s + t) / FULL)  # fraction of the fit's errors that counts at so small a strain
+    strained = np.minimum(1.0, (s + t) / FULL)  # fraction of the fit's errors at this strain
     return LargeStrain(
         factor=1.0 + departure,
         slope=np.where(beyond, 0.0, first + 2.0 * second),  # first order in a, second in a^2
@@ -94,7 +94,7 @@ def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float
 
 @functools.cache
 def coefficients(table: tuple[tuple[float, ...], ...], poisson: float) -> tuple[float, ...]:
-    """Return c1 to c4 [1] of a table at a Poisson's ratio, by straight lines between its rows."""
+    """Return c1 to c4 [1] of a table at a Poisson's ratio, linearly interpolated between its rows."""
     return tuple(float(np.interp(poisson, POISSONS, column)) for column in zip(*table, strict=True))
 
 

@@ -1,22 +1,25 @@
-"""Forces of domes on springs in closed form: each presses as Hertz's sphere, and all feel each other and the body.
+"""Forces of sprung domes in closed form: Hertz contacts that interact with each other and with the body of the fruit.
 
-A dome that is pressed by q [mm] along the normal beyond what the others and the body give way carries
+Let q [mm] be the depth of a dome along the normal, beyond the deflection caused by the other domes and the body. Its
+normal force is
 
     N = 4/3 g E* sqrt(R) q^(3/2),    E* = E / (1 - nu^2),    1 / R = 1 / r + 1 / R_fruit,
 
-K. L. Johnson, Contact Mechanics (1985), equation (4.23), doi:10.1017/CBO9781139171731, with g by large strain
-(`large_strain.py`). Its interference b, what it would enter the undeformed fruit on its spring as it stands, is
+K. L. Johnson, Contact Mechanics (1985), equation (4.23), doi:10.1017/CBO9781139171731, with the factor g of large
+strain (`large_strain.py`). Its interference b is its depth in the undeformed fruit at the present deflection of its
+spring,
 
     b_i = q_i + sum_j (B_ij + k_ij) N_j / E,
     k_ij = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)),
 
-with p the distance of two contacts, a their radii, and B what the body adds to a half-space, along the normals where
-the domes touch. The second moments are those of the pressures: of Hertz where a force acts, of its increment, the flat
-punch, where it is felt. The slope that the others make under a dome moves its contact by R times that slope. The force
-along the spring is N times the cosine of the normal to the axis. What leans moves the dome sideways, as far as the
-housing gives. A dome that is off has q <= 0 and no force: one smooth system, solved by Newton's method. Friction is not
-in it. The flesh is neo-Hookean; other laws are told apart. Under a skin N is that of a layered half-space at small
-strain (`solve/halfspace/layered.py`). All that large strain does to bare flesh is in the error bar.
+with p the distance of two contacts, a their radii, and B the compliance that the body adds to a half-space, along the
+normals at the contacts. The factors of a^2 are second moments of pressures: of Hertz's pressure at the acting contact,
+and of the flat punch, its increment, at the deflected one. The other domes tilt the surface under a dome by some slope,
+which moves its contact by R times the slope. The force along the spring is N times the cosine between normal and axis.
+The transverse part of N moves the dome sideways, as far as the housing yields. A dome out of contact has q <= 0 and no
+force. This is one smooth system, solved by Newton's method. Friction is neglected. The flesh is neo-Hookean; the
+difference of other laws is reported separately. Under a skin, N is the force on a layered half-space at small strain
+(`solve/halfspace/layered.py`), and the whole effect of large strain on bare flesh is part of the error.
 """
 
 from dataclasses import dataclass, replace
@@ -33,35 +36,35 @@ from solve.fruit.compliance import FruitCompliance
 from solve.halfspace.layered import RoundContact
 from solve.linear import SolveError
 
-# Half the mean of x^2 less that of y^2 / 2 under the flat punch and under Hertz's pressure [contact radii^2].
+# Mean of x^2 - y^2 / 2 under the flat punch and under Hertz's pressure [contact radii^2].
 FELT = 1.0 / 6.0
 ACTING = 1.0 / 10.0
-MOST_STEPS = 60  # of Newton's method
-STEPS_ALONE = 5  # of the same for each dome alone, where it starts
-HALVINGS = 12  # of a step
-# Of what the body adds to a half-space, by how much it changes where the domes touch elsewhere than it was solved, per
-# growth of the square of their way from the middle over the square of its size. tests/reference/fits/test_contact.py
+MOST_STEPS = 60  # steps of Newton's method
+STEPS_ALONE = 5  # Newton steps of each dome without the others, for a starting point
+HALVINGS = 12  # most halvings of a Newton step
+# Relative change of the body's compliance if the domes touch elsewhere than where it was solved, per increase of their
+# squared distance from the middle over the squared size of the body. tests/reference/fits/test_contact.py
 ELSEWHERE = 2.0
-# Fractions of terms that are left out or not known better: the body's deflection changes over a contact by
-# (a / size)^2, crosstalk by the next power of its moments; the rest is a fraction of the depth:
-# tests/reference/fits as well.
+# Bounds on neglected terms, also from tests/reference/fits: the change of the body's deflection over a contact, times
+# (a / size)^2; the next moments of the crosstalk; the rest as a fraction of the depth.
 OVER_CONTACT = 0.25
 NEXT_MOMENT = 0.5
 OF_DEPTH = 7e-4
-RESIDUAL_LIMIT = 1e-12  # of the largest coordinate of a dome, where round-off on the fruit allows it
-# Of the largest semi-axis, as domes meet the fruit at places counted from its centre: 3 epsilon are seen.
+RESIDUAL_LIMIT = 1e-12  # largest residual over the largest coordinate of a dome, unless round-off is larger
+# Round-off over the largest semi-axis, because contacts are computed from the fruit's centre: 3 epsilon were seen.
 ROUND_OFF = 10.0 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
 class DomeForces:
-    """Forces F of the domes along their springs [N], (poses, tips), and what they do, each as F.
+    """Forces F of the domes along their springs [N], with their errors and contacts, all (poses, tips).
 
-    `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off in neo-Hookean flesh.
-    `error_alike` [N] is how far all are off together where the error has one sign under all domes, as where the fruit
-    sinks otherwise. `flesh` [N] is what Hencky's law adds and that of Storakers takes. `contact_radius` [mm] and
-    `mean_pressure` [MPa] are those of the contacts as they are pressed. `pressure_error` [1] is how far the latter may
-    be off by the edge of the contact alone. `face` [mm] is the width of a face that would hold each.
+    `rates` [N/mm] are the slopes of F over the travel. `error` [N] bounds the error of each force in neo-Hookean flesh.
+    `error_alike` [N] is the joint error of all forces if the error has one sign under all domes, such as a softer
+    fruit. `flesh` [N] is the increase of F by Hencky's law of flesh, and the decrease by Storakers' law.
+    `contact_radius` [mm] and `mean_pressure` [MPa] belong to the deformed contacts. `pressure_error` [1] is the
+    relative error of the pressure due only to the contact radius. `face` [mm] is the diameter of a face that would just
+    hold the contact.
     """
 
     F: Floats
@@ -83,11 +86,11 @@ class DomeForces:
 
 @dataclass(frozen=True, eq=False)
 class _DomeState:
-    """Domes at trial depths q [mm], each (poses, tips) but for `approach`, `strain` and `action`.
+    """Domes at trial depths q [mm], (poses, tips) except for `approach`, `strain` and `action`.
 
-    `N` [N] are the normal forces, `stiffness` [N/mm] their slopes over q, `contact_radius` [mm] those of Hertz.
-    `action` (poses, tips, tips) is k_ij of the module's first lines, times E [1/mm]; `residual` [mm] is what its second
-    equation misses.
+    `N` [N] are the normal forces, `stiffness` [N/mm] their slopes over q, `contact_radius` [mm] Hertz's contact radii.
+    `action` (poses, tips, tips) is k_ij of the module docstring, times E [1/mm]. `residual` [mm] is the residual of its
+    equation for b_i.
     """
 
     approach: DomeApproach
@@ -103,7 +106,8 @@ class _DomeState:
 def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -> DomeForces:
     """Return the forces of domes at moduli E (poses,) [MPa] on springs of compliance C (tips, tips) [mm/N].
 
-    `body` is what the fruit adds to a half-space, in the same poses. Raises SolveError where the forces do not settle.
+    `body` is the compliance that the fruit adds to a half-space, in the same poses. Raises SolveError if Newton's
+    method does not converge.
     """
     law = _Law(poses, E, C, body)
     state = law.equilibrium()
@@ -130,11 +134,11 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -
 
 @dataclass(frozen=True, eq=False)
 class DomeContrast:
-    """What the contrast of forces along the springs needs to know of level domes (`sensor/theory/contrast_law.py`).
+    """The constants of level domes for the contrast of the forces along the springs (`sensor/theory/contrast_law.py`).
 
-    `S` (tips, tips), times E [1/mm], is the compliance but for Hertz's part. `hertz` [mm (MPa/N)^(2/3)] is h of h (F /
-    E)^(2/3), the mean over the tips. `lean` (tips, tips) [mm/N] is what leaning forces add to the compliance of the
-    springs. They move the tips sideways on the slope of the fruit.
+    `S` (tips, tips), times E [1/mm], is the compliance without Hertz's part. `hertz` [mm (MPa/N)^(2/3)] is the mean of
+    h in h (F / E)^(2/3) over the tips. `lean` (tips, tips) [mm/N] is added to the compliance of the springs: it comes
+    from forces that lean on the slope of the fruit and move the tips sideways.
     """
 
     S: Floats
@@ -145,9 +149,9 @@ class DomeContrast:
 def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float) -> DomeContrast:
     """Return the constants of domes for the contrast law, at a level press at modulus E [MPa] over the full travel.
 
-    C (tips, tips) [mm/N] is the compliance of the springs. Forces along normals are turned into forces along the
-    springs by the cosines of their angles. Raises SolveError where the forces do not settle, and where a dome is off
-    the fruit: its part in the contrast is unknown.
+    C (tips, tips) [mm/N] is the compliance of the springs. Normal forces are converted to forces along the springs by
+    the cosines of their angles. Raises SolveError if Newton's method does not converge, and if a dome does not touch,
+    because its part in the contrast is then unknown.
     """
     level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
     body = dome_body(scene, compliance, [scene.fruit])
@@ -156,7 +160,7 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     off = int((state.N[0] <= 0.0).sum())
     if off:
         hint = "press deeper, or take stiffer springs or a softer skin"
-        msg = f"domes: {off} of {len(C)} are off the fruit at full travel of a level press: must be none; {hint}"
+        msg = f"domes: {off} of {len(C)} do not touch at full travel of a level press: all must touch; {hint}"
         raise SolveError(msg)
     cosine = state.approach.cosine[0]
     hertz = state.q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
@@ -168,10 +172,10 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
 
 
 class _Law:
-    """The equations of the domes for the depths q (poses, tips) [mm], negative where a dome is off."""
+    """The equations of the domes for the depths q (poses, tips) [mm], negative for a dome out of contact."""
 
     def __init__(self, poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -> None:
-        """Take the domes, moduli E (poses,) [MPa], the springs C (tips, tips) [mm/N] and the body."""
+        """Store the domes, the moduli E (poses,) [MPa], the springs C (tips, tips) [mm/N] and the body."""
         self._poses = poses
         sideways = poses.sideways or SidewaysGive(np.zeros((*C.shape, 3, 3)), 0.0)
         self._springs = C
@@ -180,10 +184,10 @@ class _Law:
         self._sideways_error = sideways.error
         self._body = body
         self._E = E[:, None]
-        self._point_load = (1.0 - body.poisson**2) / np.pi  # deflection times distance, E and over the force [1]
+        self._point_load = (1.0 - body.poisson**2) / np.pi  # deflection times distance times E over force [1]
 
     def equilibrium(self) -> _DomeState:
-        """Return the domes as they rest; raises SolveError where Newton's method with halved steps does not settle."""
+        """Return the domes in equilibrium; raises SolveError if Newton's method with halved steps does not converge."""
         unmoved = self._poses.approach(np.zeros(self._poses.centres.shape))
         state = self.state(self._depths_alone(unmoved), unmoved)
         allowed = self._allowed_residual()
@@ -201,16 +205,16 @@ class _Law:
         raise SolveError(msg)
 
     def _allowed_residual(self) -> float:
-        """Return the residual at which domes have settled [mm], above the round-off of where they meet the fruit."""
+        """Return the residual at convergence [mm], above the round-off of the positions where domes meet the fruit."""
         semi_axes = self._poses.semi_axes
         round_off = ROUND_OFF * semi_axes.max(initial=0.0, where=np.isfinite(semi_axes))
         return max(RESIDUAL_LIMIT * float(np.abs(self._poses.centres).max()), float(round_off))
 
     def _depths_alone(self, unmoved: DomeApproach) -> Floats:
-        """Return about how deep each dome stands on its own spring, without the others and the body [mm].
+        """Return approximate depths of the domes [mm], each on its own spring, without the others and the body.
 
-        Newton's method starts at the undeformed fruit and comes down to the answer without overshooting: the force
-        grows ever faster with the depth.
+        Newton's method starts at the undeformed fruit and approaches the root without overshooting, because the force
+        is convex over the depth.
         """
         compliance = np.einsum("pii->pi", self.normal_compliance(unmoved))
         q = unmoved.interference
@@ -220,7 +224,10 @@ class _Law:
         return np.asarray(q)
 
     def _halved(self, state: _DomeState, step: Floats, grown: Ints, worst: Floats) -> _DomeState:
-        """Return the state after steps (poses, tips) [mm], those of `grown` poses halved until none exceeds `worst`."""
+        """Return the state after steps (poses, tips) [mm], with halved steps in the poses whose residual has grown.
+
+        The steps of the `grown` poses are halved until none of their residuals exceeds `worst` (poses,) [mm].
+        """
         for _ in range(HALVINGS):
             step[grown] *= 0.5
             few = _Law(self._poses.select(grown), self._E[grown, 0], self._springs, self._body.select(grown))
@@ -231,16 +238,17 @@ class _Law:
         return self.state(state.q + step, state.approach)
 
     def state(self, q: Floats, before: DomeApproach) -> _DomeState:
-        """Return the domes at trial depths q (poses, tips) [mm], and what they miss of equilibrium.
+        """Return the domes at trial depths q (poses, tips) [mm], with the residual of their equilibrium.
 
-        Springs move the domes by the forces along the normals as they stood `before`; at equilibrium both are the same.
+        The springs deflect under the forces along the normals of the state `before`; at equilibrium both states agree.
         """
         N = self._hertz(q, before)[0]
         moved = np.tensordot(N[..., None] * before.direction, self._C, axes=((1, 2), (1, 3)))
         approach = self._poses.approach(moved)
         N, stiffness, radius, strain = self._hertz(q, approach)
 
-        # The slope that the others make under a dome moves its contact by its radius times that slope.
+        # The other domes tilt the surface under a dome by `slope`, which moves its contact by its radius times the
+        # slope.
         between, distance = _between(approach.foot)
         slope = self._point_load * np.einsum("pij,pijk->pik", N[:, None] / distance**3, between) / self._E[..., None]
         shift = approach.radius[..., None] * slope
@@ -258,19 +266,19 @@ class _Law:
         Entry ij is n_i . C_ij n_j, with C_ij the 3 x 3 compliance between two tips and n the normals.
         """
         normals = approach.direction
-        # Reshaped so that the sum over the axes of n_i is one product of matrices for each dome.
+        # After this reshape, the sum over the axes of n_i is one matrix product per dome.
         of_each = self._C.transpose(0, 2, 1, 3).reshape(len(self._C), 3, -1)
         moved = (normals.swapaxes(0, 1) @ of_each).reshape(len(self._C), len(normals), -1, 3)
         return np.asarray(np.einsum("ipjb,pjb->pij", moved, normals))
 
     def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats, LargeStrain]:
-        """Return the normal forces [N], their slopes over q [N/mm], Hertz's contact radii [mm], and large strain."""
+        """Return normal forces [N], slopes over q [N/mm], Hertz's contact radii [mm], and large-strain corrections."""
         depth = np.maximum(q, 0.0) / approach.depth_ratio
         if self._body.skinned is not None:
             return self._layered_hertz(depth, approach, self._body.skinned)
         contact = np.sqrt(approach.radius * depth)
         strain = self._large_strain(contact, approach)
-        stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact  # of Hertz: force = stiffness depth / 1.5
+        stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact  # by Hertz: force = stiffness depth / 1.5
         # The contact radius a is proportional to the root of the depth: dF/d(depth) = stiffness (g + dg/d(ln a) / 3).
         slope = stiffness * (strain.factor + strain.slope / 3.0) / approach.depth_ratio
         return strain.factor * stiffness * depth / 1.5, slope, contact, strain
@@ -278,9 +286,9 @@ class _Law:
     def _layered_hertz(
         self, depth: Floats, approach: DomeApproach, skinned: RoundContact
     ) -> tuple[Floats, Floats, Floats, LargeStrain]:
-        """Return forces, slopes, contact radii and large strain, as `_hertz`, on flesh under a skin.
+        """Return forces, slopes, contact radii and large strain, as `_hertz` does, on flesh under a skin.
 
-        All that large strain does to bare flesh counts as an error here.
+        The whole effect of large strain on bare flesh is an error here, because the layered solution has small strain.
         """
         contact, force, stiffness = skinned.press(approach.radius * depth)
         bare = self._large_strain(contact, approach)
@@ -294,20 +302,20 @@ class _Law:
         return large_strain(contact, self._poses.dome_radius, self._fruit_curvature(approach), self._body.poisson)
 
     def jacobian(self, state: _DomeState) -> Floats:
-        """Return minus the slope of the residual over the depths [1], (poses, tips, tips), but for its small parts."""
+        """Return minus the slope of the residual over the depths [1], (poses, tips, tips), without small terms."""
         compliance = self.normal_compliance(state.approach) + (state.action + self._body.remainder) / self._E[..., None]
         return np.eye(len(self._C)) + compliance * state.stiffness[:, None, :]
 
     def bound(self, state: _DomeState) -> Floats:
-        """Return the error bound of the interference that belongs to the forces [mm], (poses, tips).
+        """Return the error bound of the interference at given forces [mm], (poses, tips).
 
-        It adds up what the compliances leave out, a fraction of the depth, the error of the sideways compliance, and
-        that of large strain.
+        It sums the neglected compliances, a fraction of the depth, and the errors of the sideways compliance and of
+        large strain.
         """
         _, distance = _between(state.approach.foot)
         radius = state.contact_radius
         body = self._body
-        # Compliances that are left out: what the body's varies over a contact, and the next moments of the crosstalk.
+        # Neglected compliances: the variation of the body's over a contact, and the next moments of the crosstalk.
         over_contact = OVER_CONTACT * np.abs(body.remainder) * (radius[:, None] / body.size) ** 2
         next_moment = NEXT_MOMENT * self._point_load / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
         left_out = body.bound + over_contact + next_moment + self._moved_bound(state)
@@ -317,7 +325,7 @@ class _Law:
         return np.asarray(by_forces + OF_DEPTH * depth + by_leaning + self.depth_change(state, state.strain.error))
 
     def _moved_bound(self, state: _DomeState) -> Floats:
-        """Return the bound of the body's compliance as domes touch elsewhere than it was solved [1/mm]."""
+        """Return the error bound of the body's compliance [1/mm] for domes that touch elsewhere than in its solve."""
         body = self._body
         moved = np.linalg.norm(state.approach.foot[..., :2] - body.feet, axis=-1)
         growth = moved * (moved + 2.0 * np.linalg.norm(body.feet, axis=-1)) / body.size**2
@@ -325,19 +333,19 @@ class _Law:
         return np.asarray(ELSEWHERE * either * np.abs(body.remainder))
 
     def _leaning_deflection(self, state: _DomeState) -> Floats:
-        """Return how far domes yield along their normals by the parts of forces across the axis [mm], (poses, tips)."""
+        """Return the deflections along the normals that the transverse forces cause [mm], (poses, tips)."""
         cosine = state.approach.cosine
         along_press = cosine[:, :, None] * self._C[..., 2, 2] * cosine[:, None, :]
         leaning = self.normal_compliance(state.approach) - along_press
         return np.asarray(np.abs(np.einsum("pij,pj->pi", leaning, state.N)))
 
     def rim_radius(self, state: _DomeState) -> Floats:
-        """Return the contact radii that spheres with their own profile have at the same depths [mm], (poses, tips)."""
+        """Return the contact radii of spheres, instead of paraboloids, at the same depths [mm], (poses, tips)."""
         depth = state.contact_radius**2 / state.approach.radius
         return sphere_contact_radius(depth, self._poses.dome_radius, self._fruit_curvature(state.approach))
 
     def depth_change(self, state: _DomeState, fraction: Floats) -> Floats:
-        """Return the change of depth that changes each force by a fraction of it [mm], (poses, tips)."""
+        """Return the changes of depth that change each force by a fraction of it [mm], (poses, tips)."""
         return fraction * state.N / np.where(state.stiffness > 0.0, state.stiffness, 1.0)
 
     def _fruit_curvature(self, approach: DomeApproach) -> Floats:
@@ -346,7 +354,7 @@ class _Law:
 
 
 def _between(feet: Floats) -> tuple[Floats, Floats]:
-    """Return the vectors from contact j to contact i [mm] and their lengths, infinite from one to itself."""
+    """Return the vectors from contact j to contact i [mm] and their lengths, whose diagonal is infinite."""
     between = feet[:, :, None] - feet[:, None]
     distance = np.sqrt(np.einsum("pijk,pijk->pij", between, between))
     return between, distance + np.where(np.eye(distance.shape[1]) > 0.0, np.inf, 0.0)
