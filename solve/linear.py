@@ -1,6 +1,6 @@
-"""Sparse symmetric solves by SciPy's SuperLU with prescribed dofs: factorise once, solve many, check every residual.
+"""Sparse symmetric solves by SciPy's SuperLU with prescribed dofs: one factor for many loads, each residual checked.
 
-A matrix near a factorised one is solved by conjugate gradients, which the factor preconditions.
+A matrix close to a factorised one is solved by conjugate gradients with the factor as preconditioner.
 """
 
 import math
@@ -16,22 +16,22 @@ from sensor.arrays import Floats, Ints
 from sensor.machine_error import MachineError
 from solve.solve_error import SolveError as SolveError
 
-RESIDUAL_LIMIT = 1e-9
-CG_TOLERANCE = 1e-9  # of the norm of a load: what conjugate gradients leave, whose square is what a compliance misses
-MOST_CG_STEPS = 200  # 20 are usual for a mesh that is bent
-DIGITS = 1e-4  # of the largest displacement: what round-off may leave unknown of a solution
+RESIDUAL_LIMIT = 1e-9  # largest relative residual
+CG_TOLERANCE = 1e-9  # residual of conjugate gradients over the norm of the load; a compliance errs by its square
+MOST_CG_STEPS = 200  # a bent mesh usually takes 20
+DIGITS = 1e-4  # largest round-off over the largest displacement
 EPSILON = float(np.finfo(np.float64).eps)
-MOST_BYTES = 4.0 * 2**30  # for one factor: what takes more takes minutes
-# 14 bytes for each nonzero of a factor, of which there are about 31 n^(4/3): bricks of a housing at 1e5 unknowns.
-# Tetrahedra of a fruit have 19 at 2e5 and 50 at 3e4, where it does not matter.
+MOST_BYTES = 4.0 * 2**30  # most memory of a factor; a larger one would take minutes
+# Bytes of a factor over n^(4/3): 14 per nonzero, and about 31 n^(4/3) nonzeros for bricks of a housing with 1e5
+# unknowns. Tetrahedra of a fruit have 19 n^(4/3) for 2e5, and 50 for 3e4, which need little memory.
 FACTOR_BYTES = 14.0 * 31.0
-# Columns of the bottom of the elimination tree that SuperLU joins: none, by measurement.
+# Columns at the bottom of the elimination tree that SuperLU merges; 1, which merges none, was fastest.
 _RELAXED = 1
 
 
 @dataclass(frozen=True)
 class Factor:
-    """A stiffness matrix K with some dofs prescribed, factorised; `solve` serves any number of loads.
+    """A factorised stiffness matrix K with some dofs prescribed; `solve` serves any number of loads.
 
     `block` is the part of `matrix` on the `free` dofs, in the order of `free`. `back_substitute` applies its inverse to
     a right-hand side, shape (free,) or (free, loads).
@@ -46,8 +46,8 @@ class Factor:
     def solve(self, load: Floats, prescribed: Floats | None = None) -> Floats:
         """Return displacements u with K u = load on the free dofs, shape (dofs,) or (dofs, loads).
 
-        `load` has the shape of u, `prescribed` holds the values of the fixed dofs, 0 where it is left out. Raises
-        SolveError when the relative residual on the free dofs exceeds 1e-9.
+        `load` has the shape of u, `prescribed` has the values of the fixed dofs, by default 0. Raises SolveError if the
+        relative residual on the free dofs exceeds 1e-9.
         """
         u = np.zeros_like(load, dtype=np.float64)
         right = load[self.free]
@@ -61,10 +61,10 @@ class Factor:
         return u
 
     def solve_near(self, matrix: csc_matrix, load: Floats) -> Floats:
-        """Return displacements u (dofs, loads) of a load for another matrix of the same fixed dofs, which stay at 0.
+        """Return displacements u (dofs, loads) for another matrix, with the same fixed dofs held at 0.
 
-        The nearer it is to the factorised one, the fewer steps of conjugate gradients it takes. Raises SolveError as
-        `solve` does.
+        The closer the matrix is to the factorised one, the fewer steps of conjugate gradients are needed. Raises
+        SolveError as `solve` does.
         """
         block = csc_matrix(matrix[:, self.free][self.free])
         factorised = LinearOperator(block.shape, matvec=self.back_substitute, dtype=np.float64)
@@ -80,12 +80,12 @@ class Factor:
 
 
 def magnitude(matrix: csc_matrix) -> csc_matrix:
-    """Return the absolute values of the entries; the places of both are one array, where abs() makes another."""
+    """Return a matrix of the absolute values; it shares the index arrays, which abs() would copy."""
     return csc_matrix((np.abs(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape)
 
 
 def _check_residual(block: csc_matrix, solution: Floats, right: Floats) -> None:
-    """Raise SolveError where the relative residual of a solution exceeds 1e-9."""
+    """Raise SolveError if the relative residual of a solution exceeds 1e-9."""
     residual = float(np.abs(block @ solution - right).max(initial=0.0))
     scale = float((magnitude(block) @ np.abs(solution)).max(initial=0.0)) or 1.0
     if not residual <= RESIDUAL_LIMIT * scale:
@@ -99,14 +99,14 @@ def _check_residual(block: csc_matrix, solution: Floats, right: Floats) -> None:
 def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     """Factorise a symmetric positive definite matrix, shape (dofs, dofs), with the given dofs (n,) prescribed.
 
-    Raises SolveError as `check_cost`, and when the matrix is singular, as it is where a part is not clamped.
+    Raises SolveError as `check_cost` does, and for a singular matrix, such as of a part that is not clamped.
     """
     check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
     free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
     part = csc_matrix(matrix[:, free][free])
-    # Falling dofs fill the factor 5 % less than rising ones. Row and column i of n become n - 1 - i: the arrays of the
-    # sparse matrix are turned end to end, and its indices stay sorted.
+    # In descending order of the dofs the factor has 5 % fewer nonzeros. Row and column i of n become n - 1 - i:
+    # reversing the arrays of the sparse matrix does this and keeps its indices sorted.
     turned = (part.data[::-1].copy(), len(free) - 1 - part.indices[::-1], part.nnz - part.indptr[::-1])
     block = csc_matrix(turned, shape=part.shape)
     free = free[::-1]
@@ -114,8 +114,8 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
         return Factor(matrix, block, free, fixed, np.copy)
     back_substitute = _back_substitution(block)
 
-    # An estimate of the condition number, |K^-1| |K|, from one right-hand side without zeros. Beyond the limit
-    # round-off hides too many digits of the displacements.
+    # An estimate of the condition number, |K^-1| |K|, from one right-hand side without zeros. Above the limit,
+    # round-off destroys too many digits of the displacements.
     probe = np.cos(np.arange(len(free), dtype=np.float64))
     condition = float(np.abs(back_substitute(probe)).max()) * float(magnitude(block).sum(axis=0).max())
     limit = DIGITS / EPSILON
@@ -125,12 +125,15 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
 
 
 def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
-    """Return the solve of a matrix that is factorised here; raises SolveError, or MemoryError where none is left."""
+    """Return the function that solves with this matrix.
+
+    Raises SolveError if the matrix is singular, and MemoryError if memory is short.
+    """
     symmetric = {"SymmetricMode": True}
     try:
         factor = splu(block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_RELAXED, options=symmetric)
     except RuntimeError as error:
-        if "singular" not in str(error):  # all else that SuperLU says is that it got no memory
+        if "singular" not in str(error):  # SuperLU's only other error is a failed allocation
             raise MemoryError(str(error)) from error
         raise SolveError(_singular(error)) from error
     back_substitute: Callable[[Floats], Floats] = factor.solve
@@ -138,14 +141,14 @@ def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
 
 
 def factor_bytes(unknowns: int) -> float:
-    """Return about how much memory a factorised matrix takes [byte], by its unknowns [1]."""
+    """Return the approximate memory of a factorised matrix with this number of unknowns [byte]."""
     return FACTOR_BYTES * math.pow(unknowns, 4.0 / 3.0)
 
 
 def check_cost(unknowns: int) -> None:
-    """Raise SolveError for a number of unknowns [1] whose factor takes more than 4 GiB.
+    """Raise SolveError for a number of unknowns [1] whose factor needs more than 4 GiB.
 
-    Raises MachineError where it takes less, and more than the machine has.
+    Raises MachineError if it needs less, but more than the memory of the machine.
     """
     machine = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     if factor_bytes(unknowns) > MOST_BYTES:

@@ -1,6 +1,6 @@
-"""Displacements by conjugate gradients on quadratic tetrahedra, preconditioned on the linear ones of the same corners.
+"""Conjugate gradients for quadratic tetrahedra, preconditioned by linear ones on the same corners.
 
-Direct factors of tetrahedra fill up: see the curve of error against cost in docs/your-own-part.md.
+Direct factors of tetrahedra have many nonzeros: see the curve of error against cost in docs/your-own-part.md.
 """
 
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from solve.linear import Factor, SolveError, factorise
 
 _TOLERANCE = 1e-8
 _MOST_STEPS = 300
-_SMOOTHING = 4  # steps of Chebyshev before and after
-_LOWEST = 0.08  # of the largest eigenvalue: what the smoother leaves to the corners
-_LARGEST = 1.1  # of its estimate
+_SMOOTHING = 4  # steps of Chebyshev's iteration before and after the coarse solve
+_LOWEST = 0.08  # lowest smoothed eigenvalue over the largest; lower ones are left to the coarse solve
+_LARGEST = 1.1  # bound of the largest eigenvalue over its estimate
 
 
 @dataclass(frozen=True, eq=False)
 class TwoGrid:
-    """A stiffness matrix of quadratic tetrahedra with some dofs held, and what preconditions it."""
+    """A stiffness matrix of quadratic tetrahedra with some dofs held, and its two-grid preconditioner."""
 
     block: csr_matrix
     free: Ints
@@ -32,14 +32,14 @@ class TwoGrid:
     largest: float
 
     def solve(self, load: Floats) -> Floats:
-        """Return displacements (dofs, loads) of loads; raises SolveError where they do not converge."""
+        """Return displacements (dofs, loads) under loads; raises SolveError if the iteration does not converge."""
         operator = LinearOperator(self.block.shape, matvec=self._cycle, dtype=np.float64)
         u = np.zeros_like(load)
         for column in range(load.shape[1]):
             found, steps = cg(
                 self.block, load[self.free, column], rtol=_TOLERANCE, atol=0.0, maxiter=_MOST_STEPS, M=operator
             )
-            if steps:
+            if steps:  # cg returns the number of steps if it did not converge, else 0
                 msg = f"conjugate gradients: {steps} steps must be enough; check the mesh and what holds the part"
                 raise SolveError(msg)
             u[self.free, column] = found
@@ -52,7 +52,7 @@ class TwoGrid:
         return self._smoothed(residual, x)
 
     def _smoothed(self, right: Floats, x: Floats) -> Floats:
-        """Return x after some steps of Chebyshev's iteration; Y. Saad, Iterative Methods (2003), algorithm 12.1."""
+        """Return x after `_SMOOTHING` steps of Chebyshev's iteration; Y. Saad, Iterative Methods (2003), 12.1."""
         high, low = _LARGEST * self.largest, _LOWEST * self.largest
         theta, delta = 0.5 * (high + low), 0.5 * (high - low)
         sigma = theta / delta
@@ -69,7 +69,7 @@ class TwoGrid:
 
 
 def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
-    """Return the solver of a matrix of quadratic tetrahedra with held dofs (n,); raises SolveError."""
+    """Return the solver for a matrix of quadratic tetrahedra with held dofs (n,); raises SolveError."""
     mesh = basis.mesh
     corners = int(mesh.t.max()) + 1
     edges = mesh.edges

@@ -1,1 +1,1 @@
-"""How the fruit gives under forces of the tips: its compliance."""
+"""The deformation of the fruit under forces on the tips: its compliance."""

@@ -18,17 +18,17 @@ from solve.fruit.remainder import VOLUME_ORDER, Parity, mirror_dofs
 from solve.fruit.smooth_load import SmoothLoad, line_forces
 from solve.linear import SolveError
 
-# A turned fruit has no mirror planes: with twice the dofs its mesh is off by 3e-4, inside its bar, in 4 s of one core.
-TURNED = 2  # times the most dofs
-REACH = 3.0  # deviations from its centre at which a load is over
+# A turned fruit has no mirror planes. With twice the dofs its error is 3e-4, within its bar, in 4 s on one core.
+TURNED = 2  # factor of the most dofs
+REACH = 3.0  # reach of a load from its centre [standard deviations]
 
 
 @dataclass(frozen=True, eq=False)
 class BentBlock:
-    """Displacements of the block, `flat`, and of the fruit, `bent`, on one mesh over lines [mm]; mirrored by parities.
+    """Bases on one mesh of the block, `flat`, and of the fruit, `bent`, with the loads on it and their parities.
 
-    `normals` are outward at the loads, which press against them: those of the skin where tips press along these, as
-    domes do, else upwards.
+    The mesh lies between `lines` [mm]. `normals` are the outward normals at the loads, which press against them. They
+    are the normals of the skin if the tips press along these, as domes do, else they point upwards.
     """
 
     loads: Sequence[SmoothLoad]
@@ -39,15 +39,15 @@ class BentBlock:
     bent: CellBasis
 
     def fixed_dofs(self, parity: Parity) -> Ints:
-        """Return the dofs that the base and the mirror planes hold, of either body."""
+        """Return the dofs that the base and the mirror planes hold, which are the same for both bodies."""
         return np.union1d(self.flat.get_dofs("base").all(), mirror_dofs(self.flat, parity))
 
     def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:
         """Return the nodal forces of each unit load and its mirror images, shape (dofs, loads).
 
-        A load presses against its outward normal (3,). Seen from above it is a product of two normal distributions. The
-        fraction of a node is that of its line along x times that of its line along y. The part of a force across a
-        mirror plane changes sign with the image.
+        A load presses against its outward normal (3,). Seen from above it is a product of two normal distributions. So
+        the fraction of a node is the product of the fractions of its lines along x and along y. The component of a
+        force across a mirror plane changes sign with the image.
         """
         forces = np.zeros((self.flat.N, len(self.loads)))
         for component in range(3):
@@ -66,10 +66,10 @@ class BentBlock:
 def bent_block(
     fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad], steps: BodySteps, along_normals: bool
 ) -> BentBlock:
-    """Return the mesh of a fruit's block, flat and bent, under the loads that stand for footprints.
+    """Return the mesh of a fruit's block, flat and bent, under the loads that represent footprints.
 
-    Where a plane of symmetry of the fruit is one of the footprints too, the mesh ends there. With `along_normals` the
-    loads press along the normals of the skin. Raises SolveError when an element folds as the block is bent.
+    The mesh ends at planes of symmetry that fruit and footprints share. With `along_normals` the loads press along the
+    normals of the skin. Raises SolveError if an element folds as the block is bent.
     """
     shape = CurvedShape(fruit, core_of(loads))
     mirrored = [bool(images) for images in mirror_images(footprints)]
@@ -92,7 +92,7 @@ def bent_block(
 
 
 def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:
-    """Return the basis on the mesh of a block bent into a fruit; raises SolveError when an element folds."""
+    """Return the basis on the mesh of a block bent into a fruit; raises SolveError if an element folds."""
     curved = replace(mesh, doflocs=shape.bend(mesh.doflocs))
     bent = vector_basis(curved, ElementHex2(), VOLUME_ORDER)
     volumes = determinant(cell_jacobian(curved, bent.quadrature[0]))
@@ -104,7 +104,7 @@ def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:
 
 
 def core_of(loads: Sequence[SmoothLoad]) -> Plan:
-    """Return half of the plan [mm] along x and y that holds all loads."""
+    """Return half the plan [mm] along x and y that contains all loads."""
     x = max(abs(load.x) + REACH * load.deviation for load in loads)
     y = max(abs(load.y) + REACH * load.deviation for load in loads)
     return Plan(x, y)

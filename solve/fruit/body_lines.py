@@ -1,4 +1,4 @@
-"""Lines of the mesh that is bent into a curved fruit: fine under the tips, with a number of dofs that is bounded."""
+"""Lines of the mesh that is bent into a curved fruit: fine under the tips, with a bounded number of dofs."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -12,15 +12,15 @@ from solve.fruit.box import Lines, graded_line
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import SmoothLoad
 
-LEAST_STEP = 0.5  # deviations of a load: lines closer than this become one
-SMALLER = 0.95  # fraction of the steps that is tried next where a mesh has too many dofs
+LEAST_STEP = 0.5  # least distance of two lines [deviations of a load]; closer lines are merged
+SMALLER = 0.95  # factor of the number of steps if a mesh has too many dofs
 
 
 @dataclass(frozen=True)
 class BodySteps:
-    """Steps at a load [deviations], their growth with the distance from it [1], the largest over the extent [1].
+    """Steps at a load [deviations], their growth with the distance from it [1], the largest step over the extent [1].
 
-    `fraction` < 1 takes that fraction of the steps; `most_dofs` makes it smaller where there would be more dofs.
+    A `fraction` < 1 takes this fraction of the steps; it is reduced further if there would be more than `most_dofs`.
     """
 
     at_load: float = 1.0
@@ -31,10 +31,10 @@ class BodySteps:
 
 
 def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
-    """Return lines [mm] along x, y and z of the block, from mirror planes x = 0 and y = 0 where it has them.
+    """Return lines [mm] along x, y and z of the block, starting at its mirror planes x = 0 and y = 0, if any.
 
-    Lines run through the loads, on a whole fruit through the edges of the part that keeps its plan, and under a skin.
-    Steps are lengthened until the mesh has at most `steps.most_dofs`.
+    Lines run through the loads. A whole fruit also has lines at the edges of its core, and a skin has a line at its
+    base. The number of steps is reduced until the mesh has at most `steps.most_dofs`.
     """
     lines = _lines(shape, loads, mirrored, steps)
     while 3 * math.prod(2 * len(line) - 1 for line in lines) > steps.most_dofs:
@@ -44,9 +44,9 @@ def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequen
 
 
 def _lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
-    """Return the lines [mm] along x, y and down for given steps, dense about the loads.
+    """Return the lines [mm] along x, y and down for given steps, dense near the loads.
 
-    Along a mirrored axis they begin at 0. On a whole fruit the edges of its core have lines, under a skin its base has.
+    A mirrored axis starts at 0. A whole fruit has lines at the edges of its core, and a skin has a line at its base.
     """
     fruit = shape.fruit
     least = min(load.deviation for load in loads)
@@ -76,7 +76,7 @@ def _lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[b
 
 
 def _apart(marks: Sequence[float], least: float) -> list[float]:
-    """Return the first and the last of rising marks, and those between that lie more than `least` from neighbours."""
+    """Return the first and the last of rising marks, and those between that lie more than `least` from others."""
     kept = [marks[0]]
     for mark in marks[1:-1]:
         if min(mark - kept[-1], marks[-1] - mark) > least:
@@ -87,8 +87,7 @@ def _apart(marks: Sequence[float], least: float) -> list[float]:
 def _step_size(loads: Floats, extent: float, least: float, steps: BodySteps) -> Callable[[Floats], Floats]:
     """Return the step [mm] at coordinates of one axis [mm], which grows with the distance from loads (n,) on it.
 
-    `extent` [mm] is the length of the block along the axis. `least` [mm] is the smallest standard deviation of a load,
-    each of which is a normal distribution.
+    `extent` [mm] is the length of the block along the axis. `least` [mm] is the smallest standard deviation of a load.
     """
 
     def size(s: Floats) -> Floats:

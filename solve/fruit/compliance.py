@@ -1,4 +1,4 @@
-"""The compliance of the fruit: how far it is indented under each tip per force on each tip."""
+"""The compliance of the fruit: the indentation under each tip per force on each tip."""
 
 import math
 from collections.abc import Sequence
@@ -12,8 +12,8 @@ from sensor.design.tips import Tips
 from sensor.record import Record
 from solve.error_estimate import SolveInfo
 
-ROUND_OFF = 1e-12  # of a ratio of stiffnesses
-TIPS = Tips().names  # of the paper's pair, from -x to +x
+ROUND_OFF = 1e-12  # round-off of a ratio of stiffnesses
+TIPS = Tips().names  # names of the paper's pair, from -x to +x
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,22 +26,22 @@ class MeshCompliance:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SkinTable(Record):
-    """Compliance of flesh under a skin at moduli of the flesh: E [MPa], rising, shape (n,), S [1/mm] (n, tips, tips).
+    """Compliance of flesh under a skin: S [1/mm] (n, tips, tips) at rising moduli E [MPa] (n,) of the flesh.
 
-    S is times E. Beyond the table it is that at its end: there the fruit is proportional to E again.
+    S is times E. Beyond the ends of the table S is constant: the compliance is again proportional to 1 / E.
     """
 
     E: Floats
     S: Floats
 
     def at(self, E: float) -> Floats:
-        """Return S [1/mm], shape (tips, tips), at a modulus of the flesh [MPa], by a cubic spline over ln E."""
-        from scipy.interpolate import CubicSpline  # a reading of flesh without a skin is told without it
+        """Return S [1/mm], (tips, tips), at a modulus of the flesh [MPa], by a cubic spline over ln E."""
+        from scipy.interpolate import CubicSpline  # slow to load, and not needed without a skin
 
         return np.asarray(CubicSpline(np.log(self.E), self.S)(math.log(self.within(E))))
 
     def within(self, E: float) -> float:
-        """Return the modulus of the table that is nearest to another [MPa]."""
+        """Return the modulus in the range of the table nearest to E [MPa]."""
         return min(max(E, float(self.E[0])), float(self.E[-1]))
 
 
@@ -49,11 +49,11 @@ class SkinTable(Record):
 class FruitCompliance(Record):
     """Indentation of tip i per force on tip j, times the modulus E: S [1/mm], shape (tips, tips), read-only.
 
-    `tips` names the tips in the order of S, from -x to +x. `error_pair` bounds s11 - s12 (the number that sizes the
-    springs) and `error_own` bounds s11, both relative to the value [1]. `shape_change` is what the shape of a curved
-    fruit adds to S of its equivalent block [1/mm], shape (tips, tips). S holds it. It is zero for a block. A fruit with
-    a skin has another S at each modulus of its flesh. `at` gives it, of that `flesh_E` [MPa]. S is that of the flesh
-    alone where there is none. `rough` says that percents were asked for: contact follows on few cells.
+    `tips` has the names of the tips in the order of S, from -x to +x. `error_pair` bounds the relative error [1] of s11
+    - s12, which sizes the springs, and `error_own` the relative error of s11. `shape_change` (tips, tips) [1/mm] is the
+    part of S that comes from the shape of a curved fruit, 0 for a block. Under a skin, S depends on the modulus of the
+    flesh: `at` returns it for the modulus `flesh_E` [MPa], and before that S is for the flesh without the skin. `rough`
+    is True if only per cents of accuracy were requested; contact is then solved on few cells.
     """
 
     tips: tuple[str, ...] = TIPS
@@ -67,7 +67,7 @@ class FruitCompliance(Record):
     rough: bool = False
 
     def __post_init__(self) -> None:
-        """Take read-only copies of the matrices; raise ValueError unless they have a row and a column for each tip."""
+        """Store read-only copies of the matrices; raises ValueError for another number of rows or columns than tips."""
         change = self.shape_change if np.ndim(self.shape_change) else np.zeros(np.shape(self.S))
         for name, matrix in (("S", self.S), ("shape_change", change)):
             copied = np.array(matrix, dtype=np.float64)
@@ -78,7 +78,7 @@ class FruitCompliance(Record):
             object.__setattr__(self, name, copied)
 
     def at(self, E: float) -> "FruitCompliance":
-        """Return the compliance at a modulus of the flesh [MPa]: itself where no skin lies on it."""
+        """Return the compliance at a modulus of the flesh [MPa], or the same object if there is no skin."""
         if self.skin is None:
             return self
         return replace(self, S=self.skin.at(E), skin=None, flesh_E=self.skin.within(E))
@@ -93,10 +93,10 @@ class FruitCompliance(Record):
         return float(between.sum()) / (count * (count - 1))
 
     def per_spring(self, low: Sequence[int], high: Sequence[int]) -> "FruitCompliance":
-        """Return the compliance of the pair that stands for the tips on low and on high springs, by their indices.
+        """Return the compliance of the pair that represents the tips on low and on high springs, by their indices.
 
-        Tip i of the pair sinks as the mean of its tips, per force on each tip of j. It is exact where the tips of one
-        spring carry equal forces, as in a level square or line. A pair is its own.
+        The displacement of tip i of the pair is the mean over its tips, per force on each tip of j. It is exact if the
+        tips of one kind of spring carry equal forces, as in a level square or line. A pair returns itself.
         """
         groups = (list(low), list(high))
         if len(self.tips) == len(groups):
@@ -107,13 +107,13 @@ class FruitCompliance(Record):
         )
 
     def K_m_over_E(self, tip: int = 0) -> float:
-        """Return the stiffness of the fruit under a tip over its modulus [mm]: K_m / E = 1 / (s_ii - crosstalk)."""
+        """Return the stiffness of the fruit under a tip over its modulus [mm], K_m / E = 1 / (s_ii - crosstalk)."""
         return 1.0 / (float(self.S[tip, tip]) - self.crosstalk)
 
     def stiffness_ratio(self, tip: int = -1) -> float:
-        """Return the fruit's stiffness under a tip over that under the first tip [1]; 1 in the middle of the fruit.
+        """Return the fruit's stiffness under a tip over its stiffness under the first tip [1].
 
-        There it is 1 to the bit, also on a mesh without mirror planes, whose entries of S differ by round-off.
+        In the middle of the fruit it is exactly 1, even on a mesh without mirror planes, whose S differs by round-off.
         """
         crosstalk = self.crosstalk
         ratio = (float(self.S[0, 0]) - crosstalk) / (float(self.S[tip, tip]) - crosstalk)
@@ -121,7 +121,7 @@ class FruitCompliance(Record):
 
 
 def _grouped(S: Floats, groups: Sequence[list[int]]) -> Floats:
-    """Return the compliance of groups of tips that carry equal forces, from that of the tips [same unit].
+    """Return the compliance of groups of tips that carry equal forces, from the compliance of the tips [same unit].
 
     The entry of two groups is the mean indentation of the tips of the first per force on each tip of the second.
     """

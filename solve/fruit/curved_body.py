@@ -1,11 +1,11 @@
-"""What the shape of a curved fruit changes in its compliance, against the block of its plan and thickness.
+"""The change of compliance by the shape of a curved fruit, against the block of its plan and thickness.
 
-One mesh of the block, and the same mesh bent into the fruit, answer the same loads: the error that both have in common
-cancels. The loads are vertical and smooth, a normal distribution about each tip as seen from above, so that few
-elements resolve them. What the shape does beyond that to the sharper load of a rigid tip comes from slope and curvature
-under the tip. It has a closed form (`sensor/theory/sloped_skin.py`). Flat tips are guided and sink along the vertical.
-Domes press and sink along the normal where they touch: their loads and answers are taken along the normals of the skin.
-The pressure under the rigid tip may be that on the block, for the change is stationary in it. E = 1 throughout.
+One mesh of the block and the same mesh bent into the fruit are solved under the same loads, so that common errors
+cancel. The loads are vertical and smooth: a normal distribution about each tip, seen from above, which few elements
+resolve. A rigid tip has a sharper load. The further effect of slope and curvature under it has a closed form
+(`sensor/theory/sloped_skin.py`). Flat tips are guided and move along the vertical. Domes press and move along the
+normal at their contact, so their loads and displacements are taken along the normals of the skin. The pressure under
+the rigid tip may be taken from the block, because the change is stationary in it. E = 1 throughout.
 """
 
 import functools
@@ -34,28 +34,29 @@ from solve.fruit.split import LARGEST_ERROR, largest_errors, relative_changes
 from solve.linear import factorise
 
 STEPS = BodySteps()
-COARSER = 0.7  # fraction of the elements along each line of the mesh that gives the error
+COARSER = 0.7  # fraction of the elements along each line, for the mesh that gives the error
 ROUGH_STEPS = replace(STEPS, fraction=COARSER)
-# Third order at 0.7 of the elements leaves 0.52 of the step between both meshes. The floor is for steps that vanish by
-# accident, and for what slope and curvature do beyond their first order, which grows with (side / radius)^2.
-SAFETY = 0.75  # bar over the step between both meshes
-FLOOR = 1.5e-4  # relative
-SECOND_ORDER = 0.05  # of (side times curvature)^2
-# The mean of ln r under a rigid tip less that under the normal distribution with the same mean of 1 / r:
-# 0.054 for a circle (exact), 0.064 for a square (boundary elements).
+# At third order and 0.7 of the elements, the error is 0.52 of the step between both meshes. FLOOR covers steps that are
+# small by accident, and SECOND_ORDER the effects of slope and curvature beyond the first order.
+SAFETY = 0.75  # error bar over the step between both meshes
+FLOOR = 1.5e-4  # relative error
+SECOND_ORDER = 0.05  # relative error over (side times curvature)^2
+# Difference of the mean of ln r between a rigid tip and the normal distribution with the same mean of 1 / r. It is
+# 0.054 for a circle (exact) and 0.064 for a square (boundary elements).
 LOG_OFFSET = 0.06
-STEEPEST = math.tan(math.radians(30.0))  # slope of the skin under a tip
-LEAST_RADIUS = 4.0  # sides
-THICKEST = 1.9  # radii: beyond, a whole fruit stands on so small a base that it rocks on its rim
-OUTERMOST = 0.68  # of the cap of a whole fruit: beyond, its mesh folds
+STEEPEST = math.tan(math.radians(30.0))  # largest slope of the skin under a tip
+LEAST_RADIUS = 4.0  # least radius of the fruit [sides]
+THICKEST = 1.9  # largest thickness of a whole fruit [radii]; beyond, its base is so small that it rocks on its rim
+OUTERMOST = 0.68  # largest reach of the tips over the cap of a whole fruit; beyond, its mesh folds
 NEARER = "move the tips to the apex, or take a thicker fruit"
 
 
 @dataclass(frozen=True, eq=False)
 class ShapeChange:
-    """What the shape adds to the compliance of the block, times E [1/mm], shape (tips, tips), and the dofs.
+    """The change of the block's compliance by the shape, times E [1/mm], shape (tips, tips), and the dofs.
 
-    `step` is the change from a coarser mesh, `bound` how far the closed form may be off, both as the change.
+    `step` is the difference from a coarser mesh, `bound` the error bound of the closed form, in the shape of the
+    change.
     """
 
     change: Floats
@@ -71,11 +72,11 @@ def curved_compliance(
     along_normals: bool = False,
     tolerance: float = LARGEST_ERROR,
 ) -> FruitCompliance:
-    """Return the compliance [1/mm] of a curved fruit, given that of its equivalent block under the same footprints.
+    """Return the compliance [1/mm] of a curved fruit, given the compliance `block` of its equivalent block.
 
-    `along_normals` says that the tips press along the normals of the skin, as domes do. A relative tolerance [1] above
-    1e-3 is met by coarser meshes where their error allows it, in a tenth of the time. Raises InputError for a fruit
-    that is too steep under a tip, too small or too thick, SolveError when a solve is not exact.
+    With `along_normals`, the tips press along the normals of the skin, as domes do. For a relative tolerance [1] above
+    1e-3, coarser meshes are used if their error allows it, in a tenth of the time. Raises InputError for a fruit that
+    is too steep under a tip, too small or too thick, and SolveError if a solve does not converge.
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
@@ -112,16 +113,17 @@ def shape_change(
 ) -> ShapeChange:
     """Return the change of compliance from the equivalent block of a curved fruit to the fruit, under footprints.
 
-    Two meshes give the change under smooth loads, a closed form what rigid tips add to it. Raises SolveError when a
-    solve is not exact.
+    Two meshes give the change under smooth loads, and a closed form the further change under rigid tips. Raises
+    SolveError if a solve does not converge.
     """
-    # Neighbours that lean feel how wide a load is: under domes it is about as wide as their contacts.
+    # The effect on a neighbour that leans depends on the width of a load, so under domes it has the width of the
+    # contact.
     loads = smooth_loads(fruit, footprints, 1.0) if along_normals else smooth_loads(fruit, footprints)
     fine, dofs = curvature_correction(fruit, footprints, loads, steps, along_normals)
     coarser = replace(steps, fraction=COARSER * steps.fraction)
     coarse, _ = curvature_correction(fruit, footprints, loads, coarser, along_normals)
 
-    # Only the action of a tip on itself depends on how its load is spread.
+    # Only the effect of a tip on itself depends on the distribution of its load.
     sharper = np.zeros(len(loads))
     bound = np.zeros(len(loads))
     for i, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
@@ -130,7 +132,7 @@ def shape_change(
 
 
 def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
-    """Raise InputError where the change by the shape is not known to its stated accuracy."""
+    """Raise InputError if the change by the shape would not have its stated accuracy."""
     radius = fruit.radius_mm or math.inf
     least = LEAST_RADIUS * max(footprint.side for footprint in footprints)
     for name, value in (("fruit.radius_mm", radius), ("fruit.radius_across_mm", fruit.radius_across_mm or radius)):
@@ -154,30 +156,31 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
 
 
 def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: bool) -> tuple[float, float]:
-    """Return the change by the shape under a rigid tip, less that under its smooth load [1/mm], and its bound [1/mm].
+    """Return the change by the shape under a rigid tip less the change under its smooth load, and its bound [1/mm].
 
-    Slope and curvature under the tip act each on its own (`sensor/theory/sloped_skin.py`). The slope makes the rigid
-    compliance R and the smooth one S, both on a half-space:
+    Slope and curvature under the tip act separately (`sensor/theory/sloped_skin.py`). With R the compliance of the
+    rigid tip and S of its smooth load on a half-space, a slope changes them as follows:
 
-        vertical tips   R f and S f, so the rest is (R - S) (f - 1), f = slope_factor
-        domes           R and S g, so the rest is S (1 - g), g = stretch_factor
+        vertical tips   R f and S f, so the difference is (R - S) (f - 1), f = slope_factor
+        domes           R and S g, so the difference is S (1 - g), g = stretch_factor
 
-    The contact of a dome is round along the skin, so R stays; its load is round as seen from above, so S does not.
+    The contact of a dome is round along the skin, so R is unchanged; its smooth load is round seen from above, so S is
+    not.
     """
     shape = CurvedShape(fruit, Plan(0.0, 0.0))
     slope = shape.slope(tip.x, tip.y)
     curvature = shape.mean_curvature(tip.x, tip.y)
     least = least_deviation(tip)
-    rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance of the tip on a half-space
+    rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance R on a half-space
     ratio = least / load.deviation  # S / R
     if along_normals:
         smooth = rigid * ratio
         by_slope = smooth * (1.0 - stretch_factor(slope))
-        slope = 0.0  # load and answer are along the normal: seen along it, the skin under a dome is level
+        slope = 0.0  # load and displacement are along the normal, to which the skin is level
     else:
         rigid_less_smooth = rigid * (1.0 - ratio)
         by_slope = rigid_less_smooth * (slope_factor(fruit.poisson, slope) - 1.0)
-    # Curvature acts by the mean of ln(distance) over a load: this is the difference of the two loads.
+    # Curvature acts through the mean of ln(distance) over a load; this is its difference between the two loads.
     log_difference = -math.log(ratio) - LOG_OFFSET
     by_curvature = log_coefficient(fruit.poisson, slope) * curvature * log_difference
     bound = rigid * (FLOOR + SECOND_ORDER * (tip.side * curvature) ** 2)
@@ -193,7 +196,7 @@ def curvature_correction(
 ) -> tuple[Floats, int]:
     """Return the change [1/mm] under smooth loads from a mesh of the block to the same mesh bent, and its dofs.
 
-    The change is (loads, loads). Raises SolveError when a solve is not exact, or when the bent mesh folds.
+    The change is (loads, loads). Raises SolveError if a solve does not converge, or if the bent mesh folds.
     """
     body = bent_block(fruit, footprints, loads, steps, along_normals)
     of_block = stiffness_matrix(body.flat, 1.0, fruit.poisson, b_bar=True)
@@ -205,23 +208,23 @@ def curvature_correction(
         factor = factorise(of_block, fixed)
         before = _compliance(body.forces(parity, upwards), factor.solve)
         after = _compliance(body.forces(parity, body.normals), functools.partial(factor.solve_near, of_fruit))
-        # A single load is the mean of its parities: halved for each mirror plane.
+        # A single load is the mean of its parities, hence the half for each mirror plane.
         return np.asarray((after - before) / 2.0 ** np.abs(parity).sum())
 
-    # Factorisations release Python's lock, so the parities are solved beside each other.
+    # Factorisations release Python's lock, so the parities are solved in parallel.
     with ThreadPoolExecutor(len(body.parities)) as threads:
         changes = list(threads.map(of_parity, body.parities))
     return np.asarray(np.sum(changes, axis=0)), int(body.flat.N)
 
 
 def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
-    """Return F.K^-1 F of loads F (dofs, loads), shape (loads, loads), where `solve` applies the inverse of K.
+    """Return F.K^-1 F of loads F (dofs, loads), shape (loads, loads); `solve` applies the inverse of K.
 
-    Loads that are equal but for their sign, as those on a mesh that ends at mirror planes often are, are solved once.
+    On a mesh that ends at mirror planes, loads often differ only in sign. Such loads are solved once.
     """
     signs = np.sign(np.take_along_axis(forces, np.argmax(forces != 0.0, axis=0)[None], axis=0))[0]
-    turned = [column.tobytes() for column in (forces * signs + 0.0).T]  # of no zero with a sign
-    which = [turned.index(column) for column in turned]  # the first load that is the same
+    turned = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
+    which = [turned.index(column) for column in turned]  # the first equal load
     first = sorted(set(which))
     energy = forces[:, first].T @ solve(forces[:, first])
     place = [first.index(load) for load in which]

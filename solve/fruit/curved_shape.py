@@ -1,8 +1,8 @@
-"""Where the points of a block lie once the block has been bent into a curved fruit.
+"""The map of a block onto a curved fruit, which bends a mesh of the block into a mesh of the fruit.
 
-The map takes the block of the fruit's plan and thickness, |x| <= length/2, |y| <= width/2, 0 <= z <= thickness with z
-down, onto the fruit. Plan coordinates stay what they are on the skin near the tips, so that footprints stay squares and
-circles as seen from above. Units: mm.
+It takes the block of the fruit's plan and thickness, |x| <= length/2, |y| <= width/2, 0 <= z <= thickness with z down,
+to the fruit. On the skin near the tips it keeps the plan coordinates, so that footprints remain squares and circles
+seen from above. Units: mm.
 """
 
 import math
@@ -14,28 +14,28 @@ import numpy as np
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 
-CORE_OF_CAP = 0.65  # the core of a cap that is as large as it should be for its core
-CAP_OF_SKIN = 0.85  # the largest cap, in arc from the apex to the base
+CORE_OF_CAP = 0.65  # core over cap, if the core determines the size of the cap
+CAP_OF_SKIN = 0.85  # largest cap over the arc from the apex to the base
 
 
 class Plan(NamedTuple):
-    """Half of a part of the plan along x and y [mm]."""
+    """Half the size of a rectangle in the plan, along x and y [mm]."""
 
     x: float
     y: float
 
 
 def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats:
-    """Return how far [mm] a fruit with these radii along and across the tips falls below the plane at its apex.
+    """Return the depth [mm] of a fruit with these radii below the plane at its apex; infinity beyond the fruit.
 
-    An ellipsoid whose height semi-axis is `radius`: a sphere where both radii are equal. Beyond it, infinity.
+    It is an ellipsoid with the vertical semi-axis `radius`, and a sphere if both radii are equal.
     """
     rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
     return np.where(rest >= 0.0, radius * (1.0 - np.sqrt(np.maximum(rest, 0.0))), np.inf)
 
 
 def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[float, float]:
-    """Return how fast [1] such a fruit falls along x and along y; infinite from its rim on."""
+    """Return the slopes [1] at which such a fruit falls along x and along y; infinite at its rim and beyond."""
     rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
     if not rest > 0.0:
         return math.inf, math.inf
@@ -44,20 +44,20 @@ def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[
 
 
 def fruit_gap(fruit: Fruit, x: Floats, y: Floats) -> Floats:
-    """Return how far [mm] a curved fruit falls below the plane at its apex; beyond it, infinity."""
+    """Return the depth [mm] of a curved fruit below the plane at its apex; infinity beyond the fruit."""
     return cap_gap(*fruit.to_principal(x, y), *fruit.radii_mm)
 
 
 def fruit_slope(fruit: Fruit, x: float, y: float) -> tuple[float, float]:
-    """Return how fast [1] a curved fruit falls along and across the tips; infinite from its rim on."""
+    """Return the slopes [1] at which a curved fruit falls along and across the tips; infinite at its rim and beyond."""
     along, across = cap_slope(*fruit.to_principal(x, y), *fruit.radii_mm)
     return (along, across) if math.isinf(along) else fruit.from_principal(along, across)
 
 
 def ellipsoid_curvatures(semi_axes: Floats, from_centre: Floats) -> tuple[Floats, Floats]:
-    """Return the mean and the Gaussian curvature [1/mm, 1/mm^2] of ellipsoids at points from their centres [mm].
+    """Return the mean [1/mm] and the Gaussian curvature [1/mm^2] of ellipsoids at points from their centres [mm].
 
-    Both have the shape (..., 3).
+    Semi-axes and points have the shape (..., 3).
     """
     normal = (from_centre**2 / semi_axes**4).sum(axis=-1)
     volume = semi_axes.prod(axis=-1) ** 2
@@ -67,10 +67,10 @@ def ellipsoid_curvatures(semi_axes: Floats, from_centre: Floats) -> tuple[Floats
 
 @dataclass(frozen=True)
 class CurvedShape:
-    """A fruit that falls away from its apex like an ellipsoid, and `core`, half of the plan [mm] that holds its tips.
+    """The map of a block onto a fruit; `core` is half the plan [mm] that contains its tips.
 
-    A piece of it takes each column of the block to a shorter one. A whole fruit has no corners. The top of the block
-    becomes a cap about the apex, its sides the rest of the skin, its base the base.
+    A piece of a fruit shortens each column of the block. A whole fruit has no corners: the top of the block becomes a
+    cap about the apex, its sides the rest of the skin, and its base the base.
     """
 
     fruit: Fruit
@@ -78,20 +78,21 @@ class CurvedShape:
 
     @property
     def semi_axes(self) -> tuple[float, float, float]:
-        """Return the semi-axes of the ellipsoid along its principal directions, along and across, and z [mm]."""
+        """Return the semi-axes of the ellipsoid [mm]: along and across its principal directions, and along z."""
         radius, across = self.fruit.radii_mm
         return radius, math.sqrt(radius * across), radius
 
     @property
     def base_angle(self) -> float:
-        """Return the angle from the apex to the rim of the base, seen from the centre of the sphere [rad]."""
+        """Return the angle from the apex to the rim of the base, as a sphere of the vertical semi-axis has it [rad]."""
         return math.acos(1.0 - self.fruit.depth_mm / self.semi_axes[2])
 
     @property
     def cap_angle(self) -> float:
-        """Return the angle from the apex to the rim of the cap [rad]: skin and sides of the block are about as long.
+        """Return the angle from the apex to the rim of the cap [rad].
 
-        The cap is larger where the core asks for it, as long as sides are left.
+        The skin of the cap and the sides of the block then have about the same length. The cap is larger if the core
+        requires it, but leaves some skin to the sides.
         """
         even = self.base_angle / (1.0 + 2.0 * self.base_angle / math.pi)
         a, b, _ = self.semi_axes
@@ -100,12 +101,12 @@ class CurvedShape:
 
     @property
     def cap(self) -> Plan:
-        """Return half of the plan [mm] that the top of the block takes on a whole fruit."""
+        """Return half the plan [mm] of the cap, which the top of the block becomes on a whole fruit."""
         sine = math.sin(self.cap_angle)
         return Plan(sine * self.semi_axes[0], sine * self.semi_axes[1])
 
     def slope(self, x: float, y: float) -> float:
-        """Return the slope of the skin at a point of the plan [1]; infinite from its rim on."""
+        """Return the slope of the skin at a point of the plan [1]; infinite at its rim and beyond."""
         return math.hypot(*fruit_slope(self.fruit, x, y))
 
     def normal(self, x: float, y: float) -> tuple[float, float, float]:
@@ -122,10 +123,10 @@ class CurvedShape:
         return float(mean)
 
     def bend(self, points: Floats) -> Floats:
-        """Return the positions on the fruit, shape (3, n) [mm], of points (3, n) [mm] of the block.
+        """Return the positions on the fruit (3, n) [mm] of points (3, n) [mm] of the block.
 
-        On a piece of a fruit each column of the block is moved down to the skin and shortened to end at the base. A
-        skin keeps its thickness along the normal; the flesh below takes the rest of the column.
+        On a piece of a fruit, each column of the block is moved down to the skin and shortened to end at the base. A
+        skin keeps its thickness along the normal, and the flesh below fills the rest of the column.
         """
         if self.fruit.whole:
             return self._bent_whole(points)
@@ -149,7 +150,7 @@ class CurvedShape:
         """Return the positions of points of the block on a whole fruit, both (3, n) [mm].
 
         Each level of the block becomes a disc, an ellipse seen from above. The top disc is the cap about the apex, the
-        bottom one the base. The rims of those between make up the rest of the skin.
+        bottom disc the base. The rims of the discs between them form the rest of the skin.
         """
         a, b, c = self.semi_axes
         thickness = self.fruit.depth_mm
@@ -161,12 +162,13 @@ class CurvedShape:
         u, v = self._on_disc(points[:2])
         outwards = u**2 + v**2  # 0 on the axis, 1 on the rim of a disc
         down = points[2] / thickness  # 0 on the top, 1 on the base
-        angle = self.cap_angle + (self.base_angle - self.cap_angle) * down  # of the rim, from the apex [rad]
+        angle = self.cap_angle + (self.base_angle - self.cap_angle) * down  # angle of the rim from the apex [rad]
 
-        # Radius of the discs over the semi-axes: that of the skin at its rim, rising slowly at its axis.
+        # Radius of the discs over the semi-axes: at the rim the radius of the skin, at the axis a smooth function of
+        # depth.
         at_axis = cap_sine + (base_sine - cap_sine) * down**2
         radius = (1.0 - outwards) * at_axis + outwards * np.sin(angle)
-        # How much lower the skin beside the cap lies than a straight line from its rim to the base [mm].
+        # Depth of the skin beside the cap below a straight line from the rim of the cap to the base [mm].
         straight = (1.0 - down) * rim_depth + down * base_depth
         bulge = c * (1.0 - np.cos(angle) - straight)
         top = self._fall(self.cap.x * u, self.cap.y * v)
@@ -174,16 +176,17 @@ class CurvedShape:
         return np.stack([a * radius * u, b * radius * v, depth])
 
     def _on_disc(self, plan: Floats) -> Floats:
-        """Return the points of the unit disc, shape (2, n), that points (2, n) [mm] of the block's plan become.
+        """Return the images (2, n) on the unit disc of points (2, n) [mm] of the block's plan.
 
-        Points of the core become (x, y) / cap. On the edge of the plan the map is the elliptical one of a square on a
-        disc. So (p, q) becomes (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between core and edge it is a blend of both.
+        Points of the core map to (x, y) / cap. At the edge of the plan the map is the elliptical one of a square onto a
+        disc, (p, q) to (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between core and edge both are blended.
         """
         half_plan = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
         core = np.array(self.core)
         cap = np.array(self.cap)
         distance = np.abs(plan)
-        # 0 in the core, 1 on the edge of the plan; `rounding` then goes from 0 to the 1/2 of the elliptical map
+        # `beyond` is 0 in the core and 1 at the edge of the plan; `rounding` grows from 0 to the 1/2 of the elliptical
+        # map
         beyond = np.maximum(0.0, (distance - core[:, None]) / (half_plan - core)[:, None])
         within = np.minimum(distance, core[:, None])
         p, q = np.sign(plan) * (within + beyond * (cap - core)[:, None]) / cap[:, None]

@@ -1,9 +1,9 @@
-"""Footprints of tips on a block of fruit, and what forces on the nodes of one do to the nodes of all.
+"""Footprints of tips on a block of fruit, and the displacements at all nodes under forces on the nodes of footprints.
 
-Nodal forces F and nodal displacements U of a footprint are tied by its punch table, F = Y U
-(`solve/halfspace/punch.py`). U is what the tip prescribes less what the other tips and the block's finite size add
-there. So U = d - G F, with G the half-space between different tips plus the remainder v everywhere. So (I + Y G) F = Y
-d holds the forces of all tips at once, however close they are.
+Nodal forces F and nodal displacements U of a footprint are related by its punch table, F = Y U
+(`solve/halfspace/punch.py`). U is the prescribed displacement d of the tip, less the displacement caused there by the
+other tips and the block's finite size. So U = d - G F, with G the half-space between different tips plus the remainder
+v everywhere. Then (I + Y G) F = Y d determines the forces of all tips at once, even if they are close together.
 """
 
 import functools
@@ -22,12 +22,12 @@ from solve.fruit.remainder import Parity, remainder_compliance
 from solve.halfspace.punch import Punch, square_punch
 from solve.linear import SolveError
 
-# Nodes a side for the tips' action on each other, from this spacing [sides] up, and on the remainder, from this
-# height and distance to a side face [sides] up: each keeps its error below 5e-6 of s11.
+# Nodes per side for the interaction of the tips, from this spacing [sides] up. Nodes per side for the remainder, from
+# this height and distance to a side face [sides] up. The error of each is below 5e-6 of s11.
 NODES_BETWEEN = ((4.0, 3), (2.0, 5), (1.2, 9), (1.1, 17), (0.0, 25))
 NODES_WITHIN = ((2.5, 2), (1.5, 3), (0.0, 4))
 RESIDUAL_LIMIT = 1e-10
-SAME_POINT = 9  # digits, of a side
+SAME_POINT = 9  # decimals of a coordinate over the side, to find equal points
 
 
 @dataclass(frozen=True)
@@ -58,26 +58,26 @@ def closest_spacing(footprints: Sequence[Footprint]) -> float:
 
 
 class NodeCounts(NamedTuple):
-    """Nodes a side of a footprint: for the tips' action on each other, and for the loads on the remainder."""
+    """Nodes per side of a footprint: for the interaction of the tips, and for the loads on the remainder."""
 
     between: int
     within: int
 
 
 def nodes_between(footprints: Sequence[Footprint]) -> int:
-    """Return the nodes a side that carry the tips' action on each other."""
+    """Return the nodes per side for the interaction of the tips."""
     closest = closest_spacing(footprints)
     return next(nodes for spacing, nodes in NODES_BETWEEN if closest >= spacing)
 
 
 def nodes_within(fruit: Fruit, footprints: Sequence[Footprint]) -> int:
-    """Return the nodes a side that carry the tips' action on the remainder."""
+    """Return the nodes per side for the loads on the remainder."""
     room = min(min(footprint.room(fruit), fruit.height_mm) / footprint.side for footprint in footprints)
     return next(nodes for least, nodes in NODES_WITHIN if room >= least)
 
 
 def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]]:
-    """Return the index of each footprint's mirror image at x = 0 and at y = 0; empty where one has no image."""
+    """Return the index of each footprint's mirror image at x = 0 and at y = 0; empty if any has no image."""
     index = {footprint: i for i, footprint in enumerate(footprints)}
     at_x = [index.get(replace(each, x=-each.x), -1) for each in footprints]
     at_y = [index.get(replace(each, y=-each.y), -1) for each in footprints]
@@ -87,8 +87,8 @@ def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
     """Return the parities that level footprints excite, one sign for x and one for y.
 
-    A sign is 1 where the loads are even about the mirror plane across that axis, and -1 where they are odd. It is 0
-    where the footprints have no mirror plane. Footprints whose centres all lie on a plane excite the even sign alone.
+    A sign is 1 if the loads are even about the mirror plane across this axis, and -1 if they are odd. It is 0 if the
+    footprints have no mirror plane. If all centres lie on a plane, only its even sign is excited.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     signs: list[tuple[int, ...]] = []
@@ -111,7 +111,7 @@ def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side
     tip = np.repeat(np.arange(len(footprints)), per_side**2)
     x, y = nodes.T
     distance = np.hypot(x[:, None] - x, y[:, None] - y)
-    distance[tip[:, None] == tip] = np.inf  # the punch table has what a tip does to itself
+    distance[tip[:, None] == tip] = np.inf  # the punch table has the effect of a tip on itself
     return np.asarray((1.0 - poisson**2) / np.pi / distance)
 
 
@@ -120,18 +120,18 @@ def node_remainder(
 ) -> tuple[Floats, int]:
     """Return the remainder's compliance between all nodes, E = 1 [1/mm], (nodes, nodes), and the dofs of its mesh.
 
-    There are `counts.between` nodes a side. It is solved for loads on fewer nodes, `counts.within` a side, and
-    interpolated. The mesh is the box over `lines` [mm], which begin at mirror planes. There a load is the mean of loads
-    even and odd in x and in y. A parity is +1, -1, or 0 on an axis without a plane. One that is left out of `parities`
-    counts as zero. Raises SolveError when a solve is not exact.
+    There are `counts.between` nodes per side. The solve has loads on fewer nodes, `counts.within` per side, and is
+    interpolated. The mesh is the box over `lines` [mm], which start at mirror planes. There a load is the mean of loads
+    that are even and odd in x and in y. A parity is +1, -1, or 0 on an axis without a plane. A parity that is not in
+    `parities` is zero. Raises SolveError if a solve does not converge.
     """
-    # A node beyond a mirror plane is replaced by its image in the part that is meshed.
+    # A node beyond a mirror plane is replaced by its image in the meshed part.
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
     mirrored = np.abs(parities[0])  # 1 for x or y with a mirror plane
     is_beyond = mirrored * nodes < 0.0
     nodes = np.where(is_beyond, -nodes, nodes)
 
-    # Images that coincide, to some digits of a side, are one load. Adding 0 makes 0 of -0.
+    # Images that coincide to SAME_POINT digits are one load. Adding 0 converts -0 to 0.
     side = max(footprint.side for footprint in footprints)
     rounded = np.round(nodes / side, SAME_POINT) + 0.0
     _, first, load = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
@@ -144,7 +144,7 @@ def node_remainder(
         compliance += np.outer(sign, sign) * between_loads[np.ix_(load, load)]
     compliance /= 2 ** mirrored.sum()
 
-    # From the few nodes to the many, through the nodal polynomials of each footprint.
+    # Interpolation from few nodes to many by the nodal polynomials of each footprint.
     interpolations = []
     for footprint in footprints:
         many = footprint.punch(counts.between).nodes
@@ -155,7 +155,10 @@ def node_remainder(
 
 @functools.lru_cache(maxsize=2)
 def half_space_compliance(footprints: tuple[Footprint, ...], poisson: float) -> Floats:
-    """Return the compliance of level footprints on a half-space, times E [1/mm], read-only; raises as below."""
+    """Return the compliance of level footprints on a half-space, times E [1/mm], read-only.
+
+    Raises SolveError as `level_compliance` does.
+    """
     S = level_compliance(footprints, poisson, np.zeros(()), nodes_between(footprints))
     S.flags.writeable = False
     return S
@@ -164,10 +167,10 @@ def half_space_compliance(footprints: tuple[Footprint, ...], poisson: float) -> 
 def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder: Floats, per_side: int) -> Floats:
     """Return the compliance of footprints that stay level, times E [1/mm], shape (footprints, footprints).
 
-    `remainder` (nodes, nodes) [1/mm] is that between all nodes, `per_side` a side; 0 for a half-space. Raises
-    SolveError on a large residual.
+    `remainder` (nodes, nodes) [1/mm] is the compliance between all nodes, `per_side` per side; 0 for a half-space.
+    Raises SolveError on a large residual.
     """
-    # (I + Y G) F = Y d of the module's first lines, for a unit indentation d of each footprint in turn.
+    # (I + Y G) F = Y d of the module docstring, for a unit indentation d of each footprint in turn.
     G = remainder + half_space_between(footprints, poisson, per_side)
     Y = block_diag(*(each.side * each.punch(per_side).stiffness for each in footprints)) / (1.0 - poisson**2)
     level = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
@@ -175,11 +178,11 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     right = Y @ level
     factor = lu_factor(system)
     forces = lu_solve(factor, right)
-    forces += lu_solve(factor, right - system @ forces)  # one step of refinement, which stiff skins need
+    forces += lu_solve(factor, right - system @ forces)  # one step of iterative refinement, needed for stiff skins
     residual = float(np.abs(system @ forces - right).max() / np.abs(right).max())
     if not residual <= RESIDUAL_LIMIT:
         msg = f"tip forces: relative residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the scene"
         raise SolveError(msg)
     # The sums of the nodal forces on each footprint are the stiffness.
     S = np.linalg.inv(level.T @ forces)
-    return 0.5 * (S + S.T)  # symmetric by Betti's theorem, here to the last bit
+    return 0.5 * (S + S.T)  # symmetric by Betti's theorem; now to the last bit

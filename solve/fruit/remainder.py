@@ -1,14 +1,14 @@
-"""The remainder, what a finite block of fruit adds to the half-space: v = u - u_halfspace, smooth, on a coarse mesh.
+"""The remainder, which a finite block of fruit adds to the half-space: v = u - u_halfspace, smooth, on a coarse mesh.
 
-v is elastic in the block. It carries minus the half-space tractions on the free sides and nothing on the top, and takes
-minus the half-space displacements on the clamped base. Its value under a load follows from Betti's theorem,
+v is elastic in the block. Its load is minus the half-space tractions on the free sides and nothing on the top. On the
+clamped base it is minus the half-space displacements. Its value under a load follows from Betti's theorem,
 
     v_z^j(x_k) = int_base t^k . u^j - int_sides t^j . u^k - int_sides t^k . v^j + int_base t(v^j) . u^k,
 
-t, u of the half-space: symmetric, no value is read off at a point, and the error is a product of two energy errors.
-On a half or a quarter of the block, u is that of a load and its mirror images. The theorem holds as it stands. One of
-these loads lies on the part, and two fields of one parity do no work on each other across a mirror plane. 27-node
-hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
+with t and u of the half-space. This form is symmetric, evaluates no field at a point, and its error is a product of two
+energy errors. On a half or a quarter of the block, u is the field of a load and its mirror images. The theorem holds
+unchanged: one of these loads lies on the part, and two fields of one parity do no work on each other across a mirror
+plane. 27-node hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
 """
 
 import itertools
@@ -29,10 +29,10 @@ from solve.surface import surface_patches
 Parity = tuple[int, int]
 HalfSpaceFields = tuple[Floats, Floats]  # displacement and traction, each (loads, 3, facets, q)
 
-VOLUME_ORDER = 4
+VOLUME_ORDER = 4  # polynomial degree of the quadrature in elements
 PLANES = ("x_low", "y_low")
-SURFACE_ORDER = 9
-RECIPROCITY_LIMIT = 5e-5
+SURFACE_ORDER = 9  # polynomial degree of the quadrature on faces
+RECIPROCITY_LIMIT = 5e-5  # largest asymmetry of a compliance, relative to its largest entry
 SIDES = {
     "x_low": (-1.0, 0.0, 0.0),
     "x_high": (1.0, 0.0, 0.0),
@@ -46,7 +46,7 @@ BASE = {"base": (0.0, 0.0, 1.0)}
 class FaceQuadrature:
     """Quadrature on some faces of the box.
 
-    They are points [mm] and outward normals (3, facets, q), and weights [mm^2] (facets, q). Values of the scalar shape
+    It has points [mm] and outward normals (3, facets, q), and weights [mm^2] (facets, q). Values of the scalar shape
     functions are (nodes, facets, q), dofs (nodes, 3, facets).
     """
 
@@ -62,15 +62,15 @@ def remainder_compliance(
 ) -> tuple[list[Floats], int]:
     """Return the compliance of the remainder for each parity, E = 1 [1/mm], (loads, loads) each, and the dofs.
 
-    Entry kj is v_z at load k per unit normal load j. `mesh` is the block, or the half or quarter of it that lies at x
-    >= 0 or y >= 0, with faces named as `box_mesh` does. `loads` (n, 2) are points on its top [mm]. A parity has one
-    sign for x and one for y, which mirrors every load at the plane x = 0 or y = 0. It is +1, -1, or 0 where the mesh
-    holds both sides. Raises ValueError where parities differ in their zeros, for they share the mesh and its planes.
-    Raises SolveError when a solve is not exact or the compliance is not symmetric.
+    Entry kj is v_z at load k per unit normal load j. `mesh` is the block, or the half or quarter of it at x >= 0 or y
+    >= 0, with faces named as by `box_mesh`. `loads` (n, 2) are points on its top [mm]. A parity has one sign for x and
+    one for y, which mirrors every load at the plane x = 0 or y = 0. The sign is +1, -1, or 0 if the mesh contains both
+    sides. Raises ValueError if the zeros of the parities differ, because all parities share the mesh and its planes.
+    Raises SolveError if a solve does not converge or the compliance is not symmetric.
     """
     mirrored = np.abs(parities[0])
     if (np.abs(parities) != mirrored).any():
-        msg = f"remainder: parities {parities} must all be 0 where the mesh holds both sides, and nowhere else"
+        msg = f"remainder: parities {parities} must all be 0 where the mesh has both sides, and only there"
         raise ValueError(msg)
     basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
     stiffness = stiffness_matrix(basis, 1.0, poisson, b_bar=True)
@@ -79,7 +79,7 @@ def remainder_compliance(
     side = _quadrature(basis, {name: normal for name, normal in SIDES.items() if name not in mirror_planes})
     base = _quadrature(basis, BASE)
 
-    # The half-space under a load and under each of its mirror images, named by the signs of its x and y.
+    # The half-space under a load and each of its mirror images, identified by the signs of x and y.
     signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
     images = np.array(list(itertools.product(*signs)))
     on_side = [_half_space(loads * image, poisson, side) for image in images]
@@ -98,8 +98,8 @@ def remainder_compliance(
         factor = factorise(stiffness, np.union1d(clamped, mirror))
         v = factor.solve(load, lift[factor.fixed])
 
-        # Betti's theorem, its four terms in the order of the module's first lines: those of the half-space alone, then
-        # those of v, where the nodal reactions of the base stand for its tractions.
+        # Betti's theorem, with its four terms in the order of the module docstring: first the terms of the half-space,
+        # then the terms of v, with the nodal reactions of the base instead of its tractions.
         half_space = _work(base, base_t, base_u) - _work(side, side_t, side_u).T
         reaction = stiffness @ v - load
         compliances.append(half_space + load.T @ v - lift.T @ reaction)
@@ -108,14 +108,14 @@ def remainder_compliance(
 
 
 def _signed_sum(signs: Ints, fields: Sequence[HalfSpaceFields]) -> HalfSpaceFields:
-    """Return the sums of displacements and of tractions under mirror images, each with its sign."""
+    """Return the sums over mirror images, with their signs, of displacements and of tractions."""
     displacement = np.tensordot(signs, [u for u, _ in fields], 1)
     traction = np.tensordot(signs, [t for _, t in fields], 1)
     return displacement, traction
 
 
 def _check_reciprocity(compliances: Sequence[Floats]) -> None:
-    """Raise SolveError unless all compliances are symmetric: only true half-space fields make them so."""
+    """Raise SolveError unless all compliances are symmetric, which wrong half-space fields would violate."""
     scale = max(float(np.abs(each).max()) for each in compliances)
     skew = max(float(np.abs(each - each.T).max()) for each in compliances)
     if not skew <= RECIPROCITY_LIMIT * scale:
@@ -127,10 +127,10 @@ def _check_reciprocity(compliances: Sequence[Floats]) -> None:
 
 
 def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -> tuple[CellBasis, Floats]:
-    """Return the remainder of a whole block under forces: its basis, and the dofs of v times E [N/mm], shape (dofs,).
+    """Return the remainder of a whole block under forces: its basis, and v times E at its dofs [N/mm], shape (dofs,).
 
-    The forces (n,) [N] stand at points (n, 2) [mm] on the top. `mesh` is as `box_mesh` makes it. Raises SolveError when
-    the solve is not exact.
+    The forces (n,) [N] act at points (n, 2) [mm] on the top. `mesh` is made by `box_mesh`. Raises SolveError if the
+    solve does not converge.
     """
     basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
     side = _quadrature(basis, SIDES)
@@ -145,7 +145,7 @@ def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -
 
 
 def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
-    """Return the dofs that vanish on the mirror planes, shape (n,): across the plane when even, along it when odd."""
+    """Return the dofs that are zero on the mirror planes, (n,): normal to the plane if even, in the plane if odd."""
     across = (["u^1"], ["u^2"])
     along = (["u^2", "u^3"], ["u^1", "u^3"])
     dofs = np.zeros(0, dtype=np.int64)
@@ -157,7 +157,7 @@ def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
 
 
 def _quadrature(basis: CellBasis, faces: Mapping[str, Sequence[float]]) -> FaceQuadrature:
-    """Return one quadrature over all named faces of the box, given the outward normal (3,) of each."""
+    """Return one quadrature over all named faces of the box, with the given outward normal (3,) of each."""
     points, weights = get_quadrature(RefQuad, SURFACE_ORDER)
     patches = []
     normals = []
@@ -195,7 +195,7 @@ def _load_vector(faces: FaceQuadrature, traction: Floats, size: int) -> Floats:
 def _projection(faces: FaceQuadrature, field: Floats, kept: Ints, size: int) -> Floats:
     """Return the least-squares fit of a field on faces by the displacement of the kept dofs, shape (dofs, loads).
 
-    The field is (loads, 3, facets, q), `size` the number of all dofs. A fit, unlike interpolation, leaves a remainder
+    The field is (loads, 3, facets, q), `size` the number of all dofs. Unlike interpolation, a fit leaves a difference
     that does no work with tractions of the same smoothness.
     """
     mass = np.einsum("bfq,dfq,fq->fbd", faces.shapes, faces.shapes, faces.weights, optimize=True)

@@ -1,9 +1,10 @@
-"""What a skin bonded on the flesh changes in the compliance of the fruit, at each modulus of the flesh.
+"""The change of the fruit's compliance by a skin bonded to the flesh, at each modulus of the flesh.
 
-As in `solve/fruit/curved_body.py`, one mesh answers smooth loads with and without the skin. What is left of its error
-is small, for the sharp part of the change is that of a half-space (`solve/halfspace/layered.py`). With m the modulus of
-the skin over that of the flesh, the stiffness of the mesh is K + m K_skin. Solutions at a few m span those at all of
-them. The compliance, an energy, is off by the square of what the span misses (Galerkin). Times E throughout.
+As in `solve/fruit/curved_body.py`, one mesh is solved under smooth loads with and without the skin. The remaining error
+is small, because the sharp part of the change is the change of a half-space (`solve/halfspace/layered.py`). With m the
+modulus of the skin over the modulus of the flesh, the stiffness of the mesh is K + m K_skin. Solutions at a few m span
+the solutions at all m. The compliance is an energy, so its error is the square of what the span misses (Galerkin). All
+compliances are times E.
 """
 
 import time
@@ -29,22 +30,23 @@ from solve.linear import factorise
 
 FINE = BodySteps(most_dofs=6000)
 COARSE = BodySteps(fraction=0.7, most_dofs=3500)
-# Finer meshes of pair and square leave 0.03 to 0.1 of the step between both; the floor is what wider loads move.
+# Error over the step between both meshes; finer meshes of pair and square give 0.03 to 0.1. FLOOR is the relative
+# change by wider loads.
 SAFETY = 0.15
 FLOOR = 2e-4
-# Deviation of a smooth load: as much of the depth, and so many least ones, for what bounds the fruit is to feel a load
-# as it feels the tip.
+# Largest deviation of a smooth load, over the depth and over its least deviation. A wider load would act on the
+# boundary of the fruit unlike the tip.
 OF_DEPTH = 0.125
 WIDEST = 4.6
-SPAN = (3, 2)  # moduli of the skin whose solutions span all, on the fine and on the coarse mesh
-MODULI = 13  # of the table
-BEYOND = 1.3  # of the largest modulus, and under the least one, that the table holds
-SOFTEST = 1.0 / 24.0  # of E_max: the second point of a curve of P
-# Nodes a side that carry the pressure of a tip under a skin, from this thickness [sides] up.
+SPAN = (3, 2)  # number of moduli of the skin whose solutions span all, on the fine and on the coarse mesh
+MODULI = 13  # moduli of the table
+BEYOND = 1.3  # factor by which the table extends beyond the largest modulus and below the least one
+SOFTEST = 1.0 / 24.0  # modulus of the second point of a curve of P, over E_max
+# Nodes per side for the pressure of a tip on a skin, from this thickness [sides] up.
 NODES = ((0.3, 9), (0.1, 17), (0.0, 25))
-OF_NODES = 0.1  # of the step from half as many
-OF_SHELL = 0.5  # of what the skin bears as a shell: solids leave 0.3 of it. tests/solve/fruit/test_skin.py
-ROUND_NODES = 9  # of a circle, whose own compliance has a closed equation
+OF_NODES = 0.1  # error over the step from half as many nodes
+OF_SHELL = 0.5  # error over the stiffening as a shell; solids give 0.3. tests/solve/fruit/test_skin.py
+ROUND_NODES = 9  # nodes per side of a circle, whose own compliance has a closed equation
 
 
 def table_moduli(fruit: Fruit) -> Floats:
@@ -55,7 +57,7 @@ def table_moduli(fruit: Fruit) -> Floats:
 
 
 def layer_on(fruit: Fruit, E: float) -> Layer:
-    """Return the skin of a fruit that has one, on flesh of modulus E [MPa]."""
+    """Return the skin of a fruit as a layer on flesh of modulus E [MPa]."""
     poisson = fruit.poisson if fruit.skin_poisson is None else fruit.skin_poisson
     return Layer(fruit.skin_mm or 0.0, (fruit.skin_E_MPa or E) / E, poisson, fruit.poisson)
 
@@ -63,11 +65,11 @@ def layer_on(fruit: Fruit, E: float) -> Layer:
 def skin_compliance(
     bare: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool = False
 ) -> FruitCompliance:
-    """Return the compliance [1/mm] of a fruit with its skin, given that of its flesh alone under the same footprints.
+    """Return the compliance [1/mm] of a fruit with its skin, given the compliance `bare` without it.
 
-    At each modulus of the flesh a mesh gives the change under smooth loads. The half-space gives that under the tips
-    less that under the smooth loads. `along_normals` says that the tips press along the normals of the skin, as domes
-    do. Raises SolveError when a solve is not exact.
+    At each modulus of the flesh, a mesh gives the change under smooth loads. The half-space gives the change under the
+    tips less the change under the smooth loads. With `along_normals`, the tips press along the normals of the skin, as
+    domes do. Raises SolveError if a solve does not converge.
     """
     start = time.perf_counter()
     moduli = table_moduli(fruit)
@@ -80,9 +82,9 @@ def skin_compliance(
     fine = body_change(fine_body, layers, SPAN[0])
     coarse = body_change(coarse_body, layers, SPAN[1])
 
-    # The change of the mesh, with the half-space's part under smooth loads exchanged for that under the tips.
+    # The change of the mesh, with the change of a half-space under smooth loads replaced by the change under the tips.
     table = bare.S + fine + local.sharp - local.smooth - local.shell
-    asked = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # softer flesh only begins a curve
+    asked = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # softer flesh occurs only at the start of a curve of P
     errors = _table_errors(table, fine - coarse, local, np.flatnonzero(asked))
     skin = SkinTable(E=moduli, S=table)
     dofs = int(fine_body.flat.N)
@@ -99,10 +101,10 @@ def skin_compliance(
 
 @dataclass(frozen=True, eq=False)
 class _LocalChange:
-    """Changes of compliance by layers that a half-space tells, times E [1/mm], each (layers, tips, tips).
+    """Changes of compliance by layers on a half-space, times E [1/mm], each (layers, tips, tips).
 
-    `sharp` is the change under rigid tips, `fewer_nodes` the same from half as many nodes. `smooth` is the change under
-    the smooth loads. `shell` is what a curved skin bears as a shell, 0 on a block.
+    `sharp` is the change under rigid tips, `fewer_nodes` the same with half as many nodes. `smooth` is the change under
+    the smooth loads. `shell` is the change by the stiffness of a curved skin as a shell, 0 on a block.
     """
 
     sharp: Floats
@@ -118,7 +120,10 @@ def _local_change(
     layers: Sequence[Layer],
     along_normals: bool,
 ) -> _LocalChange:
-    """Return the changes on a half-space as curved as the fruit under each tip; raises as `layered_change`."""
+    """Return the changes on a half-space with the slope and curvature of the fruit under each tip.
+
+    Raises SolveError as `layered_change` does.
+    """
     thickness = layers[0].thickness
     per_side = next(nodes for least, nodes in NODES if thickness >= least * footprints[0].side)
     if footprints[0].punch is circle_punch:
@@ -135,7 +140,7 @@ def _local_change(
             radius = 0.5 * footprint.side * footprint.punch(per_side).flat_stiffness
             shell[:, tip, tip] = [layer.shell_effect(radius, load.deviation, curvatures) for layer in layers]
             slope = shape.slope(footprint.x, footprint.y)
-            if along_normals:  # round along the skin, where the smooth load is round as seen from above
+            if along_normals:  # the contact is round along the skin, the smooth load is round seen from above
                 smooth[:, tip, tip] *= stretch_factor(slope)
             else:
                 sharp[:, tip, tip] *= slope_factor(fruit.poisson, slope)
@@ -146,8 +151,8 @@ def _local_change(
 def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: Ints) -> Errors:
     """Return the largest relative errors [1] over some rows of a table (moduli, tips, tips) [1/mm].
 
-    They add up a floor and three fractions: of the steps between two meshes, of the step between numbers of nodes, and
-    of what the skin bears.
+    They sum a floor and three parts: fractions of the step between two meshes, of the step between numbers of nodes,
+    and of the change as a shell.
     """
     node_steps = local.sharp - local.fewer_nodes
     pair = own = 0.0
@@ -163,9 +168,10 @@ def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: 
 
 
 def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per_side: int) -> Floats:
-    """Return the change of compliance by layers under level footprints of a half-space [1/mm], (layers, tips, tips).
+    """Return the change of compliance by layers under level footprints of a half-space, (layers, tips, tips) [1/mm].
 
-    It is times the modulus below. Pressure stands on `per_side` nodes a side. Raises SolveError on a large residual.
+    It is times the modulus below the layers. The pressure has `per_side` nodes per side. Raises SolveError on a large
+    residual.
     """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
     x, y = nodes.T
@@ -173,11 +179,11 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
     bare = level_compliance(footprints, layers[0].poisson_below, np.zeros(()), per_side)
     changes = []
     for layer, between in zip(layers, added, strict=True):
-        # Solved as a half-space of the layer, times its own modulus, to which `between` adds what lies below.
+        # A half-space of the layer's material, times its own modulus; `between` adds the effect of the material below.
         S = level_compliance(footprints, layer.poisson, layer.modulus * between, per_side) / layer.modulus
         change = S - bare
         for tip, footprint in enumerate(footprints):
-            if footprint.punch is circle_punch:  # whose own compliance has a closed equation
+            if footprint.punch is circle_punch:  # its own compliance has a closed equation
                 radius = 0.5 * footprint.side
                 own = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
                 change[tip, tip] = own - (1.0 - layer.poisson_below**2) / footprint.side
@@ -186,7 +192,7 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
 
 
 def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Floats:
-    """Return the change of compliance by layers under smooth loads on a half-space [1/mm], (layers, loads, loads)."""
+    """Return the change of compliance by layers under smooth loads on a half-space, (layers, loads, loads) [1/mm]."""
     bare = Layer(layers[0].thickness, 1.0, layers[0].poisson_below, layers[0].poisson_below)
     S = np.empty((len(layers) + 1, len(loads), len(loads)))
     for number, layer in enumerate((*layers, bare)):
@@ -200,8 +206,8 @@ def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Float
 def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats:
     """Return the change of compliance by the skin under the loads of a body on its mesh, times E [1/mm].
 
-    It has shape (layers, loads, loads). The fields at so many moduli of the skin as `solves` span those at all others.
-    Raises SolveError when a solve is not exact.
+    It has shape (layers, loads, loads). The fields at `solves` moduli of the skin span the fields at all others. Raises
+    SolveError if a solve does not converge.
     """
     poisson = layers[0].poisson_below
     in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
@@ -225,6 +231,6 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
         of_skin = spanning.T @ (skin @ spanning)
         for i, modulus in enumerate(moduli):
             energy = load.T @ np.linalg.solve(of_flesh + modulus * of_skin, load)
-            # A single load is the mean of its parities: halved for each mirror plane.
+            # A single load is the mean of its parities, hence the half for each mirror plane.
             change[i] += (energy - bare) / 2.0 ** np.abs(parity).sum()
     return change

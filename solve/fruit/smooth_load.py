@@ -1,4 +1,4 @@
-"""Smooth loads that stand for rigid tips on a coarse mesh: normal distributions as seen from above, lengths in mm."""
+"""Smooth loads that represent rigid tips on a coarse mesh: normal distributions seen from above, lengths in mm."""
 
 import math
 from collections.abc import Sequence
@@ -11,16 +11,16 @@ from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from solve.fruit.footprints import Footprint, closest_spacing
 
-WIDEST = 3.0  # deviation over the least one
+WIDEST = 3.0  # largest deviation over the least one
 IN_ROOM = 3.2  # least distance to a side face [deviations]
 IN_SPACING = 3.0  # least spacing [deviations]
 FEWEST_NODES = 3
-GAUSS_POINTS, GAUSS_WEIGHTS = legendre.leggauss(24)  # in a step
+GAUSS_POINTS, GAUSS_WEIGHTS = legendre.leggauss(24)  # Gauss points in a step
 
 
 @dataclass(frozen=True)
 class SmoothLoad:
-    """A unit load about a point of the plan, of normal distribution with one standard deviation [mm] each way."""
+    """A unit load around a point of the plan, normally distributed with the same standard deviation [mm] in x and y."""
 
     x: float
     y: float
@@ -28,9 +28,9 @@ class SmoothLoad:
 
 
 def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], most: float = WIDEST) -> tuple[SmoothLoad, ...]:
-    """Return the smooth loads that stand for the footprints, as wide as their room and spacing let them be.
+    """Return the smooth loads that represent the footprints, as wide as room and spacing allow.
 
-    None is wider than `most` times its least deviation [1].
+    No load is wider than `most` times its least deviation [1].
     """
     closest = closest_spacing(footprints)
     loads = []
@@ -42,14 +42,14 @@ def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], most: float = WI
 
 
 def least_deviation(footprint: Footprint) -> float:
-    """Return the deviation [mm] of the normal distribution that sinks into a half-space as far as the rigid tip."""
+    """Return the deviation [mm] of the normal distribution with the rigid tip's compliance on a half-space."""
     return 0.5 * footprint.side * footprint.punch(FEWEST_NODES).flat_stiffness / math.sqrt(math.pi)
 
 
 def line_forces(line: Floats, centre: float, deviation: float, sign: int) -> tuple[Floats, Floats]:
     """Return the nodes of quadratic elements along a line [mm], and the fraction of a unit load on each [1].
 
-    The load is a normal distribution about `centre` with a standard deviation, both in [mm]. `sign` adds (1), subtracts
+    The load is a normal distribution about `centre` with a standard deviation [both mm]. `sign` adds (1), subtracts
     (-1) or leaves out (0) its mirror image at -centre.
     """
     nodes = np.zeros(2 * len(line) - 1)

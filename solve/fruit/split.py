@@ -1,8 +1,8 @@
 """Compliance of a block of fruit under rigid flat tips by singularity subtraction, `split` for short.
 
-The pressure under the tips is singular at their edges. The half-space carries it in closed form
-(`solve/fruit/footprints.py`), and only the smooth remainder of the block is solved on a mesh
-(`solve/fruit/remainder.py`). A tip keeps level and its pressure adapts.
+The pressure under the tips is singular at their edges. The half-space contains this singularity in closed form
+(`solve/fruit/footprints.py`), so only the smooth remainder of the block is solved on a mesh
+(`solve/fruit/remainder.py`). Each tip stays level, and its pressure follows from that.
 """
 
 import itertools
@@ -36,39 +36,39 @@ from solve.fruit.footprints import (
 from solve.halfspace.punch import circle_punch, square_punch
 from solve.linear import SolveError
 
-DOME_CIRCLE = 0.5  # of the face that carries a dome: the contact of a dome that uses its face well
+DOME_CIRCLE = 0.5  # diameter of a dome's circle over its face: the contact of a dome that uses its face well
 LEVELS = (
     Grading(0.7, (0.7, 0.21, 0.09)),
     Grading(0.5, (0.7, 0.21, 0.063, 0.027)),
     Grading(0.35, (0.7, 0.21, 0.063, 0.0189, 0.0081)),
 )
-LARGEST_ERROR = 1e-3  # relative, of a solve that counts where none meets its tolerance
-MOST_DOFS = 60_000  # of a finer level: 4 GiB
-# Error bar over the step between both meshes. The finer one has 4/3 as many elements along a line, so that of fourth
-# order it is off by 0.46 of the step: the bar is about twice that. tests/reference/fits/test_fruit.py
+LARGEST_ERROR = 1e-3  # largest relative error of a solve that misses its tolerance
+MOST_DOFS = 60_000  # most dofs of a finer level, which take 4 GiB
+# Error bar over the step between both meshes. The finer mesh has 4/3 as many elements along a line. At fourth order
+# its error is 0.46 of the step, and the bar is about twice that. tests/reference/fits/test_fruit.py
 SAFETY = 0.9
-# A step between two meshes may vanish by accident. On the coarsest level that of a value counts as at least this
-# fraction of its remainder, or rather of the mean of that and of the largest remainder of all values.
+# Least step between two meshes on the coarsest level; a smaller one may be accidental. It is over the mean of the
+# value's remainder and the largest remainder of all values.
 LEAST_STEP = 1e-3
-ORDER = 4  # of the remainder's error in the grading step
-# One mesh without a coarser partner, for loose tolerances: the largest error of 280 random scenes over the remainder,
-# 0.006 over 40 of them.
+ORDER = 4  # order of the remainder's error in the grading step
+# A single mesh for loose tolerances. ROUGH_ERROR is the largest error of 280 random scenes over the remainder; 40 of
+# them have at most 0.006.
 ROUGH = Grading(1.0, (0.7, 0.3))
 ROUGH_ERROR = 0.01
-NODE_ERROR = 1e-5  # what the nodes of the footprints leave, twice 5e-6
-# Under 1.1 sides more nodes no longer settle it: boundary elements differ by 7e-4 at 1.05 sides.
+NODE_ERROR = 1e-5  # error of the nodes of the footprints, twice 5e-6
+# Below this spacing [sides] more nodes do not converge: boundary elements differ by 7e-4 at 1.05 sides.
 CLOSE = 1.1
 CLOSE_ERROR = 1.5e-3
-# Under this height [sides] the remainder is as large as the half-space part and asks for smaller steps.
+# Height [sides] below which the remainder is as large as the half-space part and requires smaller steps.
 LOW = 3.0
-ROUNDING = 1.0 + 1e-9  # of a bound, for scenes on it
+ROUNDING = 1.0 + 1e-9  # factor that lets scenes on a bound pass
 EDGE_GAP = 1.0  # least gap from a tip's edge to a side face [sides]
 SPACING = 1.05  # least spacing of tips [sides]
-POISSON = (-0.5, 0.4999)  # from, to
+POISSON = (-0.5, 0.4999)  # range of Poisson's ratio
 
 
 class Errors(NamedTuple):
-    """Relative errors [1]: of the mean of s_ii and s_jj less s_ij, and of s_ii; the largest over the tips."""
+    """Largest relative errors over the tips [1]: `pair` of (s_ii + s_jj) / 2 - s_ij, and `own` of s_ii."""
 
     pair: float
     own: float
@@ -83,10 +83,11 @@ def tip_footprints(tips: Tips) -> tuple[Footprint, ...]:
 
 
 def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
-    """Return the flat footprints [mm] that stand for the tips: sharp faces, and for domes a circle where they touch.
+    """Return the flat footprints [mm] that represent the tips: sharp faces, and for domes a circle at their contact.
 
-    A level dome touches nearer to the apex of a curved fruit than its own centre stands. What the circle takes of the
-    half-space is known in closed form and put back by `solve/contact/domes/body.py`, so its size hardly matters.
+    A level dome touches a curved fruit closer to the apex than its own axis. The compliance of the circle on the
+    half-space is known in closed form and replaced in `solve/contact/domes/body.py`, so the size of the circle hardly
+    matters.
     """
     if tips.dome_radius_mm is None:
         return tip_footprints(tips.flat)
@@ -102,12 +103,12 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
 
 
 def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR) -> FruitCompliance:
-    """Return the compliance [1/mm] of the equivalent block under the tips on the coarsest mesh that meets a tolerance.
+    """Return the compliance [1/mm] of the equivalent block under the tips, on the coarsest mesh that meets a tolerance.
 
-    The tolerance is relative, of s11 - s12 [1]; where no mesh meets it, the best counts if its error is at most 1e-3.
-    Raises SolveError when a solve is not exact. Raises InputError for a tolerance that is not above 0, beyond both
-    errors, and outside the domain. In it each tip edge is at least 1 side from each side face, the side at most the
-    height, the spacing at least 1.05 sides, and -0.5 <= nu <= 0.4999.
+    The tolerance is relative, for s11 - s12 [1]. If no mesh meets it, the best one is used if its error is at most
+    1e-3. Raises SolveError if a solve does not converge. Raises InputError for a tolerance that is not above 0, for
+    larger errors, and outside the domain. There each tip edge is at least 1 side from each side face, the side at most
+    the height, the spacing at least 1.05 sides, and -0.5 <= nu <= 0.4999.
     """
     start = time.perf_counter()
     if not tolerance > 0.0:
@@ -133,13 +134,16 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
 
 
 def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: float) -> tuple[MeshCompliance, Errors]:
-    """Return the solve on the coarsest mesh that meets a tolerance, or the best, and its errors; raises as above."""
+    """Return the solve on the coarsest mesh that meets a tolerance, or the best one, and its errors.
+
+    Raises InputError and SolveError as `split_compliance` does.
+    """
     limit = max(tolerance, LARGEST_ERROR)
     levels = (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS
     solved_levels = []
     for grading in levels:
         if grading in LEVELS[1:] and mesh_dofs(block, footprints, grading) > MOST_DOFS:
-            continue  # finer than fits in memory
+            continue  # too fine for the memory
         try:
             solved = footprint_compliance(block, footprints, grading)
         except SolveError:
@@ -150,7 +154,7 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
         solved_levels.append((solved, errors))
         if errors.pair <= tolerance and max(errors) <= limit:
             break
-    # The one that meets the tolerance has the smallest error of all within the limit, or is the best of the rest.
+    # Prefer solves whose errors are within the limit, and among them the smallest error of a pair.
     solved, errors = min(solved_levels, key=lambda level: (max(level[1]) > limit, level[1].pair))
     if max(errors) > limit:
         hint = "take a fruit that is thicker, or tips farther from its edges and from each other"
@@ -161,7 +165,7 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
 
 
 def _status(dofs: int, error: float, tolerance: float, close_error: float) -> str:
-    """Return in words how good a solve is; all errors are relative [1]."""
+    """Return a text on the accuracy of a solve; all errors are relative [1]."""
     status = f"half-space in closed form, smooth remainder on {dofs} dofs: "
     if error <= tolerance:
         status += f"the coarsest mesh, whose error, {100.0 * error:.2g} %, meets {100.0 * tolerance:.3g} %"
@@ -175,7 +179,7 @@ def _status(dofs: int, error: float, tolerance: float, close_error: float) -> st
 def footprint_compliance(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> MeshCompliance:
     """Return the compliance [1/mm] of a block under level footprints on one mesh; mirror planes halve the mesh.
 
-    Raises SolveError when a solve is not exact.
+    Raises SolveError if a solve does not converge.
     """
     counts = NodeCounts(between=nodes_between(footprints), within=nodes_within(fruit, footprints))
     lines = _lines(fruit, footprints, grading)
@@ -183,17 +187,17 @@ def footprint_compliance(fruit: Fruit, footprints: Sequence[Footprint], grading:
     S = level_compliance(footprints, fruit.poisson, remainder, counts.between)
     for images in mirror_images(footprints):
         if images:
-            S = 0.5 * (S + S[np.ix_(images, images)])  # mirror images alike to the last bit
+            S = 0.5 * (S + S[np.ix_(images, images)])  # makes mirror images equal to the last bit
     return MeshCompliance(S, dofs)
 
 
 def mesh_dofs(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> int:
-    """Return the dofs that the remainder has on the mesh of a grading, without making it."""
+    """Return the number of dofs of the remainder on the mesh of a grading, without making the mesh."""
     return 3 * math.prod(2 * len(line) - 1 for line in _lines(fruit, footprints, grading))
 
 
 def _lines(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> Lines:
-    """Return the lines of the mesh [mm], from mirror planes where the footprints have them."""
+    """Return the lines of the mesh [mm], starting at the mirror planes of the footprints, if any."""
     nodes = np.concatenate([footprint.nodes(nodes_within(fruit, footprints)) for footprint in footprints])
     widest = max(footprint.side for footprint in footprints)
     step = grading.step * min(1.0, fruit.height_mm / (LOW * widest)) ** 0.25
@@ -209,11 +213,11 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
     between = nodes_between(footprints)
     of_nodes = max(footprint.punch(between).error for footprint in footprints) + NODE_ERROR
     half_space = half_space_compliance(tuple(footprints), fruit.poisson)
-    remainder = relative_changes(fine - half_space, fine)  # of each pair of tips, then of each tip, as all below
+    remainder = relative_changes(fine - half_space, fine)  # per pair of tips, then per tip, as all below
     if grading == ROUGH:
         error = ROUGH_ERROR * float(remainder.max()) + of_nodes
         return Errors(error, error)
-    least_fraction = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER  # falls with the mesh as the error does
+    least_fraction = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER  # decreases with the mesh like the error
     least = least_fraction * 0.5 * (remainder + remainder.max())
     coarse = footprint_compliance(fruit, footprints, grading.coarser()).S
     step = relative_changes(fine - coarse, fine)
@@ -221,7 +225,7 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
 
 
 def largest_errors(errors: Floats, tips: int) -> Errors:
-    """Return the largest error of pairs, or of single tips where there is no pair, and the largest of single tips [1].
+    """Return the largest error of pairs, or of single tips if there is no pair, and the largest of single tips [1].
 
     `errors` are in the order of `relative_changes`.
     """
@@ -233,9 +237,9 @@ def largest_errors(errors: Floats, tips: int) -> Errors:
 def relative_changes(change: Floats, S: Floats) -> Floats:
     """Return relative changes [1] of s_ii + s_jj - 2 s_ij for each pair of tips, then of s_ii for each tip.
 
-    The change and S both have shape (tips, tips) and one unit.
+    The change and S have shape (tips, tips) and the same unit.
     """
-    # The work of a pair of opposed unit forces is s_ii + s_jj - 2 s_ij, that of a single one s_ii.
+    # Two opposed unit forces do the work s_ii + s_jj - 2 s_ij, a single one does s_ii.
     single = list(np.eye(len(S)))
     opposed = [a - b for a, b in itertools.combinations(single, 2)]
     changes = []
@@ -245,7 +249,7 @@ def relative_changes(change: Floats, S: Floats) -> Floats:
 
 
 def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
-    """Raise InputError when a scene lies outside what the split solves to its stated accuracy."""
+    """Raise InputError if a scene lies outside the domain in which the split has its stated accuracy."""
     if fruit.shape != "block":
         raise validation_error("fruit.shape", fruit.shape, "", "block", "take the equivalent block of the fruit")
     low, high = POISSON

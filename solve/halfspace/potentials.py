@@ -1,7 +1,7 @@
 """Elastic half-space z >= 0 under normal pressure on z = 0: displacements and stresses in closed form.
 
-Every field follows from one harmonic potential phi. It is ln(R + z) for the unit point load (Boussinesq), and its
-integral over the loaded area for a pressure (Love). With psi = d phi/dz and c = (1 + nu) / (2 pi E):
+Every field follows from one harmonic potential phi. For a unit point load it is ln(R + z) (Boussinesq), for a pressure
+the integral of this over the loaded area (Love). With psi = d phi/dz and c = (1 + nu) / (2 pi E):
 
     u_x = c (-z psi,x - (1 - 2 nu) phi,x)        u_z = c (-z psi,z + 2 (1 - nu) psi)
     2 pi sigma_xx = -z psi,xx - (1 - 2 nu) phi,xx + 2 nu psi,z      2 pi sigma_xy = -z psi,xy - (1 - 2 nu) phi,xy
@@ -17,12 +17,12 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-TINY = 1e-150
+TINY = 1e-150  # avoids 0 / 0
 
 
 @dataclass(frozen=True)
 class Potentials:
-    """First and second derivatives of phi, and z; psi stands for phi,z. All of one shape."""
+    """First and second derivatives of phi, and z; psi is phi,z. All have one shape."""
 
     z: Floats
     phi_x: Floats
@@ -71,7 +71,7 @@ def stress(f: Potentials, poisson: float) -> Floats:
 def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
     """Return the potentials of a unit normal force at the origin (Boussinesq), at points of any one shape [mm].
 
-    With R the distance from the force, phi = ln(R + z) and psi = 1 / R. At the origin itself the fields are infinite.
+    With R the distance from the force, phi = ln(R + z) and psi = 1 / R. The fields are infinite at the origin.
     """
     R = np.sqrt(x * x + y * y + z * z)
     S = R + z
@@ -100,7 +100,7 @@ def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
 def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float) -> Potentials:
     """Return the potentials of unit pressure on a rectangle centred at the origin (Love), at points of one shape [mm].
 
-    `length` is along x, `width` along y [mm]. Second derivatives are infinite on the rectangle's own edges.
+    `length` is along x, `width` along y [mm]. Second derivatives are infinite on the edges of the rectangle.
     """
     right = _corner(x + 0.5 * length, y + 0.5 * width, z)
     left = _corner(x - 0.5 * length, y + 0.5 * width, z)
@@ -110,13 +110,14 @@ def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float)
 
 
 def _corner(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
-    """Return the potentials of unit pressure on the quadrant that a corner of a rectangle opens, but for z.
+    """Return the potentials except z of unit pressure on the quadrant that starts at a corner of a rectangle.
 
-    X and Y [mm] are the coordinates of points from that corner. Each function F has F,XY = f, with f the derivative of
-    `Potentials` at its place in the list. F at the four corners adds up, with alternating signs, to the integral of f
-    over the rectangle. What depends on X or on Y alone drops out of that sum and is left out.
+    X and Y [mm] are the coordinates of points from this corner. Each function F in the list satisfies F,XY = f, with f
+    the derivative of phi that `Potentials` has at this position. The sum of F over the four corners, with alternating
+    signs, is the integral of f over the rectangle. Terms that depend only on X or only on Y cancel in this sum and are
+    left out.
     """
-    # TINY keeps the line X = z = 0 finite; there each term tends to zero or drops out of the corner sum.
+    # TINY keeps the line X = z = 0 finite; there each term tends to zero or cancels in the sum over the corners.
     R = np.sqrt(X**2 + Y**2 + z**2)
     over_R = 1.0 / (R + TINY)
     xz = X**2 + z**2 + TINY

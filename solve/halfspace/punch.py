@@ -1,10 +1,10 @@
-"""Rigid frictionless flat punches on a half-space: what pressure answers a given shape of indentation.
+"""Rigid frictionless flat punches on a half-space: the pressure for a given shape of indentation.
 
-A table holds, for a footprint of unit size and E* = E / (1 - nu^2) = 1, the symmetric matrix Y of nodal forces that
-answer nodal displacements, F = Y U. A displacement that is a polynomial through its nodal values U is answered by a
-pressure whose moments against the nodal polynomials l_k are F_k = int p l_k. Nodes are the Gauss points of the flat
-punch's own pressure. So three a side carry the moments of a flat punch up to the fifth order. Tables depend neither on
-E nor on nu.
+For a footprint of unit size and E* = E / (1 - nu^2) = 1, a table has the symmetric matrix Y of nodal forces per nodal
+displacements, F = Y U. The displacement is the polynomial through the nodal values U. The nodal forces are the moments
+of the pressure with the nodal polynomials l_k, F_k = int p l_k. Nodes are the Gauss points of the flat punch's own
+pressure, so three per side represent the moments of a flat punch up to the fifth order. Tables do not depend on E or
+nu.
 """
 
 import functools
@@ -20,15 +20,15 @@ from scipy.special import gamma, lpmv
 
 from sensor.arrays import Floats, Ints
 
-CELLS = (16, 32)  # a side, of the coarse and of the fine grid of boundary elements
-GRADING = 4.0  # of the cells towards the edges of the square
-ORDER = 3.0  # of the error in the number of cells, for pressure that is singular along an edge
-ROUND_OFF = 1e-12  # of a table that is exact but for its eigenvalues and sums
+CELLS = (16, 32)  # boundary elements per side of the coarse and of the fine grid
+GRADING = 4.0  # exponent by which the cells are graded towards the edges of the square
+ORDER = 3.0  # order of the error in the number of cells, for a pressure that is singular along an edge
+ROUND_OFF = 1e-12  # relative error of a table that is exact except for rounding
 
 
 @dataclass(frozen=True)
 class Punch:
-    """A punch table: Y (n, n) [E* side], its relative error, and the nodes along x and along y [side]."""
+    """A punch table: Y (n, n) [E* side], its relative error, and the coordinates of the nodes along x and y [side]."""
 
     stiffness: Floats
     error: float
@@ -46,7 +46,7 @@ class Punch:
 
     @property
     def flat_stiffness(self) -> float:
-        """Return F / (E* d side) of the flat punch pressed in without tilt [1]."""
+        """Return F / (E* d side) of the flat punch at indentation d without tilt [1]."""
         return float(self.stiffness.sum())
 
 
@@ -56,24 +56,27 @@ def _products(along_x: NDArray[Any], along_y: NDArray[Any]) -> Floats:
 
 
 def lagrange(nodes: Floats, x: Floats) -> Floats:
-    """Return the polynomials of nodes (n,) on (-1/2, 1/2), each 1 at its own, at coordinates x (m,), shape (m, n)."""
+    """Return the nodal polynomials of nodes (n,) on (-1/2, 1/2) at coordinates x (m,), shape (m, n).
+
+    Each polynomial is 1 at its own node and 0 at the others.
+    """
     degree = len(nodes) - 1
     values = np.linalg.solve(legendre.legvander(2.0 * nodes, degree).T, legendre.legvander(2.0 * x, degree).T)
     return np.asarray(values.T, dtype=np.float64)
 
 
-# One scene takes three tables, of 1 to 25 nodes a side, hundreds of times; each costs 0.1 s.
+# One scene uses three tables, of 1 to 25 nodes per side, hundreds of times; each takes 0.1 s.
 @functools.lru_cache(maxsize=16)
 def square_punch(nodes_per_side: int) -> Punch:
     """Return the punch table of a square of side 1, by Galerkin boundary elements graded to its edges.
 
-    Pressure is constant in each cell. Two grids are extrapolated with order 3; a tenth of that step counts as the
-    error. F / (E* d) = 1.15230, capacity 0.36679 pi of the electrified plate (Read 1997).
+    Pressure is constant in each cell. Two grids are extrapolated with order 3; a tenth of the extrapolation is the
+    error estimate. F / (E* d) = 1.15230, from the capacity 0.36679 pi of the electrified plate (Read 1997).
     """
     coarse, _ = _square_moments(CELLS[0], nodes_per_side)
     fine, flat_forces = _square_moments(CELLS[1], nodes_per_side)
     step = (fine - coarse) / ((CELLS[1] / CELLS[0]) ** ORDER - 1.0)
-    # The nodes of the table are the Gauss points of the flat punch's own pressure.
+    # The nodes are the Gauss points for the pressure of the flat punch.
     along_x = _gauss_points(flat_forces.sum(axis=1), nodes_per_side)
     along_y = _gauss_points(flat_forces.sum(axis=0), nodes_per_side)
     error = 0.1 * abs(step[0, 0] / fine[0, 0])
@@ -84,13 +87,13 @@ def square_punch(nodes_per_side: int) -> Punch:
 def circle_punch(nodes_per_side: int) -> Punch:
     """Return the punch table of a circle of diameter 1, exact to rounding.
 
-    Harmonics P_l^m(sqrt(1 - r^2)) cos m phi with l - m even are eigenfunctions of the unit disc. The pressure that
-    answers one as a displacement is proportional to it / sqrt(1 - r^2). Eigenvalues from J. Boersma and E. Danicki,
-    SIAM J. Appl. Math. 53 (1993) 925.
+    Harmonics P_l^m(sqrt(1 - r^2)) cos m phi with l - m even are eigenfunctions of the unit disc: the pressure for such
+    a displacement is proportional to it / sqrt(1 - r^2). The eigenvalues are from J. Boersma and E. Danicki, SIAM J.
+    Appl. Math. 53 (1993) 925.
     """
     n = nodes_per_side
-    # Quadrature over the half-sphere above the disc, where a density / sqrt(1 - r^2) becomes even: Gauss points in
-    # height, even angles.
+    # Quadrature over the half-sphere above the disc, on which a density / sqrt(1 - r^2) is smooth: Gauss points in
+    # height, equal steps of the angle.
     height, weight = legendre.leggauss(2 * n)
     radius = np.sqrt(1.0 - 0.25 * (height + 1.0) ** 2)
     angle = np.pi / (2 * n) * np.arange(4 * n)
@@ -99,20 +102,20 @@ def circle_punch(nodes_per_side: int) -> Punch:
     weights = np.repeat(0.5 * np.pi / (2 * n) * weight, 4 * n)
     polynomials = _products(legendre.legvander(x, n - 1), legendre.legvander(y, n - 1))
 
-    # A displacement is the sum of its projections on the harmonics, and each adds the work of its own pressure:
-    # moments (x) moments / (eigenvalue * norm).
+    # A displacement is the sum of its projections on the harmonics, and each adds the work of its pressure, moments (x)
+    # moments / (eigenvalue * norm).
     work = np.zeros((n * n, n * n))
     for eigenvalue, harmonic in _disc_harmonics(x, y, 2 * n - 1):
         moments = polynomials.T @ (weights * harmonic)
         work += np.outer(moments, moments) / eigenvalue / (weights @ harmonic**2)
-    # Nodes on a square grid about the disc, some of them outside it, carry polynomials as those of a square do. The
-    # influence of a unit force is 1 / (pi r); the disc of radius 1 is scaled to diameter 1.
+    # The nodes lie on a square grid, like the nodes of a square, some of them outside the disc. The influence of a unit
+    # force is 1 / (pi r); the disc of radius 1 is scaled to diameter 1.
     line = 0.5 * legendre.leggauss(n)[0]
     return Punch(_nodal_stiffness(0.5 * np.pi * work, line, line), ROUND_OFF, line, line)
 
 
 def _disc_harmonics(x: Floats, y: Floats, degrees: int) -> Iterator[tuple[float, Floats]]:
-    """Yield eigenvalue and values at points x, y (n,) of the harmonics of the unit disc below a degree."""
+    """Yield eigenvalue and values at points x, y (n,) of the harmonics of the unit disc below degree `degrees`."""
     cosine = np.sqrt(1.0 - (x**2 + y**2))
     phi = np.arctan2(y, x)
     for degree in range(degrees):
@@ -126,7 +129,7 @@ def _disc_harmonics(x: Floats, y: Floats, degrees: int) -> Iterator[tuple[float,
 
 
 def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Floats:
-    """Return the matrix of nodal forces, symmetric, from that of products of Legendre polynomials over the footprint.
+    """Return the symmetric matrix of nodal forces, from the matrix for products of Legendre polynomials.
 
     Both have shape (n^2, n^2); the n nodes along x and along y lie on (-1/2, 1/2).
     """
@@ -138,17 +141,17 @@ def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Float
 
 
 def graded_edges(cells: int, grading: float = GRADING) -> Floats:
-    """Return the edges of cells on (-1/2, 1/2), shape (cells + 1,), steps ~ (distance to the end)^(1 - 1/grading)."""
+    """Return the edges of cells on (-1/2, 1/2), (cells + 1,), steps ~ (distance to the end)^(1 - 1/grading)."""
     line = np.linspace(-1.0, 1.0, cells + 1)
-    t = 0.5 * (line - line[::-1])  # a mirror image to the last bit, so that mirrored scenes have mirrored matrices
+    t = 0.5 * (line - line[::-1])  # symmetric to the last bit, so that mirrored scenes have mirrored matrices
     return 0.5 * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** grading)
 
 
 def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
-    """Return the work of pressures that answer polynomial displacements of a square, and the flat punch's forces.
+    """Return the work of the pressures for polynomial displacements of a square, and the flat punch's forces.
 
-    The work is int P_a A^-1 P_b, shape (n^2, n^2), for the products P_a of the first n Legendre polynomials each way. A
-    is the influence of `cells` x `cells` uniform pressures. The forces of the flat punch are (cells, cells).
+    The work is int P_a A^-1 P_b, shape (n^2, n^2), for the products P_a of the first n Legendre polynomials in x and in
+    y. A is the influence of `cells` x `cells` uniform pressures. The forces of the flat punch are (cells, cells).
     """
     # Integrals of P_0(2 x) ... P_n-1(2 x) over each cell, by the recurrence of their antiderivatives
     powers = legendre.legvander(2.0 * graded_edges(cells), n).T
@@ -164,9 +167,9 @@ def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
 
 @functools.lru_cache(maxsize=2)
 def _influence_factor(cells: int) -> tuple[Floats, Ints]:
-    """Return the LU factors of the influence of uniform pressures on the cells of a square, kept for both grids.
+    """Return the LU factors of the influence of uniform pressures on the cells of a square, cached for both grids.
 
-    Cells at an edge are so small that round-off leaves the influence of a fine grid not positive definite.
+    The cells at an edge are so small that round-off prevents a Cholesky factor of a fine grid.
     """
     edges = graded_edges(cells)
     matrix = influence(edges, edges).transpose(0, 2, 1, 3).reshape(cells**2, cells**2)
@@ -177,13 +180,13 @@ def _influence_factor(cells: int) -> tuple[Floats, Ints]:
 def influence(x: Floats, y: Floats) -> Floats:
     """Return int int 1 / (pi r) over all pairs of cells between edges, shape (cells x, cells x, cells y, cells y).
 
-    r is the distance of a point of one cell from a point of the other, `x` and `y` are the edges [any length]. The
+    r is the distance between a point of one cell and a point of the other; `x` and `y` are the edges [any length]. The
     double integral over two rectangles is the fourth difference, along all edges, of G with G,xxyy = 1 / r.
     """
     dx = np.abs(x[:, None] - x)[:, :, None, None]
     dy = np.abs(y[:, None] - y)[None, None]
     r = np.hypot(dx, dy)
-    # Where dx or dy is 0 its logarithm has the factor 0 in G.
+    # If dx or dy is 0, its logarithm has the factor 0 in G.
     log_x = np.where(dx > 0.0, np.arcsinh(dy / np.where(dx > 0.0, dx, 1.0)), 0.0)
     log_y = np.where(dy > 0.0, np.arcsinh(dx / np.where(dy > 0.0, dy, 1.0)), 0.0)
     G = 0.5 * dx * dy * (dx * log_x + dy * log_y) - r**3 / 6.0
@@ -195,8 +198,8 @@ def influence(x: Floats, y: Floats) -> Floats:
 def _gauss_points(weight: Floats, n: int) -> Floats:
     """Return the n Gauss points on (-1/2, 1/2) of a symmetric measure, given as weights of graded cells.
 
-    They are the eigenvalues of its Jacobi matrix (Golub and Welsch), which the Lanczos recurrence makes. Each power of
-    x is made orthogonal to the ones before. A symmetric measure leaves the diagonal 0.
+    They are the eigenvalues of its Jacobi matrix (Golub and Welsch), which the Lanczos recurrence constructs: each
+    power of x is made orthogonal to the previous ones. The diagonal of a symmetric measure is 0.
     """
     edges = graded_edges(len(weight))
     points = 0.5 * (edges[1:] + edges[:-1])
@@ -210,4 +213,4 @@ def _gauss_points(weight: Floats, n: int) -> Floats:
         off_diagonal.append(float(np.linalg.norm(vector)))
         basis.append(vector / off_diagonal[-1])
     nodes = np.linalg.eigvalsh(np.diag(off_diagonal, 1) + np.diag(off_diagonal, -1))
-    return 0.5 * (nodes - nodes[::-1])  # a mirror image to the last bit
+    return 0.5 * (nodes - nodes[::-1])  # symmetric to the last bit

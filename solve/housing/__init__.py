@@ -1,1 +1,1 @@
-"""How the printed housing gives under forces on its tips."""
+"""The deformation of the printed housing under forces on its tips."""

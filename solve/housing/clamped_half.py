@@ -1,4 +1,4 @@
-"""Half a housing held in its mount: its displacements, its stiffness matrix with the mount's layers, its factor."""
+"""Half a housing in its mount: its displacement basis, and its stiffness matrix with the mount's layers, factorised."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,15 +18,15 @@ from solve.surface import surface_patches
 
 HOLES = "mounting_holes"
 SIDES = "side_faces"
-BALANCE_LIMIT = 1e-5  # of the largest work [1], and of the load of 1 N that the mount carries [N]
-REDUCED = 3  # polynomial degree: 2^3 Gauss points
+BALANCE_LIMIT = 1e-5  # error of reciprocity over the largest work [1], and error of the support of a tip force [N]
+REDUCED = 3  # polynomial degree of reduced integration with 2^3 Gauss points
 _GAUSS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
 POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])
 WEIGHTS = np.full(4, 0.25)
 _TRIANGLE_ORDER = 4
 
 
-# Axes, and for those of a load on the tips the components that the plane of symmetry y = 0 holds under each.
+# The axes, and the components that the plane of symmetry y = 0 holds under a load along PRESS or ACROSS.
 LENGTHWISE = 0
 ACROSS = 1
 PRESS = 2
@@ -35,9 +35,9 @@ SYMMETRY = {PRESS: ("u^2",), ACROSS: ("u^1", "u^3")}
 
 @dataclass(frozen=True, eq=False)
 class ClampedHalf:
-    """The half y >= 0 of a housing: its matrix [N/mm] with the layers of its mount, `ground` what they add to it.
+    """The half y >= 0 of a housing: its matrix [N/mm] with the layers of its mount, `ground` being their contribution.
 
-    `clamped` are the dofs of its mounting holes, held where there is no layer.
+    `clamped` are the dofs of its mounting holes, which are held if there is no layer.
     """
 
     basis: CellBasis
@@ -54,7 +54,7 @@ class ClampedHalf:
         return np.asarray((self.matrix @ u)[held].sum(axis=0))
 
     def round_off(self, u: Floats) -> float:
-        """Return the numerical error of `support` [N] for u (dofs, loads) [mm]: it is a small sum of large forces."""
+        """Return the round-off of `support` [N] for u (dofs, loads) [mm], a small sum of large forces."""
         inside = (magnitude(self.matrix) @ np.abs(u))[self._vertical].sum(axis=0)
         return float(np.finfo(np.float64).eps * inside.max())
 
@@ -66,9 +66,9 @@ class ClampedHalf:
 def clamped_half(
     mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = (), axis: int = PRESS
 ) -> ClampedHalf:
-    """Return the half of a housing [N/mm from MPa, mm], to be loaded along an axis, PRESS or ACROSS.
+    """Return the half of a housing [N/mm from MPa, mm] for a load along an axis, PRESS or ACROSS.
 
-    The layers hold it, or its holes where there are none. Raises SolveError where nothing holds it.
+    The layers hold it, or its holes if there are none. Raises SolveError if nothing holds it.
     """
     basis = vector_basis(mesh, ElementHexS2(), order=REDUCED)
     matrix = stiffness_matrix(basis, E, poisson)
@@ -84,7 +84,7 @@ def clamped_half(
 
 
 def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
-    """Return the dofs that the plane y = 0 holds under a load along an axis; none where the whole part is meshed."""
+    """Return the dofs that the plane y = 0 holds under a load along an axis; empty if the whole part is meshed."""
     if "symmetry" not in (basis.mesh.boundaries or {}):
         return np.zeros(0, dtype=np.int64)
     plane = basis.get_dofs("symmetry")
@@ -92,7 +92,7 @@ def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
 
 
 def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
-    """Return the same half with the components held on the plane y = 0 that a load along another axis asks for."""
+    """Return the same half with the components held on the plane y = 0 for a load along another axis."""
     held = np.union1d(half.clamped, _symmetry_dofs(half.basis, axis))
     return replace(half, factor=factorise(half.matrix, held))
 
@@ -108,11 +108,11 @@ def facet_rule(mesh: Mesh) -> tuple[Floats, Floats]:
 def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:
     """Return the vector (dofs,) whose product with displacements is the mean of a component over a face.
 
-    With `slope`, LENGTHWISE or ACROSS, it is the slope of the component along that axis, by least squares. Half of the
-    vector is also the load of 1 N, or of a moment of 1 N mm, on the whole face.
+    With `slope`, LENGTHWISE or ACROSS, it is the slope of the component along this axis, by least squares. Half of the
+    vector is also the load on the half mesh for 1 N, or a moment of 1 N mm, on the whole face.
     """
     patches = list(surface_patches(basis, name, *facet_rule(basis.mesh)))
-    centre = 0.0  # across, of the face whose other half is beyond the plane of symmetry
+    centre = 0.0  # across, because the other half of the face lies beyond the plane of symmetry
     if slope == LENGTHWISE:
         area = sum(float(patch.weights.sum()) for patch in patches)
         centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
@@ -128,7 +128,7 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = Non
 
 
 def weight_load(half: ClampedHalf, axis: int) -> Floats:
-    """Return the nodal forces [N] of a body force along an axis, 1 N/mm^3, shape (dofs,)."""
+    """Return the nodal forces [N] of a body force of 1 N/mm^3 along an axis, shape (dofs,)."""
     basis = half.basis
     load = np.zeros(basis.N)
     forces = scalar_shapes(basis) @ basis.dx.T
@@ -137,10 +137,10 @@ def weight_load(half: ClampedHalf, axis: int) -> Floats:
 
 
 def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> None:
-    """Raise SolveError unless the loads are reciprocal (Betti) and the mount carries each, half a newton on the half.
+    """Raise SolveError unless the loads are reciprocal (Betti) and the mount supports each, half a newton on the half.
 
-    `work` (loads, loads) [mm N] is that of one load on the displacements by another. `support` (loads,) [N] is the
-    force of the mount, None where the plane of symmetry carries a part. `round_off` [N] is what is unknown of it.
+    `work` (loads, loads) [mm N] is the work of one load on the displacements by another. `support` (loads,) [N] is the
+    force of the mount, or None if the plane of symmetry carries a part. `round_off` [N] is the numerical error of it.
     """
     skew = float(np.abs(work - work.T).max())
     if not skew <= BALANCE_LIMIT * float(np.abs(work).max()):

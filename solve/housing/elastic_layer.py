@@ -1,4 +1,4 @@
-"""Layers between a housing and a ground that does not move: a cover, or the skin of a print under a washer.
+"""Layers between a housing and a rigid ground: a cover, or the skin of a print under a washer.
 
 A thin layer whose far side is held is a bed of springs: G / thickness along it, E / thickness across it.
 """
@@ -21,11 +21,11 @@ Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in 
 Disc = tuple[float, float, float]  # centre x, z and radius [mm]
 
 _ACROSS = 1  # the axis y, along which the layer is thin
-# An edge of a layer may cut through a facet: this many points along both of its sides find the fraction inside.
+# An edge of a layer may cut a facet; these points along both sides of the facet give the fraction inside.
 _SIDE = (np.arange(8) + 0.5) / 8
 _POINTS = np.array([np.repeat(_SIDE, 8), np.tile(_SIDE, 8)])
 _WEIGHT = 1.0 / 64
-# The middles of 64 equal triangles, eight along each side: 36 stand as the whole does, 28 upside down.
+# The centroids of 64 equal triangles, eight along each side: 36 point the same way as the facet, 28 the opposite way.
 _TRIANGLE_POINTS = np.array(
     [((i + t) / 8, (j + t) / 8) for t, n in ((1 / 3, 8), (2 / 3, 7)) for i in range(n) for j in range(n - i)]
 ).T
@@ -35,8 +35,8 @@ _TRIANGLE_POINTS = np.array(
 class ElasticLayer:
     """A layer of the housing's own material between its surface `name` and the ground: its place and thickness [mm].
 
-    It lies inside a rectangle, inside a disc where any is given, and outside all holes; no rectangle is the whole
-    surface.
+    It covers points inside a rectangle, inside a disc if there are any, and outside all holes. Without rectangles it
+    covers the whole surface.
     """
 
     name: str
@@ -46,7 +46,7 @@ class ElasticLayer:
     holes: tuple[Disc, ...] = ()
 
     def covers(self, x: Floats, z: Floats) -> Floats:
-        """Say of points [mm] whether they lie under the layer, 1 or 0, of their shape."""
+        """Return 1 for points [mm] under the layer and 0 for others, in their shape."""
         covered = np.full(x.shape, not self.rectangles)
         for (x0, x1), (z0, z1) in self.rectangles:
             covered |= (x0 <= x) & (x <= x1) & (z0 <= z) & (z <= z1)
@@ -67,7 +67,7 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)
     count = basis.N // 3
-    along = csc_matrix((count, count))  # for each component along the layer
+    along = csc_matrix((count, count))  # for both components along the layer
     across = csc_matrix((count, count))
     for layer in layers:
         points = _TRIANGLE_POINTS if basis.mesh.refdom is RefTet else _POINTS
@@ -76,8 +76,8 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
             area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
             x, _, z = cell_points(basis.mesh, inside, facet.elements)
             weight = (0.5 if basis.mesh.refdom is RefTet else 1.0) * _WEIGHT
-            weights = area * weight * layer.covers(x, z)  # (facets, points), 0 beside the layer
-            # The shape functions are those of the unit cube, the same on every facet.
+            weights = area * weight * layer.covers(x, z)  # (facets, points), 0 outside the layer
+            # The shape functions are defined on the unit cube, so they are the same on every facet.
             shapes = shape_table(basis.elem.elem, inside).values
             springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)
             of_facets = nodes[facet.elements]

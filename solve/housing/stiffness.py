@@ -1,8 +1,7 @@
-"""Stiffness of both flexures as printed: the housing in its mount, a force on a tip, the tip's displacement.
+"""Stiffness of both flexures as printed: the housing in its mount, a force on a tip, and the tip's displacement.
 
-The mesh is the half y >= 0; forces are on the whole part. Tips stand in the order of the
-springs' names. Elements are 20-node hexahedra with 2^3 Gauss points: in a leaf, full integration needs eight times as
-many.
+The mesh is the half y >= 0; forces are on the whole part. Tips are in the order of the names of their springs. Elements
+are 20-node hexahedra with 2^3 Gauss points; with full integration a leaf would need eight times as many.
 """
 
 import time
@@ -34,35 +33,36 @@ PerTip = tuple[float, ...]
 
 SPRINGS = ("low", "high")  # names of the springs, in the order of every result
 
-# Of the difference to the coarse mesh. A mesh of 4.5 times the dofs has shown at most 0.23 of it, over designs in all
-# processes; the median is 0.07 (tests/reference/fits/test_housing.py). A floor, and more for leaves of odd shape, are
-# added where springs are fitted.
+# Error over the difference to the coarse mesh. With a mesh of 4.5 times the dofs, it is at most 0.23 for designs in all
+# processes; the median is 0.07 (tests/reference/fits/test_housing.py). The fit of the springs adds a floor, and more
+# for leaves of unusual shape.
 ERROR_SHARE = 0.2
-# Of what continuing the strain to the edges of the elements adds; seen at most 1.1, 0.85 by
-# tests/reference/fits/test_housing.py
+# Error over the increase by extrapolating the strain to the edges of the elements. At most 1.1 was found, and 0.85 in
+# tests/reference/fits/test_housing.py.
 STRAIN_ERROR_SHARE = 1.5
-# Values at two Gauss points of an edge, continued in a straight line to its ends.
+# Linear extrapolation from two Gauss points of an edge to its ends.
 _EXTRAPOLATION = 0.5 * np.array([[1.0 + np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [1.0 - np.sqrt(3.0), 1.0 + np.sqrt(3.0)]])
 
 
 def tip_face(spring: str) -> str:
-    """Return the name of the face of a spring's tip on the mesh."""
+    """Return the name of the face of a spring's tip in the mesh."""
     return f"{spring}_tip"
 
 
 def leaf_faces(spring: str) -> str:
-    """Return the name of the faces of a spring's leaves on the mesh."""
+    """Return the name of the faces of a spring's leaves in the mesh."""
     return f"{spring}_leaves"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TipCompliance:
-    """One mesh: C[i, j] is the displacement of tip i along the press for 1 N on tip j [mm/N], shape (tips, tips).
+    """The solution on one mesh: C[i, j] is the displacement of tip i along the press per force on tip j [mm/N].
 
-    Each has one number for each tip. `strain_per_N` is the largest principal strain on a flexure's leaves for 1 N on
-    its tip [1/N], continued to the edges of the elements. `strain_inside_per_N` is the largest one inside them.
-    `tilt_per_N` is the turn of a tip's face in the plane of the plate [rad/N]. `weight_sag` is how far a weight of 1
-    N/mm^3 along the press moves it along the press [mm^4/N]. `weight_sag_lengthwise` is the same for a weight along x.
+    C has shape (tips, tips); all other fields have a number per tip. `strain_per_N` is the largest principal strain on
+    a flexure's leaves per force on its tip [1/N], extrapolated to the edges of the elements. `strain_inside_per_N` is
+    the largest one inside them. `tilt_per_N` is the rotation of a tip's face in the plane of the plate [rad/N].
+    `weight_sag` [mm^4/N] is the displacement of a tip along the press per body force along the press.
+    `weight_sag_lengthwise` is the same for a body force along x.
     """
 
     C: Floats
@@ -76,13 +76,13 @@ class TipCompliance:
 
     @property
     def K(self) -> PerTip:
-        """Return the stiffness of each tip with the others free [N/mm]."""
+        """Return the stiffness of each tip with the other tips free [N/mm]."""
         return tip_stiffnesses(self.C)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HousingStiffness:
-    """The compliance C, the relative error of each stiffness [1], and the rest as in `TipCompliance`."""
+    """The compliance C, the relative error of each stiffness [1], and the other fields as in `TipCompliance`."""
 
     C: Floats
     error: PerTip
@@ -96,19 +96,19 @@ class HousingStiffness:
 
     @property
     def K(self) -> PerTip:
-        """Return the stiffness of each flexure with the others free [N/mm]."""
+        """Return the stiffness of each flexure with the other tips free [N/mm]."""
         return tip_stiffnesses(self.C)
 
 
 def tip_stiffnesses(C: Floats) -> PerTip:
-    """Return the stiffness of each tip with the others free [N/mm] from the compliance (tips, tips) [mm/N]."""
+    """Return the stiffness of each tip with the other tips free [N/mm], from the compliance (tips, tips) [mm/N]."""
     return tuple(1.0 / float(compliance) for compliance in np.diag(C))
 
 
 def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
-    """Return the fine mesh's result, its error estimated from the difference to the coarse mesh's.
+    """Return the result of the fine mesh, with its error estimated from the difference to the coarse mesh.
 
-    The error of the strain is what continuing it to the edges of the elements has added.
+    The error of the strain is estimated from its extrapolation to the edges of the elements.
     """
     return HousingStiffness(
         C=fine.C,
@@ -136,9 +136,8 @@ def _differences(fine: PerTip, coarse: PerTip, fraction: float) -> PerTip:
 def tip_compliance(mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = ()) -> TipCompliance:
     """Return the compliance of all tips along the press [mm/N from MPa] on one mesh [mm] of the half y >= 0.
 
-    The load is spread evenly over the face, the displacement is the face's mean. Without layers
-    of a mount the holes are clamped. Raises SolveError when the solve, the
-    balance of forces or the reciprocity of the loads fails.
+    The load is uniform over the face, the displacement is the mean over the face. Without layers of a mount the holes
+    are clamped. Raises SolveError if the solve, the balance of forces or the reciprocity of the loads fails.
     """
     start = time.perf_counter()
     return compliance_of(clamped_half(mesh, E, poisson, layers), start)
@@ -147,12 +146,13 @@ def tip_compliance(mesh: Mesh, E: float, poisson: float, layers: Sequence[Elasti
 def compliance_of(half: ClampedHalf, start: float | None = None) -> TipCompliance:
     """Return the compliance, strains and sags of all tips of a clamped half [mm/N].
 
-    Its seconds count from `start`. Raises SolveError as `tip_compliance` does.
+    `start` is the time at which the caller began, so that `seconds` includes making the half; by default it is now.
+    Raises SolveError as `tip_compliance` does.
     """
     start = time.perf_counter() if start is None else start
     basis = half.basis
     mean = tip_means(basis, PRESS)
-    # Loads on the half: 0.5 of a mean is 1 N on a whole tip; then the weight along the press and along x.
+    # Loads on the half: 0.5 `mean` is 1 N on a whole tip. The others are body forces along the press and along x.
     loads = [0.5 * mean, weight_load(half, PRESS), weight_load(half, LENGTHWISE)]
     solution = half.factor.solve(np.column_stack(loads))
     u = solution[:, : len(SPRINGS)]
@@ -181,10 +181,10 @@ def compliance_of(half: ClampedHalf, start: float | None = None) -> TipComplianc
 
 
 def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float]:
-    """Return the largest principal strain in size [1] on a named surface, for displacements u (dofs,) [mm].
+    """Return the largest magnitudes of principal strain [1] on a named surface, for displacements u (dofs,) [mm].
 
-    The first is extrapolated to the corners of the facets, the second is at their Gauss points. Strain is best at the
-    Gauss points; its peak lies between them, so it is continued bilinearly.
+    The first is extrapolated to the corners of the facets, the second is at their Gauss points. Strain is most accurate
+    at the Gauss points, but its peak lies between them and the edges, so it is extrapolated bilinearly.
     """
     at_corners = 0.0
     at_points = 0.0
@@ -199,7 +199,7 @@ def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float
 
 
 def sideways_stiffness(mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = ()) -> PerTip:
-    """Return the stiffness of each tip across the plate [N/mm]: the force along y that moves its face by 1 mm.
+    """Return the stiffness of each tip across the plate [N/mm], for forces and displacements along y.
 
     Raises SolveError as `tip_compliance` does.
     """
@@ -213,16 +213,16 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float, layers: Sequence[El
 def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     """Return the compliance [mm/N] of points above the middles of the tips' faces, (tips, tips, 3, 3).
 
-    The points move with the faces, a lever [mm] up the press. Entry (i, j, a, b) is how far point i moves along axis a
-    for 1 N along b at point j. That a face turns about the press is left out. `half` is that of a load along the press.
-    Raises SolveError as `tip_compliance` does.
+    The points move rigidly with the faces, at a lever [mm] along the press. Entry (i, j, a, b) is the displacement of
+    point i along axis a per force along b at point j. Rotation of a face about the press is neglected. `half` is made
+    for a load along the press. Raises SolveError as `tip_compliance` does.
     """
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
-    # Loads along x and the press share the symmetry about y = 0; loads along y have the other one.
+    # Loads along x and the press are symmetric about y = 0; loads along y are antisymmetric.
     for part, level in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
         slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=level) for spring in SPRINGS]
         tilts = np.column_stack(slopes)
-        # A face that slopes turns: a point swings by its lever.
+        # The rotation of a face moves a point by its lever.
         moves = {level: tip_means(part.basis, level) - lever * tilts}
         if level == LENGTHWISE:
             moves[PRESS] = tip_means(part.basis, PRESS)
@@ -230,7 +230,7 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
         point = np.column_stack(list(moves.values()))  # (dofs, axes times tips)
         u = part.factor.solve(0.5 * point)
         check_tips(0.5 * point.T @ u, None)
-        # From (axis, tip) by (axis, tip) to the order of the result.
+        # Reorder from (axis, tip, axis, tip) to (tip, tip, axis, axis).
         shape = (len(axes), len(SPRINGS))
         entries = np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)
         compliance[entries] += (point.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
