@@ -1,1 +1,1 @@
-"""WHAT happens: the only user of scikit-fem's forms and of sparse solvers."""
+"""The solvers, which compute what happens: the only users of scikit-fem's forms and of sparse solvers."""

@@ -1,4 +1,4 @@
-"""Displacements on a mesh: scikit-fem's basis, without what its own assembly needs until that is asked for."""
+"""A faster version of scikit-fem's basis for displacements: data for scikit-fem's assembly are computed on request."""
 
 import functools
 
@@ -14,8 +14,8 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
     """The basis of displacements with a scalar element; `order` is the polynomial degree integrated exactly."""
 
     def __init__(self, mesh: Mesh, element: Element, order: int) -> None:
-        """Give the dofs their numbers; fields, weights and points of dofs are formed when they are first asked for."""
-        # Past the constructor of CellBasis, which forms the fields of every vector component one after the other.
+        """Set the numbers of the dofs; fields, weights and points of dofs are computed at their first use."""
+        # Skip the constructor of CellBasis, which computes the fields of every vector component separately.
         super(CellBasis, self).__init__(
             mesh, ElementVector(element), intorder=order, refdom=mesh.refdom, disable_doflocs=True
         )
@@ -24,7 +24,7 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
 
     @functools.cached_property
     def basis(self) -> list[tuple[DiscreteField, ...]]:
-        """Return scikit-fem's fields of each shape function at the points of quadrature."""
+        """Return scikit-fem's fields of each shape function at the quadrature points."""
         return [self.elem.gbasis(self.mapping, self.X, i) for i in range(self.Nbfun)]
 
     @functools.cached_property
@@ -41,17 +41,17 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
 
 
 def cell_nodes(basis: CellBasis) -> Ints:
-    """Return the nodes of each cell, shape (cells, nodes): the dofs of node n are dim n, dim n + 1, ..."""
+    """Return the nodes of each cell, shape (cells, nodes); the dofs of node n are dim n, dim n + 1, ..."""
     dim = basis.mesh.dim()
     return np.asarray(basis.element_dofs[::dim].T // dim)
 
 
 def scalar_shapes(basis: CellBasis) -> Floats:
-    """Return the scalar shape functions at the points of quadrature [1], shape (nodes, points)."""
+    """Return the scalar shape functions at the quadrature points [1], shape (nodes, points)."""
     return shape_table(basis.elem.elem, basis.quadrature[0]).values
 
 
 def scalar_gradients(basis: CellBasis) -> Floats:
-    """Return their gradients there [1/mm], shape (nodes, dim, elements, points)."""
+    """Return the gradients of these functions at the quadrature points [1/mm], (nodes, dim, elements, points)."""
     points = basis.quadrature[0]
     return gradients(shape_table(basis.elem.elem, points), cell_jacobian(basis.mesh, points, basis.tind))

@@ -10,7 +10,7 @@ from sensor.arrays import Floats, Ints
 from sensor.float_or_array import FloatOrArray
 from solve.displacement_basis import DisplacementBasis, scalar_gradients
 
-_GROUP = 32  # elements whose matrices are formed at once: more of them would not fit into the cache
+_GROUP = 32  # elements whose matrices are formed at once; more would not fit into the CPU cache
 
 
 def lame_parameters(E: FloatOrArray, poisson: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
@@ -19,20 +19,23 @@ def lame_parameters(E: FloatOrArray, poisson: FloatOrArray) -> tuple[FloatOrArra
 
 
 def stress(gradient: Floats, E: FloatOrArray, poisson: FloatOrArray) -> Floats:
-    """Return sigma [unit of E] of a displacement gradient, shape (3, 3, ...); E is one number, or one for each."""
+    """Return the stress [unit of E] for a displacement gradient, shape (3, 3, ...).
+
+    E and Poisson's ratio are numbers, or arrays with an entry per gradient.
+    """
     lam, mu = lame_parameters(E, poisson)
     dilatation = np.multiply.outer(np.eye(3), np.trace(gradient))
     return np.asarray(mu * (gradient + gradient.swapaxes(0, 1)) + lam * dilatation, dtype=np.float64)
 
 
 def strain(sigma: Floats, E: float, poisson: float) -> Floats:
-    """Return the strain [1] that Hooke's law gives for sigma [unit of E], shape (3, 3, ...)."""
+    """Return the strain [1] by Hooke's law for a stress `sigma` [unit of E], shape (3, 3, ...)."""
     dilatation = np.multiply.outer(np.eye(3), np.trace(sigma))
     return np.asarray(((1.0 + poisson) * sigma - poisson * dilatation) / E, dtype=np.float64)
 
 
 def von_mises(sigma: Floats) -> Floats:
-    """Return the equivalent stress of sigma (3, 3, ...) [unit of sigma]."""
+    """Return the equivalent stress for a stress `sigma` (3, 3, ...) [unit of sigma]."""
     deviator = sigma - np.multiply.outer(np.eye(3), np.trace(sigma)) / 3.0
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1))))
 
@@ -47,22 +50,22 @@ def stiffness_matrix(
 ) -> csc_matrix:
     """Return the stiffness matrix of isotropic elasticity, shape (dofs, dofs) [E times mm].
 
-    It is that of a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). E and Poisson's ratio are each one number, or
-    one for each element.
+    Its weak form is a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). E and Poisson's ratio are each a number, or
+    an array with an entry per element.
 
     `skfem.models.elasticity.linear_elasticity` assembles the same matrix, ten times slower. Here the products of scalar
     gradients are formed for many elements at once. They are P_abij = int d_a N_i d_b N_j, with nodes i, j and axes a,
     b. The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
 
-    With `b_bar` the dilatation div u is projected on linear functions within each element (the B-bar method). Hexahedra
-    then do not lock as nu tends to 0.5. With 27-node hexahedra this is the Q2 / P1 pair with the pressure condensed,
-    stable for every nu < 0.5. See Boffi, Brezzi, Fortin, Mixed Finite Element Methods (2013), chapter 8,
+    With `b_bar` the dilatation div u is projected onto linear functions within each element (the B-bar method).
+    Hexahedra then do not lock as nu tends to 0.5. With 27-node hexahedra this is the Q2 / P1 pair with the pressure
+    condensed, stable for every nu < 0.5. See Boffi, Brezzi, Fortin, Mixed Finite Element Methods (2013), chapter 8,
     doi:10.1007/978-3-642-36519-5.
     """
     gradients = scalar_gradients(basis).transpose(1, 2, 0, 3)  # (dim, elements, nodes, points)
     dim, elements, nodes, _ = gradients.shape
     lam, mu = lame_parameters(_of_elements(E, elements), _of_elements(poisson, elements))
-    columns = np.empty((elements, nodes, dim, nodes, dim))  # of the element matrices, one after the other
+    columns = np.empty((elements, nodes, dim, nodes, dim))  # the element matrices, by columns
     for start in range(0, elements, _GROUP):
         group = slice(start, start + _GROUP)
         G = np.ascontiguousarray(gradients[:, group])
@@ -78,12 +81,12 @@ def stiffness_matrix(
 
 
 def _of_elements(value: float | Floats, elements: int) -> Floats:
-    """Return a number of all elements, or of each, shape (elements, 1, 1)."""
+    """Return a number for all elements, or an array with an entry per element, in shape (elements, 1, 1)."""
     return np.broadcast_to(np.reshape(np.asarray(value, dtype=np.float64), (-1, 1, 1)), (elements, 1, 1))
 
 
 def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
-    """Return int P(div N_i) P(div N_j), P the projection on 1, X, Y, Z of the element, as products of gradients.
+    """Return int P(div N_i) P(div N_j) as products of gradients; P projects onto 1, X, Y, Z of the element.
 
     `G` are the gradients (dim, elements, nodes, points) at points of the unit cube with weights `dx` [mm^3].
     """
@@ -97,11 +100,11 @@ def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
 def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
     """Return the sum of element matrices (elements, n, n) at their dofs (elements, n), shape (size, size).
 
-    Whole columns of the element matrices are put in the order of their dofs, and SciPy adds what meets within each.
-    From triplets it would move each of their entries by itself.
+    Whole columns of the element matrices are sorted by their dofs, and SciPy sums equal entries within each column.
+    This is faster than triplets, whose entries SciPy moves one by one.
     """
     n = dofs.shape[1]
-    order = np.argsort(dofs, axis=None, kind="stable")  # of the columns of all elements
+    order = np.argsort(dofs, axis=None, kind="stable")  # order of the columns of all elements
     columns = blocks.swapaxes(1, 2).reshape(-1, n)[order]
     rows = dofs[order // n]
     ends = np.cumsum(n * np.bincount(dofs.ravel(), minlength=size))
@@ -125,6 +128,6 @@ class NodalFields:
 
     @property
     def largest_principal_strain(self) -> Floats:
-        """Return the principal strain that is largest in size, without its sign [1], shape (nodes,)."""
+        """Return the largest magnitude of a principal strain [1], shape (nodes,)."""
         principal = np.linalg.eigvalsh(self.strain.transpose(2, 0, 1))
         return np.asarray(np.abs(principal).max(axis=1))

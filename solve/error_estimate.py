@@ -1,4 +1,4 @@
-"""What a solve says of itself, and how errors of numbers reach what follows from them."""
+"""Information on a solve, and the propagation of errors through a function."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class SolveInfo:
-    """How a result was computed: the method, its unknowns [1], its wall time [s], and a sentence on its quality."""
+    """The solution method of a result: its name, its unknowns [1], its wall time [s], and a sentence on its quality."""
 
     method: str
     dofs: int
@@ -15,9 +15,9 @@ class SolveInfo:
 
 
 def propagate_errors(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
-    """Return the half width of the error bar of function(*values) [its unit], given those of its arguments.
+    """Return the half width of the error bar of function(*values) [its unit], given the half widths of its arguments.
 
-    All arguments are off at their worst at once, and the function counts as linear over their bars. The result is the
+    All arguments have their worst error at once, and the function is treated as linear over the bars. The result is the
     sum over the arguments of half the change from value - error to value + error.
     """
     total = 0.0

@@ -2,4 +2,4 @@
 
 
 class SolveError(RuntimeError):
-    """A solve that must not be believed; the message says why."""
+    """A solve whose result must not be used; the message gives the reason."""

@@ -1,6 +1,6 @@
-"""Quadrature on the named surfaces of hexahedra, by the elements' own shape functions on one of their facets.
+"""Quadrature on the named surfaces of a mesh, by the shape functions of its elements on one of their facets.
 
-The facet basis of scikit-fem finds a point in its element by Newton steps with an absolute tolerance. These fail in
+The facet basis of scikit-fem locates a point in its element by Newton steps with an absolute tolerance, which fail in
 long elements and in thin layers.
 """
 
@@ -16,7 +16,7 @@ from sensor.arrays import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class SurfacePatch:
-    """Quadrature on such facets: points [mm] (3, facets, q), weights [mm^2] (facets, q), dofs (nodes, 3, facets).
+    """Quadrature on facets: points [mm] (3, facets, q), weights [mm^2] (facets, q), dofs (nodes, 3, facets).
 
     The scalar shape functions there are `shapes` [1] (nodes, facets, q) and `gradients` [1/mm] (nodes, 3, facets, q).
     """
@@ -29,7 +29,7 @@ class SurfacePatch:
 
 
 def surface_facets(basis: CellBasis, name: str) -> Iterator[ReferenceFacet]:
-    """Yield the elements on a named surface, grouped by the facet of the unit cube [1] that lies on it."""
+    """Yield the elements on a named surface, grouped by their facet on it, in coordinates of the unit cube [1]."""
     return reference_facets(basis.mesh, basis.mesh.boundaries[name])
 
 
@@ -52,7 +52,7 @@ def patch_inside(basis: CellBasis, elements: Ints, inside: Floats, weights: Floa
 
 
 def surface_patches(basis: CellBasis, name: str, points: Floats, weights: Floats) -> Iterator[SurfacePatch]:
-    """Yield the quadrature on a named surface from points (2, q) and weights (q,) of the unit square [1]."""
+    """Yield the quadrature on a named surface, from points (2, q) and weights (q,) of the unit square [1]."""
     for facet in surface_facets(basis, name):
         area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
         yield patch_inside(basis, facet.elements, facet.inside(points), area * weights)

@@ -1,4 +1,4 @@
 """A whole fruit pressed at finite strain: the force over the travel of a plate or a plunger.
 
-This is the one solver of finite strain: laws of flesh, principal stretches, quadratic elements and Newton's method.
+This is the only solver for finite strain: laws of flesh, principal stretches, quadratic elements and Newton's method.
 """

@@ -1,6 +1,6 @@
-"""The upper half of a body that is pressed along z: its section in quadratic elements, its energy at finite strain.
+"""The upper half of a body that is pressed along z: its section in quadratic elements, and its energy at finite strain.
 
-The body is one of revolution about z, or long across the section and kept from growing that way (plane strain). Its
+The body is axisymmetric about z, or in plane strain: long across the section, and prevented from growing that way. Its
 lower half is the mirror image of the upper one.
 """
 
@@ -15,25 +15,25 @@ from solve.compression.flesh_law import FleshLaw
 from solve.compression.quadratic import quadratic, quadratic_slope, tensor_product
 from solve.compression.stretch import mode_stiffness, principal_modes, principal_stretches
 
-# Two Gauss points each way: with three, quadratic elements lock as nu nears 0.5. O. C. Zienkiewicz, R. L. Taylor,
-# The Finite Element Method (2000), volume 1, section 12.5.
-_POINTS = 2  # along each direction
-_DOFS = 18  # of an element with nine nodes
+# Two Gauss points per direction; with three, quadratic elements lock as nu tends to 0.5. O. C. Zienkiewicz, R. L.
+# Taylor, The Finite Element Method (2000), volume 1, section 12.5.
+_POINTS = 2  # Gauss points per direction
+_DOFS = 18  # dofs of an element with nine nodes
 _REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])  # F_rr, F_rz, F_zr, F_zz, F_tt without displacement
-_FIRST_ELEMENT = 0.08  # of the contact at its largest: at the axis and under the plate
-_AT_EDGE = 0.03  # of the radius of a flat plunger: the first element on both sides of its edge
-_GROWTH_FROM_EDGE = 1.6
-_GROWTH = 1.2  # of one element to the next: a contact of any size then is as many elements wide
-_LARGEST_ELEMENT = 0.15  # of the section along r or z
+_FIRST_ELEMENT = 0.08  # size of the element at the axis and under the plate, over the largest contact
+_AT_EDGE = 0.03  # size of the elements at the edge of a flat plunger, over its radius
+_GROWTH_FROM_EDGE = 1.6  # ratio of successive elements away from this edge
+_GROWTH = 1.2  # ratio of successive elements elsewhere, so that contacts of all sizes span similar numbers of elements
+_LARGEST_ELEMENT = 0.15  # largest element over the section along r or z
 
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """The section of a body along the press, to its `half_height` over the middle; lengths in mm.
+    """The section of a body along the press, up to its `half_height` above the middle; lengths in mm.
 
-    A round one is an ellipse with a `radius` of curvature at the top. It is a ball or an ellipsoid of revolution or,
-    with a `length`, a cylinder on its side. Else it is a rectangle, of a cylinder on its end with a radius; `on_table`
-    its middle is its base, which a grip holds too.
+    A round section is an ellipse with `radius` of curvature at the top: of a ball or an ellipsoid of revolution or,
+    with a `length`, of a cylinder on its side. Otherwise the section is a rectangle, of a cylinder of this `radius` on
+    its end. With `on_table`, the middle is the base of the body, which a gripping tool also holds.
     """
 
     half_height: float
@@ -43,9 +43,9 @@ class Section:
     on_table: bool = False
 
     def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
-        """Return r and z [mm] of points of the unit square, whose edges are axis, middle, side and top.
+        """Return r and z [mm] of points of the unit square, whose edges are the axis, the middle, the side and the top.
 
-        A smooth map takes it to a disc, stretched, or to the rectangle.
+        A smooth map takes it to an ellipse or to the rectangle.
         """
         if not self.is_round:
             return self.radius * across, self.half_height * up
@@ -56,17 +56,17 @@ class Section:
 class HalfBody:
     """The elements of the upper half of a body with a law of flesh, E = 1 MPa; displacements (nodes, 2) are r, z [mm].
 
-    `x` (nodes, 2) [mm] are the nodes. `surface` are those that a plate may touch, outwards from the axis, with the
-    `area` that belongs to each [mm^2]. `held` (2 nodes,) are the dofs that symmetry holds, `on_table` nodes on a table.
+    `x` (nodes, 2) [mm] are the nodes. `surface` are the nodes that a tool may touch, outwards from the axis, and `area`
+    [mm^2] is the area of each. `held` (2 nodes,) are the dofs that symmetry holds, `on_table` the nodes on a table.
     """
 
     def __init__(
         self, section: Section, law: FleshLaw, contact: float, refinement: float = 1.0, edge: float = math.inf
     ) -> None:
-        """Place the nodes and set up the strain of all elements.
+        """Place the nodes and prepare the strain of all elements.
 
-        `contact` [mm] is about the radius of the contact, `edge` [mm] that of a flat plunger, infinite for other tools.
-        Twice the `refinement` halves the elements.
+        `contact` [mm] is the approximate radius of the contact. `edge` [mm] is the radius of a flat plunger, infinite
+        for other tools. Doubling the `refinement` halves the elements.
         """
         self.law = law
         lines, below = _section_lines(section, contact, refinement, edge)
@@ -78,7 +78,7 @@ class HalfBody:
         self.x = np.stack([r.ravel(), z.ravel()], axis=1)
         self.count = len(self.x)
 
-        # Nodes are numbered upwards, column by column from the axis; an element has 3 x 3 of them.
+        # Nodes are numbered upwards, column by column from the axis; an element has 3 x 3 nodes.
         index = np.arange(self.count).reshape(columns, rows)
         corners = index[:-1:2, :-1:2].reshape(-1, 1)
         nodes = corners + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
@@ -98,7 +98,7 @@ class HalfBody:
         return float(self._volumes.sum())
 
     def deformed(self, u: Floats) -> "Deformed":
-        """Return the strain and its energy at displacements (nodes, 2) [mm]."""
+        """Return the strain and the strain energy at displacements (nodes, 2) [mm]."""
         F = np.einsum("eqid,ed->ieq", self._strain, u.ravel()[self.dofs], optimize=True)
         F = F + _REST[:, None, None]
         stretches = principal_stretches(F)
@@ -108,9 +108,10 @@ class HalfBody:
         return Deformed(u=u, F=F, stretches=stretches, energy=float((self._volumes * density).sum()))
 
     def tangent(self, body: "Deformed", *, convex: bool) -> tuple[Floats, csc_matrix]:
-        """Return the forces that hold a body, (2 nodes,) [N], and their slope, (2 nodes, 2 nodes) [N/mm].
+        """Return the nodal forces that hold a body, (2 nodes,) [N], and their slope, (2 nodes, 2 nodes) [N/mm].
 
-        With `convex` negative curvatures of the energy at the points are left out, so that the slope is definite.
+        With `convex`, negative curvatures of the energy at the Gauss points are set to 0, so that the slope is
+        definite.
         """
         _, slope, curvature = self.law.phi(body.stretches)
         _, pressure, bulk = self.law.U(np.log(body.stretches.prod(axis=0)))
@@ -119,7 +120,8 @@ class HalfBody:
         if convex:
             stiffness = np.maximum(stiffness, 0.0)
 
-        # Second derivatives of the energy over the parts i and j of F: of U by theta, and of the rest by the modes.
+        # Second derivatives of the energy over the components i and j of F: of U through theta, of phi through the
+        # modes.
         growth = _by_parts(modes, 1.0 / body.stretches)  # d theta / dF
         moduli = bulk * growth[:, None] * growth[None, :]
         moduli[:4, :4] += np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
@@ -141,7 +143,7 @@ class HalfBody:
 class Deformed:
     """A half body at displacements u (nodes, 2) [mm]: F (5, elements, points) [1], its principal stretches, its energy.
 
-    The energy [N mm at E = 1 MPa] is infinite where the body is turned inside out.
+    The energy [N mm at E = 1 MPa] is infinite if an element is inverted.
     """
 
     u: Floats
@@ -153,7 +155,7 @@ class Deformed:
 def _section_lines(section: Section, contact: float, refinement: float, edge: float) -> tuple[Floats, Floats]:
     """Return the lines between elements outwards and down the unit square of a section, each from 0 to 1.
 
-    They are dense at the axis and under the top, or about the edge of a plunger [mm] where it lies on the top.
+    They are dense at the axis and under the top, or at the edge of a plunger [mm] if it lies on the top.
     """
     half_width = float(section.place(np.array(1.0), np.array(0.0))[0])
     top_width = float(section.place(np.array(1.0), np.array(1.0))[0])
@@ -174,7 +176,7 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     """Return the operator from displacements of elements to F less its value at rest, and the volumes [mm^3].
 
     Both are at the Gauss points of elements with nodes x (elements, 9, 2) [mm]. Their shapes are (elements, points, 5,
-    18) [1/mm] and (elements, points). With a length [mm] the section is in plane strain, else it is one of revolution.
+    18) [1/mm] and (elements, points). With a length [mm] the section is in plane strain, otherwise axisymmetric.
     """
     points, weights = np.polynomial.legendre.leggauss(_POINTS)
     along = np.repeat(points, _POINTS)
@@ -193,7 +195,7 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     extent = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
     volumes = np.linalg.det(jacobian) * np.outer(weights, weights).ravel() * extent
 
-    operator = np.zeros((*volumes.shape, 5, 9, 2))  # parts of F: rr, rz, zr, zz, hoop
+    operator = np.zeros((*volumes.shape, 5, 9, 2))  # components of F: rr, rz, zr, zz, hoop
     operator[:, :, 0, :, 0] = gradient[..., 0]
     operator[:, :, 1, :, 0] = gradient[..., 1]
     operator[:, :, 2, :, 1] = gradient[..., 0]
@@ -204,7 +206,7 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
 
 
 def _area_of_nodes(x: Floats, length: float | None) -> Floats:
-    """Return the surface that belongs to each node of a row x (nodes, 2) [mm], by Simpson's rule [mm^2]."""
+    """Return the surface area [mm^2] of each node of a row x (nodes, 2) [mm], by Simpson's rule."""
     edges = np.linalg.norm(x[2::2] - x[:-2:2], axis=1)
     area = np.zeros(len(x))
     for node, weight in enumerate((1.0, 4.0, 1.0)):
@@ -213,13 +215,13 @@ def _area_of_nodes(x: Floats, length: float | None) -> Floats:
 
 
 def _by_parts(modes: Floats, principal: Floats) -> Floats:
-    """Return slopes over the parts of F, shape (5, ...), from slopes over the principal stretches, shape (3, ...)."""
+    """Return slopes over the components of F, (5, ...), from slopes over the principal stretches, (3, ...)."""
     in_plane = principal[0] * modes[0] + principal[1] * modes[1]
     return np.concatenate([in_plane, principal[2:]])
 
 
 def _graded(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
-    """Return lines from 0 to 1 between elements, each `growth` times as large as the one before.
+    """Return lines from 0 to 1 between elements, each `growth` times as large as the previous one.
 
     The first step is about `first` over the refinement, the largest one 0.15 over it.
     """

@@ -2,8 +2,9 @@
 
     W = phi(l1) + phi(l2) + phi(l3) + U(theta),    theta = ln(l1 l2 l3)
 
-The stretches l are those of F; mu and lambda are Lame's of small strain, so that all laws agree there. Energies are
-per undeformed volume, E = 1. Saint-Venant-Kirchhoff is left out: it softens in compression until it collapses.
+The stretches l are principal stretches of F. mu and lambda are Lame's constants of small strain, at which all laws
+agree. Energies are per undeformed volume, E = 1. Saint-Venant-Kirchhoff is not offered: it softens in compression until
+it collapses.
 """
 
 from dataclasses import dataclass
@@ -40,7 +41,7 @@ class FleshLaw:
             raise validation_error("fruit.poisson", self.poisson, "", f"from 0 to {LARGEST_POISSON:g}", hint)
 
     def phi(self, stretch: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return phi and its first and second derivative at principal stretches, each of their shape [E = 1]."""
+        """Return phi and its first and second derivative at principal stretches, in their shape [E = 1]."""
         _, mu = lame_parameters(1.0, self.poisson)
         if self.name == "neo-hooke":
             return 0.5 * mu * (stretch**2 - 1.0), mu * stretch, np.full_like(stretch, mu)
@@ -53,7 +54,7 @@ class FleshLaw:
         return scale * (power - 1.0), scale * n * power / stretch, scale * n * (n - 1.0) * power / stretch**2
 
     def U(self, theta: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return U and its first and second derivative at theta = ln J, each of its shape [E = 1]."""
+        """Return U and its first and second derivative at theta = ln J, in its shape [E = 1]."""
         lam, mu = lame_parameters(1.0, self.poisson)
         if self.name == "neo-hooke":
             return (0.5 * lam * theta - mu) * theta, lam * theta - mu, np.full_like(theta, lam)
@@ -61,7 +62,7 @@ class FleshLaw:
             return 0.5 * lam * theta**2, lam * theta, np.full_like(theta, lam)
         n = FOAM_EXPONENT
         b = self.poisson / (1.0 - 2.0 * self.poisson)
-        if b == 0.0:  # the limit of what follows
+        if b == 0.0:  # the limit of the general formula
             return -2.0 * mu / n * theta, np.full_like(theta, -2.0 * mu / n), np.zeros_like(theta)
         power = np.exp(-n * b * theta)
         return 2.0 * mu / (n**2 * b) * (power - 1.0), -2.0 * mu / n * power, 2.0 * mu * b * power

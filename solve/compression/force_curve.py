@@ -12,21 +12,22 @@ from solve.compression.flesh_law import FleshLaw
 from solve.compression.press import press_forces
 from solve.compression.tool import Tool
 
-COARSE = 1.0
-FINE = 1.5
-_LEAST_TRAVEL = 0.01  # of the deepest: where the first solve is
+COARSE = 1.0  # refinement of the coarse mesh
+FINE = 1.5  # refinement of the fine mesh
+_LEAST_TRAVEL = 0.01  # travel of the first solve over the deepest
 _SOLVES = 16
-# Terms in half powers of the travel: the contact of round bodies grows with its root. As nodes of the surface come
-# into contact one by one, forces scatter about their curve; the fit takes the mean.
+# Terms of the fit, in half powers of the travel, because the contact of round bodies grows with its root. Forces
+# scatter about the curve, because surface nodes come into contact one by one; the fit averages this.
 _TERMS = 5
-_COUNTED = 0.1  # of the deepest travel: forces below it are too small to move a modulus
+_COUNTED = 0.1  # least travel over the deepest for the error; smaller forces do not affect a modulus
 
 
 @dataclass(frozen=True, kw_only=True)
 class CompressionPress:
-    """A tool that presses a body to the `deepest` travel [mm], where the contact has about a radius `contact` [mm].
+    """A tool that presses a body to the `deepest` travel [mm], where the contact has a radius of about `contact` [mm].
 
-    At first the force grows as travel^`exponent`. The tool is slippery or, with `grips`, holds what it has touched.
+    The force initially grows as travel^`exponent`. The tool is frictionless or, with `grips`, holds the nodes it
+    touches.
     """
 
     section: Section
@@ -42,7 +43,7 @@ class CompressionPress:
 class ForceCurve:
     """F = E travel^exponent sum_k coefficients_k (travel / deepest)^(k/2) [N of MPa, mm], and its relative `error` [1].
 
-    The travel is that of one tool towards the middle of the body, from the first touch to `deepest` [mm].
+    The travel is the travel of one tool towards the middle of the body, from the first touch to `deepest` [mm].
     """
 
     exponent: float
@@ -59,8 +60,8 @@ class ForceCurve:
 def force_curve(press: CompressionPress) -> ForceCurve:
     """Return the force curve of a press on a fine mesh, with its error.
 
-    The error is the largest relative difference from a coarser mesh, plus the scatter of the fine one.
-    Raises SolveError where no equilibrium is found.
+    The error is the largest relative difference from a coarser mesh, plus the scatter on the fine one. Raises
+    SolveError if no equilibrium is found.
     """
     coarse = fitted_curve(press)
     fine = fitted_curve(press, FINE)
@@ -74,11 +75,11 @@ def force_curve(press: CompressionPress) -> ForceCurve:
     )
 
 
-@functools.lru_cache(maxsize=256)  # the law of a test asks for the same presses again
+@functools.lru_cache(maxsize=256)  # the law of a test uses the same presses again
 def fitted_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCurve:
     """Return the force curve fitted to the solves on one mesh; its error is their root mean square scatter [1]."""
     travels = _travels(press.deepest)
-    edge = math.inf if press.tool.curvature else press.tool.edge  # a ball does not touch with the edge
+    edge = math.inf if press.tool.curvature else press.tool.edge  # the edge of a ball does not touch
     body = HalfBody(press.section, press.law, press.contact, refinement, edge)
     forces = press_forces(body, travels.tolist(), tool=press.tool, grips=press.grips)
     ratios = forces / travels**press.exponent
@@ -95,5 +96,5 @@ def fitted_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCu
 
 
 def _travels(deepest: float) -> Floats:
-    """Return the travels that are solved [mm], close to each other at the touch."""
+    """Return the travels of the solves [mm], which are dense near the first touch."""
     return deepest * np.linspace(_LEAST_TRAVEL**0.5, 1.0, _SOLVES) ** 2

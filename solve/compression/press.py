@@ -1,7 +1,7 @@
 """A half body under a rigid tool, pressed step by step: the force at each travel of the tool.
 
-Contact is a penalty on how far nodes of the surface lie above the tool's face. Equilibrium is the least energy of both,
-found by Newton's method with a line search. The tool is slippery, or grips what it has touched.
+Contact is a penalty on the height of surface nodes above the tool's face. Equilibrium is the minimum of the total
+energy, found by Newton's method with a line search. The tool is frictionless, or grips the nodes that it has touched.
 """
 
 import math
@@ -16,21 +16,21 @@ from solve.compression.body import Deformed, HalfBody
 from solve.compression.tool import Tool
 from solve.linear import SolveError, factorise
 
-_PENALTY = 1e5  # pressure over penetration [E / half height]: 2e-4 of the least travel
-_RESIDUAL_LIMIT = 1e-8  # of the force on the plate
+_PENALTY = 1e5  # pressure over penetration [E / half height]; the penetration is 2e-4 of the least travel
+_RESIDUAL_LIMIT = 1e-8  # largest residual over the force on the tool
 _MOST_ITERATIONS = 60
 _HALVINGS = 14
-_SUFFICIENT = 1e-4  # fraction of the slope that a step must win, L. Armijo, Pacific J. Math. 16, 1966
-_SAME = 1e-9  # of a radius: a node is on the edge of a plunger
-_STARTS = (1, 2, 3)  # last equilibria through which a start is extrapolated
+_SUFFICIENT = 1e-4  # least decrease of energy over the linear prediction, L. Armijo, Pacific J. Math. 16, 1966
+_SAME = 1e-9  # relative tolerance of a radius, for nodes on the edge of a plunger
+_STARTS = (1, 2, 3)  # numbers of previous equilibria from which a start is extrapolated
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _ToolState:
-    """A body under a tool: which nodes of the surface it `touches`, and the energy of both.
+    """A body under a tool: `touches` marks the surface nodes in contact, and `energy` is the total energy.
 
-    Each array is (surface,): the `height` of nodes over the tool's face [mm], and the `slope` [1] of that face and its
-    `growth` outwards [1/mm].
+    The other arrays are (surface,): the `height` of nodes above the tool's face [mm], the `slope` [1] of this face, and
+    its `growth` outwards [1/mm].
     """
 
     body: Deformed
@@ -43,7 +43,7 @@ class _ToolState:
 
 @dataclass(frozen=True, eq=False)
 class _ToolPress:
-    """A half body under a tool that has come to a travel [mm]."""
+    """A half body under a tool at a travel [mm]."""
 
     body: HalfBody
     tool: Tool
@@ -51,13 +51,13 @@ class _ToolPress:
 
     @property
     def penalty(self) -> float:
-        """Return the pressure of the tool over the penetration [MPa/mm at E = 1 MPa]."""
+        """Return the pressure of the tool over its penetration [MPa/mm at E = 1 MPa]."""
         half_height = float(self.body.x[self.body.surface[0], 1])
         return _PENALTY / half_height
 
     @property
     def round_off(self) -> float:
-        """Return the round-off of the energy [N mm]; over a unit of length it bounds that of a force."""
+        """Return the round-off of the energy [N mm], which per unit of length also bounds the round-off of a force."""
         return float(np.finfo(np.float64).eps) * self.body.volume
 
     def state(self, u: Floats) -> _ToolState:
@@ -73,16 +73,16 @@ class _ToolPress:
         return _ToolState(body=deformed, height=height, slope=slope, growth=growth, touches=touches, energy=energy)
 
     def equilibrium(self, start: _ToolState, held: Flags) -> tuple[_ToolState, float]:
-        """Return the state of least energy from a start whose held dofs stay, and the force on the tool [N].
+        """Return the state of least energy from a start whose held dofs are fixed, and the force on the tool [N].
 
-        Raises SolveError where Newton's method finds none.
+        Raises SolveError if Newton's method does not converge.
         """
         state = start
         fixed = np.flatnonzero(held)
         for _ in range(_MOST_ITERATIONS):
             for convex in (False, True):
                 residual, matrix, force = self._linearised(state, held, convex=convex)
-                # Stresses round off at eps E: one unit of length makes a force of it.
+                # The round-off of the energy, over 1 mm, bounds the round-off of a force.
                 if np.linalg.norm(residual) <= max(_RESIDUAL_LIMIT * force, self.round_off):
                     return state, force
                 step = factorise(matrix, fixed).solve(-residual)
@@ -98,8 +98,9 @@ class _ToolPress:
     def _linearised(self, state: _ToolState, held: Flags, *, convex: bool) -> tuple[Floats, csc_matrix, float]:
         """Return residual (2 nodes,) [N], its slope (2 nodes, 2 nodes) [N/mm], and the force on the tool [N].
 
-        The penalty's energy is 1/2 k height^2 of each touching node. The height grows by 1 upwards and by minus the
-        slope of the face outwards. With `convex` negative curvatures of the energy are left out.
+        The penalty's energy is 1/2 k height^2 of each touching node. The height increases by 1 per displacement
+        upwards, and decreases by the slope of the face per displacement outwards. With `convex`, negative curvatures of
+        the energy are set to 0.
         """
         body = self.body
         stiffness = self.penalty * body.area
@@ -120,9 +121,9 @@ class _ToolPress:
         return np.where(held, 0.0, forces), csc_matrix(matrix), float(push.sum())
 
     def _line_search(self, state: _ToolState, step: Floats, slope: float) -> _ToolState | None:
-        """Return the state after the longest of the halved steps (2 nodes,) that lowers the energy; None if none does.
+        """Return the state after the longest of the halved steps (2 nodes,) that lowers the energy, if any does.
 
-        `slope` is that of the energy along the step.
+        `slope` is the slope of the energy along the step. The result is None if no step lowers the energy.
         """
         for halvings in range(_HALVINGS):
             length = 0.5**halvings
@@ -135,8 +136,8 @@ class _ToolPress:
 def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None = None, grips: bool = False) -> Floats:
     """Return the force [N at E = 1 MPa] at rising travels of a tool after the first touch [mm], shape (travels,).
 
-    Without a tool a plate presses. A tool that grips holds the nodes that it has touched, and so does a table. Raises
-    SolveError where no equilibrium is found.
+    Without a tool a plate presses. With `grips`, the tool holds the nodes that it has touched, and a table always holds
+    its nodes. Raises SolveError if no equilibrium is found.
     """
     tool = tool or Tool()
     held = body.held.copy()
@@ -149,11 +150,11 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     forces = []
     for travel in travels:
         press = _ToolPress(body, tool, travel)
-        # Of starts extrapolated through the last few equilibria the one of least energy is the nearest.
+        # Start from the extrapolation through previous equilibria that has the least energy.
         states = []
         for count in _STARTS:
             start = _extrapolated(solutions[-count:], reached[-count:], travel)
-            start = np.where(held.reshape(-1, 2), solutions[-1], start)  # what is gripped stays where it is
+            start = np.where(held.reshape(-1, 2), solutions[-1], start)  # gripped nodes do not move
             states.append(press.state(start))
         state, force = press.equilibrium(min(states, key=lambda candidate: candidate.energy), held)
         forces.append(force)
@@ -165,7 +166,7 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
 
 
 def _extrapolated(solutions: Sequence[Floats], reached: Sequence[float], travel: float) -> Floats:
-    """Return the polynomial in the travel through the last solutions (nodes, 2), at a travel [mm] (Lagrange)."""
+    """Return the value at a travel [mm] of the polynomial through the last solutions (nodes, 2) (Lagrange)."""
     weights = np.ones(len(solutions))
     for i, node in enumerate(reached):
         others = [other for j, other in enumerate(reached) if j != i]

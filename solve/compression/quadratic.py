@@ -1,4 +1,4 @@
-"""The Lagrange functions of -1, 0 and 1, of which the quadratic elements of a section are made."""
+"""The quadratic Lagrange functions of the nodes -1, 0 and 1, for the elements of a section."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from sensor.arrays import Floats
 
 
 def tensor_product(along: Floats, up: Floats) -> Floats:
-    """Return the products of three functions each way, both (points, 3), shape (points, 9)."""
+    """Return the products of three functions along and three up, both (points, 3), shape (points, 9)."""
     return (along[:, :, None] * up[:, None, :]).reshape(len(along), 9)
 
 

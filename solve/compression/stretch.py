@@ -1,7 +1,7 @@
-"""Principal stretches of axisymmetric deformations, and the frame in which any isotropic energy bends separately.
+"""Principal stretches of axisymmetric deformations, and the modes in which any isotropic energy has a diagonal Hessian.
 
-A deformation gradient F has the parts (F_rr, F_rz, F_zr, F_zz, F_tt), the last one the hoop stretch, shape (5, ...).
-In the plane it splits into a scaled rotation (mean, turn) and a scaled reflection (difference, shear).
+A deformation gradient F has the components (F_rr, F_rz, F_zr, F_zz, F_tt), the last one the hoop stretch, shape (5,
+...). In the plane it is the sum of a scaled rotation (mean, turn) and a scaled reflection (difference, shear).
 """
 
 import math
@@ -10,13 +10,13 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-_EQUAL = 1e-7  # relative difference of stretches under which a quotient of differences is worse than its limit
+_EQUAL = 1e-7  # relative difference of stretches below which the limit of a quotient of differences is used
 
 
 def principal_stretches(F: Floats) -> Floats:
     """Return the stretches in the plane, the larger one first, and the hoop stretch, shape (3, ...) [1].
 
-    They are negative where an element is turned over.
+    A negative stretch means an inverted element.
     """
     rr, rz, zr, zz, hoop = F
     mean = np.hypot(0.5 * (rr + zz), 0.5 * (zr - rz))
@@ -25,16 +25,17 @@ def principal_stretches(F: Floats) -> Floats:
 
 
 def principal_modes(F: Floats) -> Floats:
-    """Return the four modes of F in the plane, shape (4 modes, 4 parts of F, ...) [1].
+    """Return the four modes of F in the plane, shape (4 modes, 4 components of F, ...) [1].
 
-    The modes are the two stretches in the plane, its turn and its shear. In them, and in the hoop, the second
-    derivative of any isotropic energy is diagonal. B. Smith, F. de Goes, T. Kim, ACM Trans. Graph. 38, 2019, doi
+    The modes are the two stretches in the plane, its turn and its shear. In these modes and the hoop stretch, the
+    second derivative of any isotropic energy is diagonal. B. Smith, F. de Goes, T. Kim, ACM Trans. Graph. 38, 2019, doi
     10.1145/3241041.
     """
     rr, rz, zr, zz = F[:4]
     rotation_cos, rotation_sin = _direction(0.5 * (rr + zz), 0.5 * (zr - rz))
     reflection_cos, reflection_sin = _direction(0.5 * (rr - zz), 0.5 * (zr + rz))
-    # Derivatives over F of half the sum and of half the difference of the stretches, and across both.
+    # Derivatives over F of half the sum and half the difference of the stretches, and the directions orthogonal to
+    # them.
     mean = np.stack([rotation_cos, -rotation_sin, rotation_sin, rotation_cos])
     difference = np.stack([reflection_cos, reflection_sin, reflection_sin, -reflection_cos])
     turn = np.stack([-rotation_sin, -rotation_cos, rotation_cos, -rotation_sin])
@@ -44,16 +45,16 @@ def principal_modes(F: Floats) -> Floats:
 
 
 def mode_stiffness(stretches: Floats, slope: Floats, curvature: Floats, pressure: Floats) -> Floats:
-    """Return the second derivatives of phi(l1) + phi(l2) + phi(l3) + p ln J in the modes and the hoop, shape (5, ...).
+    """Return the second derivatives of phi(l1) + phi(l2) + phi(l3) + p ln J in the modes and the hoop, (5, ...).
 
-    `slope` and `curvature` (3, ...) are those of phi at the stretches l, `pressure` (...) is p, all in one unit;
-    J = l1 l2 l3. Along the turn it is a quotient of sums, along the shear one of differences.
+    `slope` and `curvature` (3, ...) belong to phi at the stretches l, `pressure` (...) is p, all in one unit; J = l1 l2
+    l3. For the turn it is a quotient of sums, for the shear a quotient of differences.
     """
     l1, l2, _ = stretches
     difference = l1 - l2
     equal = difference < _EQUAL * l1
     quotient = (slope[0] - slope[1]) / np.where(equal, 1.0, difference)
-    shear = np.where(equal, 0.5 * (curvature[0] + curvature[1]), quotient)  # equal stretches: its limit
+    shear = np.where(equal, 0.5 * (curvature[0] + curvature[1]), quotient)  # the limit, for equal stretches
     turn = (slope[0] + slope[1]) / (l1 + l2)
     along = curvature - pressure / stretches**2
     in_plane = pressure / (l1 * l2)
@@ -61,7 +62,7 @@ def mode_stiffness(stretches: Floats, slope: Floats, curvature: Floats, pressure
 
 
 def _direction(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return cosine and sine of the angle of (x, y); of no length: that of the first axis."""
+    """Return cosine and sine of the angle of (x, y); 1 and 0 for a vector of zero length."""
     length = np.hypot(x, y)
     zero = length == 0.0
     length = np.where(zero, 1.0, length)

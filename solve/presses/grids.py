@@ -15,13 +15,14 @@ from solve.presses.bodies import EllipsoidFruit
 
 Complexes = NDArray[np.complex128]
 
-NODES = 8  # of a grid, each way: from a neighbour 5 mm away a contact of 2 mm radius looks smooth to 1e-5
+NODES = 8  # Chebyshev nodes per side; for a contact of 2 mm radius at 5 mm distance the error is 1e-5
 
 
 def love(cells: int) -> Complexes:
-    """Return the transform of the deflections of cells of side 1 by a unit pressure on one cell, times pi E*.
+    """Return the Fourier transform of the deflections of unit cells by a unit pressure on one cell, times pi E*.
 
-    Distances run from -cells to cells, so that a product of transforms is the convolution on a grid of `cells` a side.
+    Distances run from -cells to cells, so that a product of transforms is the convolution on a grid of `cells` per
+    side.
     """
     i = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
     x, y = np.meshgrid(i, i, indexing="ij")
@@ -33,14 +34,14 @@ def love(cells: int) -> Complexes:
 
 
 class Grids:
-    """Grids of cells about `middles` (tips, 2), half as wide as `reach` (tips,) [mm], and what their forces do."""
+    """Grids of cells about `middles` (tips, 2) with half widths `reach` (tips,) [mm], and their deflections."""
 
     def __init__(
         self, middles: Floats, reach: Floats, cells: int, kernel: Complexes, fruit: EllipsoidFruit | None = None
     ) -> None:
-        """Set up the polynomials through Chebyshev's nodes, and 1 / r between the nodes of different grids."""
+        """Compute the polynomials through Chebyshev nodes, and 1 / r between the nodes of different grids."""
         self.middles, self.reach, self.cells, self.kernel = middles, reach, cells, kernel
-        self.steps = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # places of cells along a grid, from -1 to 1
+        self.steps = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # coordinates of cells along a grid, from -1 to 1
         self.size = 2.0 * reach / cells
         nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
         polynomials = []
@@ -73,7 +74,7 @@ class Grids:
         return np.broadcast_to(x[:, :, None], shape), np.broadcast_to(y[:, None, :], shape)
 
     def moved_to(self, middles: Floats, reach: Floats, forces: Floats) -> Floats:
-        """Return the forces [N] of cells of other grids that press nearly as these do, each by the cell it lies in."""
+        """Return forces [N] of the cells of other grids that press approximately like these, by nearest cells."""
         moved: Floats = np.zeros_like(forces)
         for tip in range(len(forces)):
             offset = (middles - self.middles)[tip, :, None]
@@ -85,7 +86,7 @@ class Grids:
         return moved
 
     def stiffened(self, deflections: Floats) -> Floats:
-        """Return the forces of cells that make deflections in each grid alone, nearly and but for one factor of all."""
+        """Return approximate forces of cells for deflections in each grid separately, up to a common factor."""
         twice = (2 * self.cells, 2 * self.cells)
         forces = irfft2(rfft2(deflections, twice) / self.kernel.real, twice)[:, : self.cells, : self.cells]
         stiffened: Floats = forces * (self.size / self.softness)[:, None, None]

@@ -1,10 +1,10 @@
-"""Presses over time: on flesh that relaxes, in contacts that grow, and on springs that creep.
+"""Presses over time: on flesh that relaxes, with growing contacts, and on springs that creep.
 
 **Flesh.** Forces follow from presses on elastic flesh: E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438. Elastic
-forces n make the indentations, and the forces are F = n - sum g_i m_i, tau_i dm_i/dt = n - m_i.
+forces n cause the indentations, and the forces are F = n - sum g_i m_i, tau_i dm_i/dt = n - m_i.
 
-**Springs.** A spring of Kelvin elements deflects by d = (a_0 F + sum a_i m_i) / K, tau_i dm_i/dt = F - m_i. Loads that
-run straight from one sample to the next are followed exactly.
+**Springs.** A spring of Kelvin elements deflects by d = (a_0 F + sum a_i m_i) / K, tau_i dm_i/dt = F - m_i. Loads are
+linear between samples, and integrated exactly.
 """
 
 from collections.abc import Sequence
@@ -20,20 +20,20 @@ from solve.presses.pressing import CELLS, Pressing, Slope
 Arms = Sequence[tuple[float, float]]
 """Shares [1] and times [s]."""
 
-_DECADES = np.arange(-3.0, 6.5, 0.5)  # of the times of Kelvin elements, over a second
+_DECADES = np.arange(-3.0, 6.5, 0.5)  # log10 of the times of Kelvin elements [s]
 
 
 class _Memory:
-    """What arms remember of the forces of some tips [N], which run straight from one time to the next."""
+    """The memory of arms for the forces of tips [N], which are linear from one time to the next."""
 
     def __init__(self, arms: Arms, tips: int) -> None:
-        """Begin at rest."""
+        """Start at rest."""
         self.shares, self.times = np.array(arms, dtype=np.float64).reshape(-1, 2).T
         self.kept = np.zeros((len(self.times), tips))  # m_i
         self.before = np.zeros(tips)
 
     def ahead(self, step: float) -> tuple[float, Floats]:
-        """Return what the arms are to have of the forces at the end of a step [s], and what they have already [N]."""
+        """Return the factor of the forces at the end of a step [s] in the memory, and the part from before [N]."""
         decay = np.exp(-step / self.times)
         # The mean of the decay over the step.
         mean = np.where(step > 0.0, (1.0 - decay) / np.maximum(step / self.times, 1e-12), 1.0)
@@ -48,7 +48,7 @@ class _Memory:
 
 
 def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
-    """Return the Kelvin elements whose compliance grows as a power of the time [1], and is 1 after a time [s].
+    """Return Kelvin elements whose compliance grows as a power of time, with this exponent [1], and is 1 at `at_s` [s].
 
     They are a_0 and the arms a_i, tau_i, fitted from a millisecond to a week, within a thousandth for the 0.01 of PETG.
     """
@@ -63,7 +63,7 @@ def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
 
 @dataclass(frozen=True, kw_only=True)
 class Way:
-    """How a sensor moves: travels [mm] from the first touch at times [s], while its slope grows by `drift` [1]."""
+    """The motion of a sensor: travels [mm] from the first touch at times [s], while its slope grows by `drift` [1]."""
 
     travels: Sequence[float] | Floats
     times: Sequence[float] | Floats
@@ -75,8 +75,9 @@ def pressed_over_time(
 ) -> tuple[Floats, Floats]:
     """Return the forces of the domes [N] and the deflections of their springs [mm], both (samples, tips).
 
-    `flesh` are shares g_i [1] and times tau_i [s], `creep` those of the springs as `creep_of` has them. Raises
-    ArithmeticError if elastic forces fall on flesh that relaxes: contacts that shrink have no such forces.
+    `flesh` has shares g_i [1] and times tau_i [s], `creep` the elements of the springs as from `creep_of`. Raises
+    ArithmeticError if elastic forces decrease on flesh that relaxes, because the law does not hold for shrinking
+    contacts.
     """
     K = pressing.sensor.K
     of_flesh, of_springs = _Memory(flesh, len(K)), _Memory(creep[1], len(K))

@@ -1,12 +1,12 @@
 """Presses of a sensor of sprung domes on an ellipsoidal fruit: the forces at travels from the first touch.
 
-The gaps are those of true spheres over the skin z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2.
-Forces and displacements are along the axis of the sensor: slopes are small, contact is unilateral and frictionless.
+The gaps are between true spheres and the skin z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2. Forces and displacements are
+along the axis of the sensor: slopes are small, contact is unilateral and frictionless.
 
-The cells in contact are found by an active set. Cells that would pull leave it, and cells that would enter join it. A
-step is shortened until it lowers the energy. The forces of a set are those of conjugate gradients, preconditioned by
-the inverse of each grid's convolution. Every grid follows its contact from sample to sample, so the error of
-discretisation is nearly one factor of all forces.
+An active set finds the cells in contact: cells that would pull leave it, and cells that would penetrate join it. A step
+is shortened until it lowers the energy. The forces of a set are found by conjugate gradients, preconditioned by the
+inverse of each grid's convolution. Every grid follows its contact from sample to sample, so that the discretisation
+error is nearly the same factor for all forces.
 """
 
 import math
@@ -21,21 +21,21 @@ from solve.presses.grids import Grids, love
 
 Slope = tuple[float, float] | Floats
 
-CELLS = 32
-MOST_STEPS = 400
-MOST_SETS = 100
-LEAST_PART = 1e-3  # of a step to the forces of an active set
-SETTLED = 1e-7  # of the deepest interference
-NEARLY_FULL = 0.9  # of a grid: a contact at its edge may be much wider
-FILLED = (0.72, 0.94)  # of a grid, how wide a contact may be
-SOUGHT = 3.0  # [mm] from a dome's touch on the ellipsoid to that on its height map, at most
+CELLS = 32  # cells per side of a grid
+MOST_STEPS = 400  # steps of conjugate gradients
+MOST_SETS = 100  # active sets
+LEAST_PART = 1e-3  # least fraction of a step to the forces of an active set
+SETTLED = 1e-7  # tolerance of the gap in contact, over the largest interference
+NEARLY_FULL = 0.9  # width over the grid from which a contact at its edge may be much wider than the grid
+FILLED = (0.72, 0.94)  # allowed width of a contact over its grid, from and to
+SOUGHT = 3.0  # [mm], largest distance from a dome's touch on the ellipsoid to its touch on the height map
 
 
 class Pressing:
-    """A sensor on a fruit, pressed farther and farther."""
+    """A sensor on a fruit, pressed to increasing travels."""
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
-        """Find where each dome first touches, by Newton's method, then on the height map by search."""
+        """Find the first touch of each dome by Newton's method, then on the height map by search."""
         self.sensor, self.fruit, self.cells = sensor, fruit, cells
         self.kernel = love(cells)
         self.touch = sensor.positions.copy()
@@ -46,16 +46,16 @@ class Pressing:
             for half in (SOUGHT, SOUGHT / 40.0, SOUGHT / 1600.0):
                 self.touch = self._lowest(half)
         self.give = 1.0 / sensor.K
-        self.recovered = np.zeros(len(self.touch))  # of the springs, what the flesh has lost of its forces [mm]
+        self.recovered = np.zeros(len(self.touch))  # recovery of the springs due to relaxation of the flesh [mm]
         self.filled = np.full(len(self.touch), FILLED[0])
         self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
         bend = np.linalg.eigvalsh(fruit.curvature)[0]
-        self.widest = 1.0 / (1.0 / sensor.dome_radius + bend)  # radius of relative curvature [mm]
+        self.widest = 1.0 / (1.0 / sensor.dome_radius + bend)  # largest radius of relative curvature [mm]
         self.grids: Grids | None = None
         self.cell_forces = np.zeros((len(self.touch), cells, cells))
 
     def _slopes(self, tip: int) -> tuple[Floats, Floats]:
-        """Return the second and the first derivatives of the gap where the dome is taken to touch."""
+        """Return the second and the first derivatives of the gap at the present estimate of a dome's touch."""
         r = self.sensor.dome_radius
         away = self.touch[tip] - self.sensor.positions[tip]
         fall = math.sqrt(r**2 - away @ away)
@@ -64,7 +64,7 @@ class Pressing:
         return own + self.fruit.curvature, away / fall + self.fruit.curvature @ beside - self.fruit.slope
 
     def _lowest(self, half: float) -> Floats:
-        """Return where the gap under each dome is least, in squares of a half side [mm] about the touches."""
+        """Return the places of the least gap under each dome, in squares of a half side [mm] about the touches."""
         steps = np.linspace(-half, half, 161)
         x = self.touch[:, 0, None, None] + steps[:, None]
         y = self.touch[:, 1, None, None] + steps
@@ -75,12 +75,12 @@ class Pressing:
         return np.stack([x.reshape(len(x), -1)[rows, least], y.reshape(len(x), -1)[rows, least]], axis=-1)
 
     def _on_domes(self, x: Floats, y: Floats) -> Flags:
-        """Return which places (tips, ...) [mm] lie within the rims of the domes."""
+        """Return whether places (tips, ...) [mm] lie within the rims of the domes."""
         away = self.sensor.positions[..., None, None]
         return np.asarray(np.hypot(x - away[:, 0], y - away[:, 1]) <= self.sensor.rim)
 
     def gap(self, x: Floats, y: Floats) -> Floats:
-        """Return the gaps between the domes and the skin [mm], (tips, ...), where the sensor stands at height 0."""
+        """Return the gaps between the domes and the skin [mm], (tips, ...), with the sensor at height 0."""
         r = self.sensor.dome_radius
         dx = x - self.sensor.positions[:, 0, None, None]
         dy = y - self.sensor.positions[:, 1, None, None]
@@ -99,7 +99,7 @@ class Pressing:
     def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
         """Return the forces of the domes [N] at a travel [mm] from the first touch, (tips,).
 
-        Grids are laid anew until each fits its contact. Raises ArithmeticError where they do not come to fit.
+        The grids are changed until each fits its contact. Raises ArithmeticError if they do not come to fit.
         """
         lowered = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
         entered = lowered - self.nearest
@@ -127,15 +127,15 @@ class Pressing:
         return total
 
     def _fitted(self, grids: Grids, found: Floats, entered: Floats) -> tuple[Floats, Floats, bool]:
-        """Return middles and reaches of grids that fit the contacts, and whether the given grids do.
+        """Return centres and half widths of grids that fit the contacts, and whether the given grids already fit.
 
-        `found` are the forces of the cells, `entered` (tips,) how far the undeformed domes enter the fruit.
+        `found` are the forces of the cells, `entered` (tips,) the interference of the undeformed domes [mm].
         """
         middles, reach = grids.middles.copy(), grids.reach.copy()
         fits = True
         for tip, forces in enumerate(found):
             rows, columns = np.flatnonzero(forces.any(axis=1)), np.flatnonzero(forces.any(axis=0))
-            if not len(rows):  # off the fruit: a small grid waits where the dome will touch
+            if not len(rows):  # out of contact: a small grid stays where the dome will touch
                 reach[tip] = 1.2 * math.sqrt(self.widest * max(0.02 * abs(entered[tip]), 1e-3))
                 middles[tip] = self.touch[tip]
                 continue
@@ -152,7 +152,7 @@ class Pressing:
         return middles, reach, fits
 
     def _missed(self, grids: Grids, total: Floats, lowered: Floats) -> Flags:
-        """Return under which domes the height map would touch outside the grid, (tips,)."""
+        """Return under which domes the height map would touch outside the grid, as flags (tips,)."""
         steps = np.linspace(-2.0, 2.0, 81)
         outside = np.maximum(np.abs(steps[:, None]), np.abs(steps)) > 1.0
         x = grids.middles[:, 0, None, None] + grids.reach[:, None, None] * steps[:, None]
@@ -168,7 +168,7 @@ class Pressing:
         return missed
 
     def _yielded(self, grids: Grids, lowered: Floats, start: Floats | None) -> Floats:
-        """Return the forces of all cells [N], none above that at which the flesh yields."""
+        """Return the forces of all cells [N], none above the force at which the flesh yields."""
         x, y = grids.places()
         wanted = lowered[:, None, None] - self.gap(x, y)
         largest = np.broadcast_to(self.fruit.yields * (grids.size**2)[:, None, None], wanted.shape)
@@ -189,22 +189,22 @@ class Pressing:
         raise ArithmeticError(self.fruit.yields)
 
     def _sunk(self, grids: Grids, forces: Floats) -> Floats:
-        """Return deflection of the fruit and of the springs under forces of cells [mm]."""
+        """Return the deflection of fruit and springs under forces of cells [mm]."""
         springs: Floats = self.give[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
         return self.fruit.compliance * grids.deflection(forces) + springs
 
     def _pressed(self, grids: Grids, wanted: Floats, start: Floats | None, free: Flags) -> Floats:
-        """Return the forces of the free cells [N] of least energy, by an active set from those of a start.
+        """Return the forces of the free cells [N] with least energy, by an active set that begins with `start`.
 
-        `wanted` [mm] is how far each cell is to sink if it touches.
+        `wanted` [mm] is the displacement of each cell if it touches.
         """
 
         def sunk(forces: Floats) -> Floats:
-            """Return deflection under forces of cells [mm]."""
+            """Return the deflection under forces of cells [mm]."""
             return self._sunk(grids, forces)
 
         allowed = SETTLED * max(wanted.max(), 1e-6)
-        slack = (allowed * grids.size / self.fruit.compliance)[:, None, None]  # would sink a cell by some `allowed`
+        slack = (allowed * grids.size / self.fruit.compliance)[:, None, None]  # moves a cell by a few `allowed`
         active = free & (wanted > 0.0 if start is None else start > 0.0)
         f = np.zeros_like(wanted) if start is None else start
         energy = 0.5 * (f * (sunk(f) - 2.0 * wanted)).sum()
@@ -212,7 +212,7 @@ class Pressing:
         for _ in range(MOST_SETS):
             solved, apart = system.balanced(np.where(active, f, 0.0), active)
             pulls = (solved < -slack).any()
-            # Where cells would pull, the step is shortened until it lowers the energy.
+            # If cells would pull, the step is shortened until it lowers the energy.
             before, f, part = f, solved, 1.0
             while pulls and part > LEAST_PART:
                 f = np.maximum(before + part * (solved - before), 0.0)
@@ -230,7 +230,7 @@ class Pressing:
 
 @dataclass(frozen=True)
 class _System:
-    """Cells that are to sink as `wanted`, within what is `allowed` [mm], and how they sink under forces, `sunk`."""
+    """The linear system of cells in contact: forces whose deflection `sunk` is `wanted` within `allowed` [mm]."""
 
     grids: Grids
     sunk: Callable[[Floats], Floats]
@@ -238,9 +238,10 @@ class _System:
     allowed: float
 
     def balanced(self, f: Floats, active: Flags) -> tuple[Floats, Floats]:
-        """Return forces of the active cells [N] that sink them as wanted, from others f, and the gaps of all cells.
+        """Return the forces of the active cells [N] that deflect them as wanted, and the gaps of all cells [mm].
 
-        By conjugate gradients, preconditioned by the inverse of each grid's convolution.
+        It starts from the forces f and uses conjugate gradients, preconditioned by the inverse of each grid's
+        convolution.
         """
         apart = self.sunk(f) - self.wanted
         way, before = np.zeros_like(f), 1.0
