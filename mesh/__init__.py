@@ -1,1 +1,1 @@
-"""HOW it is divided: the only importer of gmsh."""
+"""The division of parts into elements: the only package that imports gmsh."""

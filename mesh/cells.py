@@ -1,6 +1,6 @@
 """Shape functions, their gradients and facets of hexahedra and tetrahedra, for all cells of a mesh at once.
 
-scikit-fem's own mapping evaluates them anew for each component, each mesh and each call.
+scikit-fem's own mapping evaluates them again for each component, each mesh and each call.
 """
 
 import functools
@@ -18,8 +18,8 @@ from sensor.arrays import Floats
 
 Ints = NDArray[np.integer[Any]]
 
-_SHARED = 2  # axes of points that all cells share
-_AREA_ORDER = 5
+_SHARED = 2  # dimensions of an array of points that all cells share
+_AREA_ORDER = 5  # polynomial degree of the quadrature of areas
 
 
 class ShapeTable(NamedTuple):
@@ -38,7 +38,7 @@ def shape_table(element: Element, points: Floats) -> ShapeTable:
     return _shape_table(cast(Hashable, type(element)), points.shape, points.tobytes())
 
 
-# A run asks for the same few tables, on the facets of a cube and at points of quadrature, some hundred times.
+# A run needs the same few tables, on the facets of a cube and at quadrature points, some hundred times.
 @functools.lru_cache(maxsize=64)
 def _shape_table(element: type[Element], shape: tuple[int, ...], content: bytes) -> ShapeTable:
     points = np.frombuffer(content).reshape(shape)
@@ -53,7 +53,7 @@ def _shape_table(element: type[Element], shape: tuple[int, ...], content: bytes)
 
 
 def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
-    """Return the positions in e cells [mm] of points of the unit cell, (dim, q) or (dim, e, q), shape (dim, e, q)."""
+    """Return the positions in e cells [mm], (dim, e, q), of points of the unit cell, (dim, q) or (dim, e, q)."""
     values = shape_table(mesh.elem(), points).values
     nodes = _nodes(mesh, cells)
     if points.ndim > _SHARED:
@@ -62,7 +62,7 @@ def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats
 
 
 def cell_jacobian(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
-    """Return d x_i / d X_j [mm] at points X of the unit cell, (dim, q) or (dim, e, q), shape (dim, dim, e, q)."""
+    """Return d x_i / d X_j [mm], (dim, dim, e, q), at points X of the unit cell, (dim, q) or (dim, e, q)."""
     slopes = shape_table(mesh.elem(), points).slopes
     nodes = _nodes(mesh, cells)
     if points.ndim > _SHARED:
@@ -71,13 +71,13 @@ def cell_jacobian(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floa
 
 
 def _nodes(mesh: Mesh, cells: Ints | None) -> Floats:
-    """Return where the nodes of cells lie [mm], shape (dim, cells, nodes)."""
+    """Return the positions of the nodes of cells [mm], shape (dim, cells, nodes)."""
     numbers = mesh.dofs.element_dofs if cells is None else mesh.dofs.element_dofs[:, cells]
     return np.asarray(mesh.doflocs[:, numbers.T], dtype=np.float64)
 
 
 def gradients(table: ShapeTable, jacobian: Floats) -> Floats:
-    """Return the gradients [1/mm] of shape functions in e cells of a given Jacobian [mm], shape (nodes, dim, e, q)."""
+    """Return the gradients [1/mm] of shape functions in e cells with a given Jacobian [mm], (nodes, dim, e, q)."""
     rule = "nkq,kjeq->njeq" if table.slopes.ndim == jacobian.ndim - 1 else "nkeq,kjeq->njeq"
     return np.asarray(np.einsum(rule, table.slopes, inverse(jacobian)))
 
@@ -96,13 +96,13 @@ def inverse(jacobian: Floats) -> Floats:
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """Return the cross products of vectors (3, ...); numpy's own moves the axes about."""
+    """Return the cross products of vectors (3, ...); faster than numpy's, which moves axes."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceFacet:
-    """The elements that have the same one of their facets on a surface: its corner and two edges from it, (3,)."""
+    """Elements whose same local facet lies on a surface, with the corner of this facet and two edges from it, (3,)."""
 
     elements: Ints
     corner: Floats
@@ -114,7 +114,7 @@ class ReferenceFacet:
         return self.corner[:, None] + np.stack([self.along, self.across], axis=1) @ points
 
     def normals(self, mesh: Mesh, points: Floats) -> Floats:
-        """Return the normals at points (2, q) of a unit square, as long as its area there [mm^2], (3, elements, q)."""
+        """Return the normals at points (2, q) of a unit square, (3, elements, q); their length is the area [mm^2]."""
         jacobian = cell_jacobian(mesh, self.inside(points), self.elements)
         along = np.einsum("ijeq,j->ieq", jacobian, self.along)
         across = np.einsum("ijeq,j->ieq", jacobian, self.across)
@@ -122,17 +122,17 @@ class ReferenceFacet:
 
 
 def reference_facets(mesh: Mesh, facets: Ints) -> Iterator[ReferenceFacet]:
-    """Yield the elements that facets (n,) of a mesh belong to, grouped by the facet of the unit cell [1] they are."""
+    """Yield the elements of facets (n,) of a mesh, grouped by the local facet of the unit cell [1]."""
     owners = mesh.f2t[0, facets]
     for local, corners in enumerate(mesh.refdom.facets):
         elements = owners[mesh.t2f[local, owners] == facets]
         if len(elements):
-            first, second, *_, last = mesh.refdom.p[:, corners].T  # corners in order round the facet
+            first, second, *_, last = mesh.refdom.p[:, corners].T  # corners in order around the facet
             yield ReferenceFacet(elements, first, second - first, last - first)
 
 
 def facets_area(mesh: Mesh, facets: Ints) -> float:
-    """Return the area [mm^2] of facets (n,) of a mesh of hexahedra, curved as their elements are."""
+    """Return the area [mm^2] of facets (n,) of a mesh of hexahedra, which may be curved."""
     points, weights = get_quadrature(RefQuad, _AREA_ORDER)
     area = 0.0
     for facet in reference_facets(mesh, facets):

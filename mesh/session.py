@@ -1,4 +1,4 @@
-"""The one gmsh session of a process: explicit options, left as it was found, its errors and arrays in one form."""
+"""The only gmsh session of a process: explicit options, restored state, and one form of its errors and arrays."""
 
 import signal
 import tempfile
@@ -20,7 +20,7 @@ Ints = NDArray[np.int64]
 OPTIONS = {
     "General.Terminal": 0.0,
     "General.NumThreads": 1.0,
-    "General.AbortOnError": 2.0,  # raise; with 0 a failed step returns as if it had succeeded
+    "General.AbortOnError": 2.0,  # raise an exception; with 0 a failed step returns as if it had succeeded
     "Mesh.RandomSeed": 1.0,
     "Mesh.Algorithm": 6.0,
     "Mesh.Algorithm3D": 1.0,
@@ -37,7 +37,7 @@ _REINSTALL = "free memory, or install gmsh again"
 
 
 class MeshError(RuntimeError):
-    """A mesh that cannot be made or must not be used: the stage that failed, why, and what to do."""
+    """A mesh that cannot be made or must not be used: the failed stage, the reason, and the remedy."""
 
     def __init__(self, stage: str, reason: str, hint: str) -> None:
         """Compose the one line of the message."""
@@ -47,16 +47,16 @@ class MeshError(RuntimeError):
         self.hint = hint
 
     def __reduce__(self) -> tuple[type["MeshError"], tuple[str, str, str], dict[str, object]]:
-        """Say how the error is rebuilt in another process."""
+        """Return how to construct the error in another process."""
         return type(self), (self.stage, self.reason, self.hint), vars(self)
 
 
 @contextmanager
 def gmsh_session() -> Iterator[None]:
-    """Give gmsh with this project's options and an empty model, whatever a program does with gmsh itself.
+    """Provide gmsh with this project's options and an empty model, even if the calling program uses gmsh itself.
 
-    Where gmsh is closed, it is opened and closed again. Where the program has it open, the work stands beside its own,
-    which it finds as it left it. Raises MachineError where gmsh fails.
+    If gmsh is not initialised, it is initialised and finalised again. If the program has initialised it, a separate
+    model is used, and the program's model and options are restored. Raises MachineError if gmsh fails.
     """
     with _beside_the_program() if gmsh.isInitialized() else _opened():
         with stage("session", "check the option names against the installed gmsh"):
@@ -67,7 +67,8 @@ def gmsh_session() -> Iterator[None]:
 
 @contextmanager
 def _opened() -> Iterator[None]:
-    # Not interruptible: gmsh would replace the signal handler of Ctrl-C. No config files: a mesh must repeat anywhere.
+    # If interruptible, gmsh would replace the signal handler of Ctrl-C. Config files would make meshes differ by
+    # machine.
     with _signals_kept(), stage("session", _REINSTALL):
         gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
@@ -78,14 +79,14 @@ def _opened() -> Iterator[None]:
 
 @contextmanager
 def _beside_the_program() -> Iterator[None]:
-    """Give a model of its own and gmsh's default options; then give back the model and the options of the program."""
+    """Provide a separate model with gmsh's default options; then restore the model and the options of the program."""
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         options = str(Path(folder) / "program.opt")
         with stage("session", _REINSTALL):
             model = gmsh.model.getCurrent()
             numbers = {name: gmsh.option.getNumber(name) for name in _CHANGED_BY_WRITING}
             gmsh.option.setNumber("General.Terminal", 0.0)
-            gmsh.write(options)  # those that are not as gmsh has them by default
+            gmsh.write(options)  # options that differ from gmsh's defaults
             gmsh.model.add("twintip")
             gmsh.option.restoreDefaults()
         try:
@@ -102,14 +103,14 @@ def _beside_the_program() -> Iterator[None]:
 
 @contextmanager
 def _signals_kept() -> Iterator[None]:
-    """Set the handlers of signals again after the block that gmsh takes away below Python; until then they wait."""
+    """Restore the signal handlers that gmsh replaces below Python's level; signals wait until then."""
     handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)}
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     try:
         signal.pthread_sigmask(signal.SIG_BLOCK, handlers)
         yield
     finally:
-        if threading.current_thread() is threading.main_thread():  # elsewhere Python sets none
+        if threading.current_thread() is threading.main_thread():  # Python can set handlers only there
             for number, handler in handlers.items():
                 if handler is not None:
                     signal.signal(number, handler)
@@ -118,14 +119,14 @@ def _signals_kept() -> Iterator[None]:
 
 @contextmanager
 def stage(name: str, hint: str) -> Iterator[None]:
-    """Turn an error of gmsh inside the block into a MachineError with this stage and hint; others pass unchanged.
+    """Convert an error of gmsh inside the block into a MachineError with this stage and hint; others pass unchanged.
 
-    What gmsh itself raises is a fault of gmsh or of memory. Whether a mesh is good is checked here, by MeshError.
+    An error that gmsh raises is a fault of gmsh or of memory. The quality of a mesh is checked here, with MeshError.
     """
     try:
         yield
     except Exception as error:
-        # gmsh raises the bare class Exception and nothing else; every subclass is somebody else's.
+        # gmsh raises only the bare class Exception; any subclass comes from elsewhere.
         if type(error) is not Exception:
             raise
         msg = f"mesh, stage {name!r}: gmsh says {str(error).strip() or 'nothing'!r}; {hint}"
@@ -134,14 +135,14 @@ def stage(name: str, hint: str) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Nodes:
-    """Points of nodes (3, n) [mm], and the index of each tag of gmsh among them, -1 for a tag that is not used."""
+    """Points of nodes (3, n) [mm], and the index of each gmsh tag among them; -1 for an unused tag."""
 
     points: Floats
     index: Ints
 
 
 def element_nodes(kind: str, order: int = 1, entity: int = -1) -> Ints:
-    """Return gmsh's tags of the nodes of all elements of a kind, or of those on one entity, shape (nodes, elements)."""
+    """Return gmsh's node tags of all elements of a kind, or of those on one entity, shape (nodes, elements)."""
     number = gmsh.model.mesh.getElementType(kind, order)
     count = gmsh.model.mesh.getElementProperties(number)[3]
     nodes = gmsh.model.mesh.getElementsByType(number, entity)[1]
@@ -149,7 +150,7 @@ def element_nodes(kind: str, order: int = 1, entity: int = -1) -> Ints:
 
 
 def used_nodes(elements: Ints) -> Nodes:
-    """Return the nodes that elements use, of shape (nodes, elements), in the order of their tags."""
+    """Return the nodes that elements (nodes, elements) use, in the order of their tags."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     used = np.unique(elements)
     index = np.full(int(np.max(tags)) + 1, -1, dtype=np.int64)
@@ -160,9 +161,9 @@ def used_nodes(elements: Ints) -> Nodes:
 
 
 def index_by_nodes(facets: Ints, wanted: Ints) -> Ints:
-    """Return the column of `facets` that has the nodes of each column of `wanted`, shape (k,), -1 where none has.
+    """Return the column of `facets` with the nodes of each column of `wanted`, shape (k,); -1 if there is none.
 
-    Facets or edges by their nodes, (nodes, n) and (nodes, k), which may stand in any order.
+    Facets or edges are given by their nodes, (nodes, n) and (nodes, k), in any order.
     """
     nodes = np.sort(np.concatenate([facets, wanted], axis=1), axis=0)
     _, label = np.unique(nodes, axis=1, return_inverse=True)

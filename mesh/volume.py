@@ -1,4 +1,4 @@
-"""From a part to a tetrahedral mesh of its inside, whose boundaries carry the names of the part's faces."""
+"""A tetrahedral mesh of a part, whose boundaries have the names of the part's faces."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ if TYPE_CHECKING:
 
 _LOST = "the order of the faces was lost, write the BREP file of this very solid"
 _FINER = "take smaller elements on curved faces, or check the solid"
-_SAME = 1e-6  # relative: gmsh reads the same shape that was written, so faces agree to the digits of the file
-_SAMPLING = 200  # points along a curve from which gmsh takes the distance
+_SAME = 1e-6  # relative difference of faces; gmsh reads the written shape, so they agree to the digits of the file
+_SAMPLING = 200  # points along a curve for gmsh's distance field
 
 
 @dataclass(frozen=True, kw_only=True)
 class SizeField:
     """Element size [mm]: `smallest_mm` at the outline of the named faces, growing by `growth` per mm, to `largest_mm`.
 
-    An outline has no curve in common with the faces named in `cuts`: there the solid goes on. No faces: uniform size.
+    The outline leaves out curves shared with the faces named in `cuts`, at which the solid continues. Without faces the
+    size is uniform.
     """
 
     largest_mm: float
@@ -42,9 +43,9 @@ class SizeField:
 def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_quality: float = 0.05) -> MeshTet1:
     """Return the tetrahedral mesh [mm] of a part with its named faces as boundaries.
 
-    `tolerance` is the relative difference of volume and of each named area from the solid's; faceted curved faces
-    need more than the default. `least_quality` is the smallest scaled Jacobian [1]. Raises MeshError with the stage
-    that failed.
+    `tolerance` is the largest relative difference of the volume and each named area from the solid; curved faces need
+    more than the default. `least_quality` is the smallest allowed scaled Jacobian [1]. Raises MeshError with the failed
+    stage.
     """
     for name in (*size.faces, *size.cuts):
         if name not in part.faces:
@@ -57,7 +58,7 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
             tets = element_nodes("Tetrahedron")
-            nodes = used_nodes(tets)  # what no tetrahedron uses is dropped
+            nodes = used_nodes(tets)  # drops nodes that no tetrahedron uses
             triangles = [nodes.index[element_nodes("Triangle", entity=tag)] for tag in tags]
     points = nodes.points
     tets = np.ascontiguousarray(nodes.index[tets])
@@ -71,20 +72,20 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
 def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> dict[str, Ints]:
     """Return the facets of the mesh on each named face of a part; raises MeshError.
 
-    `triangles` are the nodes (3, n) of the triangles on each face of the solid, in the order of its faces.
+    `triangles` has the nodes (3, n) of the triangles on each face of the solid, in the order of its faces.
     """
     outside = mesh.boundary_facets()
     boundaries = {}
     for name, indices in part.faces.items():
         index = index_by_nodes(mesh.facets[:, outside], np.hstack([triangles[i] for i in indices]))
         if (index < 0).any():
-            raise MeshError("read", "a triangle of a face is no outer facet of the mesh", "check the solid")
+            raise MeshError("read", "a triangle of a face is not an outer facet of the mesh", "check the solid")
         boundaries[name] = outside[index]
     return boundaries
 
 
 def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
-    """Raise MeshError when volume or a named area differs from the part's by more than the relative tolerance [1]."""
+    """Raise MeshError if the volume or a named area differs from the part's by more than the relative tolerance [1]."""
     mapping = mesh.mapping()
     volume = float(np.abs(mapping.detA).sum()) / 6.0
     compare("volume", volume, float(part.shape.Volume()), tolerance, _FINER)
@@ -95,7 +96,7 @@ def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
 
 def _imported(part: Part) -> list[int]:
     """Read the part into gmsh; return the surface tags in the order of the part's faces."""
-    # a file in memory: one on a disk would stay there after a kill
+    # a file in memory, because one on disk would remain after a kill
     with os.fdopen(os.memfd_create("part.brep")) as in_memory, stage("import", "check that the solid is valid"):
         path = Path(f"/proc/self/fd/{in_memory.fileno()}")
         part.write_brep(path)
@@ -117,7 +118,7 @@ def _check_faces(part: Part, tags: Sequence[int]) -> None:
         wanted = face.Area()
         shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(2, tag))
         if abs(area - wanted) > _SAME * wanted or shift > _SAME * math.sqrt(wanted):
-            away = f"{area:.6g} mm^2, {shift:.3g} mm away"
+            away = f"{area:.6g} mm^2, centre {shift:.3g} mm away"
             raise MeshError("import", f"face {index} is not the face {index} of the solid: {away}", _LOST)
 
 

@@ -1,6 +1,6 @@
-"""The profile of the housing as four-sided blocks: fans around the leaf roots, rings around the holes, the rest coarse.
+"""The profile of the housing as four-sided blocks: fans at the leaf roots, rings around the holes, coarse elsewhere.
 
-A fan runs from the end of a straight leaf over its fillets to a box in the solid: four sectors of 45 degrees. Units:
+A fan extends from the end of a straight leaf over its fillets to a box in the solid: four sectors of 45 degrees. Units:
 mm; points are (x, z).
 """
 
@@ -16,14 +16,14 @@ Interval = tuple[float, float]  # from, to [mm]
 
 _FAN = 1.8  # half height of a fan's box over half the thickness of the leaf with its fillets
 _ROOM = 0.7  # fraction of the solid beside a fillet that a fan may take
-_NECK_GROWTH = 1.5  # of one element of a neck over the one below
+_NECK_GROWTH = 1.5  # size of an element of a neck over the one below
 
 
 @dataclass(frozen=True, kw_only=True)
 class Counts:
     """Numbers of elements along the curves of the profile; `frame_size` is the length of an element in the frame.
 
-    `across_leaf` is that over the thickness of a leaf.
+    `across_leaf` is the number over the thickness of a leaf.
     """
 
     sector: int
@@ -38,9 +38,9 @@ class Counts:
 
 @dataclass(frozen=True, kw_only=True)
 class Segment:
-    """A line or, with a centre, an arc, with its number of elements; `surface` names the face it lies on.
+    """A line or, with a centre, an arc, with its number of elements; `surface` is the name of the face it lies on.
 
-    `growth` is the ratio of one element to the next; `bump` below 1 packs elements towards both ends.
+    `growth` is the size ratio of successive elements; `bump` below 1 concentrates elements at both ends.
     """
 
     start: Point
@@ -62,7 +62,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Fan:
-    """The levels z of a fan: that of its leaf, and its height above and below it [mm]."""
+    """The levels z of a fan: the level of its leaf, and its height above and below it [mm]."""
 
     level: float
     height: float
@@ -76,8 +76,8 @@ class Fan:
 def counts(housing: Housing, scale: float) -> Counts:
     """Return the numbers of elements at a relative element size [1].
 
-    Size 1 is that of the mesh to solve on, 2 that of the one that gives its error, 0.5 that of a reference. In the
-    frame, which hardly deforms, elements grow with the root of it.
+    Size 1 is for the mesh of the solve, 2 for the mesh that gives its error, 0.5 for a reference. In the frame, which
+    hardly deforms, elements grow with the root of it.
     """
 
     def scaled(number: int) -> int:
@@ -102,12 +102,12 @@ def pieces(length: float, count: Counts) -> int:
 
 
 def pieces_between(a: float, b: float, fans: Sequence[Fan], count: Counts) -> int:
-    """Return the number of elements between two levels of a wall or shuttle [mm]; a fan sets it where there is one."""
+    """Return the number of elements between two levels of a wall or shuttle [mm]; in a fan it is the fan's number."""
     return count.sector if in_fan(a, b, fans) else pieces(b - a, count)
 
 
 def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
-    """Say whether two levels [mm] lie in the same fan."""
+    """Return whether two levels [mm] lie in the same fan."""
     for fan in fans:
         lower, _, upper = fan.levels
         if lower <= a and b <= upper:
@@ -116,7 +116,7 @@ def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
 
 
 def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
-    """Return the fans of both leaves in a wall or shuttle that reaches from one level to another [mm]."""
+    """Return the fans of both leaves in a wall or shuttle between a bottom and a top level [mm]."""
     lower, upper = arm.levels
     inside = 0.5 * arm.flexure.separation
     half = 0.5 * arm.flexure.thickness + arm.flexure.fillet
@@ -128,10 +128,10 @@ def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
 
 
 def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
-    """Return the fan at the root of a leaf at x [mm]; its box reaches `depth` [mm] along x into the solid.
+    """Return the fan at the root of a leaf at x [mm]; its box extends `depth` [mm] along x into the solid.
 
-    The depth has the sign of that direction. The fan has four sides: the end of the straight leaf, fillet and face
-    above, the box in the solid, fillet and face below.
+    The depth has the sign of this direction. The fan has four sides: the end of the straight leaf, fillet and face
+    above, the box in the solid, and fillet and face below.
     """
     lower, level, upper = fan.levels
     half = 0.5 * arm.flexure.thickness
@@ -145,9 +145,10 @@ def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Bloc
 
 
 def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) -> tuple[Segment, Segment]:
-    """Return the fillet from the end of a leaf to the face of the solid, and that face on to the edge of the box.
+    """Return the fillet from the end of a leaf to the face of the solid, and the face on to the edge of the box.
 
-    The straight leaf at `level` ends at x = `start` [mm]. `edge` [mm] lies above or below it, and so do the segments.
+    The straight leaf at `level` ends at x = `start` [mm]. The segments lie on the side of the leaf where `edge` [mm]
+    lies.
     """
     sign = math.copysign(1.0, edge[1] - level)
     leaf = level + sign * 0.5 * arm.flexure.thickness
@@ -164,7 +165,7 @@ def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) 
 
 
 def straight_ends(arm: Arm) -> tuple[float, float]:
-    """Return x [mm] where the part of a leaf begins and ends that may be stretched, from the wall to the shuttle.
+    """Return x [mm] of the ends of the part of a leaf that may be stretched, from the wall to the shuttle.
 
     It lies between the fillets.
     """
@@ -176,7 +177,7 @@ def leaves(arm: Arm, count: Counts) -> Iterator[Block]:
     """Yield the straight parts of the two leaves of an arm."""
     half = 0.5 * arm.flexure.thickness
     start, end = straight_ends(arm)
-    # Bending across the leaf fades within half its depth from a root: long leaves need their elements there.
+    # Bending across the leaf decays within half its depth from a root, where long leaves need their elements.
     bump = min(1.0, arm.flexure.depth / abs(end - start))
     for level in arm.levels:
         low = Segment(
@@ -215,7 +216,7 @@ def rectangle(x: Interval, z: Interval, along: int, across: int) -> Block:
 def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
     """Yield the blocks of one shuttle with its neck and tip, in two columns along x.
 
-    The fans at the roots of the leaves fill their levels of the near column.
+    At the levels of the leaf roots, the near column consists of the fans.
     """
     fans = fans_between(arm, housing.neck_level, arm.top_level)
     width = -arm.sign * housing.shuttle_width
@@ -237,7 +238,7 @@ def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
 def _neck(housing: Housing, top: Interval, bottom: Interval, count: Counts) -> Iterator[Block]:
     """Yield the blocks of one column of a neck and of the tip below it.
 
-    The neck tapers from the interval `top` of x at the shuttle to `bottom` at the tip.
+    The neck tapers from the interval `top` of x at the shuttle to the interval `bottom` at the tip.
     """
     a = (bottom[0], housing.tip_height)
     b = (bottom[1], housing.tip_height)

@@ -1,4 +1,4 @@
-"""The frame of the housing as four-sided blocks: walls with their holes in rings, and the top bar between them.
+"""The frame of the housing as four-sided blocks: walls with rings around their holes, and the top bar between them.
 
 Units: mm; points are (x, z).
 """
@@ -13,12 +13,12 @@ from mesh.housing.blocks import Block, Counts, Point, Segment
 from mesh.session import MeshError
 
 _RING = 1.3  # least distance of a ring's edge from the centre of its hole, over the radius
-_WIDE_RING = 1.7  # where a line is made for it
-_TO_HOLE = 0.65  # fraction of the distance between leaf root and hole that a fan may take
+_WIDE_RING = 1.7  # this distance if the edge gets a line of its own
+_TO_HOLE = 0.65  # largest extent of a fan over the distance between leaf root and hole
 
 
 def housing_blocks(housing: Housing, count: Counts) -> list[Block]:
-    """Return the blocks of the profile; raises MeshError where two holes leave no wall between them."""
+    """Return the blocks of the profile; raises MeshError if two holes leave no wall between them."""
     profile = _bar(housing, count)
     for arm in housing.arms:
         profile += _Wall(housing, arm, count).blocks()
@@ -28,24 +28,24 @@ def housing_blocks(housing: Housing, count: Counts) -> list[Block]:
 
 
 def post_columns(housing: Housing, arm: Arm, count: Counts) -> tuple[float, float]:
-    """Return x [mm] at which the plain cells between a wall's fans and the rings of its post begin and end."""
+    """Return x [mm] where the plain cells between a wall's fans and the rings of its post begin and end."""
     wall = _Wall(housing, arm, count)
     return wall.fan_end_x, wall.ring_start_x
 
 
 class _Wall:
-    """One wall: beside the cavity fans and cells, behind them the holes in rings; levels z and columns x [mm].
+    """One wall: fans and cells beside the cavity, and behind them the holes in rings; levels z and columns x [mm].
 
         cavity | upper fan | plain cells | upper ring  | outside     z up
         cavity | cells     | plain cells | two columns | outside
         cavity | lower fan | plain cells | lower ring  | outside
               wall      fan_end_x   ring_start_x     outer           x, away from the cavity
 
-    There are plain cells only where a wall is wider than its post.
+    There are plain cells only if the wall is wider than its post.
     """
 
     def __init__(self, housing: Housing, arm: Arm, count: Counts) -> None:
-        """Find the levels across the wall, those of the rings' edges among them."""
+        """Find the levels of the wall, including the edges of the rings."""
         self.housing = housing
         self.arm = arm
         self.count = count
@@ -60,13 +60,13 @@ class _Wall:
         self.upper_ring_bottom = self._ring_end_level(upper_hole, -1.0, levels)
         self.levels = sorted({*levels, self.lower_ring_top, self.upper_ring_bottom})
 
-        # x where the fans end, and where the rings begin: the same, but in a wall wider than its post
+        # x where the fans end and where the rings begin, which differ only in a wall wider than its post
         to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
         reach = arm.sign * min(max(lower_fan.height, upper_fan.height), to_hole)
         self.fan_end_x, self.ring_start_x = arm.wall + reach, arm.post + reach
 
     def blocks(self) -> Iterator[Block]:
-        """Yield the blocks; raises MeshError where two holes leave no wall between them."""
+        """Yield the blocks; raises MeshError if two holes leave no wall between them."""
         lower_hole, upper_hole = self.arm.holes
         if not self.lower_ring_top <= self.upper_ring_bottom:
             reason = f"the holes at z = {lower_hole[1]:.4g} and {upper_hole[1]:.4g} mm leave no wall between them"
@@ -84,7 +84,7 @@ class _Wall:
                 yield self._cell(a, b)
 
     def _before_post(self) -> Iterator[Block]:
-        """Yield the plain cells between the fans and the post, none where the wall is no wider than its post."""
+        """Yield the plain cells between the fans and the post; nothing if the wall is no wider than its post."""
         width = abs(self.ring_start_x - self.fan_end_x)
         if width > 0.0:
             columns = blocks.pieces(width, self.count)
@@ -92,7 +92,7 @@ class _Wall:
                 yield blocks.rectangle((self.fan_end_x, self.ring_start_x), (a, b), columns, self._pieces(a, b))
 
     def _post(self) -> Iterator[Block]:
-        """Yield the rings about both holes, and two columns of cells between the rings."""
+        """Yield the rings around both holes, and two columns of cells between the rings."""
         lower_hole, upper_hole = self.arm.holes
         middle = lower_hole[0]
         for a, b in self._pairs_of_levels(self.lower_ring_top, self.upper_ring_bottom):
@@ -102,7 +102,7 @@ class _Wall:
         yield from self._ring(upper_hole, self.upper_ring_bottom, self.levels[-1])
 
     def _pairs_of_levels(self, start: float, end: float) -> Iterator[tuple[float, float]]:
-        """Return the levels from start to end [mm], each with the next one."""
+        """Return the levels from start to end [mm], each paired with the next one."""
         return pairwise(level for level in self.levels if start <= level <= end)
 
     def _pieces(self, a: float, b: float) -> int:
@@ -110,10 +110,10 @@ class _Wall:
         return blocks.pieces_between(a, b, self.fans, self.count)
 
     def _ring_end_level(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
-        """Return the level [mm] at which the ring of a hole ends, above the hole or below it (sign -1).
+        """Return the level [mm] at which the ring of a hole ends, above the hole (sign 1) or below it (sign -1).
 
-        It is the nearest level that leaves the ring wide enough, or a new one where none is near. It is never one in a
-        fan, whose sectors are fixed.
+        It is the nearest level that makes the ring wide enough, or a new one if none is close enough. It never lies
+        inside a fan, whose sectors are fixed.
         """
         for level in sorted(levels, reverse=sign < 0.0):  # outwards from the hole
             distance = sign * (level - hole[1]) / self.radius
@@ -129,8 +129,8 @@ class _Wall:
     def _cell(self, a: float, b: float) -> Block:
         """Return the block between levels a and b [mm], from the end of the fans to the cavity.
 
-        The fillet under the top bar is cut at its middle, the knuckle. The cell below ends there and has the lower half
-        of the fillet as its side; the cell above begins there.
+        The fillet under the top bar is divided at its middle, the knuckle. The cell below ends there and has the lower
+        half of the fillet as its side; the cell above begins there.
         """
         ceiling = self.housing.cavity_level
         wall = self.arm.wall
@@ -146,7 +146,7 @@ class _Wall:
         return Block(sides=(cell.sides[0], (fillet,), *cell.sides[2:]))
 
     def _ring(self, hole: Point, start: float, end: float) -> Iterator[Block]:
-        """Yield the blocks between a hole and the rectangle around it that reaches from one level to another [mm]."""
+        """Yield the blocks between a hole and the rectangle around it, from one level to another [mm]."""
         inner = self.ring_start_x
         middle, level = hole
         outer = self.arm.outer
@@ -169,7 +169,7 @@ class _Wall:
 
 
 def _on_circle(centre: Point, radius: float, point: Point) -> Point:
-    """Return the point of a circle that is nearest to a point."""
+    """Return the point of a circle nearest to a point."""
     distance = math.dist(point, centre)
     x = centre[0] + radius * (point[0] - centre[0]) / distance
     z = centre[1] + radius * (point[1] - centre[1]) / distance
@@ -183,7 +183,7 @@ def _knuckle(housing: Housing, arm: Arm) -> Point:
 
 
 def _half_fillet(housing: Housing, arm: Arm, start: Point, number: int) -> Segment:
-    """Return the fillet between wall and top bar from one of its ends to its middle, in a number of elements."""
+    """Return the fillet between wall and top bar from one of its ends to its middle, with a number of elements."""
     r = housing.corner
     centre = (arm.wall - arm.sign * r, housing.cavity_level - r)
     return Segment(start=start, end=_knuckle(housing, arm), count=number, centre=centre)
@@ -193,7 +193,7 @@ def _bar(housing: Housing, count: Counts) -> list[Block]:
     """Return the blocks of the top bar: one over half of the fillet at each wall, and one between them."""
     high = blocks.pieces(housing.top_level - housing.cavity_level, count)
     bar = []
-    ends = []  # of the block between, each below and above
+    ends = []  # ends of the block between, each with its lower and upper point
     for arm in housing.arms:
         x = arm.wall - arm.sign * housing.corner
         below = (x, housing.cavity_level)

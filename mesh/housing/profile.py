@@ -10,15 +10,15 @@ from mesh.housing.blocks import Block, Point, Segment
 from mesh.session import Ints, MeshError, element_nodes, gmsh_session, stage, used_nodes
 from sensor.arrays import Floats
 
-_SMOOTHING = 10  # steps of gmsh's smoother, on fans
-_DIGITS = 9  # points closer than 1e-9 mm are one point
+_SMOOTHING = 10  # steps of gmsh's smoother, used on fans
+_DIGITS = 9  # decimals [mm] of a point, to merge equal points
 
 
 @dataclass(frozen=True, kw_only=True)
 class Profile:
-    """Points (2, points) [mm] in (x, z), quadrilaterals (4, m) counterclockwise, edges (2, k) on arcs, their middles.
+    """Points (2, points) [mm] in (x, z), quadrilaterals (4, m) counterclockwise, edges (2, k) on arcs, their midpoints.
 
-    `surfaces` gives by name the edges (2, k) that lie on a named surface.
+    `surfaces` has the edges (2, k) on each named surface.
     """
 
     points: Floats
@@ -29,7 +29,7 @@ class Profile:
 
 
 class _Curves:
-    """The curves that gmsh has so far: blocks that share a segment share its curve."""
+    """The curves added to gmsh; blocks that share a segment share its curve."""
 
     def __init__(self) -> None:
         self.points: dict[Point, int] = {}
@@ -43,7 +43,7 @@ class _Curves:
         return self.points[key]
 
     def curve(self, segment: Segment) -> int:
-        """Return the tag of a segment's curve; raises MeshError when its neighbour has another count."""
+        """Return the tag of a segment's curve; raises MeshError if a neighbour has another number of elements."""
         key = frozenset((_rounded(segment.start), _rounded(segment.end)))
         if key not in self.curves:
             self.curves[key] = (self._add(segment), segment)
@@ -68,12 +68,12 @@ class _Curves:
 
 
 def _rounded(point: Point) -> Point:
-    """Return a point rounded to 1e-9 mm, as a key; adding 0 makes 0 of -0."""
+    """Return a point rounded to 1e-9 mm, as a key; adding 0 converts -0 to 0."""
     return round(point[0], _DIGITS) + 0.0, round(point[1], _DIGITS) + 0.0
 
 
 def meshed_profile(blocks: Iterable[Block]) -> Profile:
-    """Return the quadrilaterals of the blocks [mm]; raises MeshError with the stage that failed."""
+    """Return the quadrilaterals of the blocks [mm]; raises MeshError with the failed stage."""
     hint = "check the dimensions of the housing"
     with gmsh_session():
         with stage("blocks", hint):
@@ -88,12 +88,12 @@ def meshed_profile(blocks: Iterable[Block]) -> Profile:
 
 
 def _add_surface(block: Block, curves: _Curves) -> None:
-    """Add the four-sided surface of a block to gmsh, divided as its sides are."""
+    """Add the four-sided surface of a block to gmsh, with the divisions of its sides."""
     geo = gmsh.model.geo
     tags = [curves.curve(segment) for side in block.sides for segment in side]
     surface = geo.addPlaneSurface([geo.addCurveLoop(tags, reorient=True)])
 
-    # A side may have several segments: a corner is the point that a side shares with the one before it.
+    # A side may have several segments; a corner is the point that a side shares with the previous one.
     ends = []
     for side in block.sides:
         points = {_rounded(segment.start) for segment in side} | {_rounded(segment.end) for segment in side}
@@ -118,7 +118,7 @@ def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
 
     quads = nodes.index[quads]
     (x0, x1, x2, x3), (z0, z1, z2, z3) = points[:, quads]
-    clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0  # by the cross product of the diagonals
+    clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0  # sign of the cross product of the diagonals
     quads = np.where(clockwise, quads[::-1], quads)
 
     arcs = []
@@ -143,9 +143,9 @@ def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
 
 
 def _arc_midpoints(points: Floats, edges: Ints, start: Point, centre: Point) -> Floats:
-    """Return the middles (2, k) [mm] of the pieces of an arc whose ends are edges (2, k) of points (2, n) [mm].
+    """Return the midpoints (2, k) [mm] of the pieces of an arc, given as edges (2, k) of points (2, n) [mm].
 
-    They lie as far from its centre as its start does.
+    They have the same distance from the centre as the start of the arc.
     """
     middle = np.array(centre).reshape(2, 1)
     from_centre = points[:, edges].mean(axis=1) - middle

@@ -1,7 +1,7 @@
 """The half y >= 0 of the housing in curved quadratic hexahedra: its profile swept over the depth.
 
-Boundaries: low_tip, high_tip, mounting_holes, side_faces, symmetry, and low_leaves, high_leaves, the surfaces that
-strain most.
+Boundaries: low_tip, high_tip, mounting_holes, side_faces, symmetry, and low_leaves, high_leaves, the surfaces with the
+largest strain.
 """
 
 import dataclasses
@@ -25,32 +25,32 @@ from sensor.arrays import Floats
 FlexureMesh = MeshHex2
 
 LEAST_JACOBIAN = 0.1
-LONGEST_STRETCH = 1.25  # of what is stretched, either way, before a fresh mesh is due
-_VOLUME_TOLERANCE = 1e-4  # relative: what parabolas through three points of each arc leave
-_AREA_TOLERANCE = 2e-3  # relative: holes have as few as nine of them
-_VOLUME_ORDER = 5  # of the quadrature
-_LAYER_GROWTH = 2.0  # from the free side face inwards: the anticlastic bending of a leaf fades near it
+LONGEST_STRETCH = 1.25  # largest factor by which a mesh is stretched or compressed; beyond, a new mesh is made
+_VOLUME_TOLERANCE = 1e-4  # relative error of arcs that are replaced by parabolas through three points
+_AREA_TOLERANCE = 2e-3  # relative error of the area of holes, which have as few as nine such arcs
+_VOLUME_ORDER = 5  # polynomial degree of the quadrature
+_LAYER_GROWTH = 2.0  # thickness ratio of layers inwards from the side face, near which anticlastic bending decays
 _NEAR = 1e-7  # [mm]
 _VERY = "mesh the same housing that the solid was made of"
-_CORNERS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}  # of a quadrilateral, counterclockwise
+_CORNERS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}  # corners of a quadrilateral, counterclockwise
 
 
 def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None) -> MeshHex2:
-    """Return the mesh [mm] of the half y >= 0; `scale` 1 is the mesh to solve on, 2 a coarse one, 0.5 a reference.
+    """Return the mesh [mm] of the half y >= 0; `scale` 1 is the mesh of the solve, 2 a coarse one, 0.5 a reference.
 
-    `layers` is the number of elements over the half depth; where it is left out, it follows from the scale. Raises
-    MeshError with the stage that failed.
+    `layers` is the number of elements over the half depth; by default it follows from the scale. Raises MeshError with
+    the failed stage.
     """
     if layers is None:
         layers = 2 if scale >= 1.0 else 1 + round(1.0 / scale)
     return mesh_of_counts(housing, counts(housing, scale), layers)
 
 
-@functools.lru_cache(maxsize=3)  # what the fit solves on is written as a file, and other loads are solved on it
+@functools.lru_cache(maxsize=3)  # the mesh of the fit is also written to a file and solved under other loads
 def mesh_of_counts(housing: Housing, count: Counts, layers: int) -> MeshHex2:
-    """Return the mesh [mm] of the half y >= 0 from the numbers of elements along its curves; raises as `flexure_mesh`.
+    """Return the mesh [mm] of the half y >= 0 for numbers of elements along its curves; raises as `flexure_mesh`.
 
-    `layers` is how many elements stand over the half depth.
+    `layers` is the number of elements over the half depth.
     """
     profile = meshed_profile(housing_blocks(housing, count))
     straight = swept(profile, 0.5 * housing.depth * half_depth_shares(layers))
@@ -64,10 +64,10 @@ def mesh_of_counts(housing: Housing, count: Counts, layers: int) -> MeshHex2:
 
 
 def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | None:
-    """Return the mesh of a housing moved to other leaf lengths, None when they differ so much that a fresh one is due.
+    """Return the mesh of a housing adapted to other leaf lengths; None if the lengths differ too much.
 
-    x is stretched along the straight leaves, and the rest is shifted. Raises MeshError when anything but lengths
-    differs.
+    x is stretched along the straight leaves, and the rest is shifted. Raises MeshError if the housings differ in
+    anything but lengths.
     """
     flexures = {}
     for old_arm, new_arm in zip(made_for.arms, wanted.arms, strict=True):
@@ -89,10 +89,10 @@ def stretch_leaves(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHe
 
 
 def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
-    """Raise MeshError when volume, surface or a named area of both halves differ from those of the solid.
+    """Raise MeshError if volume, surface or a named area of both halves differ from the solid.
 
-    Relative differences of 1e-4 of the volume and 2e-3 of areas are allowed. The surface tells a mesh whose neighbours
-    do not share their facets.
+    Relative differences of 1e-4 of the volume and 2e-3 of areas are allowed. The surface is too large if neighbouring
+    elements do not share their facets.
     """
     points, weights = get_quadrature(RefHex, _VOLUME_ORDER)
     volume = 2.0 * float((np.abs(determinant(cell_jacobian(mesh, points))) * weights).sum())
@@ -105,13 +105,13 @@ def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
 
 
 def check_jacobian(mesh: MeshHex2) -> None:
-    """Raise MeshError when an element is folded or nearly so, at its corners or inside.
+    """Raise MeshError if an element is folded or nearly folded, at its corners or inside.
 
-    The measure is det J over the product of the lengths of its columns: 1 for a brick, 0 when flat.
+    The measure is det J over the product of the lengths of its columns: 1 for a brick, 0 for a flat element.
     """
     jacobian = cell_jacobian(mesh, np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]]))
     quality = determinant(jacobian) / np.linalg.norm(jacobian, axis=0).prod(axis=0)
-    # An element may be numbered the other way round, but its sign must be one everywhere.
+    # An element may be numbered in the opposite sense, but its sign must be the same everywhere.
     quality = (quality * np.sign(quality[:, :1])).min(axis=1)
     worst = int(np.argmin(quality))
     if not quality[worst] >= LEAST_JACOBIAN:
@@ -121,7 +121,7 @@ def check_jacobian(mesh: MeshHex2) -> None:
 
 
 def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:
-    """Return the fraction of the depth that is solid: less than 1 in necks and tips, not in the feet of the walls."""
+    """Return the fraction of the depth that is solid: less than 1 in necks and tips, 1 in the rest of the housing."""
     levels = (housing.tip_height, housing.neck_level)
     fraction = np.interp(z, levels, [housing.depth_share(level) for level in levels])
     reach = 0.5 * (housing.spacing + housing.shuttle_width)
@@ -135,12 +135,12 @@ def half_depth_shares(layers: int) -> Floats:
 
 
 def swept(profile: Profile, levels: Floats) -> MeshHex1:
-    """Return straight hexahedra between levels in y [mm]: node k n + i stands at level k over point i of n."""
+    """Return straight hexahedra between levels in y [mm]; node k n + i is point i of n at level k."""
     n = profile.points.shape[1]
     layers = len(levels) - 1
     x, z = profile.points
     points = np.vstack([np.tile(x, layers + 1), np.repeat(levels, n), np.tile(z, layers + 1)])
-    # Corner (r, s, t) of the unit cube stands over a corner of a quadrilateral, on the lower or the upper level (t).
+    # Corner (r, s, t) of the unit cube is corner (r, s) of a quadrilateral at the lower or the upper level (t).
     cells = []
     for layer in range(layers):
         corners = [profile.quads[_CORNERS[r, s]] + n * (layer + t) for r, s, t in RefHex.p.T.astype(int).tolist()]
@@ -157,8 +157,7 @@ def curved(mesh: MeshHex2, profile: Profile) -> Floats:
     straight = profile.points[:, profile.arcs].mean(axis=1)
     shift = profile.midpoints - straight
 
-    # The centre of a quadrilateral moves half as far as all its curved edges together: it keeps the point that a
-    # 20-node element gives it.
+    # The centre of a quadrilateral moves by half the sum over its curved edges, as in a 20-node element.
     centres = profile.points[:, profile.quads].mean(axis=1)
     centre_shift = np.zeros_like(centres)
     for side in range(4):
@@ -166,7 +165,7 @@ def curved(mesh: MeshHex2, profile: Profile) -> Floats:
         on_arc = arc >= 0
         centre_shift[:, on_arc] += 0.5 * shift[:, arc[on_arc]]
 
-    # Both stand in the profile; the nodes of the mesh over them, in every layer, move alike.
+    # Both are in the profile; the nodes of the mesh over them move by the same distance in every layer.
     targets = np.hstack([straight, centres])
     shifts = np.hstack([shift, centre_shift])
     distance, index = cKDTree(targets.T).query(points[[0, 2]].T)
@@ -175,7 +174,7 @@ def curved(mesh: MeshHex2, profile: Profile) -> Floats:
 
 
 def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str, Ints]:
-    """Return the named facets of the swept mesh, found by its nodes: the sweep keeps their order."""
+    """Return the named facets of the swept mesh, identified by their nodes, whose order the sweep keeps."""
     n = profile.points.shape[1]
     outside = mesh.boundary_facets()
     corners = mesh.facets[:, outside]
@@ -186,10 +185,10 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     for i, arm in enumerate(housing.arms):
         boundaries[f"{arm.name}_tip"] = outside[on_base & (nearest == i)]
     boundaries["symmetry"] = outside[(corners < n).all(axis=0)]  # the first n nodes lie at y = 0
-    # in the side face as solid: tapered necks are not
+    # tapered necks are not part of the side face
     y_solid = y * _depth_fraction(housing, x, z)
     boundaries["side_faces"] = outside[(np.abs(y_solid - 0.5 * housing.depth) < _NEAR).all(axis=0)]
-    # A facet that was swept from an edge of the profile has two points of it below: the ends of that edge.
+    # A facet swept from an edge of the profile lies over two of its points, the ends of this edge.
     below = corners % n
     ends = np.stack([below.min(axis=0), below.max(axis=0)])
     for name, edges in profile.surfaces.items():
@@ -198,9 +197,9 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
 
 
 def _knots(housing: Housing) -> list[float]:
-    """Return x from left to right [mm]: the outer faces, and between them what may be stretched.
+    """Return x from left to right [mm] of the outer faces and of the ends of the parts that may be stretched.
 
-    These are the straight leaves, and the plain cells of a wall that is wider than its post.
+    These parts are the straight leaves, and the plain cells of a wall that is wider than its post.
     """
     ends: list[float] = []
     for arm in housing.arms:
