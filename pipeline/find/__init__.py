@@ -1,1 +1,1 @@
-"""One search for `suggest` and `optimise`: candidates, their cheap model, their shortfall, and the proof by a run."""
+"""The search of `suggest` and `optimise`: candidates, their cheap model, their shortfall, and the proof by a run."""

@@ -1,4 +1,4 @@
-"""A candidate of a search, and the one measure of how far a design is from passing."""
+"""A candidate of a search, and the measure of its distance from passing."""
 
 import math
 import re
@@ -9,17 +9,17 @@ from functools import cached_property
 from pipeline.study.variation import Setting, is_number
 from sensor.verdict import Verdict
 
-MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
-_FAILS = 2.0  # above the costs of designs that pass, which lie from -1 to 1
+MARGIN = 0.01  # margin kept from a limit [1]; the plate of printed springs changes each number by less
+_FAILS = 2.0  # offset of failing designs, above the costs of passing ones from -1 to 1
 REFUSED_COST = 4.0
 
 
 def shortfall(verdict: Verdict) -> float:
-    """Return how far a verdict is from passing [1]: 0 where it passes with its margin.
+    """Return the distance of a verdict from passing [1], 0 if it passes with its margin.
 
-    Else it is the margin and how far the worse end of its error bar lies beyond the limit, over the limit. The fraction
-    of the poses that have no reading is added, and 1 stands for a verdict without a number. Whether a process can make
-    a spring is left to the run where the beam law cannot tell.
+    Otherwise it is the margin plus the distance of the worse end of the error bar from the limit, relative to the
+    limit. The fraction of poses without a reading is added. A failed verdict without a number counts 1. If the beam law
+    cannot decide whether a spring can be printed, the run decides.
     """
     if verdict.passed is None and verdict.row.value_level is not None:
         return 0.0
@@ -27,10 +27,10 @@ def shortfall(verdict: Verdict) -> float:
     if not is_number(value) or not is_number(limit):
         return 0.0 if verdict.passed else 1.0
     width = abs(verdict.tolerance) if is_number(verdict.tolerance) else 0.0
-    scale = abs(limit) or width or 1.0  # a limit of 0 is no measure of a distance, and without a tolerance the unit is
+    scale = abs(limit) or width or 1.0  # a limit of 0 gives no scale; without a tolerance the unit is the scale
     distance = abs(value - limit) / scale
     if verdict.passed:
-        return 0.0 if width else max(0.0, MARGIN - distance)  # a target is met on either side
+        return 0.0 if width else max(0.0, MARGIN - distance)  # a target may be missed to either side
     bar = verdict.error / scale if is_number(verdict.error) else 0.0
     match verdict.sense:
         case "at most":
@@ -41,16 +41,16 @@ def shortfall(verdict: Verdict) -> float:
 
 
 def _unread(verdict: Verdict) -> float:
-    """Return in which fraction of the poses [1] there is no reading, for which a verdict on readings fails."""
+    """Return the fraction of the poses [1] without a reading, for which a verdict on readings fails."""
     poses = re.match(r"(\d+) of (\d+) poses", verdict.reference) if verdict.row.needs == "reading" else None
     return int(poses[1]) / int(poses[2]) if poses else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A design of a search: what it changes by TABLE.KEY, and its verdicts, None where it is refused or not solved.
+    """A design of a search: its changes by TABLE.KEY and its verdicts, None if it is refused or not solved.
 
-    `value` is the number to be made least, compared as a multiple of `unit`; `number` is that of its point in a study.
+    `value` is the number to minimise, compared as a multiple of `unit`. `number` is the number of its point in a study.
     """
 
     changes: Mapping[str, Setting | None]
@@ -61,34 +61,34 @@ class Candidate:
 
     @property
     def number_found(self) -> float | None:
-        """Return the number to be made least [its unit]; None where the search refuses or cannot solve the design."""
+        """Return the number to minimise [its unit]; None if the search refuses or cannot solve the design."""
         return self.value if self.verdicts is not None and math.isfinite(self.value) else None
 
     @cached_property
     def shortfall(self) -> float:
-        """Return by how much all verdicts together fall short [1], 0 where they pass; infinite where it is refused."""
+        """Return the sum of the shortfalls of all verdicts [1], 0 if all pass, infinite without verdicts."""
         return math.inf if self.verdicts is None else math.fsum(map(shortfall, self.verdicts))
 
     @property
     def passes(self) -> bool:
-        """Say whether no verdict falls short."""
+        """Return whether no verdict falls short."""
         return self.shortfall == 0.0
 
     @property
     def failed(self) -> tuple[Verdict, ...]:
-        """Return the verdicts that do not pass, or not by their margin."""
+        """Return the verdicts that do not pass with their margin."""
         return tuple(verdict for verdict in self.verdicts or () if not verdict.passed or shortfall(verdict) > 0.0)
 
     @property
     def rank(self) -> tuple[float, int]:
-        """Return the shortfall [1] and how many verdicts do not pass, by which the nearest to passing is least."""
+        """Return the shortfall [1] and the number of failing verdicts; the nearest candidate has the least rank."""
         return self.shortfall, len(self.failed)
 
     @property
     def cost(self) -> float:
-        """Return a number [1] in the order of the designs: those that pass, that fail verdicts, that are refused.
+        """Return the cost [1], which orders designs: passing ones first, then failing ones, then refused ones.
 
-        The number to be made least, and among designs that fail the shortfall, are mapped by v / (1 + |v|).
+        The number to minimise, or the shortfall of a failing design, is mapped by v / (1 + |v|).
         """
         if not math.isfinite(self.value) or not math.isfinite(self.shortfall):
             return REFUSED_COST

@@ -1,4 +1,4 @@
-"""Changes of a design's keys: which may mend the verdicts that fail, how large they are, how they are written."""
+"""Changes of a design's keys: candidates against failing verdicts, their size, and their text."""
 
 import dataclasses
 import math
@@ -17,34 +17,34 @@ Value = Setting | None
 Changes = Mapping[str, Value]
 """Values by TABLE.KEY; None unsets a key."""
 Sweep = list[Changes]
-"""Changes of the same keys in the same direction, the smallest first."""
+"""Changes of the same keys in one direction, smallest first."""
 
 SMALLER = (0.85, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.03, 0.01)
 LARGER = (1.2, 1.5, 2.0, 3.0, 4.0, 7.0, 10.0, 20.0, 50.0)
 _COARSELY_SMALLER = (0.5, 0.25)
 _COARSELY_LARGER = (2.0, 4.0)
-_CLOSE = 2.5  # sides between tips so close that a round fruit is nearly flat under them
-_WHOLE_CHANGE = 1.0  # size of a change that is no ratio: another word, a key that is unset or set to 0
-_DEMANDS = ("reading.bias_limit", "reading.uncertainty_limit", "reading.tilt_deg")  # asking for less comes last
+_CLOSE = 2.5  # spacing in tip sides at which a round fruit is nearly flat under the tips
+_WHOLE_CHANGE = 1.0  # size of a change without a ratio: another word, or a key that is unset or set to 0
+_DEMANDS = ("reading.bias_limit", "reading.uncertainty_limit", "reading.tilt_deg")  # a lower demand is the last resort
 _SPRINGS = [f"springs.{item.name}" for item in dataclasses.fields(GivenSprings)]
 _TRAVEL = "press.travel_mm"
 _TIPS = [f"tips.{key}" for key in ("dome_radius_mm", "side_mm", "spacing_mm")]
 
 
 def change_design(design: Design, changes: Changes) -> Design:
-    """Return a design with keys changed as `--set` does it; raises InputError where that is no design."""
+    """Return a design with changed keys, like `--set`; raises InputError if the result is no design."""
     return DesignTables.from_design(design).design(changes)
 
 
 def value_of(design: Design, name: str) -> object:
-    """Return the value of a key of a design, in its own unit; None where its table or itself is not set."""
+    """Return the value of a key of a design in its own unit; None if the key or its table is not set."""
     table, _, key = name.partition(".")
     record = getattr(design, table)
     return None if record is None else getattr(record, key)
 
 
 def size(design: Design, changes: Changes) -> tuple[int, int, float]:
-    """Return the size of a change: its number of keys, that of demands among them, the sum of |log ratio| [1]."""
+    """Return the size of changes: number of keys, number of demands among them, sum of |log ratio| [1]."""
     total = 0.0
     for name, after in changes.items():
         before = value_of(design, name)
@@ -56,14 +56,14 @@ def size(design: Design, changes: Changes) -> tuple[int, int, float]:
 
 
 def in_words(changes: Changes) -> str:
-    """Return the changes in one line, numbers with four digits."""
+    """Return the changes as one line of text, numbers with four digits."""
     return ", ".join(f"{key} = {shown(value, digits=4, absent='not set')}" for key, value in changes.items())
 
 
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
-    """Return the changes that may mend some verdicts, with fewer steps where contact is solved on cells.
+    """Return the changes that may mend failed verdicts; fewer steps if contact is solved on cells.
 
-    They are those of the moves that the rows of the verdicts name, in the order of `MOVES`, and another travel.
+    The rows of the verdicts name the moves, which follow in the order of `MOVES`; another travel is always tried.
     """
     asked = {move for name in failed for move in row_of(name).mended_by} | {_TRAVEL}
     found: list[Sweep] = []
@@ -74,7 +74,7 @@ def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[S
 
 
 def _two_spring_law(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return the changes back to what the law holds for: a level press, flat faces, springs that targets size."""
+    """Return changes towards the assumptions of the law: a level press, flat faces, springs sized by targets."""
     flat = design.tips.tip_shape.has_flat_face
     changes: list[Changes] = [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
     if flat:
@@ -94,40 +94,40 @@ def _processes(design: Design, _on_cells: bool) -> list[Sweep]:
 
 
 def _that_change(design: Design, changes: list[Changes]) -> list[Sweep]:
-    """Return the changes that are any, each by itself."""
+    """Return the changes that change something, each as its own sweep."""
     return [[change] for change in changes if any(value_of(design, key) != value for key, value in change.items())]
 
 
 def _targets(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return other targets, where they size the springs."""
+    """Return other targets, if targets size the springs."""
     if design.springs.given:
         return []
     return [sweep for key in ("targets.NL", "targets.P_max") for sweep in _scaled(design, key, SMALLER, LARGER)]
 
 
 def _numbers(keys: Sequence[str], design: Design, on_cells: bool) -> list[Sweep]:
-    """Return numbers times factors that make them smaller or larger."""
+    """Return numbers multiplied by factors below and above 1."""
     factors = _factors(design, on_cells=on_cells)
     return [sweep for key in keys for sweep in _scaled(design, key, *factors)]
 
 
 def _less_tilt(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return less tilt to be read in, where readings of the tips are quick to try."""
+    """Return smaller tilts of the readings, if readings of these tips are quick to try."""
     return _scaled(design, "reading.tilt_deg", SMALLER[:7]) if design.tips.tip_shape.obeys_hertz else []
 
 
 def _wider_limit(key: str, design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return a larger limit of readings, where those of the tips are quick to try."""
+    """Return a larger limit of the readings, if readings of these tips are quick to try."""
     return _scaled(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
 
 
 def _calibrations(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return better calibrations: a plate, and a ball for what it shows."""
+    """Return better calibrations: a plate, and a reference ball if the design allows one."""
     return [[{"reading.calibrated_by": by}] for by in ("plate", *(["ball"] if design.takes_ball else []))]
 
 
 def _close_tips(design: Design, on_cells: bool) -> list[Sweep]:
-    """Return tips so close that a round fruit is nearly flat under them, where contact is solved on cells."""
+    """Return tips so close that a round fruit is nearly flat under them, if contact is solved on cells."""
     if not on_cells:
         return []
     side = design.tips.side_mm
@@ -149,11 +149,11 @@ MOVES: Mapping[str, Callable[[Design, bool], list[Sweep]]] = {
     "reading.calibrated_by": _calibrations,
     "tips.spacing_mm": _close_tips,
 }
-"""The changes that a row of a verdict may name in `mended_by`, made for a design; `True` where contact is on cells."""
+"""Functions that make the changes which a verdict names in `mended_by`; the flag is True if contact is on cells."""
 
 
 def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the factors [1] that make a number smaller and larger: fewer ones where a trial costs more."""
+    """Return the factors [1] that make a number smaller and larger; fewer if a trial is expensive."""
     if on_cells:
         return _COARSELY_SMALLER, _COARSELY_LARGER
     if design.tips.tip_shape.obeys_hertz:
@@ -162,7 +162,7 @@ def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tupl
 
 
 def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sweep]:
-    """Return a number, or all of a list, times the factors [1] of each direction; nothing where none is set."""
+    """Return a number, or every number of a list, times the factors [1] of each direction; empty if it is not set."""
     value = value_of(design, key)
     if isinstance(value, tuple):
         return [[{key: tuple(factor * each for each in value)} for factor in factors] for factors in directions]
@@ -172,5 +172,5 @@ def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sw
 
 
 def _unset(design: Design, keys: list[str]) -> dict[str, None]:
-    """Return changes that unset those of the keys that are set."""
+    """Return changes that unset those keys that are set."""
     return {key: None for key in keys if value_of(design, key) is not None}

@@ -1,4 +1,4 @@
-"""The nearest demand that passes: a fruit whose ranges are a little narrower where a sensor for all of it fails."""
+"""The nearest demand that passes: a fruit with narrower ranges if a sensor for the whole range fails."""
 
 import math
 from collections.abc import Collection
@@ -13,13 +13,13 @@ from sensor.verdict import Verdict
 from sensor.words import rounded
 
 MOST_ROUNDS = 6
-EASED = 0.12  # of the logarithm of a range, that a round takes from each of its ends
+EASED = 0.12  # share of the logarithm of a range that a round removes from each end
 
 OF_SHAPE = ("reading.bias", "reading.touch", "geometry.tip_face")
-"""Verdicts that fail because cheeks and flesh differ too much."""
+"""Verdicts that fail because shapes and flesh vary too much."""
 
 OF_SOFTEST = ("bruise", "reading.calibration", "printable.low", "printable.high", "K_l", "K_h")
-"""Verdicts that fail for the softest flesh: it bears too little, or needs springs too soft to print or to calibrate."""
+"""Verdicts that fail for the softest flesh: it bruises, or needs springs too soft to print or to calibrate."""
 
 
 def nearest_demand(
@@ -29,10 +29,10 @@ def nearest_demand(
     fixed: frozenset[str] = frozenset(),
     progress: Progress = silent,
 ) -> FruitRange | None:
-    """Return the fruit nearest to one for which a design passes, where none passes for that one; None in six rounds.
+    """Return the fruit nearest to the given one for which a design passes; None after six rounds.
 
     `failed` are the verdicts that fail for the whole fruit. Each round narrows the ranges that failing verdicts depend
-    on, from the ends they fail at. Raises as `fruit_suggestion`.
+    on, at the ends where they fail. Raises like `fruit_suggestion`.
     """
     asked = fruit
     for number in range(1, MOST_ROUNDS + 1):
@@ -45,15 +45,15 @@ def nearest_demand(
 
 
 def _in_round(number: int, fruit: FruitRange, progress: Progress) -> Progress:
-    """Return what tells the work on the fruit of a round with that fruit."""
+    """Return a progress function that prefixes the fruit of a round."""
     return lambda work: progress(f"narrower ranges, at most {MOST_ROUNDS}, number {number}: {fruit.in_words}: {work}")
 
 
 def eased(fruit: FruitRange, asked: FruitRange, failed: Collection[Verdict], preset: Design) -> FruitRange:
-    """Return a fruit with ranges that are narrower by a step of those `asked`, where verdicts failed.
+    """Return a fruit whose ranges are narrower by a step of the requested ones, depending on failed verdicts.
 
-    An uncertainty over the limit that the preset has for the softest flesh is taken for that of the softest, any other
-    for that of the firmest; both, where the preset has one limit for all.
+    An uncertainty above the preset's limit for the softest flesh is attributed to the softest, and any other to the
+    firmest. It is attributed to both if the preset has one limit.
     """
     names = {verdict.name for verdict in failed}
     over = {verdict.limit for verdict in failed if verdict.name == "reading.uncertainty"}
@@ -77,7 +77,7 @@ def eased(fruit: FruitRange, asked: FruitRange, failed: Collection[Verdict], pre
 
 
 def _narrower(ends: Ends, asked: Ends) -> Ends:
-    """Return ends nearer to their middle by a step of the range that was asked for, never past it."""
+    """Return ends that move by a step of the requested range towards their middle, and not past it."""
     step = (asked[1] / asked[0]) ** EASED
     middle = math.sqrt(ends[0] * ends[1])
     return rounded(min(ends[0] * step, middle)), rounded(max(ends[1] / step, middle))

@@ -1,8 +1,8 @@
-"""A sensor for one's own fruit: the preset of the fruit most like it, as much smaller or softer as the fruit is.
+"""A sensor for a given fruit: the preset of the most similar fruit, scaled to the fruit's size and firmness.
 
-Contact has no length and no modulus of its own. A sensor whose lengths are proportional to the fruit's radius, and
-whose springs are proportional to radius times modulus, reads as well. What does not scale is left to steps: rounded
-sizes, the bruise limit, how far off centre a hand is, what can be printed.
+Contact has no length and no modulus of its own. So a sensor reads as well if its lengths are proportional to the
+fruit's radius, and its springs to radius times modulus. Steps take care of what does not scale: rounded sizes, the
+bruise limit, the hand's distance from the centre, and what can be printed.
 """
 
 import math
@@ -25,34 +25,34 @@ from sensor.verdict import row_of
 from sensor.words import rounded
 
 PRESETS = ("apple", "avocado", "kiwi", "mango", "orange", "peach", "pear", "plum", "tomato")
-"""Sensors of single fruits, all of which pass."""
+"""Sensors for single fruits, all of which pass."""
 
 MOST_TRIALS = 30
 MOST_RUNS = 4
-TOLERANCE = 0.01  # of the springs whose contact is good enough for the bars of readings
-_LEAST_SPACING_MM = 4.5  # smaller sensors have leaves less deep, which a tilted fruit pushes sideways
-_BEYOND_SIDE_MM = 0.5  # between two neighbouring tips, as in the preset
-_OF_DEPTH = 0.6  # by which the corners of the piece of fruit lie below its top
-_OF_THINNEST = 0.9  # the same for the roundest fruit with the thinnest flesh, whose corners must lie on it too
+TOLERANCE = 0.01  # tolerance of the springs, whose contact is then accurate enough for the error bars of readings
+_LEAST_SPACING_MM = 4.5  # smaller sensors have shallower leaves, which a tilted fruit pushes sideways
+_BEYOND_SIDE_MM = 0.5  # gap between neighbouring tips, as in the presets
+_OF_DEPTH = 0.6  # depth of the corners of the piece of fruit below its top, as a fraction of the depth of the flesh
+_OF_THINNEST = 0.9  # the same for the roundest fruit with the thinnest flesh, whose skin the corners must reach too
 _HALF_MM = 0.5
 _DOME_STEP_MM = 0.1
 _SPACING_STEP_MM = 0.05
 _TRAVEL_STEP_MM = 0.01
-_LESS_TRAVEL_MM = 0.02  # by which both signs of the largest bias shrink
-_SOFTER = 0.9  # factor of both springs that presses less hard
-_BY_BIAS = 1.04  # first factor of the radii of the fruit of the design
-_BEYOND_LIMIT = 1.05  # of a part that is not all of what is left
-_STIFFER_AT_ONCE = 1.5  # at most: the other steps then find their way
-_STIFFER = 1.12  # factor of the high spring that tells firm fruit better
+_LESS_TRAVEL_MM = 0.02  # step of the travel that reduces the largest bias of both signs
+_SOFTER = 0.9  # factor on both springs against bruises
+_BY_BIAS = 1.04  # first factor on the radii of the design's fruit
+_BEYOND_LIMIT = 1.05  # factor on the change that a part of the error needs, because it is not the whole error
+_STIFFER_AT_ONCE = 1.5  # largest such change in one step; further steps follow
+_STIFFER = 1.12  # factor on the high spring that improves readings of firm fruit
 
 
 def most_alike(fruit: FruitRange) -> str:
-    """Return the preset whose fruit is most like a fruit, by the least `_unlikeness`."""
+    """Return the preset whose fruit has the least `_unlikeness` to a fruit."""
     return min(PRESETS, key=lambda name: _unlikeness(fruit, fruit_of(load_design(name))))
 
 
 def fruit_of(design: Design) -> FruitRange:
-    """Return the fruits that occur with a design; those of its own dimensions where it gives no range."""
+    """Return the range of fruits of a design; its own dimensions if it gives no range."""
     own = design.fruit
     asked = design.reading or Reading()
     along, across = own.radii_mm
@@ -67,7 +67,7 @@ def fruit_of(design: Design) -> FruitRange:
 
 
 def _unlikeness(fruit: FruitRange, other: FruitRange) -> float:
-    """Return the sum of squares of log ratios [1] of middle radii, moduli and flesh, where its thickness is known."""
+    """Return the sum of squared log ratios [1] of mean radii, moduli and flesh, if its thickness is known."""
     ratios = [fruit.E_min_MPa / other.E_min_MPa, fruit.E_max_MPa / other.E_max_MPa]
     for own, of_other in zip(sorted(map(_middle, fruit.radii_mm)), sorted(map(_middle, other.radii_mm)), strict=True):
         ratios.append(own / of_other)
@@ -81,17 +81,17 @@ def _middle(ends: Ends) -> float:
 
 
 def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
-    """Return the changes of the preset that fit it to a fruit, in sizes that a maker can measure."""
+    """Return the changes that adapt a preset to a fruit, rounded to sizes that a maker can measure."""
     tips = preset.tips
     preset_fruit = preset.fruit
     preset_range = fruit_of(preset)
     moduli = fruit.moduli_MPa
-    # As large as the fruit is, but no smaller than the preset where its tips are close together already.
+    # The sensor is scaled with the fruit, but not below the least spacing of the tips.
     smallest = min(1.0, _LEAST_SPACING_MM / tips.spacing_mm)
     length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, smallest)
     modulus_ratio = _middle_modulus(fruit) / _middle_modulus(preset_range)
     spacing = _nearest(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
-    # The fruit of the design lies within the ranges where that of the preset lies within its own.
+    # The fruit of the design takes the same position in its range as the fruit of the preset.
     radii = []
     for ends, of_preset, ends_of_preset in zip(
         fruit.radii_mm, preset_fruit.radii_mm, preset_range.radii_mm, strict=True
@@ -129,20 +129,20 @@ def _middle_modulus(fruit: FruitRange) -> float:
 
 
 def _widest_piece(radius: float, radius_across: float, fall: float) -> float:
-    """Return the side of a square piece of an ellipsoid [mm] whose corners lie a `fall` [mm] below its apex, or less.
+    """Return the side of a square piece of an ellipsoid [mm] whose corners are at most `fall` [mm] below its apex.
 
-    The principal radii [mm] are those along the sides. A corner (h, h) lies (1 - fall / R)^2 = 1 - h^2 / R^2 - h^2 /
-    (R R_across) below the apex, as `Fruit.fall_mm` has it. Corners beyond 0.6 R are not on the cap of the fruit.
+    The principal radii [mm] are along the sides. A corner (h, h) lies below the apex by a fall with (1 - fall / R)^2 =
+    1 - h^2 / R^2 - h^2 / (R R_across), as in `Fruit.fall_mm`. Corners beyond 0.6 R are not on the cap of the fruit.
     """
     level = (1.0 - min(fall / radius, _OF_DEPTH)) ** 2
     return 2.0 * radius * math.sqrt((1.0 - level) / (1.0 + radius / radius_across))
 
 
 def _widest_piece_met(fruit: FruitRange, depth: float) -> float:
-    """Return the side of a piece whose corners lie on every fruit that occurs, at any azimuth [mm].
+    """Return the side of a piece whose corners lie on every fruit of the range, at any azimuth [mm].
 
-    The worst is the roundest fruit with the thinnest flesh [mm], `depth` where no range is known. Its most curved
-    section may lie along a diagonal, where a corner falls as deep as that of a ball.
+    The worst case is the roundest fruit with the thinnest flesh, or with `depth` [mm] if no range is known. Its most
+    curved section may lie along a diagonal, where a corner is as deep as on a ball.
     """
     roundest = min(radius for ends in fruit.radii_mm for radius in ends)
     thinnest = depth if fruit.thickness_mm is None else fruit.thickness_mm[0]
@@ -150,9 +150,9 @@ def _widest_piece_met(fruit: FruitRange, depth: float) -> float:
 
 
 def _same_position_in_range(ends: Ends, of_preset: float, ends_of_preset: Ends) -> float:
-    """Return the length that lies within its ends as that of the preset does, to three digits [mm].
+    """Return the length at the same position in its range as the preset's, rounded to three digits [mm].
 
-    Where that of the preset lies beyond an end, it lies beyond the same end by as much of its length.
+    If the preset's length is beyond an end, the result exceeds the same end by the same factor.
     """
     least, most = ends_of_preset
     if of_preset <= least:
@@ -166,10 +166,10 @@ def _same_position_in_range(ends: Ends, of_preset: float, ends_of_preset: Ends) 
 def fruit_suggestion(
     fruit: FruitRange, preset: Design, fixed: frozenset[str] = frozenset(), progress: Progress = silent
 ) -> Suggestion:
-    """Return the preset changed for a fruit so that a run shows it to pass, without changing the keys that are `fixed`.
+    """Return a preset adapted to a fruit that passes its run; the keys in `fixed` do not change.
 
-    Where none passes, its verdicts are those of the design nearest to that. Raises InputError where fruit and preset
-    make no design, MeshError or SolveError.
+    If none passes, the verdicts are of the nearest design. Raises InputError if fruit and preset make no design,
+    MeshError or SolveError.
     """
     changes: Changes = {
         key: value
@@ -186,7 +186,8 @@ def fruit_suggestion(
         seen.add(design)
         result = _sized(design)
         candidate = _candidate(changes, result)
-        # A preset in the size of the fruit passed whole runs, where the bars of sized springs leave verdicts undecided.
+        # A scaled preset passed its own run, whose exact springs may decide verdicts that sized springs leave
+        # undecided.
         if candidate.passes or (not tried and not _is_refused(candidate)):
             progress("runs the design that passes with springs as they were sized")
             runs += 1
@@ -208,21 +209,21 @@ def fruit_suggestion(
 
 
 class _Centring:
-    """The factor [1] by which the radius of the design's fruit changes next: a bisection of its logarithm.
+    """The next factor [1] on the radius of the design's fruit: a bisection of its logarithm.
 
-    The largest bias has one sign where that fruit is too flat, the other where it is too round. A step that passes over
-    the best radius changes the sign; from then on steps are half as long in the logarithm.
+    The largest bias has one sign if that fruit is too flat, and the other if it is too round. A step beyond the best
+    radius changes the sign; from then on steps are half as long in the logarithm.
     """
 
     def __init__(self) -> None:
-        """Begin with the longest step, before any bias has failed."""
+        """Begin with the longest step, before any failing bias."""
         self.factor = _BY_BIAS
         self._last_bias = 0.0
 
     def passes_over(self, bias: float) -> bool:
-        """Take the failing bias of the next design, 0 for none; say whether its sign changed, and halve the step then.
+        """Record the failing bias of the next design, 0 for none; if its sign changed, halve the step and return True.
 
-        A design whose bias does not fail leaves the last sign as it was.
+        A design without a failing bias leaves the last sign unchanged.
         """
         has_changed = bias * self._last_bias < 0.0
         if has_changed:
@@ -232,7 +233,10 @@ class _Centring:
 
 
 def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _Centring) -> Changes:
-    """Return the change after a design was judged, `_step`; pressed less deep too where the bias changed its sign."""
+    """Return the next change of a judged design from `_step`.
+
+    If the bias changed its sign, the press is shallower too.
+    """
     failed = _failed(result)
     is_between = centring.passes_over(_failing_bias(result, failed))
     step = _step(design, result, failed, centring.factor)
@@ -243,18 +247,18 @@ def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _
 
 
 def _candidate(changes: Changes, result: Sensor | SensorResult | None) -> Candidate:
-    """Return the candidate of some changes with the verdicts of its result; without any where it has none."""
+    """Return the candidate of some changes with the verdicts of its result, or without verdicts."""
     return Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
 
 
 def _run(preset: Design, candidate: Candidate) -> SensorResult | None:
-    """Return the result of the run of a candidate; None where it is refused or cannot be solved."""
+    """Return the result of the run of a candidate; None if it is refused or cannot be solved."""
     proof = first_proved([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
     return None if proof is None else proof.result
 
 
 def _sized(design: Design) -> Sensor | None:
-    """Return the sensor on springs as they were sized, judged; None if a level press runs off the face of a dome."""
+    """Return the judged sensor on springs as sized; None if a level press leaves the face of a dome."""
     sensor = Sensor(design=design, options=RunOptions(tolerance=TOLERANCE), springs_as="sized")
     try:
         sensor.solve("verdicts")
@@ -266,19 +270,19 @@ def _sized(design: Design) -> Sensor | None:
 
 
 def _is_refused(candidate: Candidate) -> bool:
-    """Return whether a verdict on the candidate fails beyond its bar, or it has none."""
+    """Return whether a verdict on the candidate fails beyond its error bar, or there are no verdicts."""
     return candidate.verdicts is None or any(verdict.passed is False for verdict in candidate.verdicts)
 
 
 def _failed(result: Sensor | SensorResult | None) -> set[str]:
-    """Return the names of the verdicts that did not pass; if all did, of those that passed without their margin."""
+    """Return the names of the verdicts that did not pass, or else of those that passed without their margin."""
     candidate = _candidate({}, result)
     not_passed = {verdict.name for verdict in candidate.verdicts or () if verdict.passed is not True}
     return not_passed or {verdict.name for verdict in candidate.failed}
 
 
 def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> float:
-    """Return the largest bias [1] if its verdict failed, above 0 for fruit that is read too firm; else 0."""
+    """Return the largest bias [1] if its verdict failed, positive for fruit read too firm; else 0."""
     readings = None if result is None else result.readings
     if readings is None or not readings.moduli or "reading.bias" not in failed:
         return 0.0
@@ -286,9 +290,9 @@ def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> flo
 
 
 def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str], centring: float) -> Changes:
-    """Return the change that brings a design nearer to passing, in steps that a maker can measure; none for no rule.
+    """Return the change that brings a design nearer to passing, in measurable steps; empty if no rule applies.
 
-    `centring` is the factor [1] by which the fruit of the design becomes flatter, or rounder by its inverse.
+    `centring` is the factor [1] that makes the fruit of the design flatter; its inverse makes it rounder.
     """
     readings = None if result is None else result.readings
     runs_off_face = readings is not None and readings.face_mm > design.tips.side_mm
@@ -309,7 +313,7 @@ def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str]
 
 
 def _as_calibrated(design: Design, left: CalibrationLeft) -> Changes:
-    """Return the springs that a balance shows better, or the travel that a dial does: its part falls as they grow."""
+    """Return the change against the calibration error: a stiffer spring for the balance, more travel for the dial."""
     limit = row_of("reading.calibration").limit
     over = left.largest_stiffness / limit if isinstance(limit, float) else 1.0
     factor = min(_BEYOND_LIMIT * over, _STIFFER_AT_ONCE)
@@ -321,13 +325,13 @@ def _as_calibrated(design: Design, left: CalibrationLeft) -> Changes:
 
 
 def _centred(design: Design, factor: float) -> Changes:
-    """Return the radii of the fruit of the design times a factor [1]: rounder fruit than that is read too soft."""
+    """Return the radii of the design's fruit times a factor [1]; rounder fruit is read too soft."""
     radii = {"fruit.radius_mm": design.fruit.radius_mm, "fruit.radius_across_mm": design.fruit.radius_across_mm}
     return {key: rounded(factor * radius) for key, radius in radii.items() if radius is not None}
 
 
 def _springs(design: Design, low: float, high: float) -> Changes:
-    """Return the given springs of a design times two factors [1], with three digits."""
+    """Return the given springs of a design times two factors [1], rounded to three digits."""
     return {
         "springs.K_l_N_per_m": rounded((design.springs.K_l_N_per_m or 0.0) * low),
         "springs.K_h_N_per_m": rounded((design.springs.K_h_N_per_m or 0.0) * high),
@@ -335,5 +339,5 @@ def _springs(design: Design, low: float, high: float) -> Changes:
 
 
 def _nearest(value: float, step: float) -> float:
-    """Return the multiple of a step that is nearest to a value, at least one step [unit of both]."""
+    """Return the multiple of a step nearest to a value, at least one step."""
     return round(max(1.0, round(value / step)) * step, 6)

@@ -1,4 +1,4 @@
-"""A fruit as a person measured it, in words or in a file of `pipeline modulus`, and what its skin bears."""
+"""A fruit as measured, from a text or a file of `pipeline modulus`, and the pressure that its skin bears."""
 
 import json
 import math
@@ -13,9 +13,9 @@ from sensor.input_file import read_bytes
 from sensor.quantity import LENGTH, MODULUS, check_fields, nearest, quantity, validation_error, written_number
 from sensor.words import rounded
 
-BRUISE_MPA = 0.1  # of flesh of 1 MPa: an assumption, as the exponent; apple flesh of 3.5 MPa fails at 0.29
+BRUISE_MPA = 0.1  # pressure for flesh of 1 MPa, an assumption like the exponent; apple flesh of 3.5 MPa fails at 0.29
 BRUISE_EXPONENT = 0.85
-BALL_SPREAD = 0.2  # of the radius of a ball: no fruit is one
+BALL_SPREAD = 0.2  # spread of the radius of a round fruit, because no fruit is a perfect ball
 _FORM = (
     "as in 'radius 26, E 0.3 to 2' or 'radius 24 to 31 by 40 to 51, flesh 14 to 27, E 0.3 to 2' [mm, MPa]. It may also "
     "be a file of pipeline modulus --json that ends in .json, or the name of a fruit, as pear, also before its own "
@@ -30,15 +30,15 @@ _ANY_SHAPE = re.compile(rf"{_NAME}radius {_RANGE} by {_RANGE}(?: mm)?{_FLESH}, E
 
 _RADII = 4
 Ends = tuple[float, float]
-"""From and to."""
+"""The least and the largest value."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitRange:
-    """Fruits as they were measured: radii where they are pressed and flesh [mm], softest and firmest flesh [MPa].
+    """Measured fruits: radii where they are pressed and thickness of flesh [mm], softest and firmest flesh [MPa].
 
-    A fruit of one `radius_mm` is nearly a ball; with `radius_across_mm` its principal radii and its `thickness_mm` lie
-    anywhere between from and to. With the `name` of a fruit of the table it bruises as that one does.
+    With one `radius_mm` the fruit is nearly a ball. With `radius_across_mm` its principal radii and its `thickness_mm`
+    are ranges. With the `name` of a fruit in the table it bruises like that fruit.
     """
 
     name: str | None = None
@@ -49,7 +49,7 @@ class FruitRange:
     E_max_MPa: float = quantity("MPa", MODULUS, hint="measure the fruit")
 
     def __post_init__(self) -> None:
-        """Refuse what is no length or no modulus, and a range that is none."""
+        """Check lengths, moduli and ranges; raises InputError."""
         check_fields(self, "--fruit")
         if self.E_min_MPa >= self.E_max_MPa:
             bound = f"less than the largest, {self.E_max_MPa:g} MPa"
@@ -62,7 +62,7 @@ class FruitRange:
 
     @property
     def radii_mm(self) -> tuple[Ends, Ends]:
-        """Return the principal radii that occur, from and to [mm]; those of a ball lie within 20 %."""
+        """Return the ranges of the principal radii [mm]; 20 % to either side for a ball."""
         radius = self.radius_mm
         if not isinstance(radius, tuple):
             radius = (rounded((1.0 - BALL_SPREAD) * radius), rounded((1.0 + BALL_SPREAD) * radius))
@@ -70,19 +70,19 @@ class FruitRange:
 
     @property
     def mean_curvature(self) -> float:
-        """Return the mean curvature in the middle of all radii [1/mm]."""
+        """Return the mean curvature at the middle of all radii [1/mm]."""
         radii = [radius for ends in self.radii_mm for radius in ends]
         return math.fsum(1.0 / radius for radius in radii) / len(radii)
 
     @property
     def moduli_MPa(self) -> tuple[float, ...]:
-        """Return four moduli from the softest to the firmest, each the same multiple of the one before [MPa]."""
+        """Return four moduli from the softest to the firmest in geometric progression [MPa]."""
         _, *between, _ = np.geomspace(self.E_min_MPa, self.E_max_MPa, 4).tolist()
         return (self.E_min_MPa, *(rounded(E, 2) for E in between), self.E_max_MPa)
 
     @property
     def in_words(self) -> str:
-        """Return the fruit as `fruit_range` reads it."""
+        """Return the fruit as text that `fruit_range` reads."""
         E = (self.E_min_MPa, self.E_max_MPa)
         name = "" if self.name is None else f"{self.name}, "
         if not isinstance(self.radius_mm, tuple):
@@ -91,7 +91,7 @@ class FruitRange:
 
 
 def fruit_range(text: str) -> FruitRange:
-    """Return the fruits of a name, or that a text or a file of `pipeline modulus --json` describes.
+    """Return the fruits of a name, of a description, or of a file of `pipeline modulus --json`.
 
     Raises InputError.
     """
@@ -121,7 +121,7 @@ def fruit_range(text: str) -> FruitRange:
 
 
 def _named_range(name: str) -> FruitRange:
-    """Return the ranges of a fruit of the table; raises InputError for one that is not in it."""
+    """Return the ranges of a fruit in the table; raises InputError for an unknown name."""
     _refuse_unknown(name)
     fruit = FRUITS[name]
     return FruitRange(
@@ -142,7 +142,7 @@ def _refuse_unknown(name: str) -> None:
 
 
 def _measured_range(path: Path) -> FruitRange:
-    """Return the range of the specimens in a file, each with its error bar, and the radii that were given for them."""
+    """Return the range of the specimens in a file including their error bars, with the radii of their tests."""
     try:
         rows = json.loads(read_bytes(path, "--fruit"))
         lowest = min(row["E_MPa"] * (1.0 - 0.01 * row["u_percent"]) for row in rows)
@@ -165,9 +165,9 @@ def _measured_range(path: Path) -> FruitRange:
 
 
 def bruise_limit(E: float, name: str | None = None) -> float:
-    """Return the mean pressure that flesh of a modulus stands [MPa, both], rounded down to three digits.
+    """Return the mean pressure at which flesh of a modulus bruises [MPa, both], rounded down to three digits.
 
-    It is that of the fruit of a name in the table, else 0.1 E^0.85, an assumption of this project.
+    For a fruit in the table it is that fruit's limit, else 0.1 E^0.85, an assumption of this project.
     """
     limit = BRUISE_MPA * E**BRUISE_EXPONENT if name is None else FRUITS[name].bruise_limit(E)
     return rounded(limit, towards=0.0)

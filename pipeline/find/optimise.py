@@ -1,6 +1,6 @@
-"""The design that makes a number of its report least while verdicts pass, by differential evolution.
+"""The design with the least value of a number in its report among designs that pass, by differential evolution.
 
-R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:1008202821328, as SciPy has it.
+R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:1008202821328, as implemented in SciPy.
 """
 
 import math
@@ -37,12 +37,12 @@ MOST_RUNS = 20
 DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
-_MEMBERS = 8  # of a generation, for each key that varies
+_MEMBERS = 8  # members of a generation per varied key
 
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """Where the best design of a search goes, and the outputs of its run; `value` is that of a front, else None."""
+    """The places for the best design of a search and the outputs of its run; `value` is the front's value, or None."""
 
     value: Setting | None
     design: Path
@@ -50,7 +50,7 @@ class Place:
 
 
 def places(study: Study, folder: Path) -> tuple[Place, ...]:
-    """Return the place of each value of a front in the folder of a study, the only one where there is no front."""
+    """Return the place for each value of a front in the folder of a study; without a front there is one place."""
     if not study.front:
         return (Place(value=None, design=folder / DESIGN, run=folder / RUN),)
     found = []
@@ -63,10 +63,10 @@ def places(study: Study, folder: Path) -> tuple[Place, ...]:
 def search(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> tuple[Candidate, ...]:
     """Return every candidate of a search, the best first; all are points of the study's store.
 
-    A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
-    With more `evaluations` it asks for the same ones and then for more: no step of the method looks at how many are to
-    come. Raises InputError where a key has a distribution, and where the base is no design with a value of the front.
-    It does so too for a verdict that no candidate can have.
+    An interrupted search continues: it requests the same candidates again, and stored ones are not solved again. With
+    more `evaluations` it requests the same candidates first, because no step depends on the number still to come.
+    Raises InputError if a key has a distribution, if the base is no design with a value of the front, and for a verdict
+    that no candidate can have.
     """
     _refuse_unjudged(study)
     for key, varied in study.vary.items():
@@ -82,7 +82,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
 
 
 def _refuse_unjudged(study: Study) -> None:
-    """Raise InputError for a verdict of the goal that needs a key which the base lacks and which does not vary."""
+    """Raise InputError for a verdict of the goal that needs a key which neither the base has nor the search varies."""
     tables = study.base.tables
     goal = study.goal
     verdicts = [
@@ -102,9 +102,9 @@ def _refuse_unjudged(study: Study) -> None:
 
 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | None) -> None:
-    """Solve generations of candidates until the points that the study allows are spent; all go into its store.
+    """Solve generations of candidates until the evaluations of the study are spent; all points enter its store.
 
-    A front is searched value by value, each after the first from the last generation of the one before.
+    A front is searched value by value; each search after the first starts from the last generation of the one before.
     """
     values = len(study.front)
     keys = len(study.vary) - bool(values)
@@ -114,7 +114,7 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
     told = None if progress is None else lambda kept, _: progress(kept, max(most, kept))
     for fixed in [[(i + 0.5) / values] for i in range(values)] or [[]]:
         ended = differential_evolution(
-            _costs,  # type: ignore[arg-type]  # a whole generation at a time, for which there are no stubs
+            _costs,  # type: ignore[arg-type]  # a whole generation at a time, which the stubs do not know
             Bounds(np.zeros(keys), np.ones(keys)),
             args=(fixed, set(), study, store, engine, told),
             maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
@@ -140,14 +140,14 @@ def _costs(
     engine: Engine,
     progress: Count | None,
 ) -> list[float]:
-    """Return the cost of each member of a generation, shape (keys, members); those that are stored are not solved.
+    """Return the cost of each member of a generation, shape (keys, members); stored members are not solved again.
 
-    `fixed` are the fractions of the key that the front sets, `spent` the candidates that were asked for at them so far.
-    What comes after the last evaluation is not solved, and costs as what is refused.
+    `fixed` are the fractions of the front's key, and `spent` the candidates requested for this value until now. Members
+    beyond the last evaluation are not solved, and cost as much as a refused design.
     """
     members = [study.settings_at([*member, *fixed]) for member in fractions.T.tolist()]
     texts = list(map(settings_text, members))
-    allowed = {}  # members of lists alone are often the same
+    allowed = {}  # if all keys vary over lists, members of a generation often coincide
     for text, settings in zip(texts, members, strict=True):
         if len(spent) < study.goal.evaluations:
             spent.add(text)
@@ -161,7 +161,7 @@ def _costs(
 
 
 def _base_fractions(study: Study) -> Floats | None:
-    """Return the base design as fractions [1] of what varies, where the search begins; None where it lies outside."""
+    """Return the base design, where the search begins, as fractions [1] of the varied keys; None if it is outside."""
     fractions = []
     for key, varied in study.vary.items():
         if key == study.goal.front_key or isinstance(varied, Normal):
@@ -174,7 +174,7 @@ def _base_fractions(study: Study) -> Floats | None:
 
 
 def is_base(study: Study, candidate: Candidate) -> bool:
-    """Say whether a candidate is the base design itself, where a search began."""
+    """Return whether a candidate is the base design, where a search begins."""
     if candidate.number != 0 or _base_fractions(study) is None:
         return False
     front = study.goal.front_key
@@ -182,13 +182,13 @@ def is_base(study: Study, candidate: Candidate) -> bool:
 
 
 def _base_value(study: Study, name: str) -> object:
-    """Return the value of a key of the base design; None where it has none, or is a design only with what varies."""
+    """Return the value of a key of the base design, or None; the base may be incomplete without the varied keys."""
     table, _, key = name.partition(".")
     return getattr(getattr(study.design, table, None), key, None)
 
 
 def candidate_of(study: Study, result: PointResult) -> Candidate:
-    """Return a point as a candidate: refused and failed ones have no verdicts."""
+    """Return a point as a candidate; refused and failed points have no verdicts."""
     of_point = Candidate(changes=result.settings, verdicts=None, number=result.number)
     if result.status != "done":
         return of_point
@@ -202,10 +202,10 @@ def candidate_of(study: Study, result: PointResult) -> Candidate:
 
 
 def _unit(study: Study, result: PointResult) -> float:
-    """Return the unit in which designs are compared by the number to be made least: 1 [unit of the number] for most.
+    """Return the scale on which the search compares its number between designs: usually 1 [unit of the number].
 
-    An uncertainty with a limit at each modulus is told at the modulus where it is largest over its limit. That modulus
-    is another one from design to design, so the uncertainty jumps; as a multiple of its limit [1] it does not.
+    An uncertainty with a limit at each modulus is reported at the modulus with the largest ratio to its limit. That
+    modulus changes between designs, so the uncertainty jumps. Its multiple of the limit [1] does not.
     """
     of_base = _base_value(study, "reading.uncertainty_limit")
     asked = result.settings.get("reading.uncertainty_limit", of_base)
@@ -216,13 +216,13 @@ def _unit(study: Study, result: PointResult) -> float:
 
 
 def _verdict(name: str, values: Mapping[str, object]) -> Verdict:
-    """Return a verdict as a point of the store tells it; where poses have no reading, it says in how many."""
+    """Return a verdict from the values of a stored point; its reference holds the number of poses without a reading."""
     told: dict[str, Any] = {field: values[f"verdicts.{name}.{field}"] for field in VERDICT_FIELDS}
     return Verdict(name=name, unit="", reference=str(values.get(REFUSED)), **told)
 
 
 def refuse_occupied(study: Study, folder: Path, *, force: bool) -> None:
-    """Raise InputError where a search could not write its results into its folder, before anything is solved."""
+    """Raise InputError if a search could not write its results into its folder, before anything is solved."""
     for place in places(study, folder):
         refuse_unusable(place.run, force=force)
         refuse_taken([place.design], "--out", force=force)
@@ -237,13 +237,12 @@ def prove(
     force: bool = False,
     progress: Progress = silent,
 ) -> Proof | None:
-    """Return the first of the best twenty candidates whose run passes all verdicts, else the last that was run.
+    """Return the first of the best twenty candidates whose run passes, or else the last one that was run.
 
-    Of a front they are those with the value of the place. The base is run after them, whatever the search makes of it:
-    the search leaves out what the plate of printed springs gives. The place holds the outputs of the run and, where
-    that passes, the design file. A candidate that a run refuses or cannot solve fails. None where no candidate passes
-    the verdicts of the search, and none is the base. Raises InputError as `write_files`, and OutputError for a folder
-    that cannot be used.
+    For a front they have the value of the place. The base is run last even if it fails the search, because the search
+    neglects the sideways compliance of printed plates. The place receives the outputs of the run and, if it passes, the
+    design file. A candidate that a run refuses or cannot solve fails. Returns None if no candidate passes the search
+    and the base is not among them. Raises InputError like `write_files`, and OutputError for an unusable folder.
     """
     if study.front:
         number = front_number(place.value)
@@ -255,18 +254,18 @@ def prove(
         progress(f"runs candidate {candidate.number}, which was best of those not yet run")
         return replace(study.base.design(candidate.changes), name=study.name)
 
-    tolerance = min(study.tol, DEFAULT_TOLERANCE)  # a search may be rougher than what decides the stiffness of springs
+    tolerance = min(study.tol, DEFAULT_TOLERANCE)  # a search may be too rough for the stiffness of springs
     proof = first_proved(passing, design, RunOptions(out=place.run, tolerance=tolerance, force=force), len(passing))
     if proof is not None and proof.passed:
         text = design_as_toml(design(proof.candidate))
         write_files({place.design: text.encode()}, "--out", force=force)
-    elif is_ours(place.design):  # that of a shorter search, and the place no longer holds its run
+    elif is_ours(place.design):  # written by a shorter search; the place no longer holds its run
         place.design.unlink()
     return proof
 
 
 def value_of_run(study: Study, proof: Proof) -> float | None:
-    """Return the number that is made least, as the run has it [its unit]; None where it has none."""
+    """Return the minimised number of a run [its unit], or None."""
     if proof.result is None:
         return None
     try:

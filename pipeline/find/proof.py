@@ -19,7 +19,7 @@ UNSOLVED = (ExportError, InputError, MeshError, SolveError)
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """A candidate that was run, its result, None where the run refused or could not solve it, and the runs so far."""
+    """A candidate that was run, its result (None if the run refused or failed to solve it), and the number of runs."""
 
     candidate: Candidate
     result: SensorResult | None
@@ -27,7 +27,7 @@ class Proof:
 
     @property
     def passed(self) -> bool | None:
-        """Say whether all verdicts passed; None where one is undecided."""
+        """Return whether all verdicts passed; None if one is undecided and none failed."""
         return False if self.result is None else self.result.passed
 
 
@@ -38,9 +38,10 @@ def first_proved(
     most_runs: int,
     mended: Callable[[Proof], list[Candidate]] = lambda _: [],
 ) -> Proof | None:
-    """Return the first candidate whose run passes, else the last that was run; None where there is no candidate.
+    """Return the first candidate whose run passes, or else the last one that was run; None without candidates.
 
-    What `mended` makes of one whose run does not pass is run next. Raises OutputError for a folder that cannot be used.
+    If a run fails, the candidates that `mended` derives from it are run next. Raises OutputError for an unusable
+    folder.
     """
     waiting = list(candidates)
     proof = None
@@ -52,6 +53,7 @@ def first_proved(
         try:
             result = run(design_of(candidate), options)
         except OutputError:
+            # OutputError is an InputError, but a folder is not a candidate's fault.
             raise
         except UNSOLVED:
             pass

@@ -1,4 +1,4 @@
-"""The nearest design that passes: searched with springs just as stiff as they were sized, proved by whole runs."""
+"""The nearest passing design: searched with springs as stiff as sized, and proved by whole runs."""
 
 import math
 from collections.abc import Sequence
@@ -22,23 +22,23 @@ from sensor.words import rounded
 from solve.contact.linear_response import travels
 from solve.contact.response import scene_response
 
-BUDGET = 6000.0  # of trials, in about hundredths of a processor second
-MOST_RUNS = 4  # that prove a candidate; each costs some ten seconds
-MOST_KEYS = 3  # changed one on top of the other
-_BEAM = 4  # candidates that did not pass on which the next round builds
+BUDGET = 6000.0  # budget for trials, in about hundredths of a processor second
+MOST_RUNS = 4  # most runs of candidates; each takes some ten seconds
+MOST_KEYS = 3  # most keys that are changed together
+_BEAM = 4  # number of candidates from which the next round continues
 _BISECTIONS = 6
 _BISECTIONS_ON_CELLS = 2
-_BEYOND = 0.05  # by how much a bound is passed over, so that the solved leaves and error bars pass too
-ROUGH = 0.02  # tolerance of the springs whose contact is good enough to try a change
+_BEYOND = 0.05  # margin beyond a bound, so that the FE-fitted leaves and their error bars pass too
+ROUGH = 0.02  # tolerance of the springs, whose contact is then accurate enough to try a change
 _TRAVEL = "press.travel_mm"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Suggestion:
-    """What makes a design pass: no changes where it passes as it is, None where no such changes were found.
+    """The changes that make a design pass; empty if it passes unchanged, None if no changes were found.
 
-    `verdicts` are those of the run that proves it, or of the design's own run. `reason` is a sentence. `tried` counts
-    the designs with sized springs, `runs` the whole runs.
+    `verdicts` are of the run that proves it, or of the design's own run. `reason` is a sentence. `tried` counts the
+    designs with sized springs, and `runs` the whole runs.
     """
 
     design: Design
@@ -55,10 +55,10 @@ class Suggestion:
 
 
 class Search:
-    """Tries changes of a design with sized springs until a budget is spent; `tried` counts them."""
+    """A search over changes of a design with sized springs, limited by a budget; `tried` counts the trials."""
 
     def __init__(self, base: SensorResult, fixed: frozenset[str], progress: Progress = silent) -> None:
-        """Take a design that was run, and the keys that stay as they are; `progress` is told of each trial."""
+        """Begin with the run of a design and the keys that must not change; `progress` is called with each trial."""
         self.tried = 0
         self._progress = progress
         self.nearest_miss: Candidate | None = None
@@ -67,9 +67,9 @@ class Search:
         self._budget_left = BUDGET
 
     def passing(self, failed_verdicts: Sequence[Verdict]) -> list[Candidate]:
-        """Return the candidates that pass where these verdicts do not, the nearest first.
+        """Return candidates that pass, starting from a design with these failed verdicts, the nearest first.
 
-        Nearest is the one with the fewest keys changed, then with the smallest sum of |log ratio|.
+        The nearest candidate has the fewest changed keys, then the smallest sum of |log ratio|.
         """
         beam = [Candidate(changes={}, verdicts=tuple(failed_verdicts))]
         for _ in range(MOST_KEYS):
@@ -78,7 +78,8 @@ class Search:
                 candidates += self._one_change_more(start)
             passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size)
             if passing:
-                self._budget_left = max(self._budget_left, 0.05 * BUDGET)  # so that it can be moved nearer
+                # a reserve for moving the candidates nearer to the base
+                self._budget_left = max(self._budget_left, 0.05 * BUDGET)
                 return sorted([self._nearer(candidate) for candidate in passing[:_BEAM]], key=self._size)
             beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM]
             misses = [*beam, self.nearest_miss] if self.nearest_miss else beam
@@ -86,9 +87,9 @@ class Search:
         return []
 
     def trial(self, changes: Changes) -> Candidate | None:
-        """Return the candidate of some changes; None where they make no design, or one that cannot be solved or read.
+        """Return the candidate of some changes; None if they make no design, or one that cannot be solved or read.
 
-        A press that is short against the heights of the tips as made is not read.
+        A press too short for the height errors of printed tips cannot be read.
         """
         if self._budget_left <= 0.0:
             return None
@@ -111,7 +112,7 @@ class Search:
         return size(self._base.design, candidate.changes)
 
     def _one_change_more(self, start: Candidate) -> list[Candidate]:
-        """Return the best candidate of each sweep over keys that are neither changed yet nor fixed."""
+        """Return the best candidate of each sweep over keys that are neither changed nor fixed."""
         names = [verdict.name for verdict in start.failed]
         design = self._design_of(start)
         taken = self._fixed | start.changes.keys()
@@ -131,12 +132,13 @@ class Search:
         return best
 
     def _verdicts(self, design: Design) -> tuple[Verdict, ...]:
-        """Return the verdicts of a design with ideal springs, fewer where the first ones decide that it fails."""
+        """Return the verdicts of a design with ideal springs; only the first ones if they show that it fails."""
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
-            # They are too slow to try.
+            # Readings of flat tips are too slow to try.
             return (judge("reading.bias", None, "readings of flat tips", limit="tips with a dome"),)
         sensor = self._sized(design)
-        if scene_of(design).on_cells:  # P at two moduli, a tenth of the whole press, often shows that it fails
+        # P at two moduli costs a tenth of a whole press and often shows that the design fails
+        if scene_of(design).on_cells:
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
             scene = scene_of(design, sensor.springs.ideal_offsets_mm)
             x = travels(design.press.travel_mm, TRAVELS)
@@ -147,9 +149,9 @@ class Search:
         return sensor.verdicts
 
     def _sized(self, design: Design) -> Sensor:
-        """Return the sensor of a design on ideal springs, whose tips sag as those of the base where they may do so.
+        """Return the sensor of a design on ideal springs; its tips sag like the base's if the layouts agree.
 
-        The contact of the base is taken where that of the design is the same.
+        The contact of the base is reused if the design has the same contact.
         """
         base = self._base
         same_contact = unit_scene(design) == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
@@ -163,10 +165,10 @@ class Search:
         )
 
     def _nearer(self, candidate: Candidate) -> Candidate:
-        """Return a candidate whose numbers are moved back towards those of the base, to just where it still passes.
+        """Return a candidate whose numbers are moved back towards the base as far as it still passes.
 
-        Each number is found by bisection of its logarithm, and rounded away from the value that fails. Texts and
-        numbers that changed their sign stay as they are.
+        Each number is found by bisection of its logarithm, and rounded away from the failing value. Texts, and numbers
+        whose sign changed, stay as they are.
         """
         on_cells = scene_of(self._design_of(candidate)).on_cells
         for key, passing in candidate.changes.items():
@@ -198,9 +200,9 @@ def _cost(design: Design) -> float:
 def suggestion(
     design: Design, options: RunOptions, fixed: frozenset[str] = frozenset(), progress: Progress = silent
 ) -> Suggestion:
-    """Return the nearest design that a run shows to pass, without changing the keys that are `fixed`.
+    """Return the nearest design that passes its run; the keys in `fixed` do not change.
 
-    Raises as `run` where the design itself cannot be run.
+    Raises like `run` if the design itself cannot be run.
     """
     progress("runs the design as it is")
     options = replace(options, out=None)
@@ -232,7 +234,7 @@ def suggestion(
 
 
 def _less_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Candidate]:
-    """Return a candidate with the shorter travel that solved strains and clearances ask for, if any does."""
+    """Return a candidate with the shorter travel that failed strains and clearances require, if any does."""
     travels = []
     if _TRAVEL not in {*changes, *fixed}:
         for verdict in result.verdicts:
@@ -243,7 +245,7 @@ def _less_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) 
 
 
 def _failure(search: Search, passing: Sequence[Candidate]) -> str:
-    """Return the reason why nothing is suggested, with the candidate that comes nearest."""
+    """Return the reason why there is no suggestion, with the nearest candidate."""
     if passing:
         return f"none found: what passes with ideal springs, {in_words(passing[0].changes)}, fails its run"
     nearest = search.nearest_miss
