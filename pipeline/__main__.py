@@ -1,4 +1,4 @@
-"""`python -m pipeline`, which is gone: its refusal names what to use."""
+"""`python -m pipeline`, which was removed; its refusal names the replacement."""
 
 import sys
 

@@ -33,27 +33,27 @@ EVALUATED = (
     "errors",
     "paper",
 )
-"""The stages behind the springs in their order; each is a property of a sensor and a field of its result."""
+"""The stages after the springs in order; each is a property of a sensor and a field of its result."""
 
 
 @in_turn
 def run(
     design: Design, options: RunOptions | None = None, *, beside: bool = True, progress: Progress = silent
 ) -> SensorResult:
-    """Return the result of every stage; with `options.out` its files too, which appear whole or not at all.
+    """Return the result of every stage; with `options.out` also write its files, all of them or none.
 
-    With files and `beside`, solids are made in a process of their own beside the solves. Raises InputError
-    for a scene or a folder that cannot be used, MeshError or SolveError where a solve is not to be believed.
-    `progress` is called with the stage that is worked on.
+    With files and `beside`, a separate process makes the solids in parallel with the solves. Raises InputError for an
+    unusable scene or folder, and MeshError or SolveError for an unreliable solution. `progress` is called with the
+    current stage.
 
     Parameters
     ----------
     design : Design
         What `load_design` returns.
     options : RunOptions, optional
-        The folder of the files, and how exactly to solve.
+        The folder of the files, and the accuracy of the solution.
     beside : bool
-        Whether a process of its own makes the solids beside the solves.
+        Whether a separate process makes the solids in parallel.
     progress : callable
         Called with the name of each stage when it begins.
 
@@ -74,7 +74,7 @@ def run(
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,
     ):
-        # The solids are drawn and checked by a worker, as soon as a housing may be the last one.
+        # A worker draws and checks the solids of each housing that may be the last one.
         maker = SolidMaker(design, executor)
         sensor = replace(sensor, begin_solid=maker.size)
         sensor.solve("contact", "sizing", "upright_springs")
@@ -90,7 +90,7 @@ def run(
         with timed.stage("fields"):
             fields_left_out = write_fields(pressed, result.press, options, folder)
             if options.out is not None:
-                prepare_page(result)  # while the solids are made
+                prepare_page(result)  # while the worker makes the solids
         with timed.stage("fabrication"):
             sideways = sideways_verdicts(pressed.springs, options)
         with timed.stage("solids"):
@@ -106,7 +106,7 @@ def run(
 def look(sensor: Sensor) -> SensorResult:
     """Return a rough answer, accurate to a few per cent, without solids and files of parts.
 
-    Raises as `run`, and OutputError for the folder of a whole run.
+    Raises like `run`, and OutputError for the folder of a whole run.
     """
     options = sensor.options
     if options.out is not None:
@@ -119,14 +119,14 @@ def look(sensor: Sensor) -> SensorResult:
 
 @in_turn
 def evaluate(design: Design, options: RunOptions | None = None, *, progress: Progress = silent) -> SensorResult:
-    """Return every number, verdict and error of a design but the verdicts on its files; raises as `run`.
+    """Return every number, verdict and error of a design except the verdicts on its files; raises like `run`.
 
     Parameters
     ----------
     design : Design
         What `load_design` returns.
     options : RunOptions, optional
-        How exactly to solve.
+        The accuracy of the solution.
     progress : callable
         Called with the name of each stage when it begins.
 
@@ -142,7 +142,7 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
 
 
 def evaluated(sensor: Sensor) -> SensorResult:
-    """Return the result of a sensor whose stages are solved in their order; verdicts that did not pass have a hint."""
+    """Return the result of a sensor whose stages are solved in order; verdicts that did not pass have hints."""
     sensor.solve("contact", "sizing", "upright_springs", "springs")
     stages = {name: getattr(sensor, name) for name in EVALUATED}
     rough = "a rough answer: the solid and what pipeline design adds to a run are left out; --tol 0.001 has them"
@@ -159,7 +159,10 @@ def evaluated(sensor: Sensor) -> SensorResult:
 def with_file_verdicts(
     result: SensorResult, geometry: Sequence[Verdict], making: Sequence[Verdict]
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts of a result with those on its solids and its fabrication; what did not pass has a hint."""
+    """Return the verdicts of a result with those on its solids and fabrication.
+
+    Verdicts that did not pass have hints.
+    """
     verdicts = result.verdicts
     if result.design.tips.tip_layout.has_housing:
         verdicts = (*with_solids(verdicts, geometry), *making)

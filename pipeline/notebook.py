@@ -1,6 +1,6 @@
-"""The answer on a sensor as a notebook shows it: one sentence, the verdicts, the springs, and P over the modulus.
+"""The answer on a sensor in a notebook: one sentence, the verdicts, the springs, and P over the modulus.
 
-Everything is HTML with an SVG inside, which need no network and no other package.
+It is HTML with an SVG inside, and needs neither a network nor another package.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,19 +24,19 @@ from sensor.verdict import Verdict
 from sensor.words import OUTCOMES, round_below, with_bar
 
 _COLOURS = {True: "#2e7d32", False: "#c62828", None: "#b26a00"}
-_SIZE = (420, 240)  # of the plot, with its margins [px]
+_SIZE = (420, 240)  # size of the plot with its margins [px]
 _MARGINS = (48, 12, 12, 38)  # left, top, right, bottom
-_FEW = 5  # ticks of an axis, at least
+_FEW = 5  # least number of ticks of an axis
 _BLUE = "#1f6fb2"
 
 
 def answer_html(
     name: str, verdicts: Sequence[Verdict], springs: Mapping[str, Spring], E: Floats, P: Floats, moduli: Iterable[float]
 ) -> str:
-    """Return the answer on a design of a name as HTML.
+    """Return the answer on a design as HTML.
 
-    P is the force ratio at full travel on fruit of the moduli E [MPa], nan where a tip is off. The moduli of the design
-    [MPa] are dots on that curve.
+    P is the force ratio at full travel on fruit of moduli E [MPa], nan if a tip is out of contact. The moduli of the
+    design [MPa] are dots on that curve.
     """
     parts = [f"<p><strong>{escape(headline(name, verdicts))}</strong></p>", _verdict_table(verdicts)]
     reasons = [
@@ -50,7 +50,7 @@ def answer_html(
 
 
 def _verdict_table(verdicts: Sequence[Verdict]) -> str:
-    """Return the verdicts on targets and readings as a table, with one row for all on the part and its print."""
+    """Return the verdicts on targets and readings as a table; one row counts all verdicts on part and print."""
     rows = []
     for verdict in verdicts:
         if not is_on_the_part(verdict):
@@ -87,9 +87,9 @@ def _outcome(verdict: Verdict) -> str:
 
 
 def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
-    """Yield the plot of P over the modulus as SVG; nothing where no P is known.
+    """Yield the plot of P over the modulus as SVG; nothing if P is unknown.
 
-    The curve is broken where a tip is off the fruit.
+    The curve is interrupted where a tip is out of contact.
     """
     known = np.isfinite(P)
     if np.count_nonzero(known) < 2:  # noqa: PLR2004 - ends of a line
@@ -132,7 +132,7 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
 
 
 def _runs(known: Flags) -> Iterator[slice]:
-    """Yield the longest slices in which all is known, in their order."""
+    """Yield the slices of consecutive known values in order."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(int), [0]])))
     for start, end in edges.reshape(-1, 2).tolist():
         yield slice(start, end)
@@ -145,7 +145,7 @@ def _line(start: tuple[float, float], end: tuple[float, float]) -> str:
 
 
 def _ticks(low: float, high: float) -> Floats:
-    """Return round numbers with equal steps, of which the first and last enclose two values that may be equal."""
+    """Return round numbers with equal steps that enclose two values, which may be equal."""
     span = high - low or abs(high) or 1.0
     step = round_below(span / (_FEW - 1))
     first, last = np.floor(low / step), np.ceil(high / step)

@@ -1,4 +1,4 @@
-"""What a run is asked for: a design from a preset or a file with settings on top, and the options beside it."""
+"""The options of a run, and its design from a preset or a file with settings."""
 
 import hashlib
 import json
@@ -24,9 +24,10 @@ DEFAULT_DESIGN = "paper"
 FRUIT_STIFFNESSES = ("contact", "hayes")
 
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
-DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more they stay undecided
-ROUGH_TOLERANCE = 0.02  # from here on both springs and the contact are solved on one coarse mesh
-CONTACT_FRACTION = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
+# as accurate as the verdicts on K_l and K_h allow; with a larger tolerance they stay undecided
+DEFAULT_TOLERANCE = 1e-3
+ROUGH_TOLERANCE = 0.02  # from this tolerance on, both springs and the contact are solved on one coarse mesh
+CONTACT_FRACTION = 0.25  # share of the contact in the tolerance; it is cheap, so the expensive springs get the rest
 _BESIDE_CONTACT = (
     *("name", "E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation"),
     *("roughness_mm", "roughness_wave_mm", "flesh_scatter_percent"),
@@ -35,7 +36,7 @@ BESIDE_CONTACT: dict[str, dict[str, Any]] = {
     "fruit": {key: getattr(Fruit(), key) for key in _BESIDE_CONTACT},
     "tips": {"gap_mm": 0.0, "socket": "none"},
 }
-"""What the compliance of a fruit times its modulus does not depend on, each with one value for all designs."""
+"""Keys that do not affect the compliance of a fruit times its modulus, each with one value for all designs."""
 
 _SHIPPED, _CHECKOUT = (Path(__file__).parents[level] / "designs" for level in (0, 1))
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
@@ -43,12 +44,12 @@ DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """What a run is asked for besides its design.
+    """The options of a run besides its design.
 
-    `out` is the folder of the outputs; None writes nothing. `tolerance` is the relative error [1] allowed to the
-    stiffness of both springs. `fields` adds displacement and stress to the VTU files, `fabrication` what a maker needs.
-    Files that are not of the last run make the folder refused; with `force` they are kept as NAME.bak. A `look` makes
-    no solid and no file of a part.
+    `out` is the folder of the outputs; None writes nothing. `tolerance` is the allowed relative error [1] of the
+    stiffness of both springs. `fields` adds displacement and stress to the VTU files, and `fabrication` adds the files
+    for a maker. A folder with files of another origin is refused; with `force` they are kept as NAME.bak. A `look`
+    makes no solids and no files of parts.
 
     Examples
     --------
@@ -69,7 +70,7 @@ class RunOptions:
     look: bool = False
 
     def __post_init__(self) -> None:
-        """Check each field, and refuse fields of a mesh beside a look."""
+        """Check each field, and refuse fields of a mesh together with a look."""
         check_fields(self, "options")
         if self.look and self.fields:
             raise validation_error("--fields", "given", "", "left out beside --look", "ask for a whole run")
@@ -85,17 +86,17 @@ class RunOptions:
 
     @property
     def rough(self) -> bool:
-        """Say whether the tolerance asks for a rough answer, to some per cent."""
+        """Return whether the tolerance requests a rough answer, accurate to some per cent."""
         return self.tolerance >= ROUGH_TOLERANCE
 
     @property
     def contact_tolerance(self) -> float:
-        """Return the relative error [1] allowed to the fruit's compliance."""
+        """Return the allowed relative error [1] of the fruit's compliance."""
         return CONTACT_FRACTION * self.tolerance
 
 
 def refuse_unmakeable(design: Design, options: RunOptions) -> None:
-    """Raise InputError where files for fabrication are asked of a layout of tips that has no housing."""
+    """Raise InputError if files for fabrication are requested for a layout without a housing."""
     if options.fabrication and not design.tips.tip_layout.has_housing:
         bound = f"{' or '.join(name for name, layout in LAYOUTS.items() if layout.has_housing)} for pipeline design"
         hint = "a line has no housing; use pipeline run"
@@ -103,15 +104,15 @@ def refuse_unmakeable(design: Design, options: RunOptions) -> None:
 
 
 def contact_inputs(design: Design, options: RunOptions) -> dict[str, object]:
-    """Return the inputs, by name, on which the compliance of a fruit times its modulus depends."""
+    """Return the inputs, by name, that determine the compliance of a fruit times its modulus."""
     fruit, tips = contact_scene(design)
     return {"fruit": fruit, "tips": tips, "tol": options.contact_tolerance}
 
 
 def contact_scene(design: Design) -> tuple[Fruit, Tips]:
-    """Return fruit and tips, each key that does not move their contact at one value for all designs.
+    """Return fruit and tips, with one value for all designs in each key that does not affect their contact.
 
-    Under a skin the moduli do move it.
+    Under a skin the moduli do affect it.
     """
     fruit = design.fruit
     moduli = {} if fruit.skin_mm is None else {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
@@ -124,7 +125,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def design_path(design: str | Path, name: str = "--design") -> Path:
-    """Return the file of a preset's name, or the path itself; raises InputError, which calls it by a name."""
+    """Return the file of a preset, or the path itself; raises InputError, which names the design `name`."""
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
     known = preset_names()
@@ -138,10 +139,10 @@ def design_path(design: str | Path, name: str = "--design") -> Path:
 def load_design(
     design: str | Path = DEFAULT_DESIGN, settings: Mapping[str, object] | None = None, name: str = "--design"
 ) -> Design:
-    """Return the design of a preset or a file with `table.key` settings on top, numbers, lists or their TOML text.
+    """Return the design of a preset or a file, with `table.key` settings on top: numbers, lists or their TOML text.
 
-    A setting of None or "" unsets its key. A file that gives no name is named for itself. Raises InputError,
-    which calls the design by `name`.
+    A setting of None or "" unsets its key. A design without a name has the name of its file. Raises InputError, which
+    names the design `name`.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ def load_design(
     settings : mapping, optional
         Values of `table.key`, as `{"targets.NL": 0.06}`.
     name : str
-        What an error calls the design.
+        The name of the design in errors.
 
     Examples
     --------
@@ -163,9 +164,9 @@ def load_design(
 def design_tables(
     design: str | Path, settings: Mapping[str, object] | None = None, name: str = "--design"
 ) -> DesignTables:
-    """Return the tables of a preset or a file with settings on top, which further settings may still complete.
+    """Return the tables of a preset or a file with settings on top; further settings may still complete them.
 
-    Settings and errors are those of `load_design`, but for values that only a whole design shows to be wrong.
+    Settings and errors are as in `load_design`, except for values that only a complete design shows to be wrong.
     """
     path = design_path(design, name)
     texts = {key: setting_text(key, value) for key, value in (settings or {}).items()}
@@ -174,7 +175,7 @@ def design_tables(
 
 
 def setting_text(key: str, value: object) -> str:
-    """Return a value of a key as `--set` takes it; nothing for None. Raises InputError for what is in no design."""
+    """Return a value of a key as text for `--set`, empty for None; raises InputError for a type that no design has."""
     if value is None or isinstance(value, str):
         return value or ""
     try:
@@ -186,7 +187,7 @@ def setting_text(key: str, value: object) -> str:
 
 
 def run_key(design: Design, options: RunOptions) -> str:
-    """Return the digest of all that the files of a run follow from: a folder with the same key is not made again."""
+    """Return the digest of all inputs of a run; a folder with the same key is up to date."""
     inputs = {
         "design": design_as_mapping(design),
         "options": asdict(replace(options, out=None, force=False)),

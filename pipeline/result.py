@@ -1,4 +1,4 @@
-"""What a run returns: every number, verdict and error of a sensor, typed and frozen."""
+"""The result of a run: every number, verdict and error of a sensor, typed and frozen."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -26,22 +26,22 @@ from solve.fruit.compliance import FruitCompliance
 
 
 class ReportData(Plain):
-    """The data of report.json, which are printed as a short text."""
+    """The data of report.json with a short text representation."""
 
     def __repr__(self) -> str:
-        """Return the names of its tables."""
+        """Return the names of the tables."""
         return f"{type(self).__name__}({', '.join(self)})"
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SensorResult(Record):
-    """A design with all that is known of its sensor, each stage as the `Sensor` of a run solved it.
+    """A design with all results of its sensor, stage by stage.
 
-    `pressed` is what was pressed and read. `readings` and `tilted` are None for a design without readings, `over_time`
-    for flesh that does not relax. `reached` are P_max and NL. `paper` are the verdicts on the paper's own springs, None
-    where fruit or tips are not the paper's. `read_out` is what a finished sensor is read by. `left_out` says what could
-    not be solved or written after the verdicts. `seconds` are wall and processor seconds by stage. `report` are the
-    data of report.json, also where nothing was written.
+    `pressed` is the sensor as it was pressed and read. `readings` and `tilted` are None for a design without readings,
+    and `over_time` for flesh that does not relax. `reached` are P_max and NL. `paper` are the verdicts on the paper's
+    own springs, None if fruit or tips differ from the paper's. `read_out` are the constants for reading a finished
+    sensor. `left_out` states what could not be solved or written after the verdicts. `seconds` are wall and processor
+    seconds by stage. `report` are the data of report.json, even if nothing was written.
 
     Examples
     --------
@@ -69,23 +69,23 @@ class SensorResult(Record):
     report: Plain = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
-        """Keep the data of the report so that they are short in print."""
+        """Wrap the data of the report, so that they are short in print."""
         object.__setattr__(self, "report", ReportData(self.report))
 
     def __repr__(self) -> str:
-        """Return the design's name and how its verdicts ended: all numbers together fill many screens."""
+        """Return the design's name and the outcomes of its verdicts; all numbers would fill many screens."""
         outcomes = [verdict.passed for verdict in self.verdicts]
         counts = ", ".join(f"{outcomes.count(passed)} {word}" for passed, word in OUTCOMES.items())
         return f"{type(self).__name__}({self.design.name!r}: {counts})"
 
     def _repr_html_(self) -> str:
-        """Return the answer, the verdicts, the springs and P over the modulus, as notebooks ask for it."""
+        """Return answer, verdicts, springs and P over the modulus as HTML for notebooks."""
         response = self.errors.reading.response
         return answer_html(
             self.design.name,
             self.verdicts,
             self.springs.springs,
-            response.E[1:],  # the first modulus stands for the softest fruit, a limit and no fruit
+            response.E[1:],  # the first modulus represents the softest possible fruit, which is a limit
             response.P[1:, -1],
             self.design.fruit.E_MPa,
         )
@@ -97,7 +97,7 @@ class SensorResult(Record):
 
     @property
     def sizing(self) -> SpringSizing:
-        """Return the springs as they were sized."""
+        """Return the springs as sized."""
         return self.pressed.sizing
 
     @property
@@ -107,7 +107,7 @@ class SensorResult(Record):
 
     @property
     def springs(self) -> FittedSprings:
-        """Return the springs as they are made."""
+        """Return the springs as printed."""
         return self.pressed.springs
 
     @property
@@ -117,12 +117,12 @@ class SensorResult(Record):
 
     @property
     def passed(self) -> bool | None:
-        """Return whether every verdict passed; None when one is undecided and none failed."""
+        """Return whether every verdict passed; None if one is undecided and none failed."""
         return all_passed(self.verdicts)
 
 
 def with_solids(verdicts: Sequence[Verdict], geometry: Sequence[Verdict]) -> tuple[Verdict, ...]:
-    """Return the verdicts on a sensor with those on its solids behind those on what can be printed."""
+    """Return the verdicts on a sensor with those on its solids inserted after the verdicts on printing."""
     behind = 1 + max(i for i, verdict in enumerate(verdicts) if verdict.row.group == "print")
     if not geometry:
         geometry = [judge("geometry.made", None, "no housing was made, see printable.low and .high")]

@@ -1,4 +1,4 @@
-"""A sensor: a design whose stages are solved when they are first asked for, each of them once."""
+"""A sensor: a design whose stages are solved on first use, each once."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
@@ -31,18 +31,18 @@ from solve.fruit.compliance import FruitCompliance
 
 Solved = TypeVar("Solved")
 SpringsAs = Literal["fitted", "sized"]
-"""Springs fitted to the housing by finite elements, or exactly as stiff as they were sized, which a search tries."""
+"""Springs fitted to the housing by finite elements, or exactly as stiff as sized, which a search tries."""
 
 
 def refuse_unsolvable(design: Design) -> None:
-    """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing."""
+    """Raise InputError for an unsolvable scene or pose, or for tips that leave no plate, before anything is solved."""
     refuse_unsolvable_poses(design)
     refuse_unsolvable_time(design)
     plate_depth(design, design.process)
 
 
 def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_property[Solved]"]:
-    """Return a decorator for a property that is solved once, whose seconds count to a stage of the run."""
+    """Return a decorator for a property that is solved once; its time is added to a stage of the run."""
 
     def decorated(solve: Callable[["Sensor"], Solved]) -> "cached_property[Solved]":
         @wraps(solve)
@@ -57,12 +57,12 @@ def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_propert
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Sensor:
-    """A design with its stages: each property solves what it needs.
+    """A design with its stages; each property solves what it needs.
 
-    The springs are `fitted` to the housing by finite elements, or taken as `sized`. `begin_solid` begins the solid of
-    each housing that may be the last one, beside the solves. A search gives a contact that is known from a design with
-    the same scene, and for sized springs the height offsets of the tips [mm]. Each property raises InputError for a
-    scene that cannot be used, MeshError or SolveError for a solve that must not be believed.
+    The springs are `fitted` to the housing by finite elements, or taken as `sized`. `begin_solid` is called with each
+    housing that may be the last one, in parallel with the solves. A search may pass a `known_contact` of a design with
+    the same scene, and the height offsets of the tips on sized springs [mm]. Each property raises InputError for an
+    unusable scene, and MeshError or SolveError for an unreliable solution.
     """
 
     design: Design
@@ -74,22 +74,22 @@ class Sensor:
     known_offsets_mm: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a scene that cannot be pressed; sized springs may be asked for in any, until they are pressed.
+        """Refuse an unsolvable scene; for sized springs this check waits until they are pressed.
 
-        What will be made must be calibrated too. A search goes on from a bench that cannot.
+        A sensor that will be printed must be possible to calibrate as well; a search ignores an insufficient bench.
         """
         if self.springs_as == "fitted":
             refuse_unsolvable(self.design)
             refuse_bench_that_cannot_weigh(self.design)
 
     def solve(self, *stages: str) -> None:
-        """Solve stages in this order; each solves by itself what it needs."""
+        """Solve stages in this order; each solves the stages it needs."""
         for name in stages:
             getattr(self, name)
 
     @stage("contact")
     def contact(self) -> FruitCompliance:
-        """Return the compliance of the fruit under the tips; designs of one shape share that of sized springs."""
+        """Return the compliance of the fruit under the tips; with sized springs, designs of one shape share it."""
         if self.known_contact is not None:
             return self.known_contact
         if self.springs_as == "sized":
@@ -98,19 +98,19 @@ class Sensor:
 
     @stage("sizing")
     def sizing(self) -> SpringSizing:
-        """Return the springs that the targets require, or that the design gives."""
+        """Return the springs for the targets, or the springs of the design."""
         return spring_sizing(self.design, self.contact, self.options)
 
     @stage("springs")
     def upright_springs(self) -> FittedSprings:
-        """Return the springs in their final housing, without what their tips give sideways."""
+        """Return the springs in their final housing, without the sideways compliance of their tips."""
         if self.springs_as == "sized":
             return replace(springs_for(self.design, self.sizing, "sized"), ideal_offsets_mm=self.known_offsets_mm)
         return springs_for(self.design, self.sizing, "fitted", self.options.tolerance, self.begin_solid)
 
     @stage("springs")
     def springs(self) -> FittedSprings:
-        """Return the springs with what their tips give sideways, where forces lean."""
+        """Return the springs with the sideways compliance of their tips, if forces are inclined."""
         if self.springs_as == "sized":
             leaning = springs_for(self.design, self.sizing, "leaning")
             return replace(leaning, ideal_offsets_mm=self.known_offsets_mm)
@@ -118,7 +118,7 @@ class Sensor:
 
     @cached_property
     def pressed(self) -> PressedSensor:
-        """Return what is pressed and read: the tips on their springs over the fruit."""
+        """Return the sensor as it is pressed and read: the tips on their springs over the fruit."""
         if self.springs_as == "sized":
             refuse_unsolvable(self.design)
         return PressedSensor(design=self.design, contact=self.contact, sizing=self.sizing, springs=self.springs)
@@ -131,12 +131,12 @@ class Sensor:
 
     @stage("reading")
     def readings(self) -> Readings | None:
-        """Return the errors of the readings over all poses; None for a design without readings."""
+        """Return the errors of readings over all poses; None for a design without readings."""
         return analyse_readings(self.pressed)
 
     @stage("reading")
     def tilted(self) -> Presses | None:
-        """Return presses at tilts along the tips; None for a design without readings or without a tilt."""
+        """Return presses at tilts along the tips; None for a design without readings or without tilt."""
         return tilted_presses(self.pressed)
 
     @stage("reading")
@@ -146,12 +146,12 @@ class Sensor:
 
     @cached_property
     def upright(self) -> PressedSensor:
-        """Return what is pressed as long as no force leans."""
+        """Return the sensor without the sideways compliance of its tips, which is enough if no force is inclined."""
         return PressedSensor(design=self.design, contact=self.contact, sizing=self.sizing, springs=self.upright_springs)
 
     @cached_property
     def is_level(self) -> bool:
-        """Return whether flat sharp tips touch a flat fruit all at once, so that the two-spring law is exact."""
+        """Return whether all tips touch at once, so that the two-spring law is exact: flat sharp tips on flat fruit."""
         return self.upright.scene.touches_at_once
 
     @stage("verdicts")
@@ -161,22 +161,22 @@ class Sensor:
 
     @stage("verdicts")
     def reached(self) -> SceneTargets:
-        """Return P_max and NL in the scene of the design, for which a level one needs no press."""
+        """Return P_max and NL in the scene of the design; a level scene needs no press."""
         if self.is_level:
             return reached_targets(self.upright, self.design.nominal_targets, None)
         return reached_targets(self.pressed, self.design.nominal_targets, self.press)
 
     @stage("verdicts")
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Return the verdicts on the sensor that need no file."""
+        """Return the verdicts on the sensor that need no files."""
         return self._judged(name for name, _ in RULES)
 
     def verdict(self, name: str) -> Verdict | None:
-        """Return the verdict of a name, for which only its own rules are asked; None if this design has none."""
+        """Return the verdict of a name by evaluating only its rule; None if this design has none."""
         return next(iter(self._judged([name])), None)
 
     def verdicts_on(self, group: Group) -> tuple[Verdict, ...]:
-        """Return the verdicts of a group, for which only their own rules are asked."""
+        """Return the verdicts of a group by evaluating only their rules."""
         return self._judged(name for name, _ in RULES if row_of(name).group == group)
 
     def _judged(self, names: Iterable[str]) -> tuple[Verdict, ...]:
@@ -187,12 +187,12 @@ class Sensor:
 
     @stage("behaviour")
     def behaviour(self) -> SpringBehaviour | None:
-        """Return the tilt, stiffening, frequency and crosstalk of the springs; None where no housing is made."""
+        """Return tilt, stiffening, frequency and crosstalk of the springs; None without a housing."""
         return spring_behaviour(self.springs, self.press)
 
     @stage("reading")
     def read_out(self) -> ReadingConstants:
-        """Return the constants by which a finished sensor is read."""
+        """Return the constants for reading a finished sensor."""
         return reading_constants(self.pressed, self.press, self.readings)
 
     @stage("errors")
@@ -202,5 +202,5 @@ class Sensor:
 
     @stage("verdicts")
     def paper(self) -> tuple[Verdict, ...] | None:
-        """Return the verdicts on the paper's own springs; None where fruit or tips are not the paper's."""
+        """Return the verdicts on the paper's own springs; None if fruit or tips differ from the paper's."""
         return paper_verdicts(self.pressed)

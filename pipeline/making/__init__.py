@@ -1,1 +1,1 @@
-"""What is made of a design: solids, files for fabrication, fields; the stages that start the CAD kernel."""
+"""Files made from a design: solids, files for fabrication, and fields; these stages start the CAD kernel."""

@@ -1,6 +1,6 @@
-"""The work that needs the CAD kernel: files of solids and files for fabrication, each with its verdicts.
+"""Tasks that need the CAD kernel: files of solids and files for fabrication, each with its verdicts.
 
-Each function imports what it needs when it is called: the process that asks a worker for it needs no kernel.
+Each function imports what it needs when it is called, so the process that submits it to a worker needs no kernel.
 """
 
 from pathlib import Path
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Written:
-    """Write STEP, STL and 3MF of a sensor whose springs deflect by so much [mm]; return them and the verdicts on them.
+    """Write STEP, STL and 3MF of a sensor whose springs deflect [mm]; return the files and their verdicts.
 
     Raises OSError or ExportError.
     """
@@ -32,7 +32,7 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
 
 
 def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path) -> Written:
-    """Write the files for fabrication; return them and the verdicts on cover and bracket.
+    """Write the files for fabrication; return the files and the verdicts on cover and bracket.
 
     Raises OSError or ExportError.
     """

@@ -1,4 +1,4 @@
-"""What a maker needs beside the part: drawing, coupon, cover, sheet; verdicts on cover and sideways stiffness."""
+"""Files for a maker beside the part: drawing, coupon, cover and sheet; verdicts on cover and sideways stiffness."""
 
 from concurrent.futures import Executor, Future
 from functools import partial
@@ -20,14 +20,14 @@ from sensor.quantity import Estimate
 from sensor.verdict import Verdict, judge
 from solve.housing.stiffness import sideways_stiffness
 
-SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
+SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # least stiffness across the plate over the stiffness along the press
 
 
 def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
-    """Begin to make the files for fabrication; the result is the files, with the verdicts on cover and bracket.
+    """Begin the files for fabrication; the future gives the files with the verdicts on cover and bracket.
 
-    There are none where they are not asked for, or where no housing can be made. The future raises OSError where a file
-    cannot be written, ExportError where one read back has another volume.
+    It gives none if fabrication was not requested, or no housing can be made. The future raises OSError if a file
+    cannot be written, and ExportError if a file has another volume when read back.
     """
     design, springs = sensor.design, sensor.springs
     housing = springs.housing
@@ -51,9 +51,9 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
-    """Return the verdicts on the stiffness across the plate over that along the press [1], where fabrication is asked.
+    """Return the verdicts on the stiffness across the plate over the stiffness along the press [1].
 
-    The error is the difference of two meshes. Raises SolveError.
+    Empty unless fabrication is requested. The error is the difference between two meshes. Raises SolveError.
     """
     housing = springs.housing
     process = springs.process
@@ -77,7 +77,7 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
 
 
 def sideways_verdict(name: str, spring: Spring, K: float, error: float) -> Verdict:
-    """Return the verdict on one sideways stiffness [N/mm], its error [N/mm] the step from a coarser mesh."""
+    """Return the verdict on one sideways stiffness [N/mm]; its error [N/mm] is the difference from a coarser mesh."""
     ratio = Estimate(K / spring.stiffness, error / spring.stiffness)
     words = "FE stiffness across the plate over that along the press; must be at least the limit"
     return judge(f"sideways.{name}", ratio, words, limit=SIDEWAYS_LEAST[name])

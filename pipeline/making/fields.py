@@ -1,6 +1,6 @@
-"""Meshes and fields as VTU files: the housing under its forces at full travel, the fruit under the tips.
+"""Meshes and fields as VTU files: the housing under its forces at full travel, and the fruit under the tips.
 
-Beside them stands the housing as a deck of CalculiX.
+The housing is also written as a CalculiX deck.
 """
 
 from pathlib import Path
@@ -25,18 +25,17 @@ from solve.housing.fields import fields_in, most_strained_node
 from solve.housing.stiffness import displacements, leaf_faces
 from solve.linear import SolveError
 
-_ROWS = (0, 1, 2, 0, 1, 0)  # of a tensor: xx, yy, zz, xy, yz, xz
+_ROWS = (0, 1, 2, 0, 1, 0)  # components xx, yy, zz, xy, yz, xz of a tensor
 _COLUMNS = (0, 1, 2, 1, 2, 2)
 
 
 def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
-    """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; `options.fields` adds its fields, fruit.vtu, a deck.
+    """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; `options.fields` adds fields, fruit.vtu and a deck.
 
-    An array without points of flexure.vtu says that it is half a model, and about which plane.
-    Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
-    [1]. Marks are 1 where it is largest on the leaves of each spring. The housing is under the forces at which the root
-    strain of each spring is judged, the fruit under those of the scene.
-    Returns the reason for each file that is left out.
+    An empty array in flexure.vtu states that it is half a model, and the plane of symmetry. Fields at the nodes are the
+    displacement [mm], the stress and its von Mises value [MPa], and the largest principal strain [1]. Marks are 1 at
+    its largest value on the leaves of each spring. The housing is under the forces for which the root strain of each
+    spring is judged, and the fruit under the forces of the scene. Returns the reason for each file that is left out.
     """
     springs = sensor.springs
     if not options.fields:
@@ -59,7 +58,7 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 
 
 def _write_flexure(springs: FittedSprings, folder: Path) -> None:
-    """Write the housing under the forces [N] that the root strain of each spring is judged at, and its deck."""
+    """Write the housing and its deck under the forces [N] for which the root strain of each spring is judged."""
     if springs.housing is None:
         return
     process = springs.process
@@ -76,7 +75,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
 
 
 def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:
-    """Return the fields of half a housing under the forces [N] that the root strain of each spring is judged at.
+    """Return the fields of half a housing under the forces [N] for which the root strain of each spring is judged.
 
     Raises SolveError.
     """
@@ -87,7 +86,7 @@ def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFie
 
 
 def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
-    """Return the arrays of a VTU file, their names with units; a tensor's components are xx, yy, zz, xy, yz, xz."""
+    """Return the arrays of a VTU file, named with units; the components of a tensor are xx, yy, zz, xy, yz, xz."""
     return {
         "displacement_mm": fields.displacement,
         "von_mises_MPa": fields.von_mises,

@@ -1,4 +1,4 @@
-"""The half housing in its mount under a force on each tip, as a deck of CalculiX that anybody can solve again."""
+"""The half housing in its mount under a force on each tip, as a CalculiX deck that can be solved independently."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from solve.housing.clamped_half import HOLES, PRESS, SIDES, ClampedHalf
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face, tip_means
 
 NAME = "flexure.inp"
-KIND = "C3D20R"  # 20-node hexahedra with 2^3 Gauss points, the element of the solve
+KIND = "C3D20R"  # 20-node hexahedra with 2^3 Gauss points, the element of our solution
 _SYMMETRY = "symmetry"
 _HEADING = """\
 The half y >= 0 of a housing in its mount: N, mm, MPa, 20-node hexahedra with 2^3 Gauss points.
@@ -23,7 +23,7 @@ _PINS = "Pins are left out here: with one, 1 / K is larger by {compliance:.6g} m
 
 
 def mean_of(spring: str) -> str:
-    """Return the name of the node that moves like the mean of a tip's face."""
+    """Return the name of the node that moves with the mean of a tip's face."""
     return f"{tip_face(spring)}_mean"
 
 
@@ -44,7 +44,7 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
     """Return the deck of a half housing [mm], E [MPa], with half a newton on the half of each tip in turn.
 
     Half the force on half the part is 1 N on the whole tip, so K [N/mm] is 1 over the mean u_z [mm] of its face. The
-    layers of the mount are springs.
+    layers of the mount become springs.
     """
     elements = elements_of(half.basis, KIND)
     names = (HOLES, SIDES, _SYMMETRY, *map(tip_face, SPRINGS), *map(leaf_faces, SPRINGS))

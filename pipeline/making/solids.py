@@ -29,9 +29,9 @@ _SHAPES = ("name", "fruit", "tips", "press")  # tables of the design that solids
 def housing(result: SensorResult) -> cq.Workplane:
     """Return the housing of a result [mm] on a CadQuery workplane.
 
-    It is the solid of housing.step, of a square one of its two equal plates. The axis x runs along the tips, whose
-    faces lie at z = 0, and z points away from the fruit. Its faces `low_tip`, `high_tip`, `mounting_holes` and
-    `side_faces` are tags. Raises InputError where the springs are not made.
+    It is the solid of housing.step; a square has two equal plates, of which it is one. The axis x runs along the tips,
+    whose faces lie at z = 0, and z points away from the fruit. Its faces `low_tip`, `high_tip`, `mounting_holes` and
+    `side_faces` are tags. Raises InputError if the springs are not made.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def housing(result: SensorResult) -> cq.Workplane:
     4
     """
     part = _solids_of(result).part
-    from cad.parts.assembly import on_workplane  # it loads the CAD kernel, which workers have
+    from cad.parts.assembly import on_workplane  # it loads the CAD kernel
 
     return on_workplane(part)
 
@@ -55,8 +55,8 @@ def housing(result: SensorResult) -> cq.Workplane:
 def cover(result: SensorResult) -> cq.Workplane:
     """Return the cover behind the housing of a result [mm] on a CadQuery workplane, in the frame of `housing`.
 
-    It is the solid of cover.step, printed twice; the one in front is turned half round. Its faces `rim` and
-    `mounting_holes` are tags. Raises InputError where the springs are not made.
+    It is the solid of cover.step, which is printed twice; the front cover is turned by half a turn. Its faces `rim` and
+    `mounting_holes` are tags. Raises InputError if the springs are not made.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ def cover(result: SensorResult) -> cq.Workplane:
 def mount(result: SensorResult) -> cq.Workplane:
     """Return the bracket that carries the sensor of a result [mm] on a CadQuery workplane, in the frame of `assembly`.
 
-    It is the solid of mount.step. Its faces `seat`, on the sensor, `flange`, `mounting_holes` and `flange_holes` are
-    tags. Raises InputError where the springs are not made.
+    It is the solid of mount.step. Its faces `seat` (on the sensor), `flange`, `mounting_holes` and `flange_holes` are
+    tags. Raises InputError if the springs are not made.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def assembly(result: SensorResult) -> cq.Assembly:
     """Return the sensor of a result over its fruit [mm], before the press, as a CadQuery assembly.
 
     Its parts are those of assembly.step: `housing` or `plate_1` and `plate_2`, `front_cover`, `screw_1`, `fruit`. Each
-    has its place, `loc`, and equal parts share one shape. Faces of housing and covers are tags. Raises InputError where
+    has its place, `loc`, and equal parts share one shape. Faces of housing and covers are tags. Raises InputError if
     the springs are not made.
 
     Parameters
@@ -128,32 +128,32 @@ def assembly(result: SensorResult) -> cq.Assembly:
 
 
 def _solids_of(result: SensorResult) -> SensorSolids:
-    """Return the sensor of a result with its housing as a solid; raises InputError where its springs are not made."""
+    """Return the solid sensor of a result; raises InputError if its springs are not made."""
     made = result.springs.housing
     if made is None:
         hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"
         raise validation_error("housing", result.design.name, "", "of a design whose springs are made", hint)
-    from cad.parts.assembly import sensor_of  # it loads the CAD kernel, which workers have
+    from cad.parts.assembly import sensor_of  # it loads the CAD kernel
 
     return sensor_of(result.design, made)
 
 
 class SolidMaker:
-    """The maker of a design's solids, in a worker beside the solves where there is one.
+    """The maker of a design's solids, in a worker process in parallel with the solves if there is one.
 
-    Files are begun for each housing that may be the last one. Those of a housing that is none come to nothing.
+    Files are begun for each housing that may be the last one. The files of a superseded housing are discarded.
     """
 
     def __init__(self, design: Design, executor: Executor | None) -> None:
-        """Take the design and the worker."""
+        """Store the design and the worker."""
         self._design = design
         self._executor = executor
         self._begun: tuple[Housing, Future[KeptFiles]] | None = None
 
     def size(self, housing: Housing, deflections: tuple[float, ...]) -> Future[PartSize]:
-        """Begin the solid of a housing whose springs deflect by so much [mm]; the result is its size.
+        """Begin the solid of a housing for deflections of its springs [mm]; the future gives its size.
 
-        A worker makes its files right after, before the solves say whether this housing is the last one.
+        A worker makes its files right after, before the solves decide whether this housing is the last one.
         """
         size = submit(self._executor, solid_size, housing)
         if self._executor is not None:
@@ -161,9 +161,12 @@ class SolidMaker:
         return size
 
     def files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
-        """Begin STEP, STL and 3MF of a housing unless they are begun; the result is the files, none without a housing.
+        """Begin STEP, STL and 3MF of a housing unless they are begun.
 
-        A worker makes them, unless the cache has those of an earlier run. The future raises OSError or ExportError.
+        The future gives the files, none without a housing.
+
+        The cache may have them from an earlier run; otherwise a worker makes them. The future raises OSError or
+        ExportError.
         """
         if self._begun is not None:
             if self._begun[0] == housing:
@@ -172,7 +175,7 @@ class SolidMaker:
         if housing is None:
             return finished_future(KeptFiles())
         design = self._design
-        # The cache finds files and verdicts by these inputs, so all that a check uses must be among them.
+        # These inputs are the key of the cache, so everything that a check uses must be among them.
         inputs = {
             "process": design.process,
             "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
