@@ -1,8 +1,11 @@
 """What every test gets: a fixed seed, a cache of its own, and a way to plant source files."""
 
 import contextlib
+import functools
+import hashlib
 import importlib
 import os
+import pickle
 import random
 import signal
 import textwrap
@@ -64,6 +67,28 @@ def _own_cache(tmp_path_factory):
     folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
+        yield folder
+
+
+@pytest.fixture(scope="session")
+def curves_once(_own_cache):
+    """Let the workers of one session share the force curves of pressed bodies: those of one law take 5 s to solve."""
+    solve = importlib.import_module("solve.compression.force_curve").fitted_curve
+
+    @functools.cache
+    def fitted_curve(*press):
+        kept = _own_cache / f"curve-{hashlib.sha256(repr(press).encode()).hexdigest()}"
+        with contextlib.suppress(FileNotFoundError):
+            return pickle.loads(kept.read_bytes())
+        curve = solve(*press)
+        part = kept.with_suffix(f".{os.getpid()}")
+        part.write_bytes(pickle.dumps(curve))
+        part.replace(kept)
+        return curve
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("solve.compression.force_curve", "instrument.compress.force_law"):
+            patch.setattr(f"{module}.fitted_curve", fitted_curve)
         yield
 
 

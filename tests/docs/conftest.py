@@ -8,8 +8,8 @@ from twintip.cli import main
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _kernel_here(kernel_here):
-    """Make solids in this process."""
+def _work_here(kernel_here, curves_once):
+    """Make solids in this process, and solve a force curve once."""
 
 
 @pytest.fixture(scope="session")
