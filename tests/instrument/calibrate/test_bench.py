@@ -86,7 +86,7 @@ def statistical(values):
     ("bench", "by"),
     [
         (Bench(balance_g=0.1, dial_mm=0.001), "balance"),
-        (Bench(balance_g=0.01, dial_mm=0.01), "dial"),
+        pytest.param(Bench(balance_g=0.01, dial_mm=0.01), "dial", marks=pytest.mark.slow),
         (Bench(balance_g=0.1, balance_max_g=20.0, dial_mm=0.01), "dial"),
     ],
     ids=["coarse balance", "coarse dial", "balance of a small load"],
@@ -95,6 +95,7 @@ def test_stiffnesses_by_weights_scatter_as_the_bench_predicts(bench, by, mango, 
     """Each kind of spring; what `calibrate` tells of a spring is wider, by Student's t and by the digits once more."""
     tables = BenchTables(mango, bench)
     left = tables.left("weights")
+    half = BenchTables(mango, replace(bench, balance_g=0.5 * bench.balance_g, dial_mm=0.5 * bench.dial_mm))
     units = [calibrate(mango.report, tables.weights(rng)).unit for _ in range(DRAWS)]
     found = np.array([unit.stiffnesses for unit in units]) / mango.K - 1.0
     told = np.sqrt(np.mean([np.square(unit.K_percent) for unit in units], axis=0))
@@ -104,18 +105,9 @@ def test_stiffnesses_by_weights_scatter_as_the_bench_predicts(bench, by, mango, 
         assert 100.0 * found[:, kind].std() == pytest.approx(predicted, rel=within)
         widest = np.hypot(0.5 * student(len(WEIGHED_AT) - 2), 1.0)
         assert 1.0 - within < np.sqrt(np.mean(told[list(kind)] ** 2)) / predicted < widest * (1.0 + within)
+        finer = half.left("weights").stiffness_percent[kind[0]]
+        assert 100.0 * found[:, kind].std() > finer * (1.0 + within), "a bench of half the digits is found out"
     assert left.by == by
-
-
-def test_a_finer_bench_than_the_tables_is_found_out(mango, rng, calibrate):
-    """The test above must notice a prediction for a balance and a dial of half the digits."""
-    tables = BenchTables(mango, Bench(balance_g=0.1, dial_mm=0.01))
-    finer = BenchTables(mango, Bench(balance_g=0.05, dial_mm=0.005)).left("weights")
-    units = [calibrate(mango.report, tables.weights(rng)).unit for _ in range(DRAWS)]
-    found = 100.0 * (np.array([unit.stiffnesses for unit in units]) / mango.K - 1.0)
-    for kind in mango.design.tips.spring_groups:
-        predicted = finer.stiffness_percent[kind[0]]
-        assert found[:, kind].std() > predicted * (1.0 + statistical(DRAWS * len(kind)))
 
 
 @pytest.mark.usefixtures("rigid")

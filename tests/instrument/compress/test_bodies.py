@@ -113,12 +113,10 @@ def test_modulus_is_in_its_bar_in_95_of_100_tests(rng):
 
 
 SLIPPERY = {"-".join(row[:3]): row for row in rows() if row[3] == "0.0" and FORMS[row[0]][0].plunger is None}
-QUICK = ("end-0.3-neo-hooke", "side-0.4-foam")
+MARKS = {"end-0.3-neo-hooke": (), "side-0.4-foam": pytest.mark.slow}
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.study) for name in SLIPPERY]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=MARKS.get(name, pytest.mark.study)) for name in SLIPPERY])
 def test_force_between_slippery_plates_is_that_of_other_elements(name):
     """To 0.3 % of each mesh: nu 0.49 does not lock."""
     row = SLIPPERY[name]

@@ -192,7 +192,9 @@ def test_times_widen_the_bar_of_a_pair_by_what_they_move(paper, at_once):
     assert math.sqrt(squares) == pytest.approx(2.0 * math.hypot(*moved), rel=0.05)
 
 
-@pytest.mark.parametrize("draws", [50, pytest.param(200, marks=pytest.mark.study)])
+@pytest.mark.parametrize(
+    "draws", [pytest.param(50, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.study)]
+)
 def test_noise_leaves_no_bias_where_neighbours_share_it(draws, sensor, rng):
     """Of draws with both signs what is odd in the noise drops out; by the sample before, E would be off by 1 %.
 

@@ -3,6 +3,7 @@
 Their flesh relaxes as that of a design which states none is taken to. The fruit of 1 MPa is pressed in 3 s.
 """
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -37,30 +38,44 @@ def unit(mango):
     return mango.measuring()
 
 
-def pressed(unit, way, t, known=True):
-    """Return the samples of a press at parts of the travel and times [s]."""
+@pytest.fixture(scope="module")
+def forces_over(unit):
+    """Return a function that gives the forces of a press, each press solved once."""
     design = unit.report.design
     positions = np.array([(place.x, place.y) for place in design.tips.places_mm])
     sensor = SprungDomes(dome_radius=design.tips.dome_radius_mm, positions=positions, K=1.0 / np.diag(unit.C))
-    forces = press_over_time(sensor, FLESH, design.press.travel_mm * way, t, MAY_RELAX.arms, 24)
+
+    @functools.cache
+    def forces(way, t):
+        way, t = np.array(way), np.array(t)
+        return press_over_time(sensor, FLESH, design.press.travel_mm * way, t, MAY_RELAX.arms, 24)
+
+    return lambda way, t: forces(tuple(way.tolist()), tuple(t.tolist()))
+
+
+def pressed(unit, forces_over, way, t, known=True):
+    """Return the samples of a press at parts of the travel and times [s]."""
+    forces = forces_over(way, t)
     rows = (forces > unit.least_forces).all(axis=1)
     times = t[rows] if known else np.full(rows.sum(), np.nan)
     return PressSamples(channels=forces[rows], tips=4, t=times, touched_s=0.0)
 
 
-def reading(unit, *press, **known):
-    return press_reading(unit, pressed(unit, *press, **known))
+@pytest.fixture(scope="module")
+def reading(unit, forces_over):
+    """Return a function that reads a press."""
+    return lambda *press, **known: press_reading(unit, pressed(unit, forces_over, *press, **known))
 
 
 @pytest.fixture(scope="module")
-def even(unit):
-    return reading(unit, WAY, EVEN)
+def even(reading):
+    return reading(WAY, EVEN)
 
 
 @pytest.mark.parametrize(("way", "t"), [PAUSED, (WAY, SLOWED)], ids=["pause", "slower"])
-def test_an_uneven_pace_has_a_flag_and_its_size_in_the_bar(unit, even, way, t):
+def test_an_uneven_pace_has_a_flag_and_its_size_in_the_bar(unit, forces_over, even, way, t):
     """The size is the change of the whole press, springs and contacts included: within 3 % by two laws of contact."""
-    samples = pressed(unit, way, t)
+    samples = pressed(unit, forces_over, way, t)
     found = press_reading(unit, samples)
     moved = even.E / found.E - 1.0
     assert found.E < even.E
@@ -87,13 +102,13 @@ def test_a_pair_of_flat_tips_has_the_size_by_its_springs():
 
 
 @pytest.mark.parametrize("t", [EVEN, pytest.param(3.0 * EVEN, marks=pytest.mark.slow)], ids=["3 s", "9 s"])
-def test_an_even_pace_has_none_whatever_it_is(unit, t):
-    assert "uneven_pace" not in reading(unit, WAY, t).flags
+def test_an_even_pace_has_none_whatever_it_is(reading, t):
+    assert "uneven_pace" not in reading(WAY, t).flags
 
 
-def test_a_press_of_twice_the_time_falls_as_the_note_says(mango, unit, even):
+def test_a_press_of_twice_the_time_falls_as_the_note_says(mango, reading, even):
     """The note is of level presses at the least and the largest modulus, on the fruit of the design: within 6 %."""
-    fall = 1.0 - reading(unit, WAY, 2.0 * EVEN).E / even.E
+    fall = 1.0 - reading(WAY, 2.0 * EVEN).E / even.E
     assert fall_by_twice_the_time(mango.sensor) == pytest.approx(fall, rel=0.06)
     press = replace(mango.design.press, speed_mm_per_s=mango.design.press.travel_mm / PRESS_S, hold_s=3.0)
     stated = replace(mango.design, press=press, fruit=replace(mango.design.fruit, relaxation=MAY_RELAX.arms))
@@ -101,17 +116,17 @@ def test_a_press_of_twice_the_time_falls_as_the_note_says(mango, unit, even):
     assert left == pytest.approx(STATED_SPREAD * fall_by_twice_the_time(mango.sensor))
 
 
-def test_without_times_nothing_is_known_of_a_pace(unit):
-    assert "uneven_pace" not in reading(unit, *PAUSED, known=False).flags
+def test_without_times_nothing_is_known_of_a_pace(reading):
+    assert "uneven_pace" not in reading(*PAUSED, known=False).flags
 
 
-def test_a_stated_relaxation_leaves_what_fruit_differs_by(unit):
+def test_a_stated_relaxation_leaves_what_fruit_differs_by(unit, forces_over):
     """A pace is undone for flesh that relaxes as stated; of its size 0.3 is left, which 2 % may exceed or not."""
     design = unit.report.design
     over_time = replace(design.press, speed_mm_per_s=0.4, hold_s=3.0)
     stated = replace(design, press=over_time, fruit=replace(design.fruit, relaxation=MAY_RELAX.arms))
     sensor = replace(unit, report=replace(unit.report, design=stated))
-    samples = pressed(unit, *PAUSED)
+    samples = pressed(unit, forces_over, *PAUSED)
     whole, left = (pace_shift(each, samples) for each in (unit, sensor))
     assert whole > LARGEST_BY_PACE
     assert left == pytest.approx(STATED_SPREAD * whole)

@@ -104,7 +104,7 @@ NUMBERS = [(60, False), *(pytest.param(1000, few, marks=pytest.mark.study) for f
 
 
 @pytest.mark.parametrize(("presses", "few"), NUMBERS)
-@pytest.mark.parametrize("name", ["paper", "mango"])
+@pytest.mark.parametrize("name", [pytest.param("paper", marks=pytest.mark.slow), "mango"])
 def test_one_bad_sample_moves_a_press_by_less_than_its_bar(name, presses, few, hands):
     """Or the press is refused: by its line, or without a modulus. Two in a hundred are three deviations of sixty."""
     hand = hands[name]
@@ -127,7 +127,7 @@ def test_one_bad_sample_moves_a_press_by_less_than_its_bar(name, presses, few, h
 
 
 @pytest.mark.parametrize(("presses", "few"), NUMBERS)
-@pytest.mark.parametrize("name", ["paper", "mango"])
+@pytest.mark.parametrize("name", [pytest.param("paper", marks=pytest.mark.slow), "mango"])
 def test_clean_presses_lose_no_sample(name, presses, few, hands):
     """A sample is lost once in 1.7 million by normal noise: none is here, and every press is one.
 

@@ -16,6 +16,7 @@ from solve.presses.pressing import Pressing, press
 
 LEVEL = EllipsoidFruit(E=1.0, R1=45.0, R2=100.0)
 OTHERS = STORED["presses"]
+MARKS = {0: (), 3: pytest.mark.slow, 5: pytest.mark.slow}  # a level one, a tilted one, a ball
 
 
 def alone(K=1e9, dome_radius=10.0, **form):
@@ -76,7 +77,7 @@ def test_what_lies_beyond_the_rim_is_not_touched():
 @pytest.mark.parametrize(
     "case",
     [
-        pytest.param(case, id=f"{case['E']}-{case['R1']}-{case['R2']}", marks=pytest.mark.slow if number else ())
+        pytest.param(case, id=f"{case['E']}-{case['R1']}-{case['R2']}", marks=MARKS.get(number, pytest.mark.study))
         for number, case in enumerate(OTHERS)
     ],
 )
@@ -152,7 +153,15 @@ def test_a_form_of_the_dome_that_makes_it_another_sphere():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("poisson", "softness"), [(0.3, 1.25), (0.3, 2.0), (0.45, 1.25), (0.45, 2.0)])
+@pytest.mark.parametrize(
+    ("poisson", "softness"),
+    [
+        (0.3, 1.25),
+        pytest.param(0.3, 2.0, marks=pytest.mark.study),
+        pytest.param(0.45, 1.25, marks=pytest.mark.study),
+        (0.45, 2.0),
+    ],
+)
 def test_a_bruise_gives_way_as_a_soft_hemisphere_of_solids(poisson, softness):
     """A pressure on a disc of 1 mm over a bruise of 5 mm.
 
@@ -252,6 +261,7 @@ def test_a_bruise_lessens_the_force_of_its_dome_and_of_no_other(tip):
     assert (np.delete(ratio, tip) > 1.0).all()
 
 
+@pytest.mark.slow
 def test_a_stone_far_below_is_not_felt_and_a_near_one_stiffens():
     """Of a stone at 400 mm 0.3 % are what it adds."""
     even = press(square(), LEVEL, [0.7])[0]
@@ -264,7 +274,7 @@ def test_a_stone_far_below_is_not_felt_and_a_near_one_stiffens():
         assert FleshOnStone(6.0).rest(distance) == pytest.approx(felt, rel=1e-4)
 
 
-@pytest.mark.parametrize("exponent", [0.0107, 0.03])
+@pytest.mark.parametrize("exponent", [pytest.param(0.0107, marks=pytest.mark.slow), 0.03])
 def test_springs_that_creep_follow_boltzmann(exponent):
     """The deflection is the integral of J(t - s) dF(s) of forces that run straight, J a power that is 1 at 30 s."""
     times = np.array([0.0, 0.3, 0.8, 1.4, 2.0, 3.0, 5.0])
