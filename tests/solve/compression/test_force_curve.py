@@ -39,7 +39,7 @@ def test_ball_between_plates_is_that_of_an_independent_code():
     assert 0.0 < curve.error < 0.01
 
 
-@pytest.mark.parametrize("poisson", [0.0, 0.45, 0.49])
+@pytest.mark.parametrize("poisson", [0.0, pytest.param(0.45, marks=pytest.mark.slow), 0.49])
 @pytest.mark.parametrize("law", FLESH_LAWS)
 def test_every_law_begins_as_hertz(law, poisson):
     """Of half-spaces the ball is one where the contact is small: at 0.04 % of the radius both laws part by 1 %."""

@@ -28,9 +28,8 @@ def scene_of(fruit):
     return scene, replace(skin_compliance(bare, fruit, tip_footprints(TIPS)), rough=True)
 
 
-@pytest.mark.parametrize(
-    ("fruit", "word"), [(STIFF, "at most"), pytest.param(SOFT_IN_SHEAR, "at least", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("fruit", "word"), [(STIFF, "at most"), (SOFT_IN_SHEAR, "at least")])
 def test_skin_out_of_bounds_is_refused_with_a_bound_that_holds(fruit, word):
     scene, compliance = scene_of(fruit)
     for press in (

@@ -21,6 +21,19 @@ BALL = Fruit(shape="sphere", radius_mm=60.0, thickness_mm=12.0, **PIECE)
 PAIR, LINE, SQUARE = Tips(), Tips(layout="line", order="LHL"), Tips(layout="square")
 DOMES = Tips(layout="square", shape="dome", dome_radius_mm=9.0, side_mm=5.8)
 TURNS = ((0.0, 0.0), (0.01, 0.0), (-0.03, 0.0), (0.02, -0.01))
+FRUITS = {"block": BLOCK, "ball": BALL}
+LAYOUTS = {"pair": PAIR, "line": LINE, "square": SQUARE, "domes": DOMES}
+
+
+def rows():
+    """Return each layout on each fruit at one turn, each turn twice; the others are a study."""
+    found = []
+    for number, (name, tips) in enumerate(LAYOUTS.items()):
+        for on, (kind, fruit) in enumerate(FRUITS.items()):
+            for turn in range(len(TURNS)):
+                marks = () if turn == (number + 2 * on) % len(TURNS) else pytest.mark.study
+                found.append(pytest.param(tips, fruit, TURNS[turn], id=f"{name}-{kind}-{turn}", marks=marks))
+    return found
 
 
 def skin(fruit, x, y):
@@ -56,9 +69,7 @@ def sunk_domes(fruit, tips, turn, travel):
     return sunk
 
 
-@pytest.mark.parametrize("turn", TURNS)
-@pytest.mark.parametrize("fruit", [BLOCK, BALL], ids=["block", "ball"])
-@pytest.mark.parametrize("tips", [PAIR, LINE, SQUARE, DOMES], ids=["pair", "line", "square", "domes"])
+@pytest.mark.parametrize(("tips", "fruit", "turn"), rows())
 def test_travel_of_each_tip_is_that_of_the_middle_and_its_lever(tips, fruit, turn):
     """Cells at the rim of a face lie a hundredth of its side within, and places are exact to the square of the turn.
 

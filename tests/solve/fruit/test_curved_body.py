@@ -124,7 +124,7 @@ def domes_on(fruit):
         pytest.param(SMALL, PAIR, False, STEPS, FINER, id="finer", marks=pytest.mark.slow),
         pytest.param(SMALL, PAIR, False, ROUGH_STEPS, STEPS, id="rigid tips", marks=pytest.mark.slow),
         pytest.param(EGG, PAIR, False, ROUGH_STEPS, STEPS, id="egg", marks=pytest.mark.slow),
-        pytest.param(MANGO, domes_on(MANGO), True, ROUGH_STEPS, STEPS, id="domes"),
+        pytest.param(MANGO, domes_on(MANGO), True, ROUGH_STEPS, STEPS, id="domes", marks=pytest.mark.slow),
         pytest.param(THIN, domes_on(THIN), True, ROUGH_STEPS, STEPS, id="thin flesh", marks=pytest.mark.slow),
     ],
 )
@@ -136,6 +136,7 @@ def test_finer_mesh_lies_inside_the_bar(fruit, footprints, along_normals, coarse
     assert coarse is ROUGH_STEPS or bars(found, S).max() <= 1e-3
 
 
+@pytest.mark.slow
 def test_rough_meshes_are_taken_where_they_meet_the_tolerance():
     block = split_compliance(SMALL.equivalent_block, Tips())
     rough = curved_compliance(block, SMALL, PAIR, tolerance=0.1)

@@ -205,6 +205,7 @@ def test_square_is_the_same_seen_from_its_sides():
     np.testing.assert_allclose(rolled.F[:, [0, 3, 2, 1]], tilted.F, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_contact_cells_find_the_same_forces():
     """Within both bars: the law's, and twice the step from the coarse to the fine cells."""
     posed = scene(0.4, 0.3)
