@@ -98,6 +98,7 @@ def test_readings_that_tell_no_modulus_fail_and_lose_no_file(tmp_path):
     assert (outcomes["reading.bias"], outcomes["reading.uncertainty"]) == (False, False)
 
 
+@pytest.mark.slow
 def test_look_keeps_to_the_rules_of_output_folders(tmp_path):
     out = tmp_path / "out"
     assert main(["run", "--look", "--out", str(out)]) == 1

@@ -89,7 +89,11 @@ def hole_left_out(sensor):
 
 @pytest.mark.parametrize(
     ("fault", "least", "kind"),
-    [(leaf_cut_through, 0.3, ".stl"), (leaf_thinner, 0.1, ".3mf"), (hole_left_out, 1.7, ".step")],
+    [
+        pytest.param(leaf_cut_through, 0.3, ".stl", marks=pytest.mark.slow),
+        (leaf_thinner, 0.1, ".3mf"),
+        (hole_left_out, 1.7, ".step"),
+    ],
 )
 def test_a_changed_part_fails(named, fault, least, kind, tmp_path):
     verdict = judged(named, pose_of(fault(named), kind), kind, tmp_path)

@@ -305,7 +305,7 @@ def test_fruit_of_the_design_is_centred_and_the_nearest_design_told_where_none_p
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["pear", "apple"])
+@pytest.mark.parametrize("name", ["pear", pytest.param("apple", marks=pytest.mark.study)])
 def test_a_preset_is_suggested_for_its_own_fruit(name):
     """Bars of sized springs leave verdicts undecided that a whole run decides."""
     preset = load_design(name)

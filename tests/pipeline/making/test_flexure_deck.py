@@ -33,7 +33,7 @@ def housings():
     }
 
 
-@pytest.fixture(scope="module", params=["covers", "washers", "square", "holes"])
+@pytest.fixture(scope="module", params=["covers", "washers", pytest.param("square", marks=pytest.mark.slow), "holes"])
 def half(request):
     housing = housings()[request.param]
     return clamped_half(flexure_mesh(housing, COARSE), PETG.E_MPa, PETG.poisson, mount_layers(housing))

@@ -159,6 +159,7 @@ def judged_with_round_off(design, plant, seed):
     return worst, [rule(found, design.reading).reference for rule in (bias_verdict, uncertainty_verdict, skin_verdict)]
 
 
+@pytest.mark.slow
 def test_worst_pose_of_ties_is_the_first_for_any_round_off(plant):
     design = square_design(tilt_deg=2.0)
     (worst, sentences), *others = [judged_with_round_off(design, plant, seed) for seed in range(3)]
@@ -247,7 +248,7 @@ def test_touch_is_where_the_force_of_the_last_tip_begins(tilt):
     assert outcomes(found, design)["reading.touch"] is (expected < 0.5)
 
 
-@pytest.mark.parametrize("of_high", [1.03, 0.97])
+@pytest.mark.parametrize("of_high", [1.03, pytest.param(0.97, marks=pytest.mark.slow)])
 def test_flesh_of_another_law(of_high, plant):
     """Forces that another law changes by 3 % under high tips only are read as another modulus, whatever the sign."""
     more = np.array([1.0, of_high, 1.0, of_high])

@@ -184,8 +184,9 @@ def test_a_stiffness_that_the_design_gives_passes_as_given():
     assert (verdict.value, verdict.limit, verdict.passed) == (0.2, "as given", True)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name == "mango" else pytest.mark.study) for name in PRESETS]
+)
 def test_presets_are_calibrated_on_the_default_bench_and_not_on_a_kitchen_s(name):
     for bench, passes in ((KITCHEN, False), ({}, True), (LABORATORY, True)):
         design = load_design(name, {**UNSET, **bench})

@@ -96,7 +96,12 @@ def test_a_ball_is_refused_for_flat_tips():
 
 @pytest.mark.parametrize(
     ("by", "accuracy", "passes"),
-    [("plate", None, False), ("ball", None, True), ("ball", 0.15, False), ("plate", 0.01, True)],
+    [
+        ("plate", None, False),
+        ("ball", None, True),
+        pytest.param("ball", 0.15, False, marks=pytest.mark.slow),
+        pytest.param("plate", 0.01, True, marks=pytest.mark.slow),
+    ],
 )
 def test_form_of_domes_decides_the_verdict_of_mango(by, accuracy, passes):
     """A process that prints three times as badly fails also after a ball, one as good as ground steel needs none."""

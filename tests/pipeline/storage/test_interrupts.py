@@ -85,7 +85,7 @@ def write_file(place):
 
 
 @pytest.mark.parametrize("step", [pytest.param(1, marks=pytest.mark.study), 11])
-@pytest.mark.parametrize("write", [write_folder, write_file])
+@pytest.mark.parametrize("write", [write_folder, pytest.param(write_file, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("there", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_signal_at_any_line_leaves_what_was_there_or_what_is_new(there, write, step, tmp_path):
     """Where a destructor swallows it, the work goes on for less than a second."""
@@ -275,7 +275,7 @@ def test_signal_ends_a_command_whatever_it_is_at(command, number):
         encoding="utf-8",
     ) as process:
         assert process.stderr.readline() == "ready\n"
-        time.sleep(1.0)
+        time.sleep(0.3)  # a loaded machine may be at the start of the command, which has to end as well
         process.send_signal(number)
         assert process.wait(DEADLINE_S) == 128 + number
         assert process.stderr.read() == "pipeline: interrupted\n"

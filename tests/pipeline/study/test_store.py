@@ -156,7 +156,7 @@ def test_foreign_database_is_refused_and_left_as_it_is(written, engine, tmp_path
         pass
 
 
-@pytest.mark.parametrize("content", ["of a person", None])
+@pytest.mark.parametrize("content", ["of a person", pytest.param(None, marks=pytest.mark.slow)])
 def test_design_files_that_a_person_edited_are_refused_before_anything_is_solved(solved, written, tmp_path, content):
     assert main([*solved, "--html"]) == 0
     edited = next((tmp_path / "out" / "best-designs").glob("point-*.toml"))
