@@ -7,11 +7,13 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from deadline import DEADLINE_S
-from playwright.sync_api import Browser, Page, sync_playwright
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
 
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
 GRAVE = {"serious", "critical"}
@@ -25,10 +27,12 @@ _QUIET = (
 
 
 @contextmanager
-def browser() -> Iterator[Browser]:
+def browser() -> "Iterator[Browser]":
     """Open a browser that asks nobody for anything on its own; one at a time, as Playwright has one loop a process."""
     if CHROMIUM is None:
         pytest.skip(NONE)
+    from playwright.sync_api import sync_playwright  # 0.8 s, and quick tests need no browser
+
     with sync_playwright() as playwright:
         opened = playwright.chromium.launch(executable_path=CHROMIUM, args=list(_QUIET))
         try:
@@ -38,13 +42,13 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def opened_browser() -> Iterator[Browser]:
+def opened_browser() -> "Iterator[Browser]":
     """Return a browser; it ends with the module, so that those of other modules can open theirs."""
     with browser() as opened:
         yield opened
 
 
-def _note(page: Page, text: str) -> None:
+def _note(page: "Page", text: str) -> None:
     """Keep what a page says on its console, but for how fast software WebGL is: the driver's word and the viewer's.
 
     The viewer warns where two frames take it over half a second, as they do on a busy machine; it goes on then.
@@ -54,11 +58,11 @@ def _note(page: Page, text: str) -> None:
 
 
 @pytest.fixture
-def open_page(opened_browser: Browser) -> Iterator[Callable[..., Page]]:
+def open_page(opened_browser: "Browser") -> "Iterator[Callable[..., Page]]":
     """Return a function that opens an address in a window of a width [pixel], in light or dark."""
     contexts = []
 
-    def opened(address: str, width: int = 1280, scheme: str = "light") -> Page:
+    def opened(address: str, width: int = 1280, scheme: str = "light") -> "Page":
         contexts.append(opened_browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme))
         page = contexts[-1].new_page()
         page.requested, page.complaints = [], []
@@ -75,8 +79,10 @@ def open_page(opened_browser: Browser) -> Iterator[Callable[..., Page]]:
         context.close()
 
 
-def grave_findings(page: Page) -> list[tuple[str, str]]:
+def grave_findings(page: "Page") -> list[tuple[str, str]]:
     """Return what axe finds in a page that keeps a reader out, with the first place of each."""
+    from axe_playwright_python.sync_playwright import Axe
+
     found = Axe().run(page).response["violations"]
     return [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in GRAVE]
 

@@ -75,7 +75,7 @@ def test_a_press_without_a_solution_is_drawn_again(refused, again, mango, monkey
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("factor", [0.6, 1.7])
+@pytest.mark.parametrize("factor", [0.6, pytest.param(1.7, marks=pytest.mark.study)])
 def test_a_law_that_is_wrong_by_a_factor_is_found(factor, mango, monkeypatch):
     """A ball would take a factor of all readings out; so the unit is one that a plate calibrated."""
     corrected = MeasuringUnit.corrected

@@ -43,8 +43,16 @@ WHOLE_RUN = {  # what a look leaves out
 }
 ENVIRONMENT = (OSError, MemoryError, BrokenProcessPool, KeyboardInterrupt)
 QUICK = ("solve.linear.splu", "gmsh.initialize", "gmsh.model.mesh.generate", "pipeline.sensor.press_scene")
+LIKE_OTHERS = (
+    "gmsh.model.geo.synchronize",
+    "gmsh.model.mesh.getNodes",
+    "pipeline.sensor.spring_behaviour",
+    "pipeline.sensor.sensor_errors",
+    "cad.checks.sensor_checks.closed_verdicts",
+)
+MARKS = dict.fromkeys(QUICK, ()) | dict.fromkeys(LIKE_OTHERS, pytest.mark.study)
 CASES = [
-    pytest.param(place in LOOK, place, *given, id=place, marks=() if place in QUICK else pytest.mark.slow)
+    pytest.param(place in LOOK, place, *given, id=place, marks=MARKS.get(place, pytest.mark.slow))
     for place, given in {**LOOK, **WHOLE_RUN}.items()
 ]
 

@@ -140,7 +140,9 @@ def test_force_under_a_plunger_that_grips_is_that_of_other_elements(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "body"), [("end", ("flat", 0.8)), ("ball", ("round", 1.0))])
+@pytest.mark.parametrize(
+    ("name", "body"), [pytest.param("end", ("flat", 0.8), marks=pytest.mark.study), ("ball", ("round", 1.0))]
+)
 def test_forces_of_the_file_are_those_of_the_other_elements(name, body):
     row = next(row for row in rows() if row[:4] == [name, "0.3", "neo-hooke", "0.0"])
     travels, forces = np.split(np.array(row[4:], dtype=float), 2)

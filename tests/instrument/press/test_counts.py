@@ -194,7 +194,7 @@ def covered(measured, rng, calibrate, with_plate=False, units=UNITS):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("units", [UNITS, pytest.param(1000, marks=pytest.mark.study)])
-@pytest.mark.parametrize("with_plate", [False, True])
+@pytest.mark.parametrize("with_plate", [pytest.param(False, marks=pytest.mark.study), True])
 def test_readings_lie_inside_their_bar(with_plate, units, mango, rng, calibrate):
     """Each unit is calibrated by weights, or by a plate too, and presses a fruit of its own; few to three sigma."""
     by_chance = 3.0 * np.sqrt(COVERED * (1.0 - COVERED) / units) if units < 1000 else 0.0

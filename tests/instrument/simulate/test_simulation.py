@@ -24,11 +24,13 @@ from pipeline.options import load_design
 from pipeline.tables.rows import Rows
 from sensor.design.bench import Bench
 
+MARKS = {0: (), 3: pytest.mark.slow, 5: pytest.mark.slow}  # a level press, a tilted one, one of a ball
+
 
 @pytest.mark.parametrize(
     "case",
     [
-        pytest.param(case, id=f"{case['E']}-{case['R1']}-{case['R2']}", marks=pytest.mark.slow if number else ())
+        pytest.param(case, id=f"{case['E']}-{case['R1']}-{case['R2']}", marks=MARKS.get(number, pytest.mark.study))
         for number, case in enumerate(STORED["presses"])
     ],
 )

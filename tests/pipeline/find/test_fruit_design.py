@@ -236,7 +236,7 @@ def test_what_the_bench_shows_too_little_of_grows(trials, tip, by, key, factor, 
     assert changes[key] == pytest.approx(min(factor / 1.2 * over, 1.5) * start[key], rel=1e-2)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_springs_are_found_that_a_coarser_balance_calibrates():
     """On a balance of 0.35 g the low springs of the apple preset are too soft; a run proves stiffer ones."""
     preset = load_design("apple", {"bench.balance_g": 0.35})

@@ -93,14 +93,8 @@ def test_loose_twin_is_among_the_mounts_that_a_square_is_compared_with():
     assert all(-0.003 < change < 0.0 for change in loose)
 
 
-@pytest.mark.parametrize(
-    "mount",
-    [
-        pytest.param("covers", marks=pytest.mark.slow),
-        pytest.param("washers", marks=pytest.mark.study),
-        pytest.param("square", marks=pytest.mark.study),
-    ],
-)
+@pytest.mark.study
+@pytest.mark.parametrize("mount", ["covers", "washers", "square"])
 def test_bar_holds_a_finer_mesh_in_each_mount(mount):
     housing = replace(square_housing(), mount="covers") if mount == "square" else mounted(mount)
     fine, coarse, finer = (solved(housing, scale) for scale in (DEFAULT.fine, DEFAULT.coarse, FINER))

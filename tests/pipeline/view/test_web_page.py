@@ -53,7 +53,7 @@ def test_folder_without_a_body_is_refused(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [pytest.param(1280, marks=pytest.mark.study), 390])
 def test_browser_shows_bodies_and_asks_nobody(scenes_page, width, open_page):
     page = open_page(scenes_page.as_uri(), width)
     for index in ("0", "11"):

@@ -59,7 +59,7 @@ def test_pieces_under_rigid_tips_on_finer_meshes(fruit):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fruit", [PIECE, SMALL])
+@pytest.mark.parametrize("fruit", [pytest.param(PIECE, marks=pytest.mark.study), SMALL])
 def test_pieces_along_their_normals(fruit):
     """As domes press; along the vertical the shape changes another amount, which the bar tells apart."""
     vertical, _, _ = found(fruit)

@@ -42,7 +42,7 @@ def compliances(fruit, footprint):
     ("fruit", "radius"),
     [
         pytest.param(BLOCK, 0.564, id="block", marks=pytest.mark.study),
-        pytest.param(BLOCK, 1.2, id="block, wide"),
+        pytest.param(BLOCK, 1.2, id="block, wide", marks=pytest.mark.study),
         pytest.param(PIECE, 0.564, id="sphere"),
         pytest.param(PIECE, 1.2, id="sphere, wide", marks=pytest.mark.study),
     ],
@@ -77,7 +77,7 @@ def test_round_tips_on_a_skin_are_as_stiff_as_solids(fruit, radius):
     [
         pytest.param(0.564, 1.290, marks=pytest.mark.slow),
         (1.2, 2.876),
-        pytest.param(2.0, 5.090, marks=pytest.mark.slow),
+        pytest.param(2.0, 5.090, marks=pytest.mark.study),
     ],
 )
 def test_flat_circle_without_a_skin_is_as_stiff_as_solids(radius, others):

@@ -59,7 +59,7 @@ def test_reference_block_to_four_digits_and_inside_the_error_bars(poisson):
         pytest.param(0.49, 24.0, 3.0, 3.0, 0.0, id="low", marks=pytest.mark.study),
         pytest.param(0.3, 20.0, 12.0, 1.0, 3.9, id="off centre", marks=pytest.mark.study),
         pytest.param(0.2, 16.0, 60.0, 1.0, 0.0, id="high", marks=pytest.mark.slow),
-        pytest.param(0.45, 20.0, 6.0, 1.0, 4.5, id="one side from an end", marks=pytest.mark.slow),
+        pytest.param(0.45, 20.0, 6.0, 1.0, 4.5, id="one side from an end", marks=pytest.mark.study),
     ],
 )
 def test_error_bars_cover_the_step_to_a_finer_mesh(poisson, length, height, side, offset):

@@ -250,7 +250,7 @@ def test_a_dome_on_a_spring_sinks_on_in_a_pause():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tip", [0, 1])
+@pytest.mark.parametrize("tip", [0, pytest.param(1, marks=pytest.mark.study)])
 def test_a_bruise_lessens_the_force_of_its_dome_and_of_no_other(tip):
     """Others carry more, for the flesh about them sinks less."""
     softness, radius = np.ones(4), np.full(4, math.inf)

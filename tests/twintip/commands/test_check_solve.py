@@ -23,8 +23,9 @@ def test_what_cannot_be_solved_is_refused_in_one_line(case, tmp_path, capsys):
     assert error.count("\n") == 1
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_file_of_a_run_has_its_springs(tmp_path, capsys):
+    """That the command passes for the housing of the preset is held by .ci/run."""
     folder = tmp_path / "paper"
     assert main(["run", "--design", "paper", "--out", str(folder)]) == 0
     capsys.readouterr()
