@@ -56,7 +56,7 @@ def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats
     """Return the positions in e cells [mm], (dim, e, q), of points of the unit cell, (dim, q) or (dim, e, q)."""
     values = shape_table(mesh.elem(), points).values
     nodes = _nodes(mesh, cells)
-    if points.ndim > _SHARED:
+    if points.ndim > _SHARED:  # each cell has points of its own
         return np.asarray(np.einsum("neq,ien->ieq", values, nodes))
     return nodes @ values
 

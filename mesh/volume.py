@@ -19,7 +19,7 @@ from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_
 if TYPE_CHECKING:
     from cad.parts.part import Part
 
-_LOST = "the order of the faces was lost, write the BREP file of this very solid"
+_LOST = "the order of the faces was lost; write the BREP file of the same solid"
 _FINER = "take smaller elements on curved faces, or check the solid"
 _SAME = 1e-6  # relative difference of faces; gmsh reads the written shape, so they agree to the digits of the file
 _SAMPLING = 200  # points along a curve for gmsh's distance field

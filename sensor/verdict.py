@@ -95,23 +95,23 @@ class Verdict:
     """
 
     name: str = report_field("", "name of the verdict, see [verdicts](words.md#verdicts)")
-    value: float | None = report_field("as in `unit`", "the number that is judged; null where there is no number")
+    value: float | None = report_field("as in `unit`", "the number that is judged; null if there is no number")
     unit: str = report_field("", 'unit of value, limit and error; "1" for a plain number')
-    limit: float | str | None = report_field("as in `unit`", "the target or the limit, a number or words")
+    limit: float | str | None = report_field("as in `unit`", "the target or the limit, a number or a text")
     tolerance: float | str | None = report_field(
         "as in `unit`",
-        "largest deviation of the value from the limit; a fraction of the limit where `relative` is true",
+        "largest deviation of the value from the limit; a fraction of the limit if `relative` is true",
     )
     passed: bool | None = report_field("", "true, false, or null if the error bar does not decide")
     reference: str = report_field(
         "", "what the value was compared with; why there is no number, or why the verdict did not pass"
     )
     error: float | None = report_field("as in `unit`", "half width of the value's error bar", default=None)
-    relative: bool = report_field("", "true where the tolerance is a fraction of the limit", default=False)
+    relative: bool = report_field("", "true if the tolerance is a fraction of the limit", default=False)
     remedy: str | None = report_field(
         "",
-        "a change that would make the verdict pass, or the advice to run `pipeline suggest`; null where it "
-        "passed or where no hint was computed",
+        "a change that would make the verdict pass, or the advice to run `pipeline suggest`; null if it "
+        "passed or if no hint was computed",
         default=None,
     )
 

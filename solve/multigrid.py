@@ -40,7 +40,7 @@ class TwoGrid:
                 self.block, load[self.free, column], rtol=_TOLERANCE, atol=0.0, maxiter=_MOST_STEPS, M=operator
             )
             if steps:  # cg returns the number of steps if it did not converge, else 0
-                msg = f"conjugate gradients: {steps} steps must be enough; check the mesh and what holds the part"
+                msg = f"conjugate gradients: no convergence in {steps} steps; check the mesh and what holds the part"
                 raise SolveError(msg)
             u[self.free, column] = found
         return u
@@ -69,7 +69,11 @@ class TwoGrid:
 
 
 def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
-    """Return the solver for a matrix of quadratic tetrahedra with held dofs (n,); raises SolveError."""
+    """Return the solver for a matrix of quadratic tetrahedra with held dofs (n,); raises SolveError.
+
+    The coarse space has linear functions on the corners. At the middle of an edge such a function is the mean of its
+    ends, which gives the prolongation. The coarse matrix is the Galerkin product of the fine one.
+    """
     mesh = basis.mesh
     corners = int(mesh.t.max()) + 1
     edges = mesh.edges
@@ -82,6 +86,7 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     coarse_free = np.setdiff1d(np.arange(3 * corners), held)
     prolongation = csr_matrix(nodes[:, coarse_free][free])
     coarse = factorise(csc_matrix(prolongation.T @ block @ prolongation), np.zeros(0, dtype=np.int64))
+    # The factor has its own order of the dofs; this one takes and returns vectors in the order of the corners.
     turned = Factor(
         coarse.matrix,
         coarse.block,

@@ -109,7 +109,10 @@ def _add_surface(block: Block, curves: _Curves) -> None:
 
 
 def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
-    """Return the mesh that gmsh has made, given the tag of each curve with its segment; raises MeshError."""
+    """Return the mesh that gmsh has made, given the tag of each curve with its segment; raises MeshError.
+
+    gmsh's straight edges on arcs are kept with their midpoints on the arc, so that the elements can be curved later.
+    """
     if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
     quads = element_nodes("Quadrangle")

@@ -110,7 +110,7 @@ class DesignTables:
                 _refuse_not_held(process, own, file_name)
             elif process not in [*own]:  # a process of the former process file
                 printing.pop("process", None)
-        elif process in [*self.own] and _PROCESS not in settings:
+        elif process in [*self.own] and _PROCESS not in settings:  # its process file is unset
             del printing["process"]
         return DesignTables(tables={**tables, "print": printing}, own=own)
 
@@ -137,7 +137,11 @@ class DesignTables:
         return records
 
     def _with_process(self, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the tables with the numbers of their own process in the table `printer`."""
+        """Return the tables with the numbers of the selected own process in the table `printer`.
+
+        A single own process need not be named. Raises InputError for a name that is neither an own process nor a known
+        one, and for settings of [printer] beside a known process.
+        """
         printing = self.tables.get("print", {})
         process = printing.get("process") if isinstance(printing, Mapping) else None
         if process is None and len(self.own) == 1:

@@ -34,7 +34,8 @@ class Fruit:
     width are given, they cut a piece out of it. `thickness_mm` is the flesh under the apex, down to the stone or the
     table; without it the height is used. `radius_mm` is the radius of curvature along the tips, and half the height of
     the whole fruit. `radius_across_mm`, only for an ellipsoid, is the radius of curvature across. These are the
-    principal directions; `azimuth_deg` rotates both against the tips, about the axis of the press.
+    principal directions; `azimuth_deg` rotates both against the tips, about the axis of the press. A block has no
+    radii: `radius_mm` is None if and only if the fruit is a block.
     """
 
     shape: FruitShape = choice(
@@ -94,7 +95,7 @@ class Fruit:
         hint="at 0 the radius along the tips is radius_mm",
         meaning=(
             "angle from the line along the tips to the direction of `radius_mm`, anticlockwise seen from above "
-            "(ellipsoid); not set, 0"
+            "(ellipsoid); if not set, 0"
         ),
     )
     thickness_mm: float | None = quantity(
@@ -272,7 +273,7 @@ class Fruit:
         thickest = self.depth_mm / 3.0
         if self.skin_mm > thickest:
             bound = f"at most {thickest:g} mm, a third of {self.depth_key}"
-            raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "call the fruit flesh of that modulus")
+            raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "treat all of it as flesh")
         stiffest_flesh = self.largest_E_MPa
         if self.skin_E_MPa < stiffest_flesh:
             bound = f"at least the modulus of the stiffest flesh, {stiffest_flesh:g} MPa"

@@ -290,9 +290,9 @@ class Design:
             return
         hint = "take tips.socket = 'pin', a ground pin of this shape"
         if tips.fillet_mm and dataclasses.replace(tips, fillet_mm=0.0).tip_shape.is_printed:
-            bound = f"0 where {self.process.name} prints the tips, whose edges are sharp"
+            bound = f"0 if {self.process.name} prints the tips, whose edges are sharp"
             raise validation_error("tips.fillet_mm", tips.fillet_mm, "mm", bound, hint)
-        bound = f"'cube' or 'dome' where {self.process.name} prints the tips"
+        bound = f"'cube' or 'dome' if {self.process.name} prints the tips"
         raise validation_error("tips.shape", tips.shape, "", bound, hint)
 
     def _check_keys_beside_reading(self) -> None:
@@ -302,7 +302,7 @@ class Design:
         for name, tilt in (("press.tilt_deg", self.press.tilt_deg), ("press.roll_deg", self.press.roll_deg)):
             if tilt != 0.0:
                 raise validation_error(
-                    name, tilt, "deg", "0 where the design has [reading]", "reading.tilt_deg bounds the tilt of a press"
+                    name, tilt, "deg", "0 if the design has [reading]", "reading.tilt_deg bounds the tilt of a press"
                 )
         if self.targets is not None and self.springs.given:
             bound = "left out beside [springs] and [reading]"
@@ -350,7 +350,7 @@ class Design:
             hint = "take fruit.shape = 'ellipsoid', or reading.radius_spread"
             raise validation_error("reading.radius_mm", list(reading.radius_mm), "mm", bound, hint)
         if reading.radius_mm is not None and fruit.whole:
-            bound = "given with fruit.width_mm where reading.radius_mm is: only a piece of a fruit is turned"
+            bound = "given with fruit.width_mm beside reading.radius_mm: only a piece of a fruit can be turned"
             raise validation_error("fruit.length_mm", None, "mm", bound, "give both, some 4 tips.spacing_mm")
         are_domes = self.tips.dome_radius_mm is not None
         if reading.thickness_mm is not None and not (are_domes and fruit.radius_mm is not None):
@@ -451,7 +451,7 @@ class Design:
     @property
     def release_s(self) -> float:
         """Return the time from the first touch to the release of the press [s]."""
-        return self.stop_s + (self.press.hold_s or 0.0)
+        return self.stop_s + (self.press.hold_s or 0.0)  # no hold if it is not given
 
     @property
     def read_s(self) -> float:
@@ -464,7 +464,7 @@ class Design:
         takes_targets = self.tips.tip_layout.takes_targets
         if self.springs.given or (self.targets is not None and takes_targets):
             return
-        reason = "where no targets size the springs" if takes_targets else f"for tips.layout = {self.tips.layout!r}"
+        reason = "if no targets size the springs" if takes_targets else f"for tips.layout = {self.tips.layout!r}"
         raise validation_error(
             "springs.K_l_N_per_m", None, "", f"given {reason}", "give [springs] in N/m, one value for a kind"
         )

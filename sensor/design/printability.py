@@ -139,6 +139,7 @@ def _judged(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None, str
 
     The error of the length is at most the relative margin [1]. The first value is None if the margin decides.
     """
+    # In the laxest case the true length differs by the factor 1 + margin, so the limits relax by 1 / (1 + margin).
     certain = leaf.faults(length, -margin / (1.0 + margin))
     possible = leaf.faults(length, margin)
     if not possible:

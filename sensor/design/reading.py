@@ -40,8 +40,8 @@ class Reading:
 
     `tilt_deg` is the largest tilt against the normal of the skin, in any direction. It may change by `tilt_change_deg`
     during a press. `off_centre_mm` is the largest distance of a press from the apex. `radius_mm` and `radius_across_mm`
-    are the ranges of the principal radii of the fruits, at any azimuth, and `thickness_mm` the range of the thickness
-    of their flesh. Without them, the radius of a ball may differ by the fraction `radius_spread`. `noise_percent` is a
+    are the ranges of the principal radii of the fruits, at any azimuth. `thickness_mm` is the range of the thickness of
+    their flesh. Without them, the radius of a ball may differ by the fraction `radius_spread`. `noise_percent` is a
     fraction of the largest force of each tip. `stiffness_percent` and `gain_percent` are uncertainties after
     calibration. With weights, they belong to each spring and to each force. A hard plate moves all tips equally; they
     then belong to each force at a known deflection, and to each deflection. If they are None, they follow from the
@@ -119,7 +119,7 @@ class Reading:
         _PERCENT,
         default=None,
         hint="leave it out to compute it from the bench",
-        meaning="standard uncertainty of each spring after calibration; by default what the bench leaves, see "
+        meaning="standard uncertainty of each spring after calibration; by default computed from the bench, see "
         "[what a bench leaves](read-a-fruit.md#what-a-bench-leaves)",
     )
     gain_percent: float | None = quantity(
@@ -127,7 +127,7 @@ class Reading:
         _PERCENT,
         default=None,
         hint="leave it out to compute it from the bench",
-        meaning="standard uncertainty of the gain of each channel after calibration; by default what the bench leaves",
+        meaning="standard uncertainty of the gain of each channel after calibration; by default from the bench",
     )
     calibrated_by: str | None = choice(
         CALIBRATED_BY,

@@ -308,6 +308,7 @@ def rise_of(
     """
     number = np.arange(len(forces))
     whole = forces[:, :tips].sum(axis=1)
+    # the last sample until here in which a tip does not touch, -1 without one
     lifted = np.maximum.accumulate(np.where((forces > least_forces).all(axis=1), -1, number))
     begins = np.concatenate([[0], lifted[:-1] + 1])[: len(forces)]  # first sample of each sample's touch
     counts = (number - begins >= lag) & (forces > 0.0).all(axis=1)
@@ -315,7 +316,7 @@ def rise_of(
         none = forces[:0]
         return Rise(instrument=none[:, 0], forces=none, rates=none, touch=0.0, largest=0.0)
     depths = np.where(counts, whole, 0.0)
-    deepest = len(depths) - 1 - int(depths[::-1].argmax())
+    deepest = len(depths) - 1 - int(depths[::-1].argmax())  # the last one, if a hold repeats the largest force
     begin = int(begins[deepest])
     rows = slice(begin + lag, deepest + 1)
     rates = np.zeros_like(forces[rows])
@@ -347,9 +348,9 @@ class RiseSlopes:
 
     `noise` (tips,) [1/N] is one standard deviation of E per standard deviation of the force, for noise that is
     independent from sample to sample. All other errors are the same in all samples. Per tip they are the relative
-    changes of gain and stiffness [1], the error of the zero [1/N], a zero that drifts linearly from the first sample to
-    the last [1/N], and a delay of the channel [1/s]. Common to all tips are the relative changes of the Hertz term and
-    of S [1], and an offset that is not caused by a saddle of the skin [1/mm].
+    changes of gain and stiffness [1], and the error of the zero [1/N]. There are also a zero that drifts linearly from
+    the first sample to the last [1/N], and a delay of the channel [1/s]. Common to all tips are the relative changes of
+    the Hertz term and of S [1], and an offset [1/mm] that is not due to a saddle of the skin.
 
     `channel_bends` and `spring_bends` are the slopes over the nonlinearity of the gains and of the spring compliances.
     """
@@ -506,7 +507,7 @@ def _refuse_few_samples(rise: Rise) -> None:
 def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
     touch = rise.touch / rise.largest
     if touch > LARGEST_TOUCH_FORCE:
-        message = f"the whole force where the last tip touches = {touch:.2g} of the largest: must be at most "
+        message = f"the whole force when the last tip touches = {touch:.2g} of the largest: must be at most "
         raise RiseError("no_rise", f"{message}{LARGEST_TOUCH_FORCE:g}; press farther, or more level")
     # Standard deviation of a linear rise between these forces. It ignores a hold at the end, which adds no information.
     rises = (rise.largest - rise.touch) / math.sqrt(12.0)
@@ -517,7 +518,10 @@ def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
 
 
 class _Solution(NamedTuple):
-    """The modulus E [MPa] and the offset [mm] of a press, and the offset [mm] of the S that gave both."""
+    """The modulus E [MPa] and the offset [mm] of a press, and `of_S`, the offset [mm] at which S was evaluated.
+
+    After the last step, `of_S` and the offset agree within the tolerance.
+    """
 
     E: float
     offset: float
@@ -605,7 +609,11 @@ class _Root:
         return np.asarray((rise - f * mean) / (self.per_log_E[0] - f * self.per_log_E[1]))
 
     def slopes(self, noise_per_force: Floats) -> RiseSlopes:
-        """Return the slopes over all causes; a change of a spring acts on C as in `contrast_slopes`."""
+        """Return the slopes over all causes; a change of a spring acts on C as in `contrast_slopes`.
+
+        Gains, springs and zeros move the offset by much, so their effect on the saddle is included. The effect of the
+        other causes on the saddle is neglected.
+        """
         rise = self._rise
         F, two_thirds = rise.moments
         squares = rise.rise_and_mean(rise.forces**2)

@@ -49,7 +49,7 @@ class CreepLaw:
 
     def __str__(self) -> str:
         """Return the law as text, with the half width of 95 % coverage."""
-        return f"{with_bar(100.0 * self.per_decade, 100.0 * COVERAGE * self.error, '%')} (95 %) a decade of time"
+        return f"{with_bar(100.0 * self.per_decade, 100.0 * COVERAGE * self.error, '%')} (95 %) per decade of time"
 
     @property
     def exponent(self) -> float:

@@ -4,8 +4,8 @@ The printed apex of a dome is flat or pointed. The height of such a cap above th
 
     h(r) = c (1 - (r / b)^2)^2 within the radius b, and 0 beyond.
 
-To first order, its effect is the mean of h, weighted by the pressure of the flat punch of the contact, as for the
-heights of an uneven skin (`uneven_skin.py`). With s = a / b and u = sqrt(1 - (r / a)^2) the mean is
+To first order, its effect is the mean of h, weighted by the pressure of the flat punch of the contact. This is the law
+for the heights of an uneven skin (`uneven_skin.py`). With s = a / b and u = sqrt(1 - (r / a)^2) the mean is
 
     c integral of (1 - s^2 + s^2 u^2)^2 du, from u = sqrt(1 - 1 / s^2), or 0 if s < 1, to 1.
 

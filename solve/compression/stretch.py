@@ -48,7 +48,8 @@ def mode_stiffness(stretches: Floats, slope: Floats, curvature: Floats, pressure
     """Return the second derivatives of phi(l1) + phi(l2) + phi(l3) + p ln J in the modes and the hoop, (5, ...).
 
     `slope` and `curvature` (3, ...) belong to phi at the stretches l, `pressure` (...) is p, all in one unit; J = l1 l2
-    l3. For the turn it is a quotient of sums, for the shear a quotient of differences.
+    l3. A mode that is a stretch has the second derivative over it. The turn changes neither stretch to first order, so
+    its stiffness is (phi'(l1) + phi'(l2)) / (l1 + l2), and for the shear (phi'(l1) - phi'(l2)) / (l1 - l2).
     """
     l1, l2, _ = stretches
     difference = l1 - l2

@@ -119,7 +119,10 @@ def _as_points(patches: _Patches) -> _Patches:
 
 
 def _view_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
-    """Return the cells for viewing [mm], z up: fine under the contacts, coarse elsewhere."""
+    """Return the cells for viewing [mm], z up: fine under the contacts, coarse elsewhere.
+
+    Steps are FINEST within a contact and grow with the distance from it, up to COARSEST of the longest edge.
+    """
     finest = FINEST * min(float((patches.high - patches.low).max()) for patches in tips)
     extent = (block.length_mm, block.width_mm, block.height_mm)
     largest = COARSEST * max(extent)
@@ -205,5 +208,6 @@ def _potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
         dx = x - centre[0]
         dy = y - centre[1]
         unit = halfspace.rectangle_load(dx, dy, z, a, b) if a > 0.0 else halfspace.point_load(dx, dy, z)
+        # a pressure force / (a b) on a rectangle, or the force itself at a point, whose sides are 0
         total += force / (a * b or 1.0) * np.asarray(astuple(unit)[1:])
     return total

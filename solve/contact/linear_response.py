@@ -27,12 +27,12 @@ class SensorResponse(Record):
 
     The travel is measured at the middle of the tips, from the first touch of a level sensor.
 
-    All other fields except `mean_pressure` have shape (moduli, travels). The force ratio P and the ratio of the force
-    slopes over the travel [1] are means over the tips on high springs divided by means over low ones. They are nan if
-    any tip is out of contact. `F_error` [1] is the relative error of the forces in contact (nan without any), `P_error`
-    [1] the relative error of P. `P_step` [1] is the relative increase of P over a coarser grid of cells. `cells` is the
-    number of contact cells; it and `P_step` are 0 if the law needs no cells. `mean_pressure` [MPa], in the shape of F,
-    is the mean pressure under each dome; None for other tips.
+    All other fields except `mean_pressure` have shape (moduli, travels). P is the mean force of the tips on high
+    springs over the mean force on low ones, `slope_ratio` the same ratio of the force slopes over the travel [1]. Both
+    are nan if any tip is out of contact. `F_error` [1] is the relative error of the forces in contact, nan without any.
+    `P_error` [1] is the relative error of P. `P_step` [1] is the relative increase of P over a coarser grid of cells.
+    `cells` is the number of contact cells; it and `P_step` are 0 if the law needs no cells. `mean_pressure` [MPa], in
+    the shape of F, is the mean pressure under each dome; None for other tips.
     """
 
     E: Floats

@@ -38,8 +38,8 @@ class Stand:
     `radii_mm` are the principal radii of the fruit, the first at an azimuth [deg] from the line along the tips.
     `thickness_mm` is the thickness of its flesh. If they are None, they are those of the scene's fruit.
 
-    With `from_touch`, the sensor is pressed by hand: the tilt is measured against the normal of the skin where the
-    sensor is placed, and travel from the first touch. After the touch the tilt has changed by `turned_deg`.
+    With `from_touch`, the sensor is pressed by hand. The tilt is measured against the normal of the skin under the
+    sensor, and travel from the first touch. After the touch the tilt has changed by `turned_deg`.
     """
 
     tilt_deg: Point = (0.0, 0.0)
@@ -159,7 +159,10 @@ def _fruit_met(fruit: Fruit, radii: Point | None, azimuth: float | None, thickne
 def _dome_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    """Return the forces of domes by their law, for one scene per pose; nan if a contact reaches the edge of a face."""
+    """Return the forces of domes by their law, for one scene per pose.
+
+    They are nan in a pose whose contact reaches the edge of a face, where the law does not hold.
+    """
     E = np.array([pose.E for pose in poses])
     travel = np.array([pose.travel for pose in poses])
     body = dome_body(scene, compliance, [each.fruit for each in scenes])

@@ -63,7 +63,11 @@ def _joined(responses: Sequence[SensorResponse]) -> SensorResponse:
 
 
 def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response on the finer of two grids of cells, with errors from both; raises as `scene_response`."""
+    """Return the response on the finer of two grids of cells, with errors from both.
+
+    The error is SAFETY times the step between the grids, plus the error of the rim and of the compliance. Raises
+    InputError and SolveError like `scene_response`.
+    """
     start = time.perf_counter()
     coarse_grid, fine_grid = scene_cells(scene, compliance, float(x.max(initial=0.0)))
     coarse = _grid_response(scene, coarse_grid, C, moduli, x)
@@ -105,7 +109,10 @@ def _cell_status(scene: Scene, cells: int) -> str:
 
 
 def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response of domes by their law; raises as `scene_response`."""
+    """Return the response of domes by their law, with the error that the law gives.
+
+    The errors of both forces add up in P. Raises InputError and SolveError like `scene_response`.
+    """
     start = time.perf_counter()
     check_scene(scene)
     # The law of domes takes one modulus and one travel per press.
@@ -144,7 +151,10 @@ def _check_faces(scene: Scene, face: Floats) -> None:
 
 
 def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response on one grid of cells; its errors [1] come from the rim of the contact."""
+    """Return the response on one grid of cells.
+
+    Its errors [1] come from the rim of the contact, which crosses cells that touch as a whole or not at all.
+    """
     contact = UnilateralContact(grid.cells)
     interferences = [grid.interference(scene, float(travel)) for travel in x]
     F = np.zeros((len(moduli), len(x), len(C)))

@@ -102,7 +102,7 @@ def scene_cells(
         cells = _cells(block, footprints, layer, grid)
         gap = initial_gap(scene, built=scene, cells=cells)
         correction = compliance.shape_change
-        if scene.tips.tip_shape.has_flat_face:
+        if scene.tips.tip_shape.has_flat_face:  # then the solved compliance corrects the error of the cells too
             correction = compliance.S - _level_compliance(cells, np.isfinite(gap))
         edges = footprints[0].side * np.array(grid.edges)
         solved.append(SceneCells(cells, edges, gap, middle, correction, grid.is_half))

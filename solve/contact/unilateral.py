@@ -28,7 +28,7 @@ class IndefiniteCellsError(SolveError):
 
     def __init__(self) -> None:
         """State the fault and the remedy in one line."""
-        hint = "take a fruit that is less high over its length and width, or larger tips"
+        hint = "take a fruit that is lower for its length and width, or larger tips"
         super().__init__(f"unilateral contact: the compliance of the cells must be positive definite; {hint}")
 
 
@@ -134,7 +134,7 @@ class UnilateralContact:
 
 def _check_complementarity(f: Floats, gap: Floats, b: Floats) -> None:
     """Raise SolveError if a force or a gap is negative, or both are above 0, by more than 1e-8 of the largest."""
-    length = float(np.abs(b).max()) or 1.0
+    length = float(np.abs(b).max()) or 1.0  # 1 if all values are 0, to avoid 0 / 0
     force = float(np.abs(f).max()) or 1.0
     pulling = -float(f.min()) / force
     entered = -float(gap.min()) / length

@@ -89,7 +89,7 @@ def curved_compliance(
     added_percent = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
     status = (
         f"a block of {fruit.length_mm:.4g} x {fruit.width_mm:.4g} x {fruit.depth_mm:.4g} mm ({block.info.status}), "
-        f"to which the shape of the {fruit.shape} adds {added_percent:+.2f} % of s11 - s12, known to "
+        f"whose s11 - s12 changes by {added_percent:+.2f} % in the shape of the {fruit.shape}, with an error of "
         f"{100.0 * errors.pair:.2g} %, by bending a mesh of {shape.dofs} dofs"
     )
     info = SolveInfo(

@@ -7,8 +7,8 @@ clamped base it is minus the half-space displacements. Its value under a load fo
 
 with t and u of the half-space. This form is symmetric, evaluates no field at a point, and its error is a product of two
 energy errors. On a half or a quarter of the block, u is the field of a load and its mirror images. The theorem holds
-unchanged: one of these loads lies on the part, and two fields of one parity do no work on each other across a mirror
-plane. 27-node hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
+unchanged, because one of these loads lies on the part, and fields of one parity do no work on each other across a
+mirror plane. 27-node hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
 """
 
 import itertools

@@ -151,8 +151,7 @@ def _local_change(
 def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: Ints) -> Errors:
     """Return the largest relative errors [1] over some rows of a table (moduli, tips, tips) [1/mm].
 
-    They sum a floor and three parts: fractions of the step between two meshes, of the step between numbers of nodes,
-    and of the change as a shell.
+    They sum a floor, and fractions of three changes: between two meshes, between numbers of nodes, and by the shell.
     """
     node_steps = local.sharp - local.fewer_nodes
     pair = own = 0.0

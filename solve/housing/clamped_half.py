@@ -153,7 +153,7 @@ def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> 
     allowed = max(BALANCE_LIMIT, round_off)
     if not missing <= allowed:
         msg = (
-            f"flexure: the mount misses {missing:.1e} N of the half newton on a tip: must be at most "
+            f"flexure: the force of the mount and the half newton on a tip differ by {missing:.1e} N: must be at most "
             f"{allowed:.0e} N; check what holds the housing"
         )
         raise SolveError(msg)

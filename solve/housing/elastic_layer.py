@@ -63,7 +63,11 @@ def _in_disc(x: Floats, z: Floats, disc: Disc) -> Flags:
 
 
 def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poisson: float) -> csc_matrix:
-    """Return the contribution of layers to the stiffness matrix [N/mm from MPa, mm], shape (dofs, dofs)."""
+    """Return the contribution of layers to the stiffness matrix [N/mm from MPa, mm], shape (dofs, dofs).
+
+    It is int N_a N_b times the stiffness of the bed per area, over the part of each facet that lies under the layer.
+    The components along the layer have the stiffness G / thickness, the component across it E / thickness.
+    """
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)
     count = basis.N // 3

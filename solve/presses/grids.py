@@ -21,14 +21,14 @@ NODES = 8  # Chebyshev nodes per side; for a contact of 2 mm radius at 5 mm dist
 def love(cells: int) -> Complexes:
     """Return the Fourier transform of the deflections of unit cells by a unit pressure on one cell, times pi E*.
 
-    Distances run from -cells to cells, so that a product of transforms is the convolution on a grid of `cells` per
-    side.
+    The deflection is Love's closed form, a sum over the four corners of the loaded cell. Distances run from -cells to
+    cells, so that a product of transforms is the convolution on a grid of `cells` per side.
     """
     i = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
     x, y = np.meshgrid(i, i, indexing="ij")
     total = np.zeros_like(x)
     for sx, sy in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        a, b = x + 0.5 * sx, y + 0.5 * sy
+        a, b = x + 0.5 * sx, y + 0.5 * sy  # never 0, as cells lie at whole numbers
         total += sx * sy * (a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b)))
     return rfft2(total)
 
@@ -39,7 +39,10 @@ class Grids:
     def __init__(
         self, middles: Floats, reach: Floats, cells: int, kernel: Complexes, fruit: EllipsoidFruit | None = None
     ) -> None:
-        """Compute the polynomials through Chebyshev nodes, and 1 / r between the nodes of different grids."""
+        """Prepare the interaction of the grids: polynomials through Chebyshev nodes, and 1 / r between nodes.
+
+        `fruit` gives the local compliance under each dome, and a layer. Without it the flesh is an even half-space.
+        """
         self.middles, self.reach, self.cells, self.kernel = middles, reach, cells, kernel
         self.steps = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # coordinates of cells along a grid, from -1 to 1
         self.size = 2.0 * reach / cells
@@ -52,7 +55,7 @@ class Grids:
         places = middles[:, None, None] + reach[:, None, None, None] * square
         flat = places.reshape(len(middles), -1, 2)
         distance = np.linalg.norm(flat[:, None, :, None] - flat[None, :, None, :], axis=-1)
-        distance[range(len(middles)), range(len(middles))] = np.inf
+        distance[range(len(middles)), range(len(middles))] = np.inf  # a grid acts on itself by its convolution
         self.cross = 1.0 / distance
         fruit = fruit or EllipsoidFruit(E=1.0, R1=math.inf, R2=math.inf)
         self.softness, self.constant = (np.broadcast_to(of_tips, len(middles)) for of_tips in fruit.own)
@@ -93,7 +96,12 @@ class Grids:
         return stiffened
 
     def deflection(self, forces: Floats) -> Floats:
-        """Return pi E* times the deflection [N/mm] under forces of cells [N], (tips, cells, cells)."""
+        """Return pi E* times the deflection [N/mm] under forces of cells [N], both (tips, cells, cells).
+
+        Within a grid it is a convolution, in a square of twice the size so that it does not wrap around. Between grids
+        the forces are moved to Chebyshev nodes, act by 1 / r there, and the deflection is interpolated from nodes to
+        cells.
+        """
         twice = (2 * self.cells, 2 * self.cells)
         waves = rfft2(forces, twice)
         own_waves = waves * self.kernel * (self.softness / self.size)[:, None, None]

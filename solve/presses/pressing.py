@@ -32,10 +32,19 @@ SOUGHT = 3.0  # [mm], largest distance from a dome's touch on the ellipsoid to i
 
 
 class Pressing:
-    """A sensor on a fruit, pressed to increasing travels."""
+    """A sensor on a fruit, pressed to increasing travels.
+
+    `touch` (tips, 2) [mm] are the places of first contact, and `nearest` (tips,) [mm] the gaps there. `give` (tips,)
+    [mm/N] is the compliance of the springs; presses over time change it, and `recovered`, before each sample. `grids`
+    and `cell_forces` [N] are the last solution, from which the next one starts.
+    """
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
-        """Find the first touch of each dome by Newton's method, then on the height map by search."""
+        """Find the place of first contact under each dome.
+
+        Newton's method finds it on the even ellipsoid. If skin or domes have a height map, or domes a rim, a search in
+        three finer and finer squares follows.
+        """
         self.sensor, self.fruit, self.cells = sensor, fruit, cells
         self.kernel = love(cells)
         self.touch = sensor.positions.copy()
@@ -49,7 +58,7 @@ class Pressing:
         self.recovered = np.zeros(len(self.touch))  # recovery of the springs due to relaxation of the flesh [mm]
         self.filled = np.full(len(self.touch), FILLED[0])
         self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
-        bend = np.linalg.eigvalsh(fruit.curvature)[0]
+        bend = np.linalg.eigvalsh(fruit.curvature)[0]  # the smaller curvature, of the flatter direction
         self.widest = 1.0 / (1.0 / sensor.dome_radius + bend)  # largest radius of relative curvature [mm]
         self.grids: Grids | None = None
         self.cell_forces = np.zeros((len(self.touch), cells, cells))
@@ -99,7 +108,8 @@ class Pressing:
     def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
         """Return the forces of the domes [N] at a travel [mm] from the first touch, (tips,).
 
-        The grids are changed until each fits its contact. Raises ArithmeticError if they do not come to fit.
+        Contact is solved on the grids of the previous travel first. Grids that do not fit their contacts are replaced,
+        and the contact is solved again. Raises ArithmeticError if the grids still do not fit after twelve attempts.
         """
         lowered = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
         entered = lowered - self.nearest
@@ -129,7 +139,8 @@ class Pressing:
     def _fitted(self, grids: Grids, found: Floats, entered: Floats) -> tuple[Floats, Floats, bool]:
         """Return centres and half widths of grids that fit the contacts, and whether the given grids already fit.
 
-        `found` are the forces of the cells, `entered` (tips,) the interference of the undeformed domes [mm].
+        A contact must fill between `filled` and FILLED[1] of its grid, and must not touch the edge of the grid. `found`
+        are the forces of the cells, `entered` (tips,) the interference of the undeformed domes [mm].
         """
         middles, reach = grids.middles.copy(), grids.reach.copy()
         fits = True
@@ -152,7 +163,10 @@ class Pressing:
         return middles, reach, fits
 
     def _missed(self, grids: Grids, total: Floats, lowered: Floats) -> Flags:
-        """Return under which domes the height map would touch outside the grid, as flags (tips,)."""
+        """Return for each dome whether its height map would touch outside the grid, (tips,).
+
+        Bumps may touch beside the main contact. The skin there sinks as under point forces at the centres of the grids.
+        """
         steps = np.linspace(-2.0, 2.0, 81)
         outside = np.maximum(np.abs(steps[:, None]), np.abs(steps)) > 1.0
         x = grids.middles[:, 0, None, None] + grids.reach[:, None, None] * steps[:, None]
@@ -168,7 +182,11 @@ class Pressing:
         return missed
 
     def _yielded(self, grids: Grids, lowered: Floats, start: Floats | None) -> Floats:
-        """Return the forces of all cells [N], none above the force at which the flesh yields."""
+        """Return the forces of all cells [N], none above the force at which the flesh yields.
+
+        The set of yielded cells, which carry their largest force, is repeated until it does not change. A yielded cell
+        stays in the set while the skin under it sinks less than the dome requires.
+        """
         x, y = grids.places()
         wanted = lowered[:, None, None] - self.gap(x, y)
         largest = np.broadcast_to(self.fruit.yields * (grids.size**2)[:, None, None], wanted.shape)

@@ -13,10 +13,10 @@ spring,
     k_ij = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)),
 
 with p the distance of two contacts, a their radii, and B the compliance that the body adds to a half-space, along the
-normals at the contacts. The factors of a^2 are second moments of pressures: of Hertz's pressure at the acting contact,
-and of the flat punch, its increment, at the deflected one. The other domes tilt the surface under a dome by some slope,
-which moves its contact by R times the slope. The force along the spring is N times the cosine between normal and axis.
-The transverse part of N moves the dome sideways, as far as the housing yields. A dome out of contact has q <= 0 and no
+normals at the contacts. The factors of a^2 are second moments of pressures: Hertz's pressure at the acting contact, and
+the flat punch, its increment, at the deflected one. The other domes tilt the surface under a dome by some slope, which
+moves its contact by R times the slope. The force along the spring is N times the cosine between normal and axis. The
+transverse part of N moves the dome sideways, as far as the housing yields. A dome out of contact has q <= 0 and no
 force. This is one smooth system, solved by Newton's method. Friction is neglected. The flesh is neo-Hookean; the
 difference of other laws is reported separately. Under a skin, N is the force on a layered half-space at small strain
 (`solve/halfspace/layered.py`), and the whole effect of large strain on bare flesh is part of the error.
@@ -42,8 +42,8 @@ ACTING = 1.0 / 10.0
 MOST_STEPS = 60  # steps of Newton's method
 STEPS_ALONE = 5  # Newton steps of each dome without the others, for a starting point
 HALVINGS = 12  # most halvings of a Newton step
-# Relative change of the body's compliance if the domes touch elsewhere than where it was solved, per increase of their
-# squared distance from the middle over the squared size of the body. tests/reference/fits/test_contact.py
+# Relative change of the body's compliance for domes that touch elsewhere than in its solve. It is per increase of their
+# squared distance from the middle, over the squared size of the body. tests/reference/fits/test_contact.py
 ELSEWHERE = 2.0
 # Bounds on neglected terms, also from tests/reference/fits: the change of the body's deflection over a contact, times
 # (a / size)^2; the next moments of the crosstalk; the rest as a fraction of the depth.
@@ -123,7 +123,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -
         F=cosine * state.N,
         rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),
         error=np.einsum("pij,pj->pi", np.abs(gain), bound),
-        error_alike=np.einsum("pij,pj->pi", gain, bound),
+        error_alike=np.einsum("pij,pj->pi", gain, bound),  # all interferences err with one sign
         flesh=np.einsum("pij,pj->pi", gain, flesh),
         contact_radius=contact_radius,
         mean_pressure=state.N / np.where(touching, np.pi * contact_radius**2, 1.0),
@@ -137,8 +137,8 @@ class DomeContrast:
     """The constants of level domes for the contrast of the forces along the springs (`sensor/theory/contrast_law.py`).
 
     `S` (tips, tips), times E [1/mm], is the compliance without Hertz's part. `hertz` [mm (MPa/N)^(2/3)] is the mean of
-    h in h (F / E)^(2/3) over the tips. `lean` (tips, tips) [mm/N] is added to the compliance of the springs: it comes
-    from forces that lean on the slope of the fruit and move the tips sideways.
+    h in h (F / E)^(2/3) over the tips. `lean` (tips, tips) [mm/N] is added to the compliance of the springs. It comes
+    from forces that lean on the slope of the fruit, and move the tips sideways.
     """
 
     S: Floats
