@@ -354,7 +354,7 @@ class Design:
             raise validation_error("fruit.length_mm", None, "mm", bound, "give both, some 4 tips.spacing_mm")
         are_domes = self.tips.dome_radius_mm is not None
         if reading.thickness_mm is not None and not (are_domes and fruit.radius_mm is not None):
-            bound = "left out but for domes on a sphere or an ellipsoid"
+            bound = "left out except for domes on a sphere or an ellipsoid"
             hint = "drop it, or choose that shape"
             raise validation_error("reading.thickness_mm", list(reading.thickness_mm), "mm", bound, hint)
         limits = reading.uncertainty_limit

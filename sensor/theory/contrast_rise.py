@@ -564,7 +564,8 @@ class _Root:
     def __init__(self, law: RiseLaw, rise: Rise, E: float, offset: float, S: Floats, tips: int) -> None:
         """Store the law at the modulus E [MPa] and the offset [mm] of a press, with its S there.
 
-        `tips` is the number of tips, each of which may have several channels.
+        `tips` is the number of tips, each of which may have several channels. Each attribute is the slope of the law
+        over one kind of cause, or a factor of such slopes.
         """
         self._weights, self._C, _ = law.contrast.arrays
         self._rise = rise

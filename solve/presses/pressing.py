@@ -146,7 +146,8 @@ class Pressing:
         fits = True
         for tip, forces in enumerate(found):
             rows, columns = np.flatnonzero(forces.any(axis=1)), np.flatnonzero(forces.any(axis=0))
-            if not len(rows):  # out of contact: a small grid stays where the dome will touch
+            # Out of contact, a small grid stays where the dome will touch: 1.2 contact radii at 2 % of its distance.
+            if not len(rows):
                 reach[tip] = 1.2 * math.sqrt(self.widest * max(0.02 * abs(entered[tip]), 1e-3))
                 middles[tip] = self.touch[tip]
                 continue
@@ -155,6 +156,7 @@ class Pressing:
             width = (last - first + 1).max() / grids.cells
             edge = first.min() == 0 or last.max() == grids.cells - 1
             if edge or not self.filled[tip] <= width <= FILLED[1]:
+                # A contact that is cut off may be much wider. Otherwise the new grid is filled to the middle of FILLED.
                 fits = False
                 middles[tip] = grids.middles[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.size[tip]
                 reach[tip] = grids.reach[tip] * (
