@@ -1,1 +1,1 @@
-"""What a run says: report.json, response.csv, the tables in the terminal."""
+"""The output of a run: report.json, response.csv, and tables in the terminal."""

@@ -1,4 +1,4 @@
-"""What a run answers on the terminal, drawn from its report.json: one screen, or every table."""
+"""The answer of a run on the terminal, from its report.json: one screen, or every table."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,17 +13,17 @@ from pipeline.verdicts.in_words import is_on_the_part, not_passed
 from sensor.verdict import Verdict, all_passed
 from sensor.words import OUTCOMES, shown, with_bar
 
-_REASONS = 3  # lines of what did not pass before the rest is counted
-_NOTES = 5  # with the lines of what did not pass
+_REASONS = 3  # most lines on verdicts that did not pass; the rest is counted
+_NOTES = 5  # most lines of notes, together with these lines
 
 
 def report_passed(report: Json) -> bool | None:
-    """Say whether every verdict of a report passed; None when one is undecided and none failed."""
+    """Return whether every verdict of a report passed; None if one is undecided and none failed."""
     return all_passed(_verdicts(report))
 
 
 def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
-    """Yield the answer on one screen: outcome, targets against values, springs, what did not pass, notes, files."""
+    """Yield the answer on one screen: outcome, targets, springs, verdicts that did not pass, notes and files."""
     verdicts = _verdicts(report)
     table = verdict_table("", [verdict for verdict in verdicts if not is_on_the_part(verdict)])
     others = [verdict.passed for verdict in verdicts if is_on_the_part(verdict)]
@@ -46,7 +46,7 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
 
 
 def every_section(report: Json) -> Iterator[RenderableType]:
-    """Yield every verdict, the springs, the make-up of errors, the paper's springs, notes and costs."""
+    """Yield every verdict, the springs, the parts of the errors, the paper's springs, notes and costs."""
     verdicts = _verdicts(report)
     yield _headline(report, verdicts)
     yield verdict_table(f"twintip · {escape(report['design']['name'])}", verdicts)
@@ -66,7 +66,7 @@ def _verdicts(data: Json) -> list[Verdict]:
 
 
 def _headline(report: Json, verdicts: list[Verdict]) -> str:
-    """Return the outcome, the name of the design, and how many verdicts passed, failed or are undecided."""
+    """Return the outcome, the name of the design, and the numbers of passed, failed or undecided verdicts."""
     outcomes = [verdict.passed for verdict in verdicts]
     wrong = [f"{outcomes.count(passed)} {OUTCOMES[passed]}" for passed in (False, None) if passed in outcomes]
     words = f"of {len(verdicts)} verdicts {', '.join(wrong)}" if wrong else f"all {len(verdicts)} verdicts passed"
@@ -76,7 +76,7 @@ def _headline(report: Json, verdicts: list[Verdict]) -> str:
 def _spring_lines(report: Json) -> Iterator[str]:
     """Yield a line for each spring: its stiffness with its error, its leaves, their strain and the strain limit.
 
-    A line of tips has no flexures: its one line has the stiffnesses that were given.
+    A line of tips has no flexures: its only line has the given stiffnesses.
     """
     if "flexures" not in report:
         K_l, K_h = (report["springs"][key] for key in ("K_l_N_per_m", "K_h_N_per_m"))
@@ -101,7 +101,7 @@ def _spring_lines(report: Json) -> Iterator[str]:
 def _error_table(report: Json) -> Table:
     """Return the table of the parts of each error [%].
 
-    Verdicts use the error of the mesh alone; calibrating a print takes away most of the scatter.
+    Verdicts use only the error of the mesh; calibrating a print removes most of the scatter.
     """
     columns = ("error of, at 95 %", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
     table = Table(*columns)
@@ -117,7 +117,7 @@ def _error_table(report: Json) -> Table:
 
 
 def _method_lines(report: Json) -> Iterator[str]:
-    """Yield how contact and springs were solved."""
+    """Yield the methods and accuracies of contact and springs."""
     accuracy = report["accuracy"]
     for name in ("contact", "springs"):
         solved = accuracy[name]
@@ -126,11 +126,12 @@ def _method_lines(report: Json) -> Iterator[str]:
 
 
 def _scatter_lines(report: Json) -> Iterator[str]:
-    """Yield the bands of prints before calibration, and the error of the modulus after it; none without bands."""
+    """Yield the bands of prints before calibration and the error of the modulus after it; empty without bands."""
     scatter = report.get("tolerance")
     if scatter is None:
         return
     bands = []
+    # A band is a list of two ends; the other values of `tolerance` are single numbers.
     for name, band in scatter.items():
         if isinstance(band, list):
             low, high = ("no limit" if end is None else f"{end:.4g}" for end in band)
@@ -138,7 +139,7 @@ def _scatter_lines(report: Json) -> Iterator[str]:
     yield f"before calibration 95 % of prints have: {', '.join(bands)}"
     error = scatter["calibrated_modulus_error"]
     known = "not known" if error is None else f"known to {100.0 * error:.1f} %"
-    yield f"with both stiffnesses of a unit known to 1 %, the modulus it reads is {known}"
+    yield f"with both stiffnesses of a unit known to 1 %, the modulus that it reads is {known}"
 
 
 def _cost_line(report: Json) -> str:

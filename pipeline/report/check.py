@@ -1,4 +1,4 @@
-"""Whether files are as they were written, and their geometry checked anew in a worker: a bad file may end a kernel."""
+"""Check of files: unchanged since they were written, and geometry measured in a worker, because a file may crash it."""
 
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, wait
@@ -13,8 +13,8 @@ from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.verdict import READABLE, Verdict, judge
 
-SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
-# In what loky says of a worker that ended: the system ends so what takes its memory, and no file does.
+SECONDS = 300.0  # limit of wall time for a file or a folder [s]; whole folders take some seconds
+# loky reports these signals if the system ends a worker, for instance for its memory; files do not cause them
 _FROM_OUTSIDE = ("SIGKILL", "SIGTERM")
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
 
@@ -22,11 +22,11 @@ _MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
 def check_path(
     path: Path, process: Process | None, designed: tuple[Design, Housing] | None = None
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts on a file by the rules of a process, or on an output folder without one.
+    """Return the verdicts on a file by the rules of a process, or without one on an output folder.
 
-    A file is compared with the parts of a design and its housing, where these are given. One that ends the kernel, or
-    keeps it busy for minutes, is the failed verdict geometry.readable. Raises InputError where a folder's report is not
-    one of ours, BrokenExecutor where the worker was ended from outside.
+    If a design and its housing are given, the file is compared with their parts. A file that crashes the kernel, or
+    keeps it busy for minutes, gets the failed verdict geometry.readable. Raises InputError if a folder's report is not
+    one of ours, and BrokenExecutor if the worker was ended from outside.
     """
     written = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)
@@ -49,7 +49,7 @@ def check_path(
 
 
 def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
-    """Return the verdicts on the digests of a report and of the files that it lists; raises InputError."""
+    """Return the verdicts on the digests of a report and of its files; raises InputError."""
     data = read_data(folder)
     report = report_of(folder, data)
     changed = [file.path for file in report.files if not file.is_unchanged_in(folder)]
@@ -82,7 +82,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     from cad.files.step import read_step
     from cad.parts.assembly import sensor_of
 
-    report = report_of(folder, read_data(folder))  # an edited one has its own verdict
+    report = report_of(folder, read_data(folder))  # an edited report has its own verdict
     if not report.design.tips.tip_layout.has_housing:
         return ()
     if report.housing is None:
@@ -100,7 +100,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     verdicts += _measured(lambda: (files_as_designed(sensor, folder, there),))
     known = {verdict.name for verdict in verdicts}
     verdicts += tuple(one for one in check_file(folder / "housing.3mf", process) if one.name not in known)
-    if "cover.step" in there:  # only `pipeline design` writes it and the bracket
+    if "cover.step" in there:  # only `pipeline design` writes cover and bracket
         verdicts += _measured(lambda: cover_verdicts(sensor, read_step(folder / "cover.step"), process))
     if "mount.step" in there:
         verdicts += _measured(lambda: mount_verdicts(sensor, read_step(folder / "mount.step"), process))
@@ -108,7 +108,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
 
 
 def _measured(measure: Callable[[], tuple[Verdict, ...]]) -> tuple[Verdict, ...]:
-    """Return the verdicts of a measurement, or the failed verdict on a file that it cannot read."""
+    """Return the verdicts of a measurement, or the failed verdict on an unreadable file."""
     try:
         return measure()
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""The keys of report.json by their dotted names: unit and meaning of each, and its value in a report."""
+"""The keys of report.json by their dotted names: unit, meaning, and value in a report."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -15,7 +15,7 @@ _INDEX = re.compile(r"-?[0-9]+")
 
 @dataclass(frozen=True, kw_only=True)
 class ReportKey:
-    """A key, its unit and its meaning; `level` says what a study solves for it, empty where none may ask for it."""
+    """A key with its unit and meaning; `level` names what a study solves for it, empty if a study cannot request it."""
 
     name: str
     unit: str
@@ -25,15 +25,15 @@ class ReportKey:
 
 
 def report_key(name: str) -> ReportKey | None:
-    """Return the key of a dotted name; None where no report has it.
+    """Return the key of a dotted name; None if no report has it.
 
-    A verdict is named by its name, whose dots are part of it; a part of a list by its index.
+    A verdict is named by its name, which may contain dots; an element of a list by its index.
     """
     words = name.split(".")
     if words[0] == "verdicts" and len(words) > 1:
         words = ["verdicts", "0", words[-1]]
     kind: Any = Report
-    metadata: dict[str, Any] = {}  # of the fields on the way, each of which overrides those above it
+    metadata: dict[str, Any] = {}  # metadata along the path; inner fields override outer ones
     for word in words:
         if get_origin(kind) is tuple and _INDEX.fullmatch(word):
             kind = _element_type(kind)
@@ -56,24 +56,24 @@ def report_key(name: str) -> ReportKey | None:
 def report_keys() -> Iterator[ReportKey]:
     """Yield every key in the order of a report.
 
-    `[]` stands for the elements of a list, SPRING for low or high, other words in capitals for names that a design or a
-    run decides.
+    `[]` represents the elements of a list and SPRING low or high. Other words in capitals represent names that depend
+    on the design or run.
     """
     for name, (item, kind) in _fields(Report).items():
         yield from _keys(item, kind, name, "")
 
 
 def _keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[ReportKey]:  # noqa: ANN401 - any type
-    """Yield the key of a field by its name, then those of the record that it holds; `level` is the one above it."""
+    """Yield the key of a field, then the keys of the record in it; `level` is inherited from above."""
     level = item.metadata.get("level", level)
-    while get_origin(kind) is tuple:  # of rows too: one `[]` stands for both indices
+    while get_origin(kind) is tuple:  # for nested rows too: one `[]` represents both indices
         name = name if name.endswith("[]") else f"{name}[]"
         kind = _element_type(kind)
     if get_origin(kind) is dict:
         kind = _value_type(kind)
     each = item.metadata.get("each")
     name = name if each is None else f"{name}.{each}"
-    below = {} if each == "KEY" else _fields(kind)  # keys that another page lists
+    below = {} if each == "KEY" else _fields(kind)  # KEY: another page lists these keys
     metadata = item.metadata
     yield ReportKey(name=name, unit=metadata["unit"], meaning=metadata["meaning"], level=level, is_value=not below)
     both_springs = {"low", "high"} <= below.keys() and below["low"][1] == below["high"][1]
@@ -81,24 +81,24 @@ def _keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[Report
         if both_springs and word == "high":
             continue
         if both_springs and word == "low":
-            _, *of_spring = _keys(inner, inner_kind, f"{name}.SPRING", level)  # the first is the spring itself
+            _, *of_spring = _keys(inner, inner_kind, f"{name}.SPRING", level)  # the first key is the spring itself
             yield from of_spring
         else:
             yield from _keys(inner, inner_kind, f"{name}.{word}", level)
 
 
 def value_at(report: object, name: str) -> object:
-    """Return the value at a dotted key of a report, or of parts of one by their keys.
+    """Return the value at a dotted key of a report, or of parts by their keys.
 
-    Verdicts are found by their name, parts of lists by their index. Raises KeyError where there is none. An error of
-    the solve of a part passes through.
+    Verdicts are found by name, and elements of lists by index. Raises KeyError if there is none. Errors of solving a
+    part propagate.
     """
     words = name.split(".")
     value = report
     if words[0] == "verdicts":
         verdicts: Any = _part(report, "verdicts", name)
         by_name = verdicts if isinstance(verdicts, Mapping) else {verdict.name: verdict for verdict in verdicts}
-        value = _part(by_name, ".".join(words[1:-1]), name)  # names of verdicts have dots
+        value = _part(by_name, ".".join(words[1:-1]), name)  # names of verdicts contain dots
         words = words[-1:]
     for word in words:
         value = _part(value, word, name)
@@ -106,7 +106,7 @@ def value_at(report: object, name: str) -> object:
 
 
 def _part(value: Any, word: str, name: str) -> object:  # noqa: ANN401 - a mapping, a list or a record
-    """Return the part of a mapping, a list or a record that a word names; raises KeyError with the name of the key."""
+    """Return the named part of a mapping, list or record; raises KeyError with the name of the key."""
     if isinstance(value, Mapping):
         if word in value:
             return value[word]
@@ -133,7 +133,7 @@ def _value_type(kind: Any) -> Any:  # noqa: ANN401 - any type
 
 @cache
 def _fields(kind: type) -> dict[str, tuple[Field[Any], Any]]:
-    """Return the fields of a record type by name, each with its type; none for another type."""
+    """Return the fields of a record type by name, each with its type; empty for another type."""
     if not is_dataclass(kind):
         return {}
     hints = get_type_hints(kind)
@@ -141,7 +141,7 @@ def _fields(kind: type) -> dict[str, tuple[Field[Any], Any]]:
 
 
 def _without_none(kind: Any) -> Any:  # noqa: ANN401 - any type
-    """Return the type that a value has where it is neither None nor left out."""
+    """Return the type of a value without None and `LeftOut`."""
     if get_origin(kind) not in (Union, UnionType):
         return kind
     kinds = [one for one in get_args(kind) if one not in (NoneType, LeftOut)]

@@ -1,4 +1,4 @@
-"""What a user must know beside the verdicts, each a sentence with its number and what to do."""
+"""Notes for the user beside the verdicts: sentences with a number and an action."""
 
 import math
 from collections.abc import Iterator
@@ -26,14 +26,14 @@ _ALWAYS_FIRST = math.inf
 
 
 class Note(NamedTuple):
-    """A sentence, and by how much its matter may move what is read [%]; infinite where it matters before any number."""
+    """A sentence, and the change of the reading by its subject [%]; infinite if it matters before any number."""
 
     percent: float
     text: str
 
 
 def notes(result: SensorResult) -> list[str]:
-    """Return the notes of a result, what moves its numbers or a reading most first."""
+    """Return the notes of a result, the largest change of its numbers or readings first."""
     info = result.press.table.info
     judged = _of_the_scene(result) if result.readings is None else _of_the_reading(result.pressed, result.readings)
     found = [
@@ -51,7 +51,7 @@ def notes(result: SensorResult) -> list[str]:
 
 
 def _unusual(design: Design) -> list[str]:
-    """Return a note on the first modulus of a design that fruit seldom have; none where all are usual."""
+    """Return a note on the first unusual modulus of a design; empty if all are usual."""
     moduli = [("fruit.E_max_MPa", design.fruit.E_max_MPa), *(("fruit.E_MPa", E) for E in design.fruit.E_MPa)]
     usual = f"fruit mostly have {USUAL_MODULI.at_least:g} to {USUAL_MODULI.at_most:g} MPa"
     unusual = [f"Check the unit of {key} = {E:g}: {usual}." for key, E in moduli if not USUAL_MODULI.hold(E)]
@@ -59,7 +59,7 @@ def _unusual(design: Design) -> list[str]:
 
 
 def _advice(budgets: Budgets) -> Iterator[Note]:
-    """Yield each advice of the causes of error once, with the cause and the number that it moves most."""
+    """Yield each advice on causes of error once, with the cause and the number that it changes most."""
     largest: dict[str, Note] = {}
     for number in ("K_l", "K_h", "P_max", "NL"):
         budget = getattr(budgets, number)
@@ -99,7 +99,7 @@ def _of_the_scene(result: SensorResult) -> Iterator[Note]:
 
 
 def _noise(readings: Readings) -> Note:
-    """Return the note on the noise at which the uncertainty reaches its limit in the design."""
+    """Return the note on the noise at which the uncertainty reaches its limit."""
     worst = readings.worst_uncertainty
     percent = 100.0 * COVERAGE * worst.uncertainty_limit
     noise = worst.sources.noise_to_reach(worst.uncertainty_limit)
@@ -114,10 +114,10 @@ def _noise(readings: Readings) -> Note:
 
 
 def _of_the_reading(sensor: PressedSensor, readings: Readings) -> Iterator[Note]:
-    """Yield the notes on readings: the noise that they bear, and the assumptions that move them."""
+    """Yield the notes on readings: the allowed noise, and assumptions that change them."""
     design = sensor.design
     fruit = design.fruit
-    # d ln(1 - nu^2) by the spread of nu
+    # d ln(1 - nu^2) for the spread of nu
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     if readings.moduli:
         yield _noise(readings)
@@ -139,18 +139,18 @@ def _of_the_reading(sensor: PressedSensor, readings: Readings) -> Iterator[Note]
         percent = 100.0 * readings.flesh
         yield Note(
             percent,
-            f"Allow {percent:.2g} % where you compare E with other instruments: so much do laws of the flesh differ.",
+            f"Allow {percent:.2g} % if you compare E with other instruments, because laws of the flesh differ by it.",
         )
     yield Note(
         moved,
-        f"Set fruit.poisson where it is known: E takes {fruit.poisson:g}, and within {fruit.poisson_spread:g} of it "
+        f"Set fruit.poisson if it is known: E assumes {fruit.poisson:g}, and within {fruit.poisson_spread:g} of it "
         f"E moves by {moved:.2g} %.",
     )
     yield from _pace(sensor)
 
 
 def _pace(sensor: PressedSensor) -> Iterator[Note]:
-    """Yield the note on the time of a press; none where no press of the design is read."""
+    """Yield the note on the duration of a press; none if no press of the design is read."""
     fall = fall_by_twice_the_time(sensor)
     if fall is not None:
         yield Note(
@@ -160,7 +160,7 @@ def _pace(sensor: PressedSensor) -> Iterator[Note]:
 
 
 def _relaxation(result: SensorResult) -> Note:
-    """Return the note on readings that fall as the flesh relaxes; by published flesh where the design does not say."""
+    """Return the note on readings that fall as the flesh relaxes; published data replace a missing relaxation."""
     over_time = result.over_time
     if over_time is None:
         curve = result.press.curve
@@ -184,7 +184,7 @@ def _relaxation(result: SensorResult) -> Note:
 
 
 def _skin(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on a skin: the gain in K_m at the least and the largest modulus of the flesh; none without."""
+    """Yield the note on a skin: the gain in K_m at the least and the largest modulus; none without a skin."""
     if result.contact.skin is None:
         return
     bare = result.contact.K_m_over_E()
@@ -199,19 +199,19 @@ def _skin(result: SensorResult) -> Iterator[Note]:
 
 
 def _weight(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on the weight of the moving parts of a sensor that reads whole presses."""
+    """Yield the note on the weight of the moving parts, for a sensor that reads whole presses."""
     sags = [sag.value for sag in weight_sag(result.springs, "down")]
     if sags and result.readings is not None:
         apart = max(sags) - min(sags)
         yield Note(
             0.0,
-            f"Tare in any attitude: pointing down, the tips hang {apart:.2g} mm off level, which a press that is read "
-            "whole does not see.",
+            f"Tare in any attitude: pointing down, the tips differ by {apart:.2g} mm in height, which cancels in a "
+            "press that is read whole.",
         )
 
 
 def _table(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on a whole fruit, which is solved as held at its base: what a table gives under it."""
+    """Yield the note on a whole fruit, which is solved as held at its base: the deflection on a table."""
     fruit = result.design.fruit
     if fruit.can_roll:
         at_largest_E = result.press.at_largest_E

@@ -1,4 +1,4 @@
-"""The report of a run: each of its keys is filled from the stages of a sensor."""
+"""The report of a run, filled key by key from the stages of a sensor."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
@@ -42,7 +42,7 @@ OF_SENSOR: dict[str, Callable[[Sensor | SensorResult], Any]] = {
     "reading": lambda sensor: None if sensor.readings is None else ReadingReport.filled(sensor.readings),
     "level": lambda sensor: sensor.level,
 }
-"""The keys that follow from stages of a sensor without a solid: a study may ask for one of them alone."""
+"""The keys that need no solid; a study may request any of them."""
 
 OF_RESULT: dict[str, Callable[[SensorResult], Any]] = {
     "design": lambda result: result.design,
@@ -65,7 +65,7 @@ OF_RESULT: dict[str, Callable[[SensorResult], Any]] = {
     "tolerance": lambda result: result.errors.scatter if result.options.fabrication else LeftOut.LEFT_OUT,
     "key": lambda result: run_key(result.design, result.options),
 }
-"""The other keys, which follow from a whole result."""
+"""The other keys, which need a complete result."""
 
 
 def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> Report:
@@ -75,15 +75,15 @@ def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> 
 
 
 class SensorParts(Mapping[str, object]):
-    """The keys of a report that need no solid, of which each solves what it needs when it is asked for."""
+    """The keys of a report that need no solid; each is solved on first use."""
 
     def __init__(self, sensor: Sensor) -> None:
         """Take the sensor."""
-        self._part = cache(lambda name: OF_SENSOR[name](sensor))  # several keys of one part are asked for
+        self._part = cache(lambda name: OF_SENSOR[name](sensor))  # several keys share one part
         self._verdicts = _VerdictsByName(sensor)
 
     def __contains__(self, name: object) -> bool:
-        """Return whether a key needs no solid; solves nothing."""
+        """Return whether a key needs no solid, without solving it."""
         return name in OF_SENSOR or name == "verdicts"
 
     def __getitem__(self, name: str) -> object:
@@ -100,7 +100,7 @@ class SensorParts(Mapping[str, object]):
 
 
 class _VerdictsByName(Mapping[str, Verdict]):
-    """The verdicts of a sensor by their names, of which each is judged when it is asked for."""
+    """The verdicts of a sensor by their names; each is judged on first use."""
 
     def __init__(self, sensor: Sensor) -> None:
         self._sensor = sensor
@@ -130,7 +130,7 @@ def _beam_law_leaves(sensor: Sensor | SensorResult) -> tuple[float, ...] | None:
 
 
 def _errors(result: SensorResult) -> dict[str, UncertaintyBudget | None]:
-    """Return the budget of each number; springs that a line is given have none."""
+    """Return the budget of each number; the given springs of a line have none."""
     has_housing = result.design.tips.tip_layout.has_housing
     budgets = vars(result.errors.budgets)
     return {name: budget for name, budget in budgets.items() if has_housing or name not in ("K_l", "K_h")}

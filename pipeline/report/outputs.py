@@ -1,4 +1,4 @@
-"""The outputs that say what a run has found: design.toml, response.csv, report.html, report.json."""
+"""The files that state the results of a run: design.toml, response.csv, report.html, report.json."""
 
 import json
 import shlex
@@ -18,17 +18,20 @@ from sensor.design.design_file import design_as_toml
 from sensor.quantity import validation_error
 
 PAGE = "report.html"
-LATEST = "latest.js"  # beside the page of a look, which reads it
+LATEST = "latest.js"  # the page of a look reads it to reload itself
 
 
 class EarlierAnswer(NamedTuple):
-    """The names of the files of an answer, and the command that repeats it in its folder."""
+    """The names of the files of an earlier answer, and the command that repeats it in its folder."""
 
     names: tuple[str, ...]
     command: str
 
     def lost_files(self, folder: Path, command: str) -> str | None:
-        """Return how many of these files its folder has no more after a command, and which command makes them again."""
+        """Return as text how many of these files a command removed, and the command that makes them again.
+
+        None if none.
+        """
         gone = [name for name in self.names if name != LATEST and not (folder / name).exists()]
         if not gone:
             return None
@@ -40,9 +43,9 @@ class EarlierAnswer(NamedTuple):
 
 
 def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> Plain:
-    """Write the files, report.json last, with the digest of every other; return its data.
+    """Write the files, report.json last with the digests of all others; return its data.
 
-    A `page`, report.html, is made of the report without the page itself. Raises ValueError for nan or infinity.
+    A `page`, report.html, is made from the report without the page itself. Raises ValueError for nan or infinity.
     """
     design = f"# {result.options.command}\n{design_as_toml(result.design)}"
     (folder / "design.toml").write_text(design, encoding="utf-8")
@@ -60,7 +63,7 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
 
 
 def refuse_folder_of_a_run(folder: Path) -> None:
-    """Raise OutputError, for a look, where a folder holds the files of a whole run."""
+    """Raise OutputError if a folder holds the files of a whole run, which a look must not replace."""
     files = managed_files(folder)
     if files and LATEST not in files:
         bound = "a new or empty folder, or one of an earlier look, and it holds a whole run"
@@ -76,6 +79,6 @@ def earlier_answer(folder: Path) -> EarlierAnswer:
 
 
 def listed_files(folder: Path) -> tuple[ListedFile, ...]:
-    """Return every file in the folder but its report.json with its digest, in order of their names."""
+    """Return every file in the folder except report.json, with its digest, sorted by name."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file() and path != folder / REPORT)
     return tuple(ListedFile(path=path.relative_to(folder).as_posix(), sha256=file_digest(path)) for path in paths)

@@ -1,6 +1,6 @@
-"""The parts of report.json that no stage has as they are: each declares its keys and is filled from its stage here.
+"""Parts of report.json that differ from the records of their stages: keys, and functions that fill them.
 
-A reader of reports imports this file, and does without the stages.
+A reader of reports imports this file without the stages.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from solve.contact.linear_response import SensorResponse
 
 Numbers = tuple[float | None, ...]
-"""Numbers over the travel or over moduli; None where a tip is off the fruit or no bound is."""
+"""Numbers over travel or moduli; None if a tip is out of contact or a bound does not exist."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SizingReport:
-    """The springs that were sized and the fruit stiffness that sized them."""
+    """The springs as sized, and the fruit stiffness that sized them."""
 
     K_l_N_per_m: float = report_field("N/m", "stiffness of the low spring, from the targets or from the design")
     K_h_N_per_m: float = report_field("N/m", "stiffness of the high spring, from the targets or from the design")
@@ -54,7 +54,7 @@ class SizingReport:
 
     @classmethod
     def filled(cls, sizing: "SpringSizing", beam_law_leaves_mm: tuple[float, ...] | None) -> Self:
-        """Return the springs that were sized, with the lengths of their leaves [mm]."""
+        """Return the springs as sized, with the lengths of their leaves [mm]."""
         return cls(
             K_l_N_per_m=1e3 * sizing.springs.K_l,
             K_h_N_per_m=1e3 * sizing.springs.K_h,
@@ -116,7 +116,7 @@ class ContactReport:
 
     @classmethod
     def filled(cls, contact: FruitCompliance) -> Self:
-        """Return the compliance of the fruit with its errors and what it cost."""
+        """Return the compliance of the fruit with its errors and cost."""
         skin = None
         if contact.skin is not None:
             matrices = tuple(rows_of(S) for S in contact.skin.S)
@@ -135,7 +135,7 @@ class ContactReport:
         )
 
     def compliance(self, tips: tuple[str, ...]) -> FruitCompliance:
-        """Return the compliance of the fruit under tips of these names [1/mm] with its errors."""
+        """Return the compliance of the fruit under tips of these names [1/mm], with its errors."""
         skin = None
         if self.skin is not None:
             skin = SkinTable(E=np.array(self.skin.E_MPa), S=np.array(self.skin.compliance_per_mm))
@@ -151,7 +151,7 @@ class ContactReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ResponseReport:
-    """The response at one modulus; lists are over the travel, `F_N` has a row for each tip, none for a pair."""
+    """The response at one modulus; lists are over the travel, and `F_N` has a row for each tip, none for a pair."""
 
     E_MPa: float = report_field("MPa", "modulus of the fruit")
     x_mm: tuple[float, ...] = report_field(
@@ -180,7 +180,7 @@ class ResponseReport:
 
     @classmethod
     def rows(cls, table: "SensorResponse", tips: "Tips", spring_errors: Sequence[Floats]) -> tuple[Self, ...]:
-        """Return the response at each modulus, with the relative errors of the forces by those of the springs [1]."""
+        """Return the response at each modulus; `spring_errors` are relative errors of the forces by the springs [1]."""
         columns = force_columns(table, tips) | {"slope_ratio": table.slope_ratio}
         rows = []
         for i, (E, of_springs) in enumerate(zip(table.E.tolist(), spring_errors, strict=True)):
@@ -197,7 +197,7 @@ class ResponseReport:
 
 @dataclass(frozen=True, kw_only=True)
 class CurveReport:
-    """P at full travel over many moduli, and the moduli that may show each P."""
+    """P at full travel over many moduli, and bands of the moduli for each P."""
 
     x_mm: float = report_field("mm", "full travel, at which P is computed; it counts as `response[].x_mm` does")
     P_softest: float | None = report_field("1", "limit of the force ratio for E towards 0")
@@ -247,7 +247,7 @@ class TipReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ModulusReport:
-    """How well one modulus is read."""
+    """The accuracy of readings at one modulus."""
 
     E_MPa: float = report_field("MPa", "modulus of the fruit")
     E_bias_percent: float = report_field(
@@ -285,7 +285,7 @@ class ModulusReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingReport:
-    """How well the sensor reads the modulus, over all poses of `[reading]`."""
+    """The accuracy of readings over all poses of `[reading]`."""
 
     E_bias_percent: float | None = report_field(
         "%",
@@ -372,7 +372,7 @@ class PaperReport:
 
 @dataclass(frozen=True, kw_only=True)
 class SolveReport:
-    """How accurately a stage was solved."""
+    """The accuracy of the solution of a stage."""
 
     error_percent: float = report_field("%", "largest error bar of the solved numbers")
     choice: str = report_field("", "a sentence on the method and the meshes that were chosen")
@@ -380,7 +380,7 @@ class SolveReport:
 
 @dataclass(frozen=True, kw_only=True)
 class AccuracyReport:
-    """The accuracy that was asked for, and what was done for it."""
+    """The requested accuracy, and how it was reached."""
 
     tolerance: float = report_field("1", "`--tol`, the relative error allowed to both spring stiffnesses")
     springs: SolveReport | None = report_field(
@@ -390,7 +390,7 @@ class AccuracyReport:
 
     @classmethod
     def filled(cls, tolerance: float, fitted: "FittedHousing | None", contact: FruitCompliance) -> Self:
-        """Return the accuracy that was required, with the largest error of springs and contact."""
+        """Return the requested accuracy, with the largest errors of springs and contact."""
         springs = None
         if fitted is not None:
             stiffness = fitted.stiffness
@@ -433,7 +433,7 @@ class RelaxationReport:
 
     @classmethod
     def filled(cls, over_time: "ReadingOverTime") -> Self:
-        """Return forces, P and the apparent modulus over time, and the moment at which a reading moves least."""
+        """Return forces, P and the apparent modulus over time, and the steadiest moment for a reading."""
         moduli = []
         for i, E in enumerate(over_time.E.tolist()):
             row = RelaxingModulusReport(

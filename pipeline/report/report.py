@@ -1,7 +1,7 @@
-"""report.json as one typed tree: each field is a key with its unit and meaning; written and read here.
+"""report.json as one typed tree: each field is a key with its unit and meaning. It is written and read here.
 
-pipeline/report/of_result.py fills its keys from the stages of a sensor, pipeline/report/keys.py finds a key in it, and
-docs/report-json.md is printed from it.
+pipeline/report/of_result.py fills the keys from the stages of a sensor, and pipeline/report/keys.py finds a key.
+docs/report-json.md is generated from this tree.
 """
 
 import json
@@ -49,33 +49,33 @@ SCHEMA = 1
 
 
 class LeftOut(Enum):
-    """The value of a key that may be null, in a report that does not have it."""
+    """The value of a key that may be null, in a report without the key."""
 
     LEFT_OUT = "left out"
 
 
 @dataclass(frozen=True, kw_only=True)
 class ListedFile:
-    """A file of an output folder and its digest when it was written."""
+    """A file of an output folder, and its digest when it was written."""
 
     path: str = report_field("", "path of the file in the folder")
     sha256: str = report_field("", "sha256 digest of the file, which `pipeline check` compares")
 
     def is_unchanged_in(self, folder: Path) -> bool:
-        """Say whether the file still lies inside the folder as it was written; a path that no file has does not."""
+        """Return whether the file is inside the folder and unchanged; False for an impossible path."""
         path = folder / self.path
         try:
             inside = path.resolve().is_relative_to(folder.resolve())
-        except (OSError, ValueError, RuntimeError):  # a loop of links is the last one
+        except (OSError, ValueError, RuntimeError):  # the last one is a loop of links
             return False
         return inside and has_digest(path, self.sha256)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Report(Record):
-    """All that a run says in numbers. Tips have the order of all forces and of the compliance.
+    """All numbers of a run. Tips have the order of all forces and of the compliance.
 
-    A field with `level` may be asked for in a study; it names what must be solved for it.
+    A study may request a field with `level`, which names what must be solved for it.
 
     Examples
     --------
@@ -165,7 +165,7 @@ class Report(Record):
     )
 
     def __post_init__(self) -> None:
-        """Refuse a layout with a housing without its flexures, and deflections of other springs than the housing's."""
+        """Refuse a layout with a housing but without flexures, and deflections that do not match the housing."""
         if self.design.tips.tip_layout.has_housing and not self.flexures:
             bound = f"given for tips.layout = {self.design.tips.layout!r}"
             raise validation_error("flexures", None, "", bound, "run the design again")
@@ -174,18 +174,18 @@ class Report(Record):
             raise validation_error("deflections_mm", list(self.deflections_mm), "mm", bound, "run the design again")
 
     def _repr_html_(self) -> str:
-        """Return the answer, the verdicts, the springs and P over the modulus, as notebooks ask for it."""
+        """Return answer, verdicts, springs and P over the modulus as HTML for notebooks."""
         E, P = (np.array(values, dtype=np.float64) for values in (self.curve.E_MPa, self.curve.P))
         return answer_html(self.design.name, self.verdicts, self.flexures, E, P, self.design.fruit.E_MPa)
 
     @property
     def creep(self) -> CreepLaw:
-        """Return the creep of the springs as they are made."""
+        """Return the creep of the springs by their print process."""
         return self.design.process.creep
 
     @property
     def moduli(self) -> tuple[ModulusReport, ...]:
-        """Return the bias and uncertainty of each modulus that is read; none where the design asks for no readings."""
+        """Return bias and uncertainty at each modulus; empty if the design has no readings."""
         return () if self.reading is None else self.reading.moduli
 
     @property
@@ -201,12 +201,12 @@ _CONVERTER.register_structure_hook(ScatterBands | LeftOut, lambda data, _: _CONV
 
 
 def report_data(report: Report) -> Plain:
-    """Return the JSON data of a report, with its digest; raises ValueError for nan or infinity."""
+    """Return the JSON data of a report with its digest; raises ValueError for nan or infinity."""
     return with_digest(as_data(report))
 
 
 def read_report(folder: Path) -> Report:
-    """Return the report of an output folder; raises InputError, in one line, where it holds none as it was written.
+    """Return the report of an output folder; raises a one-line InputError unless it holds one as it was written.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def read_report(folder: Path) -> Report:
 
 
 def written_data(folder: Path) -> Plain:
-    """Return the JSON data of a folder's report; raises InputError, in one line, where it is not as it was written."""
+    """Return the JSON data of a folder's report; raises a one-line InputError if it was changed."""
     data = read_data(folder)
     if not is_as_written(data):
         raise _refused(folder, "its report.json must be as the run wrote it, and its digest is another")
@@ -231,12 +231,12 @@ def written_data(folder: Path) -> Plain:
 
 
 def is_as_written(data: Plain) -> bool:
-    """Say whether a report's JSON data have the digest that they had when they were written."""
+    """Return whether a report's JSON data still have their digest."""
     return bool(data.get(KEY) == content_digest(data))
 
 
 def read_data(folder: Path) -> Plain:
-    """Return the JSON data of a folder's report, whose numbers are finite; raises InputError, in one line."""
+    """Return the JSON data of a folder's report, with finite numbers; raises a one-line InputError."""
     path = folder / "report.json"
     try:
         if path.exists() and not is_regular(path):
@@ -251,9 +251,9 @@ def read_data(folder: Path) -> Plain:
 
 
 def report_of(folder: Path, data: Plain) -> Report:
-    """Return the report of a folder's JSON data; raises InputError, in one line, where it is not as it was written.
+    """Return the report of a folder's JSON data; raises a one-line InputError for invalid data.
 
-    A report of 0.2 is read without the keys that are gone.
+    A report of 0.2 is read without the keys that were removed.
     """
     design = data.get("design")
     try:
@@ -261,7 +261,7 @@ def report_of(folder: Path, data: Plain) -> Report:
     except InputError as error:
         raise _refused(folder, f"its design must be one of today: {error}") from error
     try:
-        # cattrs would take a text for a list of letters
+        # cattrs would structure a str as a list of characters
         for key, kind in get_type_hints(Report).items():
             if get_origin(kind) is tuple and not isinstance(data.get(key, []), list):
                 msg = f"expected a JSON list @ report.{key}"
@@ -272,14 +272,14 @@ def report_of(folder: Path, data: Plain) -> Report:
 
 
 def _without_gone_keys(data: Plain) -> Plain:
-    """Return the JSON data of a report without the keys of older versions that are gone."""
+    """Return the JSON data of a report without keys of older versions that were removed."""
     for name in REPORT_KEYS:
         data = _without(data, name.split("."))
     return data
 
 
 def _without(data: Plain, names: Sequence[str]) -> Plain:
-    """Return JSON data without the key that names lead to, as it is where there is none."""
+    """Return JSON data without the key at a path of names; unchanged if there is none."""
     first, *others = names
     if not others:
         return {key: value for key, value in data.items() if key != first}
@@ -296,7 +296,7 @@ def _finite(text: str) -> float:
 
 
 def _refused(folder: Path, bound: str) -> InputError:
-    """Return the error for a folder whose report cannot be used, in one line."""
+    """Return the one-line error for a folder whose report cannot be used."""
     reason = " ".join(bound.split())
     message = f"PATH = {str(folder)!r} {reason}. Name an output folder, or run the design again."
     return InputError(message, field="PATH", value=str(folder), bound=reason)

@@ -1,4 +1,4 @@
-"""Forces, P and the modulus over modulus and travel as columns, of which response.csv and report.json take theirs."""
+"""Forces, P and the modulus over modulus and travel, as the columns of response.csv and report.json."""
 
 import csv
 import io
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from solve.contact.linear_response import SensorResponse
 
 Columns = dict[str, Floats]
-"""Numbers of shape (moduli, travels) by their names; nan where there is none."""
-# Of a number in response.csv. More digits of an error differ from solver to solver, and the file would with them.
+"""Numbers of shape (moduli, travels) by name; nan if there is no number."""
+# Digits of a number in response.csv. Further digits of an error differ between solvers, and the file would differ.
 _DIGITS = {"P_mesh_error_percent": 3}
 _FORCE_DIGITS, _BAND_DIGITS = 6, 4
 
@@ -30,14 +30,14 @@ def force_columns(response: "SensorResponse", tips: Tips) -> Columns:
 
 
 def band_columns(table: "ReadingTable") -> Columns:
-    """Return the moduli that may show each P, on a sensor as printed and on a calibrated unit."""
+    """Return the bands of the modulus for each P, on a sensor as printed and on a calibrated unit."""
     bands = {"as_printed": table.printed, "calibrated": table.calibrated}
     ends = {"lower": 0, "upper": 1}
     return {f"E_{end}_{name}_MPa": bands[name][..., ends[end]] for name in bands for end in ends}
 
 
 def response_csv(table: "ReadingTable", tips: Tips) -> str:
-    """Return CSV text with one row for each modulus and travel; a cell is empty where a tip is off or no bound is.
+    """Return CSV text with one row for each modulus and travel; cells without a number are empty.
 
     Layouts other than a pair have a column for each tip at the end.
     """
@@ -50,7 +50,7 @@ def response_csv(table: "ReadingTable", tips: Tips) -> str:
         **{f"F_{tip + 1}_N": response.F[:, :, tip] for tip in tips.own_columns},
     }
     digits = {**dict.fromkeys(columns, _FORCE_DIGITS), **dict.fromkeys(bands, _BAND_DIGITS), **_DIGITS}
-    # The first modulus stands for the softest fruit, a limit and no fruit.
+    # The first modulus represents the softest possible fruit, which is a limit.
     cells = [[shown(value, digits=digits[name]) for value in grid[1:].flat] for name, grid in columns.items()]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -60,5 +60,5 @@ def response_csv(table: "ReadingTable", tips: Tips) -> str:
 
 
 def numbers(values: Floats) -> tuple[float | None, ...]:
-    """Return numbers of one unit as report.json has them; None for one that is not finite."""
+    """Return numbers as in report.json; None for one that is not finite."""
     return tuple(value if math.isfinite(value) else None for value in values.tolist())

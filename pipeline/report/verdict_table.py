@@ -1,4 +1,4 @@
-"""Verdicts as a table as wide as the terminal, and a line for each that did not pass."""
+"""Verdicts as a table as wide as the terminal, with a line for each that did not pass."""
 
 import os
 import sys
@@ -26,22 +26,22 @@ OUTCOME = {passed: f"[{_COLOURS[passed]}]{word}[/]" for passed, word in OUTCOMES
 
 
 def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> None:
-    """Print tables and sentences; without a terminal, and without COLUMNS, in a width for every table [letters]."""
+    """Print tables and sentences; without a terminal and COLUMNS, in a width that fits every table [characters]."""
     console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else width or WIDTH)
     for part in parts:
         console.print(part)
 
 
 def verdict_parts(title: str, verdicts: Sequence[Verdict]) -> list[RenderableType]:
-    """Return the verdicts on a file or folder as a table, why each that did not pass did not, and how it was read."""
+    """Return the verdicts on a file or folder as a table, with reasons for those that did not pass."""
     told = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name == READABLE]
     return [verdict_table(escape(title), verdicts), *reasons(told)]
 
 
 def reasons(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
-    """Return one line for every verdict, which ends with its hint.
+    """Return one line for each verdict, which ends with its hint.
 
-    A hint that a line before has given is named by the verdict of that line.
+    A hint that an earlier line gave is replaced by the name of that line's verdict.
     """
     first_with: dict[str, str] = {}
     lines = []
@@ -57,7 +57,7 @@ def reasons(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
 def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
     """Return the table of verdicts under a title in rich's markup."""
     heads = ("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", "")
-    columns = [Column(head, overflow="fold") for head in heads]  # a narrow terminal breaks a word, and cuts none
+    columns = [Column(head, overflow="fold") for head in heads]  # a narrow terminal wraps a word and truncates none
     table = Table(*columns, title=title or None, title_justify="left")
     for verdict in verdicts:
         outcome = OUTCOME[verdict.passed]

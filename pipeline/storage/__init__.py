@@ -1,1 +1,1 @@
-"""Where results are kept: the output folder, the cache, VTU files."""
+"""Storage of results: the output folder, the cache, and VTU files."""

@@ -1,4 +1,4 @@
-"""Results of stages kept by content: the same inputs and the same code give the stored result, anything else a solve.
+"""Cache of stage results by content: equal inputs and code give the stored result, anything else is solved.
 
 An entry is a JSON file named by the digest of stage, inputs, code and library versions, in $XDG_CACHE_HOME/twintip.
 """
@@ -16,11 +16,11 @@ from pipeline.storage.plain import from_plain, to_plain
 from pipeline.storage.versions import code_digest
 
 T = TypeVar("T")
-_MOST_BYTES = 256 * 2**20  # of an entry: the files of a design in base 64 are a few MiB
+_MOST_BYTES = 256 * 2**20  # largest entry; the base64 files of a design are a few MiB
 
 
 def cache_folder() -> Path | None:
-    """Return the one folder of the cache, which need not exist; None for a user who has no home."""
+    """Return the folder of the cache, which need not exist; None for a user without a home."""
     given = Path(os.environ.get("XDG_CACHE_HOME", ""))
     if given.is_absolute():
         return given / "twintip"
@@ -32,9 +32,9 @@ def cache_folder() -> Path | None:
 
 
 def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
-    """Return the stored result of a stage for these inputs, or compute it and store it.
+    """Return the stored result of a stage for these inputs, or compute and store it.
 
-    Inputs are records or plain data. A fresh result goes through JSON too, so that it equals a stored one to the bit.
+    Inputs are records or plain data. A fresh result passes through JSON too, so that it equals a stored one bit by bit.
     """
     result = stored(stage, inputs, kind)
     if result is not None:
@@ -45,7 +45,7 @@ def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) 
 
 
 def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
-    """Return the stored result of a stage for these inputs; None where there is no entry of ours that holds one."""
+    """Return the stored result of a stage for these inputs; None without a valid entry."""
     path = _entry(stage, inputs)
     if path is None or not is_regular(path):
         return None
@@ -63,7 +63,7 @@ def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
 def store(stage: str, inputs: object, result: object) -> None:
     """Write the result of a stage for these inputs aside and rename it.
 
-    A cache that cannot be written is no error, and what is no file is not replaced by one.
+    An unwritable cache is no error; a path that is not a regular file is not replaced.
     """
     path = _entry(stage, inputs)
     if path is None or (os.path.lexists(path) and not is_regular(path)):
@@ -72,10 +72,10 @@ def store(stage: str, inputs: object, result: object) -> None:
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        for left in path.parent.glob(f"{path.name}.*.part"):  # by a process that was killed
+        for left in path.parent.glob(f"{path.name}.*.part"):  # left by a killed process
             left.unlink()
         try:
-            with part.open("x", encoding="utf-8") as file:  # never through a link
+            with part.open("x", encoding="utf-8") as file:  # "x" does not follow a link
                 file.write(f"{_digest(path, body)}\n{body}")
             part.replace(path)
         finally:
@@ -83,7 +83,7 @@ def store(stage: str, inputs: object, result: object) -> None:
 
 
 def _entry(stage: str, inputs: object) -> Path | None:
-    """Return the file of a result; None where there is no cache."""
+    """Return the file of a result; None without a cache."""
     folder = cache_folder()
     if folder is None:
         return None
@@ -96,5 +96,5 @@ def _as_json(result: object) -> str:
 
 
 def _digest(path: Path, body: str) -> str:
-    """Return the digest of an entry: of its name too, so that an entry that was copied to another name is none."""
+    """Return the digest of an entry and its name, so that an entry copied to another name is invalid."""
     return hashlib.sha256(f"{path.name}\n{body}".encode()).hexdigest()

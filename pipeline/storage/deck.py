@@ -1,6 +1,6 @@
-"""Linear problems as input decks of CalculiX: quadratic elements, named sets of nodes, static steps; N, mm, MPa.
+"""Linear problems as CalculiX decks: quadratic elements, named sets of nodes, static steps; N, mm, MPa.
 
-Nodes count from 0 here, from 1 in the text. Behind the nodes of the elements come the node of the ground, if springs
+Node numbers begin with 0 here and with 1 in the text. After the nodes of the elements come the ground node, if springs
 lead to it, and one node for each mean.
 """
 
@@ -19,7 +19,7 @@ from solve.linear import SolveError
 
 SAME_POSITION = 1e-7  # [mm]
 GROUND = "ground"
-VERTICAL = 3  # components count from 1
+VERTICAL = 3  # the third component, u_z
 _TET_CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=np.float64)
 _TET_EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
 # CalculiX numbers the nodes of an element as VTK does.
@@ -29,11 +29,11 @@ _NODES = {
     "C3D20R": VTK_NODES,
 }
 _AXES = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}  # a corner, and the ends of its edges
-_TERMS_A_LINE = 4  # of an equation
+_TERMS_A_LINE = 4  # terms of an equation in one line
 
 
 class Basis(Protocol):
-    """What is read of a scikit-fem basis of displacements."""
+    """The used part of a scikit-fem basis of displacements."""
 
     doflocs: Floats
     element_dofs: Ints
@@ -57,7 +57,7 @@ class Elements:
         return int(self.nodes.shape[1])
 
     def at(self, positions: Floats) -> Ints:
-        """Return the numbers of the nodes at positions, shape (3, n) [mm]; raises SolveError where there is none."""
+        """Return the numbers of the nodes at positions, shape (3, n) [mm]; raises SolveError if there is none."""
         distance, index = cKDTree(self.nodes.T).query(positions.T)
         farthest = float(np.max(distance))
         if not farthest <= SAME_POSITION:
@@ -66,23 +66,23 @@ class Elements:
         return np.asarray(index, dtype=np.int64)
 
     def of_dofs(self, basis: Basis, values: Floats) -> Floats:
-        """Return the values of vertical dofs (dofs,), which are 0 elsewhere, at the nodes (nodes,)."""
+        """Return the values of vertical dofs (dofs,) at the nodes (nodes,), 0 at other nodes."""
         dofs = np.flatnonzero(values)
         nodes = self.at(basis.doflocs[:, dofs])
         return np.asarray(np.bincount(nodes, values[dofs], minlength=self.count), dtype=np.float64)
 
 
 def elements_of(basis: Basis, kind: str) -> Elements:
-    """Return the nodes [mm] and cells of a basis of displacements as elements of CalculiX of a kind.
+    """Return the nodes [mm] and cells of a basis of displacements as CalculiX elements of a kind.
 
-    A cell that is inside out is turned: CalculiX needs a positive volume.
+    Inverted cells are turned, because CalculiX needs a positive volume.
     """
     # The third dof of a node, its u_z, represents the node.
     numbers, cells = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
     cells = cells.reshape(len(_NODES[kind]), -1)
     nodes = np.asarray(basis.doflocs)[:, numbers]
-    # The nodes of a cell in the order of CalculiX, found by their positions in the reference cell. With x and y of that
-    # exchanged the cell is turned.
+    # The order of CalculiX's nodes in a cell is found by their positions in the reference cell; exchanging x and y
+    # there turns the cell.
     in_reference_cell = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
     straight, turned = (cells[in_reference_cell.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
     first, *others = (nodes[:, straight[corner]] for corner in _AXES[len(cells)])
@@ -91,7 +91,7 @@ def elements_of(basis: Basis, kind: str) -> Elements:
 
 
 def boundary_sets(elements: Elements, basis: Basis, names: Sequence[str]) -> dict[str, Ints]:
-    """Return the node numbers of named boundaries of the mesh of a basis, each of shape (nodes,)."""
+    """Return the node numbers of named boundaries of a basis' mesh, each of shape (nodes,)."""
     return {name: elements.at(basis.doflocs[:, basis.get_dofs(name).all("u^3")]) for name in names}
 
 
@@ -106,12 +106,11 @@ class LinearStep:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Deck:
-    """A body of one material with its sets of nodes, E [MPa], and the steps that load it.
+    """A body of one material with its sets of nodes, E [MPa], and load steps.
 
-    Springs add their matrix [N/mm] to that of the body, shape (3 nodes, 3 nodes), in which no axis acts on another.
-    Those that lead to the ground end at one node, which must be the set `ground`. A mean is a
-    node whose u_z is the product of weights (nodes,) [1] with those of the body. Each step prints the displacements of
-    the means and of the set `asked`.
+    `springs` is an additional stiffness matrix [N/mm], shape (3 nodes, 3 nodes), without coupling between axes. Springs
+    to the ground end at one node, which must be the set `ground`. A mean is a node whose u_z is a weighted sum, with
+    weights (nodes,) [1], of the body's u_z. Each step prints the displacements of the means and of the set `asked`.
     """
 
     elements: Elements
@@ -131,7 +130,7 @@ class Deck:
 
     @property
     def node_count(self) -> int:
-        """Return the number of nodes with those of the ground and of the means."""
+        """Return the number of all nodes, including ground and means."""
         return self.elements.count + (self.springs is not None) + len(self.means)
 
     @property
@@ -140,7 +139,7 @@ class Deck:
         return (*self.means, *(() if self.asked is None else (self.asked,)))
 
     def text(self, heading: Sequence[str] = ()) -> str:
-        """Return the deck, N, mm and MPa, with lines of a heading as comments before it."""
+        """Return the deck in N, mm and MPa, with the lines of a heading as comments."""
         file = io.StringIO()
         file.writelines(f"** {line}\n" for line in heading)
         supports = {f"support{number}": support_nodes(step, self.sets) for number, step in enumerate(self.steps)}
@@ -156,7 +155,7 @@ class Deck:
 
 
 def _write_nodes(file: TextIO, deck: Deck) -> None:
-    """Write all nodes, that of a mean in the middle of its face; CalculiX reads 20 characters of a number."""
+    """Write all nodes, a mean at the centre of its face; CalculiX reads 20 characters of a number."""
     positions = deck.elements.nodes.T
     nodes = np.column_stack([np.arange(1, len(positions) + 1), positions])
     file.write("*NODE, NSET=EVERY\n")
@@ -169,7 +168,7 @@ def _write_nodes(file: TextIO, deck: Deck) -> None:
 
 
 def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
-    """Write elements, sets and material; CalculiX reads 16 numbers of a line."""
+    """Write elements, sets and material; CalculiX reads 16 numbers per line."""
     elements = deck.elements
     cells = np.column_stack([np.arange(1, len(elements.cells) + 1), elements.cells + 1])
     words = np.array_split(["%d"] * cells.shape[1], range(8, cells.shape[1], 8))
@@ -183,10 +182,10 @@ def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
 
 
 def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None:
-    """Write springs along each axis that have a stiffness matrix [N/mm], those as stiff to six digits on one card.
+    """Write springs along each axis for a stiffness matrix [N/mm]; springs that agree to six digits share a card.
 
-    Between two nodes stands a spring as stiff as their entry of the matrix with its sign changed. What is then missing
-    of a row is the spring from its node to the ground.
+    The spring between two nodes is the negative of their entry in the matrix. The sum of a row is the spring from its
+    node to the ground.
     """
     number = len(elements.cells)
     for axis in range(3):
@@ -208,7 +207,7 @@ def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None
 
 
 def _write_mean(file: TextIO, node: int, weights: Floats) -> None:
-    """Write the equation that gives a node the mean u_z by weights [1] of others."""
+    """Write the equation of a node's u_z as the weighted mean [1] of others."""
     terms = [(node, -1.0), *((int(one), float(weights[one])) for one in np.flatnonzero(weights))]
     words = [f"{one + 1}, {VERTICAL}, {weight:.12e}" for one, weight in terms]
     lines = [", ".join(words[first : first + _TERMS_A_LINE]) for first in range(0, len(words), _TERMS_A_LINE)]
@@ -216,7 +215,7 @@ def _write_mean(file: TextIO, node: int, weights: Floats) -> None:
 
 
 def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[str]) -> None:
-    """Write a step: what is held, prescribed and loaded, then reactions and the displacements of sets."""
+    """Write a step: supports, prescribed displacements and loads, then the output of reactions and displacements."""
     file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
     for name, components in step.held.items():
         file.writelines(f"{name.upper()}, {component}, {component}\n" for component in components)
@@ -234,7 +233,7 @@ def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[
 
 
 def support_nodes(step: LinearStep, sets: Mapping[str, Ints]) -> Ints:
-    """Return the nodes (nodes,) whose u_z is held at zero, each once: sets meet along edges."""
+    """Return the nodes (nodes,) whose u_z is held at zero, each once, because sets meet along edges."""
     held = np.concatenate([sets[name] for name, components in step.held.items() if VERTICAL in components])
     pressed = [sets[name] for name in step.pressed]
     return np.setdiff1d(held, np.concatenate(pressed) if pressed else [])

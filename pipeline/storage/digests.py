@@ -1,4 +1,4 @@
-"""Digests tell a file as a run wrote it from one that a person changed or made."""
+"""Digests that distinguish a file as a run wrote it from one that a person made or changed."""
 
 import hashlib
 import json
@@ -12,7 +12,7 @@ from typing import Any
 REPORT = "report.json"
 KEY = "digest"
 Json = dict[str, Any]
-"""An object of JSON that was read back."""
+"""A JSON object as read from a file."""
 _BACKUP = re.compile(r"(\.[0-9]+)?\.bak$")
 _KINDS = (
     (stat.S_ISDIR, "folder"),
@@ -20,7 +20,7 @@ _KINDS = (
     (stat.S_ISFIFO, "pipe"),
     (stat.S_ISSOCK, "socket"),
 )
-_LONGEST_NAME = 240  # bytes of a name that gets an ending; file systems take 255
+_LONGEST_NAME = 240  # longest name that gets an ending [bytes]; file systems allow 255
 
 
 def file_digest(path: Path) -> str:
@@ -30,7 +30,7 @@ def file_digest(path: Path) -> str:
 
 
 def is_regular(path: Path) -> bool:
-    """Say whether a path is a file itself: no link, no folder, no pipe, nothing."""
+    """Return whether a path is a regular file, not a link, folder or pipe."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except (OSError, ValueError):
@@ -38,7 +38,7 @@ def is_regular(path: Path) -> bool:
 
 
 def kind_of(path: Path) -> str:
-    """Return in words what is in a place that is no file: a folder, link, pipe, socket or device."""
+    """Return the kind of a path that is no file, as text: folder, link, pipe, socket or device."""
     mode = path.lstat().st_mode
     for is_kind, word in _KINDS:
         if is_kind(mode):
@@ -47,10 +47,10 @@ def kind_of(path: Path) -> str:
 
 
 def has_digest(path: Path, sha256: object) -> bool:
-    """Say whether a path is a file with a digest; raises OSError for a file that is there and cannot be read."""
+    """Return whether a path is a file with a digest; raises OSError for an unreadable file."""
     try:
         return is_regular(path) and file_digest(path) == sha256
-    except FileNotFoundError:  # it went meanwhile
+    except FileNotFoundError:  # it was removed meanwhile
         return False
 
 
@@ -67,7 +67,7 @@ def with_digest(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def keep_aside(path: Path, folder: Path) -> None:
-    """Move a file or folder into a folder as NAME.bak, else NAME.2.bak and so on; one kept before keeps its name."""
+    """Move a file or folder into a folder as NAME.bak, or NAME.2.bak and so on; earlier backups keep their names."""
     first = os.fsdecode(os.fsencode(_BACKUP.sub("", path.name))[:_LONGEST_NAME])
     name = path.name if _BACKUP.search(path.name) else f"{first}.bak"
     count = 1

@@ -1,6 +1,6 @@
-"""Files that a command writes where it is told to: whole or not at all, and never over what somebody else wrote.
+"""Files that a command writes where the user wants them: whole or not at all, and never over foreign files.
 
-The cache keeps the digest of each file that was written so.
+The cache keeps the digest of each file written in this way.
 """
 
 import hashlib
@@ -24,8 +24,8 @@ _WRITTEN = "written"
 def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> None:
     """Raise InputError, which names the flag, if a file cannot be written in one of these places.
 
-    What is there already must be a file that `write_files` wrote and nobody changed; with `force`, any file. A folder,
-    a link, a pipe or a device is never replaced. The output folder of a run takes no other file at all: its next run
+    An existing file must be one that `write_files` wrote and nobody changed, or with `force` any file. A folder, a
+    link, a pipe or a device is never replaced. The output folder of a run accepts no other file, because its next run
     would refuse it.
     """
     for path in paths:
@@ -48,9 +48,9 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> No
 
 
 def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False) -> list[Path]:
-    """Write each file aside and rename it; return their paths. A file that holds the same bytes already is left.
+    """Write each file aside and rename it; return their paths. A file with identical bytes is left.
 
-    Raises InputError as `refuse_taken` before one is written; with `force` the file of a person is kept as NAME.bak.
+    Raises InputError like `refuse_taken` before anything is written; with `force` a foreign file is kept as NAME.bak.
     """
     new = {path: content for path, content in files.items() if not _holds(path, content)}
     refuse_taken(new, flag, force=force)
@@ -64,7 +64,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
                     else:
                         content(part)
                 digest = file_digest(part)
-                refuse_taken([path], flag, force=force)  # once more: the content may have taken long
+                refuse_taken([path], flag, force=force)  # again, because producing the content may have taken long
                 if os.path.lexists(path) and not is_ours(path):
                     keep_aside(path, path.parent)
                 part.replace(path)
@@ -75,7 +75,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
 
 
 def _holds(path: Path, content: Content) -> bool:
-    """Return whether a file holds the bytes that are to be written."""
+    """Return whether a file already holds the bytes to be written."""
     return isinstance(content, bytes) and has_digest(path, hashlib.sha256(content).hexdigest())
 
 
@@ -85,5 +85,5 @@ def _not_writable(path: Path, flag: str, error: OSError) -> InputError:
 
 
 def is_ours(path: Path) -> bool:
-    """Return whether a file has the content that `write_files` once wrote."""
+    """Return whether a file has content that `write_files` once wrote."""
     return is_regular(path) and stored(_WRITTEN, file_digest(path), bool) is True

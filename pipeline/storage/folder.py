@@ -1,7 +1,7 @@
-"""The output folder: written aside and renamed whole, one run at a time; a file that no run wrote is never touched.
+"""The output folder: written aside and renamed as a whole, by one run at a time; foreign files are never touched.
 
-What a run needs beside the folder NAME is in the hidden folder .NAME.twintip. It holds the lock, the new outputs, and
-for the moment between two renames the old ones. A run that was killed leaves it behind, and the next run clears it.
+Working files for the folder NAME are in the hidden folder .NAME.twintip: the lock, the new outputs, and between two
+renames the old ones. A killed run leaves it behind, and the next run clears it.
 """
 
 import json
@@ -26,16 +26,16 @@ _LOCK, _OLD, _NEW = "lock", "old", "new-"
 
 
 class OutputError(InputError):
-    """An output folder that cannot be used; the message is one line."""
+    """An unusable output folder; the message is one line."""
 
 
 @contextmanager
 def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
-    """Yield an empty folder that takes the place of `path` when the block ends well, and vanishes when it does not.
+    """Yield an empty folder, which replaces `path` if the block succeeds and is removed if it fails.
 
-    Without a path it vanishes either way. Of the folder before it only files as its report.json lists them are
-    dropped; what the block copies from it stays. Raises OutputError before the block runs when `path` cannot be
-    written, is in use by another run, or holds anything else. With `force` that is kept as NAME.bak instead.
+    Without a path it is removed in either case. Of the previous folder, only the files listed in its report.json are
+    dropped. Raises OutputError before the block runs if `path` cannot be written, is in use by another run, or holds
+    other files. With `force` other files are kept as NAME.bak.
     """
     if path is None:
         with uninterrupted(), tempfile.TemporaryDirectory(prefix="twintip-") as name, interruptible():
@@ -52,20 +52,20 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
                     _refuse_unlisted(new)
                 _publish(new, target, new.with_name(_OLD), force=force)
         finally:
-            with suppress(OSError):  # not empty: the outputs stand in it
+            with suppress(OSError):  # the folder is not empty: it holds the outputs
                 for folder in missing:
                     folder.rmdir()
 
 
 def refuse_unusable(path: Path, *, force: bool) -> None:
-    """Raise OutputError where `output_folder` would refuse this place; makes nothing and takes no lock."""
+    """Raise OutputError if `output_folder` would refuse this place; creates nothing and takes no lock."""
     refuse_unmanaged(_usable(path), force=force)
 
 
 def whole_report(path: Path) -> bytes | None:
-    """Return the report.json of an output folder that is just as its last run left it; None for any other.
+    """Return the report.json of an output folder that is unchanged since its last run; None for any other.
 
-    Raises OutputError where the place cannot be used.
+    Raises OutputError for an unusable place.
     """
     target = _usable(path)
     _clear_after_a_kill(target)
@@ -76,16 +76,16 @@ def whole_report(path: Path) -> bytes | None:
 
 
 def _clear_after_a_kill(target: Path) -> None:
-    """Remove what a run that was killed left beside a folder; a run that is writing keeps its lock, and its files."""
+    """Remove what a killed run left beside a folder; a running one holds the lock and keeps its files."""
     if _folder_beside(target).exists():
         with suppress(OutputError), written_beside(target, "--out"):
-            pass  # to leave it clears
+            pass  # leaving the block clears the folder
 
 
 def managed_files(folder: Path) -> list[str]:
-    """Return the names of the files in a folder that are as the last run wrote them, report.json last.
+    """Return the names of the files in a folder that are unchanged since the last run, report.json last.
 
-    None are where the report is missing or was changed.
+    Empty if the report is missing or was changed.
     """
     listed = _listed_digests(folder)
     if listed is None:
@@ -94,7 +94,7 @@ def managed_files(folder: Path) -> list[str]:
 
 
 def unmanaged_files(folder: Path) -> list[str]:
-    """Return the sorted names of what is in a folder and not as the last run wrote it, links, pipes and folders too."""
+    """Return the sorted names of all in a folder that the last run did not write, including links and folders."""
     if not folder.exists():
         return []
     managed = set(managed_files(folder))
@@ -103,9 +103,9 @@ def unmanaged_files(folder: Path) -> list[str]:
 
 
 def refuse_unmanaged(folder: Path, *, force: bool) -> None:
-    """Raise OutputError where a folder holds anything but the files of its report.json as they were written.
+    """Raise OutputError if a folder holds anything except the unchanged files of its report.json.
 
-    With `force` other files are in nobody's way; a folder, a link, a pipe or a device always is.
+    With `force` other files are allowed, but a folder, a link, a pipe or a device is not.
     """
     names = unmanaged_files(folder)
     for name in names:
@@ -120,7 +120,7 @@ def refuse_unmanaged(folder: Path, *, force: bool) -> None:
 
 
 def _listed_digests(folder: Path) -> dict[str, str] | None:
-    """Return sha256 by name of the files that report.json lists; None where it is not as a run wrote it."""
+    """Return the sha256 of the files in report.json by name; None unless it is as a run wrote it."""
     path = folder / REPORT
     try:
         report = json.loads(read_bytes(path, REPORT)) if is_regular(path) else None
@@ -134,7 +134,7 @@ def _listed_digests(folder: Path) -> dict[str, str] | None:
 
 
 def _refuse_unlisted(new: Path) -> None:
-    """Raise ValueError where the new folder holds a file that the next run would take for somebody else's."""
+    """Raise ValueError if the new folder holds a file that the next run would take for a foreign one."""
     unlisted = unmanaged_files(new)
     if unlisted:
         msg = f"output {unlisted[0]!r}: must be listed in report.json; write it before the report"
@@ -147,7 +147,7 @@ def _refused(path: Path, bound: str, hint: str, flag: str = "--out") -> OutputEr
 
 
 def _usable(path: Path) -> Path:
-    """Return the real place of an output folder; raises OutputError where no folder can be put."""
+    """Return the real path of an output folder; raises OutputError if no folder can be there."""
     try:
         target = path.resolve()
         here = Path.cwd()
@@ -168,10 +168,10 @@ def _usable(path: Path) -> Path:
 
 @contextmanager
 def written_beside(target: Path, flag: str) -> Iterator[Path]:
-    """Hold the lock of a file or folder, give an empty folder beside it, and clear both; a kill frees the lock.
+    """Lock a file or folder, yield an empty folder beside it, and remove both; a killed process frees the lock.
 
-    Signals are held all the while: let them end what may be cut in two by `interruptible`. Raises OutputError, which
-    names the flag, where another process holds it, or where somebody else's folder has the name of the one beside.
+    Signals are held meanwhile; use `interruptible` for work that may be interrupted. Raises OutputError, which names
+    the flag, if another process holds the lock, or a foreign folder has the name of the one beside.
     """
     with uninterrupted():
         aside = _folder_beside(target)
@@ -184,13 +184,13 @@ def written_beside(target: Path, flag: str) -> Iterator[Path]:
         finally:
             _clear(aside, target)
             (aside / _LOCK).unlink(missing_ok=True)
-            with suppress(OSError):  # files of a person that could not be given back stay
+            with suppress(OSError):  # files of a person that could not be moved back stay
                 aside.rmdir()
             lock.release()
 
 
 def _locked(aside: Path, target: Path, flag: str) -> "BaseFileLock":
-    """Make the folder beside and return its lock, held; raises OutputError."""
+    """Create the folder beside and return its lock, held; raises OutputError."""
     from filelock import FileLock, Timeout
 
     hint = f"name another place with {flag}"
@@ -216,7 +216,7 @@ def _folder_beside(target: Path) -> Path:
 
 
 def _is_of_a_run(path: Path) -> bool:
-    """Say whether a path in the folder beside is the empty lock, or one of the folders that a run makes there."""
+    """Return whether a path in the folder beside is the empty lock, or a folder that a run creates there."""
     if path.name == _LOCK:
         return path.stat().st_size == 0
     is_folder = path.is_dir() and not path.is_symlink()
@@ -224,7 +224,7 @@ def _is_of_a_run(path: Path) -> bool:
 
 
 def _clear(aside: Path, target: Path) -> None:
-    """Remove unfinished outputs; give back, or drop, the old ones that were moved aside."""
+    """Remove unfinished outputs; restore or drop the old ones that were moved aside."""
     for new in aside.glob(f"{_NEW}*"):
         shutil.rmtree(new, ignore_errors=True)
     old = aside / _OLD
@@ -241,7 +241,7 @@ def _clear(aside: Path, target: Path) -> None:
 
 
 def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
-    """Move the folder before aside, look at it once more where nobody writes any longer, and take its place."""
+    """Move the old folder aside, check it again once nobody writes to it, and rename the new one to its place."""
     if target.exists():
         new.chmod(stat.S_IMODE(target.stat().st_mode))
         target.rename(old)
@@ -249,5 +249,5 @@ def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
             refuse_unmanaged(old, force=force)
         except OutputError:
             old.rename(target)
-            refuse_unmanaged(target, force=force)  # once more, for an error that names this folder
+            refuse_unmanaged(target, force=force)  # again, for an error that names this folder
     new.rename(target)

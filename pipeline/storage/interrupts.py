@@ -1,6 +1,6 @@
-"""Ctrl-C and SIGTERM: a command ends at once by KeyboardInterrupt, and what must not be cut in two is done first.
+"""Ctrl-C and SIGTERM: a command ends at once by KeyboardInterrupt, except in blocks that must be completed.
 
-A signal can arrive at any line of Python. Where its exception would leave something behind, `uninterrupted` holds it.
+A signal can arrive at any line of Python. `uninterrupted` holds it where its exception would leave something behind.
 """
 
 import signal
@@ -10,42 +10,42 @@ from contextlib import contextmanager
 from types import FrameType
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_REPEAT_S = 1.0  # after which the exception is raised again: some libraries take it for their own
+_REPEAT_S = 1.0  # period after which the exception is raised again; some libraries take it for their own
 
 
 class InterruptedCommand(KeyboardInterrupt):
     """The end of this process by a signal.
 
-    It is a class of its own for one reason. A plain KeyboardInterrupt that leaves `exec` is remembered by Python, which
-    then ends itself by Ctrl-C instead of with our exit code.
+    It is a class of its own for one reason: Python remembers a plain KeyboardInterrupt that leaves `exec`, and then
+    ends itself by Ctrl-C instead of with our exit code.
     """
 
 
 class _Ending:
-    """What the signals of this process have asked for so far."""
+    """The state of the signals in this process."""
 
     by: int | None = None  # number of the first signal
-    depth = 0  # of the blocks that hold signals
-    waiting = False  # says that an exception is due where these blocks end
+    depth = 0  # number of nested blocks that hold signals
+    waiting = False  # whether an exception is due at the end of these blocks
 
 
 def end_by_signals() -> None:
-    """Let Ctrl-C and SIGTERM end this process by KeyboardInterrupt, without a word from Python itself."""
+    """Let Ctrl-C and SIGTERM end this process by KeyboardInterrupt, without output from Python itself."""
     for number in SIGNALS:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # a shell's background job leaves Ctrl-C to the shell
+        if signal.getsignal(number) is not signal.SIG_IGN:  # a background job of a shell leaves Ctrl-C to the shell
             signal.signal(number, _end)
     signal.signal(signal.SIGALRM, _end_again)
-    for hook in ("excepthook", "unraisablehook"):  # where no code of ours can catch it, Python would print it
+    for hook in ("excepthook", "unraisablehook"):  # Python would print an exception that no code of ours can catch
         setattr(sys, hook, _without_interrupts(getattr(sys, hook)))
 
 
 def ended_by() -> int | None:
-    """Return the number of the signal that ends this process, None where none has arrived."""
+    """Return the number of the signal that ends this process, or None."""
     return _Ending.by
 
 
 def ignore_signals() -> None:
-    """Hear no signal any more: the process comes to its own end, with its own exit code."""
+    """Ignore further signals, so that the process ends by itself with its own exit code."""
     signal.setitimer(signal.ITIMER_REAL, 0.0)
     for number in (*SIGNALS, signal.SIGALRM):
         signal.signal(number, signal.SIG_IGN)
@@ -53,7 +53,7 @@ def ignore_signals() -> None:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Hold the signals that arrive inside the block until it ends."""
+    """Hold signals that arrive inside the block until it ends."""
     before = _Ending.depth
     try:
         _Ending.depth = before + 1
@@ -65,7 +65,7 @@ def uninterrupted() -> Iterator[None]:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let signals end this block, which every block of `uninterrupted` around it can clear up after."""
+    """Let signals end this block; the blocks of `uninterrupted` around it can clean up afterwards."""
     before = _Ending.depth
     try:
         _Ending.depth = 0
@@ -77,10 +77,10 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def signals_for_this_thread() -> Iterator[None]:
-    """Let threads and processes that are started inside the block inherit that they get no signal.
+    """Let threads and processes that are started inside the block inherit blocked signals.
 
-    A terminal sends Ctrl-C to workers too, which would print tracebacks. A thread would hand a signal to gmsh. That
-    puts its own handlers in the place of ours while `mesh.session` blocks signals in the main thread.
+    A terminal sends Ctrl-C to workers too, which would print tracebacks. A thread would pass a signal to gmsh, which
+    installs its own handlers while `mesh.session` blocks signals in the main thread.
     """
     with uninterrupted():
         try:
@@ -104,7 +104,7 @@ def _end(number: int, _: FrameType | None) -> None:
 
 
 def _end_again(*_: object) -> None:
-    """Raise the exception of a signal again where it is neither held nor on its way through the `finally` blocks."""
+    """Raise the exception of a signal again unless it is held or already on its way through `finally` blocks."""
     error = sys.exception()
     while error is not None:
         if isinstance(error, KeyboardInterrupt):
@@ -115,7 +115,7 @@ def _end_again(*_: object) -> None:
 
 
 def _without_interrupts(hook: Callable[..., object]) -> Callable[..., None]:
-    """Return one of the hooks of `sys` that prints no error once a signal has arrived."""
+    """Return a hook of `sys` that prints no error once a signal has arrived."""
 
     def quiet_hook(*details: object) -> None:
         if _Ending.by is None:

@@ -1,4 +1,4 @@
-"""Files that a task writes, kept with the verdicts on them: the same inputs give the same bytes again."""
+"""Files that a task writes, cached with the verdicts on them: equal inputs give equal bytes."""
 
 import base64
 import os
@@ -16,18 +16,18 @@ from sensor.verdict import Verdict
 Inputs = Mapping[str, object]
 Verdicts = tuple[Verdict, ...]
 Written = tuple[tuple[Path, ...], Verdicts]
-"""The files that were written, and the verdicts on them."""
+"""The written files, and the verdicts on them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class KeptFiles:
-    """Files by name, as text in base 64, and the verdicts on them."""
+    """Files by name as base64 text, and the verdicts on them."""
 
     files: dict[str, str] = field(default_factory=dict)
     verdicts: Verdicts = ()
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a name that leads out of the folder, and for text that is no base 64."""
+        """Raise ValueError for a name that leads out of the folder, and for invalid base64."""
         for name, text in self.files.items():
             if Path(name).name != name:
                 raise ValueError(name)
@@ -43,9 +43,9 @@ class KeptFiles:
 def begin_files(
     stage: str, inputs: Inputs, write: Callable[[Path], Written], executor: Executor | None
 ) -> Future[KeptFiles]:
-    """Begin to make the files of a stage, which `write` writes into a folder of its own.
+    """Begin to make the files of a stage; `write` writes them into a temporary folder.
 
-    They are kept by the inputs and the date of files. Those that are kept already need no worker.
+    They are cached by inputs and file date. Cached files need no worker.
     """
     found = stored(stage, _dated(inputs), KeptFiles)
     if found is not None:
@@ -54,7 +54,7 @@ def begin_files(
 
 
 def _made_once(stage: str, inputs: Inputs, write: Callable[[Path], Written]) -> KeptFiles:
-    """Return the files of a stage, which are made unless another process has kept them since."""
+    """Return the files of a stage; make them unless another process cached them meanwhile."""
 
     def make() -> KeptFiles:
         with tempfile.TemporaryDirectory(prefix="twintip-") as folder:

@@ -1,4 +1,4 @@
-"""Frozen records as plain JSON data and back, by the hints of their fields: what the cache and a report hold."""
+"""Frozen records as plain JSON data and back, by their type hints; for the cache and for reports."""
 
 import math
 from collections.abc import Iterable
@@ -17,16 +17,16 @@ Plain = dict[str, Any]
 
 
 def to_plain(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
-    """Return a record as nested objects and lists that JSON holds."""
+    """Return a record as nested JSON objects and lists."""
     return _CONVERTER.unstructure(record)
 
 
 def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Converter | None = None) -> T:
-    """Return the record of a type that plain data describe; errors call the data by the name, else by the type's.
+    """Return the record of a type from plain data; errors refer to the data by `name`, else by the type's name.
 
-    A converter of `strict_converter` may be given that knows further types.
+    `converter` may be a `strict_converter` with further types.
 
-    Raises ValueError that names the place where the data do not fit: a missing or unknown key, a value of another kind.
+    Raises ValueError, which names the place, for a missing or unknown key or a value of another type.
     """
     try:
         _check_container(kind, data)
@@ -38,7 +38,7 @@ def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Co
 
 
 def _check_container(kind: type, data: object) -> None:
-    """Raise TypeError unless records and mappings are objects of JSON and tuples are lists."""
+    """Raise TypeError unless records and mappings are JSON objects and tuples are lists."""
     of_objects = is_dataclass(kind) or get_origin(kind) is dict
     if of_objects and not isinstance(data, dict):
         msg = "expected a JSON object"
@@ -55,12 +55,12 @@ def _reason(error: BaseException, kind: type | None) -> str:
 
 
 def _is_array(kind: object) -> bool:
-    """Say whether a type is that of NumPy arrays."""
+    """Return whether a type is a NumPy array."""
     return getattr(kind, "__origin__", kind) is np.ndarray
 
 
 def _number(value: object, _kind: type) -> float:
-    """Return a number as a float; text and truth values are none, though Python would turn them into one."""
+    """Return a number as a float; raises TypeError for text and truth values, which Python would convert."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         msg = f"expected a number, got {value!r}"
         raise TypeError(msg)
@@ -68,7 +68,10 @@ def _number(value: object, _kind: type) -> float:
 
 
 def _itself(value: object, kind: type) -> object:
-    """Return a text, whole number or truth value that is one: Python would make one of nearly anything."""
+    """Return a text, integer or truth value unchanged.
+
+    Raises TypeError for another type, which Python would convert.
+    """
     if type(value) is not kind:
         msg = f"expected {kind.__name__}, got {value!r}"
         raise TypeError(msg)
@@ -76,7 +79,7 @@ def _itself(value: object, kind: type) -> object:
 
 
 def strict_converter() -> cattrs.Converter:
-    """Return a converter between records and JSON data that takes no value of another kind for a number or a text."""
+    """Return a converter between records and JSON data that converts no value of another type to a number or text."""
     converter = cattrs.Converter(forbid_extra_keys=True, unstruct_collection_overrides={tuple: list})
     configure_union_passthrough(float | int | str | bool | None, converter)
     converter.register_structure_hook(float, _number)
@@ -91,10 +94,10 @@ _CONVERTER = strict_converter()
 
 
 def first_largest(values: Iterable[float], least: float = 0.0) -> int:
-    """Return the place of the first number that differs from the largest by round-off alone; nan is no number.
+    """Return the index of the first number that equals the largest within round-off; nan is ignored.
 
-    Values that tie by symmetry differ by round-off, and by another one on another processor. Round-off is a fraction of
-    the larger number, or of `least`: ROUND_OFF. Raises ValueError where there is no number.
+    Values that are equal by symmetry differ by round-off, and differently on another processor. Round-off is the
+    fraction ROUND_OFF of the larger number or of `least`. Raises ValueError if there is no number.
     """
     numbers = list(values)
     largest = max(number for number in numbers if not math.isnan(number))

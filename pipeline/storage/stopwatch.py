@@ -1,4 +1,4 @@
-"""What each stage of a run costs, wall and processor seconds; who listens is told which one begins."""
+"""Wall and processor seconds of each stage of a run; a listener is called when a stage begins."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -6,25 +6,25 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 Progress = Callable[[str], None]
-"""Is told what is worked on from here on."""
+"""Called with the current piece of work."""
 
 Count = Callable[[int, int], None]
-"""Is told how many parts of a piece of work have ended, and how many there are."""
+"""Called with the number of finished parts of a piece of work, and their total."""
 
 WORK = {
-    "contact": "how the fruit gives under the tips, meshed and solved",
-    "sizing": "springs that the targets ask for",
+    "contact": "compliance of the fruit under the tips, meshed and solved",
+    "sizing": "springs that the targets require",
     "springs": "both springs, meshed, solved and fitted by finite elements",
     "solids": "solids, their files and the checks of both",
     "response": "forces over travel and modulus",
-    "reading": "what the sensor reads in every pose",
+    "reading": "readings of the sensor in every pose",
     "verdicts": "verdicts",
-    "errors": "what each error is made of",
+    "errors": "parts of each error",
     "fabrication": "files for fabrication, and the springs across the plate",
-    "behaviour": "how the springs tilt, stiffen and ring",
+    "behaviour": "tilt, stiffening and frequency of the springs",
     "fields": "displacement and stress for ParaView",
 }
-"""What a stage of a run does, in words."""
+"""Descriptions of the stages of a run."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,14 +36,17 @@ class Seconds:
 
 
 def silent(*_: object) -> None:
-    """Hear progress and say nothing."""
+    """Ignore progress."""
 
 
 class Stopwatch:
-    """Adds up the seconds of named stages, which may be entered again, and inside each other: the inner one counts."""
+    """Adds up the seconds of named stages, which may be entered again and nested.
+
+    Nested time counts for the inner stage.
+    """
 
     def __init__(self, progress: Progress = silent) -> None:
-        """Start the total; `progress` is told of each stage that is another than the one before."""
+        """Start the total; `progress` is called with each new stage."""
         self._progress = progress
         self._told = ""
         self._wall_start = time.perf_counter()
@@ -56,7 +59,7 @@ class Stopwatch:
 
     @contextmanager
     def stage(self, stage: str) -> Iterator[None]:
-        """Count the seconds of a block to a stage."""
+        """Add the seconds of a block to a stage."""
         told = f"{stage}: {WORK[stage]}" if stage in WORK else stage
         if told != self._told:
             self._told = told
@@ -70,7 +73,7 @@ class Stopwatch:
             self._entered.pop()
 
     def _count(self) -> None:
-        """Count the seconds since the last count to the innermost stage."""
+        """Add the seconds since the last call to the innermost stage."""
         wall = time.perf_counter()
         cpu = time.process_time()
         if self._entered:
@@ -81,7 +84,7 @@ class Stopwatch:
         self._cpu_counted = cpu
 
     def seconds(self) -> Seconds:
-        """Return the seconds of every stage so far, to the millisecond, and of the whole since the start."""
+        """Return the seconds of every stage until now, to the millisecond, and the total since the start."""
         wall = {**self._wall, "total": time.perf_counter() - self._wall_start}
         cpu = {**self._cpu, "total": time.process_time() - self._cpu_start}
         return Seconds(

@@ -1,11 +1,11 @@
-"""How a record is told: as data by the keys that its fields declare, which are read back, and as one line of text.
+"""Conversion of records by declarations at their fields: to JSON data and back, and to one line of text.
 
-A field declares its key, unit and meaning with `report_field`, and where it needs them:
+A field declares its key, unit and meaning with `report_field`, and optionally:
 
-- `key`: its name in the data, where that is not the name of the field;
+- `key`: its name in the data, if that is not the name of the field;
 - `times`: the factor from the field's own unit to the unit of the key;
-- `left_out`: True to leave its key out if the field has its default, the name of another field if that one has;
-- `inline`: a function from the record to the keys that stand in place of its own;
+- `left_out`: True to leave its key out if the field has its default, or the name of another field that decides;
+- `inline`: a function from the record to the keys that replace its own;
 - `told`: False for a field that is no key;
 - `line`: a function from the record to the text of this field in a line;
 - `absent`: the text in its place if the field has its default.
@@ -30,7 +30,7 @@ def as_data(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
 
 
 def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any record
-    """Return a record as one line: the texts of its fields in the order of their names."""
+    """Return a record as one line: the texts of the named fields in order."""
     texts = []
     for name in names:
         item = record.__dataclass_fields__[name]
@@ -40,7 +40,7 @@ def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any rec
 
 
 def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], Any]:  # noqa: ANN401 - any record
-    """Return the function with which cattrs makes JSON data of a record, its keys in the order of the fields."""
+    """Return cattrs' function from a record to JSON data, with keys in the order of the fields."""
     items = fields(kind)
     unstructure = make_dict_unstructure_fn(kind, converter, **{item.name: _override(item, converter) for item in items})
     by_key = {key_of(item): item for item in items}
@@ -65,9 +65,9 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
 
 
 def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - any record
-    """Return the function with which cattrs makes a record of the JSON data that `unstructure_hook` makes of it.
+    """Return cattrs' function from JSON data to a record, the inverse of `unstructure_hook`.
 
-    A key that is missing raises InputError, unless it may be left out or came later: a field with `since`.
+    A missing key raises InputError, unless it may be left out or was added later (a field with `since`).
     """
     items = fields(kind)
     overrides = {item.name: _override(item, converter) for item in items}
@@ -86,7 +86,7 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
 
 
 def told_fields(kind: Any) -> dict[str, Field[Any]]:  # noqa: ANN401 - any record
-    """Return the fields of a record by their keys, without those that are no key."""
+    """Return the fields of a record by their keys, without fields that are no key."""
     return {key_of(item): item for item in fields(kind) if item.metadata.get("told", True)}
 
 
@@ -107,7 +107,7 @@ def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or reco
 
 
 def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: ANN401 - cattrs names no type for it
-    """Return how cattrs tells a field and reads it back."""
+    """Return cattrs' override for a field."""
     if not item.metadata.get("told", True):
         return override(omit=True)
     times = item.metadata.get("times")
@@ -121,7 +121,7 @@ def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: AN
 
 
 def _is_needed(item: Field[Any]) -> bool:
-    """Return whether data must have the key of a field: one that may be left out, or that came later, need not be."""
+    """Return whether data must have the key of a field: it may not be left out, and was not added later."""
     return item.default is item.default_factory is MISSING or not {"left_out", "since"} & item.metadata.keys()
 
 

@@ -1,4 +1,4 @@
-"""What a result follows from beside its inputs: the source of the program, and the versions of its packages."""
+"""Digests of the program and versions of its packages, on which results depend beside their inputs."""
 
 import functools
 import hashlib
@@ -10,14 +10,14 @@ from pathlib import Path
 _SOURCES = ("sensor", "cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
 _OF_PAGES = (".js", ".css", ".html.j2", ".LICENSE")
-"""Endings of files that only show numbers: whoever changes a plot need not solve again."""
+"""Endings of files that only display numbers; a changed plot needs no new solution."""
 _ROOT = Path(__file__).parents[2]
 _NAME = re.compile(r"[A-Za-z0-9._-]+")
 
 
 @functools.cache
 def code_digest() -> str:
-    """Return the digest of every source file of the project and of the versions of what it computes with."""
+    """Return the digest of every source file of the project and of the versions of the packages that compute."""
     digest = hashlib.sha256()
     for name, number in computing_versions().items():
         digest.update(f"{name}=={number}\n".encode())
@@ -27,19 +27,19 @@ def code_digest() -> str:
 
 @functools.cache
 def pages_digest() -> str:
-    """Return the digest of every file that pages are made of, beside the code."""
+    """Return the digest of every file for pages that is not code."""
     return sources_digest(_ROOT, of_pages=True)
 
 
 def computing_versions() -> dict[str, str]:
-    """Return the version of Python and of each package that numbers come from."""
+    """Return the version of Python and of each package that computes numbers."""
     return {"python": platform.python_version()} | {name: version(name) for name in _LIBRARIES}
 
 
 def sources_digest(root: Path, *, of_pages: bool = False) -> str:
-    """Return the digest of every file of the five packages below a folder, at any depth, that numbers may come from.
+    """Return the digest of every file of five packages below a folder that may affect numbers.
 
-    Or of every file `of_pages` alone, which only shows them.
+    With `of_pages` it is the digest of the files that only display numbers.
     """
     digest = hashlib.sha256()
     for package in _SOURCES:
@@ -52,7 +52,7 @@ def sources_digest(root: Path, *, of_pages: bool = False) -> str:
 
 
 def declared_packages() -> tuple[str, ...]:
-    """Return the names of the packages that every run needs; none where the program itself is not installed."""
+    """Return the names of the packages that every run needs; empty if the program is not installed."""
     try:
         texts = requires("twintip") or []
     except PackageNotFoundError:
@@ -63,12 +63,12 @@ def declared_packages() -> tuple[str, ...]:
 
 @functools.cache
 def run_packages() -> dict[str, str | None]:
-    """Return the versions of the program and of the packages that every run needs; None for one that is absent."""
+    """Return the versions of the program and of the packages that every run needs; None for a missing one."""
     return {name: installed_version(name) for name in ("twintip", *declared_packages())}
 
 
 def installed_version(name: str) -> str | None:
-    """Return the version of a package, None where it is not installed."""
+    """Return the version of a package, or None if it is not installed."""
     try:
         return version(name)
     except PackageNotFoundError:

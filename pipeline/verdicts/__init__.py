@@ -1,1 +1,1 @@
-"""Is the sensor good enough in the scene that was asked for, and what would make it so."""
+"""Verdicts on a sensor in the scene of its design, and hints that would make it pass."""

@@ -1,4 +1,4 @@
-"""One sentence for each verdict that did not pass, from its own numbers: what would make it pass. Nothing is solved."""
+"""Hints: one sentence for each verdict that did not pass, from its own numbers. Nothing is solved."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -16,14 +16,15 @@ from sensor.words import rounded
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
 UNDECIDED = "undecided by its error bar"
-LEAST_OVER_HEIGHT_ERROR = 5.0  # travel over how far apart tips of a printed part may stand: less reads the print
-_WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
+# least travel over the height error of printed tips; with less, a reading would show the print
+LEAST_OVER_HEIGHT_ERROR = 5.0
+_WITHIN = 0.98  # factor on a bound, so that rounding and error bars keep it
 
 
 def with_hints(
     verdicts: Iterable[Verdict], design: Design, springs: FittedSprings, options: RunOptions
 ) -> tuple[Verdict, ...]:
-    """Return verdicts, those that did not pass with their hint as `remedy`."""
+    """Return verdicts; those that did not pass have their hint as `remedy`."""
     hinted = []
     for verdict in verdicts:
         if verdict.passed is not True:
@@ -45,10 +46,10 @@ class _Missed:
 def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunOptions) -> str:
     """Return the hint for a verdict that did not pass: one sentence on what would make it pass.
 
-    It is the `hint` of its row with the numbers and clauses that it names in braces; the search where one does not
-    apply.
+    It is the `hint` of the verdict's row, filled with the numbers and clauses that it names in braces. If one of them
+    does not apply, it refers to the search.
     """
-    if springs.monolithic:  # glued pins bring errors that no finer mesh removes
+    if springs.monolithic:  # glued pins cause errors that no finer mesh removes
         tolerance = tolerance_hint(verdict, options.tolerance)
         if tolerance is not None:
             return tolerance
@@ -65,9 +66,9 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
 
 
 def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
-    """Return a hint for a verdict that its error bar leaves undecided: the `--tol` that would decide it, if any does.
+    """Return a hint for a verdict that is undecided by its error bar: the `--tol` that would decide it, if any.
 
-    `asked` is the relative tolerance [1] of the run. There is no hint for any other verdict.
+    `asked` is the relative tolerance [1] of the run. None for any other verdict.
     """
     limit = verdict.limit
     tolerance = verdict.tolerance
@@ -79,7 +80,7 @@ def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
     allowed = tolerance if verdict.relative else tolerance / scale
     if relative_error <= allowed:
         return None
-    # A larger error than all parts may have at the tolerance asked for was met by no mesh: a smaller one is no help.
+    # An error above the sum allowed at the run's tolerance was met by no mesh, so a smaller tolerance does not help.
     parts = verdict.row.error_parts
     if allowed > 0.0 and relative_error <= parts * asked:
         tighter = rounded(allowed / parts, 1, towards=0.0)
@@ -89,15 +90,15 @@ def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
 
 
 def least_travel(design: Design) -> float:
-    """Return the travel [mm] under which the heights of tips as made, not the fruit, would decide a reading."""
+    """Return the least travel [mm] at which the fruit, not the height error of printed tips, decides a reading."""
     return LEAST_OVER_HEIGHT_ERROR * design.process.accuracy_mm
 
 
 def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float | None:
     """Return the travel [mm] at which a verdict on strain, clearance or pressure passes.
 
-    None for any other verdict, for one that passes at the travel of the design, and where no travel is long enough to
-    be read.
+    None for any other verdict, for one that passes at the travel of the design, and if the travel would be too short
+    for a reading.
     """
     travel = design.press.travel_mm
     bound = travel
@@ -105,27 +106,27 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
         if verdict.row.by_travel == "pressure" and verdict.value > 0.0:
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
             bound = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
-        elif verdict.row.by_travel == "distance":  # it shrinks by as much as the travel grows
+        elif verdict.row.by_travel == "distance":  # it shrinks by the growth of the travel
             missing = verdict.limit - verdict.value
             bound = travel - missing
     for kind, spring in springs.springs.items() if verdict.row.by_travel == "strain" else ():
         printable = springs.printable[kind]
-        if printable.name == verdict.name and spring.highest_strain > 0.0:  # proportional to the travel
+        if printable.name == verdict.name and spring.highest_strain > 0.0:  # the strain is proportional to the travel
             bound = travel * printable.strain_limit / spring.highest_strain
-    if bound >= travel:  # what failed does not depend on the travel, as the length of a leaf
+    if bound >= travel:  # the failure does not depend on the travel, for instance the length of a leaf
         return None
     shorter = rounded(_WITHIN * bound, towards=0.0)
     return shorter if least_travel(design) <= shorter < travel else None
 
 
 def _less_travel(missed: _Missed) -> str | None:
-    """Return the travel [mm] at which the verdict passes; None where there is no such shorter travel."""
+    """Return the shorter travel [mm] at which the verdict passes, as text; None if there is none."""
     travel = shorter_travel(missed.verdict, missed.design, missed.springs)
     return None if travel is None else f"{travel:g}"
 
 
 def _more_travel(missed: _Missed) -> str | None:
-    """Return the travel [mm] of which all tips touch over a small enough fraction; None without a number."""
+    """Return the longer travel [mm] of which all tips touch within the limit, as text; None without a number."""
     verdict = missed.verdict
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None
@@ -135,7 +136,7 @@ def _more_travel(missed: _Missed) -> str | None:
 
 
 def _as_sized(missed: _Missed) -> str | None:
-    """Return a clause that leads back to the springs, and the level flat tips, for which the law meets the targets."""
+    """Return a clause that leads back to sized springs and level flat tips, for which the law meets the targets."""
     design, springs = missed.design, missed.springs
     if missed.options.fruit_stiffness == "hayes":
         return CONTACT_SIZES
@@ -147,12 +148,12 @@ def _as_sized(missed: _Missed) -> str | None:
 
 
 def _level_flat_tips(missed: _Missed) -> str | None:
-    """Return a clause that leads back to a level press of sharp flat tips on flat fruit, on which P is one number."""
+    """Return a clause that leads back to a level press of sharp flat tips on flat fruit, where P is one number."""
     press = missed.design.press
     tips = missed.design.tips
     if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
         return "press level: `--set press.tilt_deg=0 --set press.roll_deg=0`"
-    # The shape first: without its fillet a shape that is not flat stays one.
+    # The shape comes first: removing the fillet does not make a non-flat shape flat.
     if not tips.tip_shape.has_flat_face:
         keys = [key for key in OPTIONAL_KEYS if getattr(tips, key) is not None]
         unset = "".join(f" --set tips.{key}=" for key in keys)
@@ -165,9 +166,9 @@ def _level_flat_tips(missed: _Missed) -> str | None:
 
 
 def _finer_bench(missed: _Missed) -> str | None:
-    """Return a clause that asks for the balance or the dial by which the verdict passes, and for another spring.
+    """Return a clause that names the balance or the dial with which the verdict passes, and an alternative.
 
-    All that a bench leaves is proportional to its last digits, but for noise.
+    All errors by a bench, except noise, are proportional to its last digits.
     """
     verdict = missed.verdict
     bench = missed.design.bench or Bench()
@@ -185,7 +186,7 @@ def _finer_bench(missed: _Missed) -> str | None:
 
 
 def _steadier(missed: _Missed) -> str:
-    """Return a clause that asks for a moment, where readings have one, and a press, in which flesh relaxes less."""
+    """Return a clause on a press, and with readings also a moment, in which flesh relaxes less."""
     if missed.design.reading is None:
         return "press with less speed or hold for less time: `press.speed_mm_per_s`, `press.hold_s`"
     return (
@@ -202,4 +203,4 @@ PARTS: Mapping[str, Callable[[_Missed], str | None]] = {
     "steadier": _steadier,
     "finer_bench": _finer_bench,
 }
-"""What a hint of `sensor/verdicts.toml` may name in braces: numbers and clauses, None where one does not apply."""
+"""Functions for the braces in hints of `sensor/verdicts.toml`: numbers and clauses, None if one does not apply."""

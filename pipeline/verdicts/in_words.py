@@ -1,4 +1,4 @@
-"""A verdict in words: its numbers as text, with the sign of a limit that bounds its value on one side."""
+"""A verdict as text: its numbers, with a sign before a one-sided limit."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -10,33 +10,33 @@ from sensor.verdict import Verdict
 from sensor.words import ROUND_OFF, shown, with_bar
 
 ERRORS_IN_WORDS = "± holds 95 %"
-"""What stands once over everything that a person reads; files keep standard uncertainties."""
+"""The statement that stands once above all tables for people; files keep standard uncertainties."""
 UNREAD = "some poses have no reading"
-"""Why a verdict on readings fails whose value keeps the limit: the value is that of the other poses."""
+"""The reason why a verdict on readings fails although its value, of the other poses, keeps the limit."""
 
 
 def headline(name: str, verdicts: Sequence[Verdict]) -> str:
-    """Return the answer on a design of a name in one sentence."""
+    """Return the answer on a design in one sentence."""
     counts = Counter(verdict.passed for verdict in verdicts)
     if counts[False]:
-        return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts in the scene asked for."
+        return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts in the scene of its design."
     if counts[None]:
         return f"Not decided: {counts[None]} of {len(verdicts)} verdicts of {name} lie within their own error bars."
-    return f"Yes: {name} passes all {len(verdicts)} verdicts in the scene asked for."
+    return f"Yes: {name} passes all {len(verdicts)} verdicts in the scene of its design."
 
 
 def is_on_the_part(verdict: Verdict) -> bool:
-    """Say whether a verdict is on the part and its print, not on targets and readings."""
+    """Return whether a verdict is on the part and its print, not on targets and readings."""
     return verdict.row.group != "target"
 
 
 def not_passed(verdicts: Iterable[Verdict]) -> list[Verdict]:
-    """Return the verdicts that did not pass, those that failed first."""
+    """Return the verdicts that did not pass, failed ones first."""
     return sorted((one for one in verdicts if not one.passed), key=lambda one: one.passed is None)
 
 
 def as_read(verdict: Verdict) -> Verdict:
-    """Return a verdict as a person reads it: a fraction in per cent, an uncertainty at 95 %, the limit likewise."""
+    """Return a verdict in units for people: fractions in per cent, uncertainties and their limit at 95 %."""
     row = verdict.row
     if row.shown is None:
         return verdict
@@ -50,30 +50,30 @@ def as_read(verdict: Verdict) -> Verdict:
 
 
 def measured(verdict: Verdict) -> str:
-    """Return the value of a verdict ± its bar, with its unit; nothing without a value."""
+    """Return the value of a verdict ± its error bar with its unit, empty without a value."""
     value = verdict.value
     return "" if value is None else with_bar(0.0 if abs(value) < ROUND_OFF else value, verdict.error, verdict.unit)
 
 
 def bound_sign(verdict: Verdict) -> str:
-    """Return the sign that stands before a limit which bounds its value on one side; an empty text before others."""
+    """Return the sign before a one-sided limit; empty for other limits."""
     return {"at most": "≤ ", "at least": "≥ "}.get(verdict.limit_sense or "", "")
 
 
 def limit_text(verdict: Verdict, unit: str) -> str:
-    """Return the target or limit of a verdict with a unit, its sign before it where it bounds the value on one side."""
+    """Return the target or limit of a verdict with its unit, after the sign of a one-sided limit."""
     return bound_sign(verdict) + shown(verdict.limit, unit)
 
 
 def tolerance_text(verdict: Verdict) -> str:
-    """Return the tolerance of a verdict, in per cent where it is relative; nothing where it has none."""
+    """Return the tolerance of a verdict, in per cent if it is relative; empty if it has none."""
     if verdict.relative and isinstance(verdict.tolerance, int | float):
         return shown(100.0 * verdict.tolerance, "%")
     return "" if verdict.tolerance == 0.0 else shown(verdict.tolerance, verdict.unit)
 
 
 def fails_unread(verdict: Verdict) -> bool:
-    """Say whether a verdict on readings fails though its value keeps the limit: for poses that have no reading."""
+    """Return whether a verdict on readings fails although its value keeps the limit, because poses have no reading."""
     if verdict.passed is not False or verdict.value is None or not isinstance(verdict.limit, int | float):
         return False
     return verdict.row.needs == "reading" and verdict.limit - verdict.value > (verdict.error or 0.0)

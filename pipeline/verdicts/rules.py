@@ -1,4 +1,4 @@
-"""The values that verdicts are judged by, and the words that say whose values they are."""
+"""Verdicts on a sensor: their values, and texts that describe the values."""
 
 import math
 from dataclasses import replace
@@ -27,21 +27,27 @@ LIFTED = "a tip is off the fruit at full travel, so that there is no force ratio
 
 
 def P_max_verdict(P_max: Estimate | None, targets: Targets, of_what: str) -> Verdict:
-    """Return the verdict on P_max [1], `of_what` as text; it fails without a value, because a tip is off the fruit."""
+    """Return the verdict on P_max [1]; without a value it fails, because a tip is out of contact.
+
+    `of_what` is its text.
+    """
     words = f"force ratio at E_max {of_what}; tolerance relative to the target"
     return judge("P_max", P_max, LIFTED if P_max is None else words, limit=targets.P_max)
 
 
 def NL_verdict(NL: Estimate | None, targets: Targets, of_what: str) -> Verdict:
-    """Return the verdict on NL [1], `of_what` as text; it fails without a value, because a tip is off the fruit."""
+    """Return the verdict on NL [1]; without a value it fails, because a tip is out of contact.
+
+    `of_what` is its text.
+    """
     words = f"departure of P from its straight line, {targets.NL_definition}, {of_what}; tolerance absolute"
     return judge("NL", NL, LIFTED if NL is None else words, limit=targets.NL)
 
 
 def displacement_verdict(table: SensorResponse) -> Verdict:
-    """Return the verdict on the spread of P over the travel [1], the worst of all moduli.
+    """Return the verdict on the spread of P over the travel [1], the largest over all moduli.
 
-    The spread may be off by twice the error of P where cells are solved; where P is one number it is exact.
+    On cells the error of the spread is twice the error of P; if P does not depend on the travel, it is exact.
     """
     name = "P_displacement_independent"
     largest = 0.0
@@ -56,7 +62,7 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
 
 
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
-    """Return the verdict on P rising with E at the end of the travel [1]; moduli in rising order, at least two."""
+    """Return the verdict on the rise of P with E at the end of the travel [1], for at least two rising moduli."""
     name = "P_monotonic"
     P = scan.P[:, -1]
     if not np.isfinite(P).all():
@@ -70,9 +76,9 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
 
 
 def stiffness_verdict(name: str, spring: Spring, *, monolithic: bool) -> Verdict:
-    """Return the verdict on one spring [N/m]; undecided when it was not made.
+    """Return the verdict on one spring [N/m]; undecided if it was not printed.
 
-    One that is not of one piece, with pins glued on, may miss by more where it is not known to the tolerance.
+    A spring with glued pins has a wider tolerance if its error exceeds the usual one.
     """
     row = row_of(name)
     limit = 1e3 * spring.target
@@ -88,7 +94,7 @@ def stiffness_verdict(name: str, spring: Spring, *, monolithic: bool) -> Verdict
 def own_part_verdict(name: str, K: Estimate, target: float, words: str) -> Verdict:
     """Return the verdict on a spring [N/m] of a part that the user made, against its target [N/m].
 
-    It may miss by the wider tolerance where its bar is wider than the tolerance of a housing of ours.
+    It has a wider tolerance if its error bar exceeds the tolerance of a housing of ours.
     """
     row = row_of(name)
     is_known = K.error <= (row.tolerance or 0.0) * target
@@ -96,9 +102,9 @@ def own_part_verdict(name: str, K: Estimate, target: float, words: str) -> Verdi
 
 
 def printable_verdict(printable: Printable, spring: Spring) -> Verdict:
-    """Return the verdict on whether the process can make one spring.
+    """Return the verdict on whether the process can print one spring.
 
-    Its value is the length of its leaves as they are made [mm]; there is none for a spring that was not solved.
+    Its value is the length of the printed leaves [mm]; None for a spring that was not solved.
     """
     reason = printable.reason
     passed = printable.passed
@@ -117,10 +123,10 @@ def printable_verdict(printable: Printable, spring: Spring) -> Verdict:
 
 
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return the verdict on the farthest contact from the middle of a dome's face [mm], which half the face must hold.
+    """Return the verdict on the farthest contact from the centre of a dome's face [mm], at most half of the face.
 
-    A printed dome ends in a square, whose sides the contact must keep; that of a pin in a circle. The reach is Hertz's,
-    at full travel and every modulus.
+    A printed dome ends in a square, whose sides the contact must not cross; a dome on a pin ends in a circle. The reach
+    follows Hertz's law, at full travel and every modulus.
     """
     tips = design.tips
     radius = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
@@ -145,11 +151,12 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
 def _slope_under(design: Design, position: Position) -> float:
     """Return the slope [1] of the fruit against a tip at a position [mm], with tilt and roll of the press added.
 
-    It is the steepest slope, or for a printed tip, whose face is a square, the steepest towards one of its sides.
+    It is the steepest slope. For a printed tip, whose face is a square, it is the steepest slope towards one of its
+    sides.
     """
     radius, radius_across = design.fruit.radii_mm
     u, v = design.fruit.to_principal(position.x, position.y)
-    # Near its apex the fruit is a paraboloid, whose slopes at u, v are u / R1 and v / R2.
+    # Near its apex the fruit is a paraboloid with slopes u / R1 and v / R2 at u, v.
     slope_along, slope_across = design.fruit.from_principal(u / radius, v / radius_across)
     along = abs(slope_along) + abs(math.tan(math.radians(design.press.tilt_deg)))
     across = abs(slope_across) + abs(math.tan(math.radians(design.press.roll_deg)))
@@ -160,7 +167,10 @@ def _slope_under(design: Design, position: Position) -> float:
 
 
 def bias_verdict(readings: Readings, reading: Reading) -> Verdict:
-    """Return the verdict on the largest bias [1], undecided too where the bar of a smaller one reaches the limit."""
+    """Return the verdict on the largest bias [1].
+
+    Also undecided if the error bar of a smaller one reaches the limit.
+    """
     words = "largest |E read / E - 1| without noise, over all fruits and poses"
     if readings.moduli:
         worst = readings.worst_bias
@@ -178,7 +188,7 @@ def bias_verdict(readings: Readings, reading: Reading) -> Verdict:
 
 
 def uncertainty_verdict(readings: Readings, reading: Reading) -> Verdict:
-    """Return the verdict on the uncertainty [1]; its reference names the modulus and the source of the largest."""
+    """Return the verdict on the uncertainty [1]; its reference names the modulus and the largest source."""
     words = "uncertainty of E over all fruits and poses"
     limit = reading.least_uncertainty_limit
     if readings.moduli:
@@ -191,13 +201,16 @@ def uncertainty_verdict(readings: Readings, reading: Reading) -> Verdict:
 
 
 def calibration_verdict(readings: Readings, _reading: Reading) -> Verdict | None:
-    """Return the verdict on the spring that the bench leaves least well known [1]; it passes where that is given."""
+    """Return the verdict on the least accurate spring after calibration [1].
+
+    It passes if the design gives the error.
+    """
     name = "reading.calibration"
     left = readings.calibration
     if left is None:
         return None
     if "stiffness_percent" in left.typed:
-        words = "as reading.stiffness_percent gives it, for which no bench counts"
+        words = "as reading.stiffness_percent gives it; the bench is not used"
         return judge(name, left.largest_stiffness, words, limit="as given", passed=True)
     bench = f"a balance of {left.balance_g:g} g up to {left.balance_max_g:g} g, and a dial of {left.dial_mm:g} mm"
     words = (
@@ -207,7 +220,7 @@ def calibration_verdict(readings: Readings, _reading: Reading) -> Verdict | None
 
 
 def touch_verdict(readings: Readings, _reading: Reading) -> Verdict:
-    """Return the verdict on how late in the press all tips touch [1]."""
+    """Return the verdict on the travel at which all tips touch [1]."""
     words = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
     return judge("reading.touch", readings.touch, words, limit=LARGEST_TOUCH_FRACTION)
 
@@ -223,9 +236,9 @@ def skin_verdict(readings: Readings, _reading: Reading) -> Verdict | None:
 
 
 def _of_all_poses(name: str, estimate: Estimate | None, limit: float, words: str, refused: str | None) -> Verdict:
-    """Return the verdict on a number of readings [1], which fails where a pose that occurs has none.
+    """Return the verdict on a number of readings [1], which fails if a pose that occurs has no reading.
 
-    Its value is that of the other poses, none where a level press has no reading.
+    Its value is for the other poses, None if a level press has no reading.
     """
     if refused is None:
         return judge(name, estimate, words, limit=limit)
@@ -234,7 +247,7 @@ def _of_all_poses(name: str, estimate: Estimate | None, limit: float, words: str
 
 
 def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
-    """Return the verdict on the largest change of a reading in the seconds in which it may be taken [1].
+    """Return the verdict on the largest change of a reading during the time in which it may be taken [1].
 
     A design without `[reading]` has the default limit of the bias.
     """

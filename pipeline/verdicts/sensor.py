@@ -1,4 +1,4 @@
-"""The verdicts on a sensor that need no file, each by its own rule, and those on the paper's own springs."""
+"""The verdicts on a sensor that need no files, each with its rule, and the verdicts on the paper's springs."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -46,7 +46,7 @@ def _of_readings(judged: "Callable[[Readings, Reading], Verdict | None]", sensor
 
 
 def _targets(sensor: "Sensor") -> Targets | None:
-    """Return the targets of the force ratio; None for a design that is judged by its readings, or has no targets."""
+    """Return the targets of the force ratio; None for a design with readings or without targets."""
     return None if sensor.design.reading is not None else sensor.design.targets
 
 
@@ -65,12 +65,12 @@ def _words(sensor: "Sensor") -> str:
 
 
 def _if_made(verdict: Verdict, sensor: "Sensor") -> Verdict:
-    """Return a verdict on the force ratio, undecided if the springs were not made."""
+    """Return a verdict on the force ratio, undecided if the springs were not printed."""
     return verdict if sensor.springs.per_spring.known else replace(verdict, passed=None)
 
 
 def _stiffness(name: str, kind: str, sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the stiffness of one spring; None if springs are taken just as stiff as they were sized."""
+    """Return the verdict on the stiffness of one spring; None if springs are exactly as stiff as sized."""
     springs = sensor.springs.per_spring
     return None if springs.ideal else stiffness_verdict(name, springs.springs[kind], monolithic=springs.monolithic)
 
@@ -84,7 +84,7 @@ def _rise(sensor: "Sensor") -> Verdict | None:
 
 
 def _printable(kind: str, sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on whether one spring can be printed; None for a line of tips, which has no housing."""
+    """Return the verdict on the printability of one spring; None for a line of tips, which has no housing."""
     springs = sensor.springs
     has_housing = sensor.design.tips.tip_layout.has_housing
     return printable_verdict(springs.printable[kind], springs.springs[kind]) if has_housing else None
@@ -98,7 +98,10 @@ def _tip_face(sensor: "Sensor") -> Verdict | None:
 
 
 def _bruise(sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the pressure of the hardest press; None for readings, which have their own, or no limit."""
+    """Return the verdict on the pressure of the hardest press.
+
+    None without a limit, and with readings, which have their own.
+    """
     limits = sensor.design.fruit.bruise_limits_MPa
     if sensor.design.reading is not None or not limits:
         return None
@@ -130,20 +133,20 @@ RULES: tuple[tuple[str, Rule], ...] = (
     ("bruise", _bruise),
     ("reading.relaxation", _relaxation),
 )
-"""The verdicts in the order of a report, each with its rule, which is None for a design that has no such verdict."""
+"""The verdicts in the order of a report, each with its rule, which returns None if the design has no such verdict."""
 
 
 def tip_pressure(sensor: PressedSensor, press: ScenePress) -> Estimate:
     """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
     of_springs = float(force_errors_of_springs(sensor.pair, float(press.at_largest_E.E[-1])).max())
     of_contact = float(press.at_largest_E.F_error[-1, -1])
-    relative = of_springs + (of_contact if of_contact > 0.0 else 0.0)  # nan where no tip is on the fruit
+    relative = of_springs + (of_contact if of_contact > 0.0 else 0.0)  # nan if no tip touches the fruit
     pressure = mean_tip_pressure(sensor.design, press)
     return Estimate(pressure, relative * pressure, "MPa")
 
 
 def ratio_in_words(springs: FittedSprings, *, level: bool, reached: SceneTargets) -> str:
-    """Return the words that say of which springs, or in which scene, P_max and NL are; `level` is that of the press."""
+    """Return text for the springs or the scene of P_max and NL; `level` is True for a level press."""
     if springs.ideal:
         return "of springs exactly as they were sized or given"
     if springs.housing is None:
@@ -152,7 +155,7 @@ def ratio_in_words(springs: FittedSprings, *, level: bool, reached: SceneTargets
 
 
 def _scene_in_words(*, level: bool, reached: SceneTargets) -> str:
-    """Return the words for the scene, with P_max and NL of a level sensor where it is another one."""
+    """Return text for the scene, with P_max and NL of a level sensor if the scene is another one."""
     if level:
         return "of a level sensor on flat fruit"
     of_level = f"P_max {reached.level.P_max:.4g}, NL {reached.level.NL:.3g}"
@@ -160,9 +163,9 @@ def _scene_in_words(*, level: bool, reached: SceneTargets) -> str:
 
 
 def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
-    """Return the verdicts on the paper's own springs and targets under the contact of this design.
+    """Return the verdicts on the paper's springs and targets under the contact of this design.
 
-    None where fruit or tips are not the paper's.
+    None if fruit or tips differ from the paper's.
     """
     if not sensor.design.has_paper_scene:
         return None
@@ -179,7 +182,7 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
 
 
 def _on_paper_springs(sensor: PressedSensor) -> PressedSensor:
-    """Return the sensor on springs exactly as stiff as those of the paper, which are not made."""
+    """Return the sensor on springs exactly as stiff as the paper's, which are not printed."""
     springs = {"low": Spring(target=PAPER_SPRINGS.K_l), "high": Spring(target=PAPER_SPRINGS.K_h)}
     ideal = replace(sensor.springs, springs=springs, fitted=None, of_plate=None, ideal=True)
     return replace(sensor, springs=ideal)

@@ -1,1 +1,1 @@
-"""What every verdict and symbol means: formula, source, and this design's number."""
+"""The meaning of every verdict and symbol: formula, source, and the number of a design."""

@@ -1,4 +1,4 @@
-"""What each verdict and symbol means: the one table that `explain`, the page and docs/words.md take it from."""
+"""The meaning of each verdict and symbol: the table for `explain`, the page and docs/words.md."""
 
 import difflib
 import tomllib
@@ -17,18 +17,18 @@ from sensor.quantity import InputError
 from sensor.verdict import VerdictRow, verdict_rows
 
 _CONSTANTS = {"touch_fraction": LARGEST_TOUCH_FRACTION, "shortest_leaf": SHORTEST_LEAF, "tilt_deg": TILT_DEG}
-"""What the texts may name in braces."""
+"""Constants that the texts may name in braces."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """What a name means: a paragraph, its formula and its source.
+    """The meaning of a name: a paragraph, its formula and its source.
 
-    The number of a symbol lies at `key` in report.json, parts of lists by their index, with the error in per cent at
-    `error_percent`. It has the unit of the key, and `part` says of what it is. That of a verdict is found by its name,
-    and at `key` where nothing was judged. A name that ends in `*` stands for the names in `each`. `level` says what a
-    study solves for a verdict, None for one that it cannot ask for; `value_level` what it solves for its value, where
-    the verdict may be told from less.
+    The number of a symbol is at `key` in report.json, elements of lists by their index, with its error in per cent at
+    `error_percent`. It has the unit of the key, and `part` names its subject. The number of a verdict is found by its
+    name, or at `key` if nothing was judged. A name that ends in `*` represents the names in `each`. `level` names what
+    a study solves for a verdict, None if it cannot be requested. `value_level` names what it solves for the value, if
+    the outcome needs less.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Entry:
 def entries() -> tuple[Entry, ...]:
     """Return every entry, verdicts first.
 
-    One with a key of report.json has the unit of that key, and its meaning unless it has its own.
+    An entry with a key of report.json has the unit of the key, and its meaning unless it has its own.
     """
     loaded = [_of_verdict(row) for row in verdict_rows()]
     text = (Path(__file__).parent / "symbols.toml").read_text(encoding="utf-8")
@@ -91,7 +91,7 @@ def _sentence(key: ReportKey) -> str:
 def entry_of(name: str) -> Entry:
     """Return the entry of a name, of a key of report.json, or of a fruit.
 
-    Raises InputError for a name that nothing explains, with one that is near it.
+    Raises InputError for an unknown name, with the closest match.
     """
     refuse_gone(f"verdicts.{name}")
     refuse_gone_key(name)

@@ -1,4 +1,4 @@
-"""The number that a report has for a verdict or a symbol."""
+"""The number in a report for a verdict or a symbol."""
 
 from pathlib import Path
 
@@ -11,9 +11,9 @@ from sensor.words import OUTCOMES, shown, with_bar
 
 
 def number_in(folder: Path, entry: Entry, name: str) -> str:
-    """Return the number that a folder's report has for a name, with its error and unit; raises InputError.
+    """Return the number in a folder's report for a name, as text with its error and unit; raises InputError.
 
-    A report without it says so.
+    If the report has none, the text says so.
     """
     report = read_report(folder)
     if not entry.is_verdict:
@@ -31,7 +31,7 @@ def _of_verdict(verdict: Verdict) -> str:
 
 
 def _of_symbol(report: object, entry: Entry) -> str | None:
-    """Return the number at the key of an entry, None where there is none."""
+    """Return the number at the key of an entry as text, or None."""
     value = None if entry.key is None else _at(report, entry.key)
     if not isinstance(value, int | float):
         return None
@@ -42,7 +42,7 @@ def _of_symbol(report: object, entry: Entry) -> str | None:
 
 
 def _at(report: object, key: str) -> object:
-    """Return the value at a key of a report, or of parts of one; None where there is none."""
+    """Return the value at a key of a report or of its parts, or None."""
     try:
         return value_at(report, key)
     except KeyError:

@@ -1,1 +1,1 @@
-"""report.html: the answer, the plots and the pictures of a run in one file that needs nothing else."""
+"""report.html: the answer, the plots and the pictures of a run in one self-contained file."""

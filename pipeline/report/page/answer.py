@@ -1,4 +1,4 @@
-"""The answer in words."""
+"""The answer of a run as text for its page."""
 
 import csv
 from collections.abc import Iterable
@@ -14,11 +14,11 @@ from sensor.verdict import Verdict
 BILL = "bom.csv"
 _ERRORS = ("reading.bias", "reading.uncertainty")
 _MOST_DIGITS = 6
-_MASS = f" g{EACH}"  # ends the size of a printed part in the bill
+_MASS = f" g{EACH}"  # ending of the size of a printed part in the bill
 
 
 class Dimension(NamedTuple):
-    """A dimension of the part: its name, its size [mm] as text, and what it means."""
+    """A dimension of the part: its name, its size [mm] as text, and its meaning."""
 
     name: str
     size: str
@@ -26,10 +26,10 @@ class Dimension(NamedTuple):
 
 
 def brief(verdict: Verdict) -> str:
-    """Return the value of a verdict with its unit, nothing without a value.
+    """Return the value of a verdict with its unit, empty without a value.
 
-    Of an error of the reading two digits are told, with more only where fewer would lie on the other side of its limit.
-    Other values have their bar, and so has what their bar leaves undecided.
+    An error of the reading has two digits, or more if fewer would lie on the other side of its limit. Other values, and
+    undecided ones, have their error bar.
     """
     value, limit = verdict.value, verdict.limit
     is_error = verdict.name in _ERRORS and verdict.passed is not None
@@ -42,14 +42,14 @@ def brief(verdict: Verdict) -> str:
 
 
 class Closest(NamedTuple):
-    """A verdict that passed, and how much of its limit it takes [1]."""
+    """A verdict that passed, and the fraction of its limit that it uses [1]."""
 
     verdict: Verdict
     fraction: float
 
 
 def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
-    """Return the passed verdict that takes most of a one-sided limit; None where no limit is one-sided."""
+    """Return the passed verdict that uses most of a one-sided limit; None without such a limit."""
     found = []
     for verdict in verdicts:
         value, limit = verdict.value, verdict.limit
@@ -63,7 +63,7 @@ def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
 
 
 def dimensions(report: Report) -> list[Dimension]:
-    """Return the dimensions of the leaves, and those of the housing that are numbers other than 0."""
+    """Return the dimensions of the leaves, and the dimensions of the housing that are not 0."""
     rows = []
     for name, spring in report.flexures.items():
         leaf = spring.flexure

@@ -1,4 +1,4 @@
-"""The bodies that the page shows, as GLB: the assembly, and the bent flexures in their stress."""
+"""The bodies on the page as GLB: the assembly, and the deformed flexures coloured by stress."""
 
 import math
 from collections.abc import Sequence
@@ -24,13 +24,17 @@ from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 
 ASSEMBLY = "assembly.glb"
 _SYMMETRY = "symmetry"
-# By how much the largest stress of the coarse mesh may be off, against the mesh on which the springs are solved. Seen
-# over four designs and four processes: -0.02 to 0.19, also on the mesh of a rough answer.
+# Relative error of the largest stress on the coarse mesh, against the mesh that solves the springs. Observed for four
+# designs and four processes: -0.02 to 0.19, also on the mesh of a rough answer.
 STRESS_OFF = 0.2
-_DRAWN_DEFLECTION = 0.08  # of the length of the part, at most
-_LABEL_ASIDE = 0.08  # of the length of the part, outwards: names of tips are wider than what is between them
+_DRAWN_DEFLECTION = 0.08  # largest drawn deflection, as a fraction of the length of the part
+# outward shift of a label, as a fraction of the length of the part; names of tips are wider than their gap
+_LABEL_ASIDE = 0.08
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
-"""From the least to the most: viridis of S. van der Walt and N. Smith, for every kind of sight; CC0."""
+"""From the least to the largest value: viridis by S.
+
+Van der Walt and N. Smith, legible to colour-blind readers; CC0.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +56,7 @@ class ColourScale:
 
 
 def field_body(title: str, body: GlbBody, scale: ColourScale, caption: str, labels: Sequence[Plain] = ()) -> Plain:
-    """Return a body in the colours of a field as the page reads it; its slider bends it, `labels` stand at points."""
+    """Return a body coloured by a field as page data; a slider deforms it, and `labels` mark points."""
     return {
         "name": title,
         "glb": pack_bytes(glb_of([body])),
@@ -64,7 +68,7 @@ def field_body(title: str, body: GlbBody, scale: ColourScale, caption: str, labe
 
 
 def assembly_body(folder: Path) -> Plain:
-    """Return the assembly of an output folder; raises ValueError where it has none."""
+    """Return the assembly of an output folder as page data; raises ValueError if it has none."""
     path = folder / ASSEMBLY
     if not path.is_file():
         msg = "no part is made"
@@ -73,9 +77,9 @@ def assembly_body(folder: Path) -> Plain:
 
 
 def loaded_half(springs: FittedSprings, options: RunOptions) -> ClampedHalf:
-    """Return the half housing that the page shows under load, solved on a coarse mesh and kept.
+    """Return the half housing under load for the page, solved on a coarse mesh and cached.
 
-    Raises ValueError where there is no housing, SolveError.
+    Raises ValueError without a housing, and SolveError.
     """
     if springs.housing is None:
         msg = "no part is made"
@@ -85,9 +89,9 @@ def loaded_half(springs: FittedSprings, options: RunOptions) -> ClampedHalf:
 
 
 def flexure_body(report: Report, result: SensorResult) -> Plain:
-    """Return the housing, or one plate of a square, at full travel in its von Mises stress [MPa].
+    """Return the housing, or one plate of a square, at full travel with its von Mises stress [MPa], as page data.
 
-    Raises ValueError where there is no housing, SolveError.
+    Raises ValueError without a housing, and SolveError.
     """
     half = loaded_half(result.springs, result.options)
     mesh = half.basis.mesh
@@ -113,7 +117,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         f"Safety against the strain limit: {', '.join(factors)}. The mesh is coarse: the largest stress may be up to "
         f"{100.0 * STRESS_OFF:g} % off, mostly too high."
     )
-    # The half y >= 0 with its mirror image, whose quadrilaterals are turned so that they face outwards too.
+    # The half y >= 0 and its mirror image; the mirrored quadrilaterals are reversed so that they face outwards too.
     half_quads = np.searchsorted(corners, quads)
     mirror = np.array([1.0, -1.0, 1.0])
     body = GlbBody(
@@ -127,7 +131,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
 
 
 def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:
-    """Return the names of tips and springs where the page shows them, those of tips so far outwards of them [mm]."""
+    """Return labels for tips and springs; labels of tips are shifted outwards by `aside` [mm]."""
     mesh = half.basis.mesh
     points = mesh.p.T
     facets = {name: mesh.facets[:, indices] for name, indices in mesh.boundaries.items()}
@@ -143,12 +147,12 @@ def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:
 
 
 def _label(text: str, position: Floats) -> Plain:
-    """Return a text at a position [mm] as the page reads it."""
+    """Return a label at a position [mm] as page data."""
     return {"text": text, "at": glb_position(position).tolist()}
 
 
 def _middle_of(points: Floats, facets: NDArray[np.int64]) -> Floats:
-    """Return the mean of points (n, 3) [mm] that facets name, shape (3,)."""
+    """Return the mean of the points (n, 3) [mm] of facets, shape (3,)."""
     return np.asarray(points[np.unique(facets)].mean(axis=0))
 
 

@@ -1,4 +1,4 @@
-"""report.html: one page of a report that needs no other file, no network and no font from elsewhere."""
+"""report.html: one self-contained page of a report, which needs no other file, network or font."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,18 +20,18 @@ from sensor.verdict import all_passed
 from solve.linear import SolveError
 
 TEMPLATE = "page.html.j2"
-TAKEN_FROM = ("base.html.j2", "words.html.j2")  # by the template of the page
+TAKEN_FROM = ("base.html.j2", "words.html.j2")  # included by the template of the page
 
-_SPEED = 50.0  # mm/s of a filament printer, until the reader types another rate
-_LIMITING_NOTES = 2  # that stand beside the answer of a design that passes
-_USUAL_SLIDERS = ("E", "travel")  # those of the tilt and the noise are folded
-_FIRST_NUMBERS = 3  # that stand at the head of the page, those that did not pass first
+_SPEED = 50.0  # of a filament printer [mm/s], until the reader enters another rate
+_LIMITING_NOTES = 2  # notes beside the answer of a design that passes
+_USUAL_SLIDERS = ("E", "travel")  # sliders for tilt and noise are folded
+_FIRST_NUMBERS = 3  # numbers at the top of the page, failed ones first
 
 
 def prepare_page(result: SensorResult) -> None:
-    """Do what takes longest of a page ahead of its files: compile its templates, solve the springs under load.
+    """Do the slowest work for a page ahead of its files: compile its templates, and solve the springs under load.
 
-    Of what cannot be solved the page tells itself.
+    Errors are ignored here; the page reports them.
     """
     load_templates(TEMPLATE, *TAKEN_FROM)
     with suppress(ValueError, SolveError):
@@ -39,9 +39,9 @@ def prepare_page(result: SensorResult) -> None:
 
 
 def page_of(report: Report, result: SensorResult, folder: Path) -> str:
-    """Return the page of a report, with the bodies of a result and of the folder of its files.
+    """Return the page of a report, with the bodies of a result and of its output folder.
 
-    What cannot be drawn is left out, and the page says why.
+    Bodies that cannot be drawn are left out, and the page gives the reason.
     """
     own = {file.path for file in report.files}
     bodies, missing = _bodies(report, result, folder)
@@ -49,7 +49,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     bill = answer.bill(folder) if answer.BILL in own else []
     verdicts = [as_read(verdict) for verdict in report.verdicts]
     wrong = not_passed(verdicts)
-    # A verdict keeps the number by which the page finds it in its data.
+    # The page finds a verdict in its data by this index.
     on_the_part = [(i, one) for i, one in enumerate(verdicts) if is_on_the_part(one)]
     targets = [(i, one) for i, one in enumerate(verdicts) if not is_on_the_part(one)]
     paper = () if report.paper is None else report.paper.verdicts
@@ -93,7 +93,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
 
 
 def _bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Plain], dict[str, str]]:
-    """Return the bodies that the page shows, and by name why each other one cannot be drawn."""
+    """Return the bodies on the page, and the reasons why others cannot be drawn, by name."""
     draws: dict[str, Callable[[], Plain]] = {}
     if report.design.tips.tip_layout.has_housing:
         draws["springs under load"] = partial(flexure_body, report, result)

@@ -1,6 +1,6 @@
-"""What the sliders of the page play: presses that the run has solved, as tables over modulus and travel or tilt.
+"""Tables for the sliders of the page: solved presses over modulus and travel or tilt.
 
-Nothing is solved for the page. It interpolates in these tables, in tables.js.
+Nothing is solved for the page; tables.js interpolates in these tables.
 """
 
 import math
@@ -28,14 +28,14 @@ _LABELS = {
     "travel": ("Travel, x", "mm"),
     "tilt": ("Tilt along the tips", "degrees"),
 }
-_NOISE_PERCENT = 0.5  # where the design asks for no reading
+_NOISE_PERCENT = 0.5  # noise of a design without readings
 
 Reader = Callable[[Floats], tuple[float, Floats]]
-"""From forces [N] to the modulus [MPa], and the relative change of it by noise in each force [1/N]."""
+"""A function from forces [N] to the modulus [MPa] and its relative change by noise in each force [1/N]."""
 
 
 class Axis(NamedTuple):
-    """The second axis of a table; along one with `log` the logarithms of numbers are smooth over that of the nodes."""
+    """The second axis of a table; with `log`, logarithms of the numbers are smooth over the logarithm of the nodes."""
 
     key: str
     nodes: list[float]
@@ -45,14 +45,14 @@ class Axis(NamedTuple):
 def page_tables(report: Report, result: SensorResult) -> Plain:
     """Return tables, sliders and their start; moduli in MPa, travel in mm, tilt in degrees, noise in % of full scale.
 
-    A table holds numbers over its two axes, at the `held` value of what it has no axis for.
+    A table holds numbers over its two axes; other variables have the values in `held`.
     """
     design = report.design
     tables = [_over_travel(design, report.read_out, result.press)]
     over_tilt = _over_tilt(result, report.read_out)
     if over_tilt is not None:
         tables.append(over_tilt)
-    # The slider of the modulus reaches as far as all tables do.
+    # The slider of the modulus covers the range that all tables share.
     moduli = [table["axes"][0]["nodes"] for table in tables]
     softest = max(min(design.fruit.E_MPa), *(nodes[0] for nodes in moduli))
     firmest = min(nodes[-1] for nodes in moduli)
@@ -77,7 +77,10 @@ def _slider(key: str, label: str, unit: str, least: float, most: float) -> Plain
 
 
 def noise_percent(report: Report) -> float:
-    """Return the noise of the forces [% of full scale]; of a named read-out the largest over its channels."""
+    """Return the noise of the forces [% of full scale].
+
+    The largest over its channels if the design names a read-out.
+    """
     reading = report.design.reading
     if reading is None:
         return _NOISE_PERCENT
@@ -88,10 +91,10 @@ def noise_percent(report: Report) -> float:
 
 
 def _over_travel(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
-    """Return the table over modulus and travel: the curve of the response, without the softest fruit there may be.
+    """Return the table over modulus and travel: the curve of the response without its first, limiting modulus.
 
-    Forces of flat faces are nearly straight over the travel, those of other tips are nearly a power of it. A level pair
-    is read by the force ratio of one moment; other readings are those of whole presses.
+    Forces of flat faces are nearly linear in the travel, and forces of other tips nearly a power of it. A level pair is
+    read by the force ratio of one moment; other readings need whole presses.
     """
     curve = press.curve
     F = curve.F[1:]
@@ -107,7 +110,7 @@ def _over_travel(design: Design, read_out: ReadingConstants, press: ScenePress) 
 
 
 def _over_tilt(result: SensorResult, read_out: ReadingConstants) -> Plain | None:
-    """Return the table over modulus and tilt at full travel; None without a reading that allows for tilt."""
+    """Return the table over modulus and tilt at full travel; None without readings that allow tilt."""
     design, presses = result.design, result.tilted
     if result.readings is None or presses is None or design.press.roll_deg != 0.0:
         return None
@@ -131,8 +134,8 @@ def _table(
 ) -> Plain:
     """Return the table of forces [N], (moduli, columns, tips), over the moduli [MPa] and the second axis.
 
-    `pressure` [MPa], as `forces`, is the mean one of each contact; `read` is that of `readings`. Forces and pressures
-    have a grid for each tip, the modulus that is read and that over its noise one each.
+    `pressure` [MPa], with the shape of `forces`, is the mean pressure of each contact; `read` comes from `readings`.
+    Forces and pressures have one grid for each tip; the modulus read and its ratio to the noise have one grid each.
     """
     return {
         "axes": [axis._asdict() for axis in (Axis("E", moduli, log=True), second)],
@@ -147,9 +150,9 @@ def _table(
 
 
 def readings(presses: Floats, reader: Reader, read_out: ReadingConstants) -> Floats:
-    """Return what forces [N], (moduli, columns, ...), tell: the modulus [MPa], and that over its standard deviation.
+    """Return the readings of forces [N], (moduli, columns, ...), as (moduli, columns, 2), nan without a reading.
 
-    The shape is (moduli, columns, 2); what has no reading is nan. The noise is 1 % of the full scale in every force.
+    A reading is the modulus [MPa] and its ratio to its standard deviation, for noise of 1 % of full scale.
     """
     one_percent = 0.01 * np.array(read_out.full_scale_N)
     found = np.full((*presses.shape[:2], 2), np.nan)
@@ -162,7 +165,7 @@ def readings(presses: Floats, reader: Reader, read_out: ReadingConstants) -> Flo
 
 
 def ratio_reader(read_out: ReadingConstants) -> Reader:
-    """Return what reads a pair by its forces at one moment, (tips,) [N]."""
+    """Return a reader of a pair by its forces at one moment, (tips,) [N]."""
     law = read_out.contrast
 
     def read(forces: Floats) -> tuple[float, Floats]:
@@ -174,9 +177,9 @@ def ratio_reader(read_out: ReadingConstants) -> Reader:
 
 
 def press_reader(model: RiseModel) -> Reader:
-    """Return what reads whole presses by their forces, (samples, tips) [N].
+    """Return a reader of whole presses by their forces, (samples, tips) [N].
 
-    A press is measured in `PRESS_SAMPLES`, more than are solved here: noise counts as so much less.
+    A press is measured with `PRESS_SAMPLES`, more than are solved here, so its noise is smaller.
     """
 
     def read(press: Floats) -> tuple[float, Floats]:

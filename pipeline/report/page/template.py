@@ -1,4 +1,4 @@
-"""A page as one file that needs no other: a template of this folder with style, scripts and data inside."""
+"""Self-contained pages: a template of this folder with style, scripts and data inside."""
 
 import base64
 import math
@@ -11,7 +11,7 @@ from sensor import words
 
 FIGURES = ("libraries/d3.min.js", "libraries/plot.min.js", "figures.js")
 BODIES = ("libraries/model-viewer.min.js", "still.js", "bodies.js")
-"""D3 and Observable Plot draw plots, model-viewer shows bodies: NOTICE has versions, licences and digests."""
+"""D3 and Observable Plot draw plots, and model-viewer shows bodies; NOTICE has versions, licences and digests."""
 
 _HERE = Path(__file__).parent
 _ENVIRONMENT = template_environment(_HERE, autoescape=True)
@@ -21,9 +21,9 @@ _ENVIRONMENT.globals |= {"words": words, "rule": in_words}
 def render_page(
     template: str, scripts: tuple[str, ...], data: object, *, latest: bool = False, **values: object
 ) -> str:
-    """Return the page of a template of this folder with its scripts, in their order, and the data that they read.
+    """Return the page of a template of this folder, with its scripts in order and the data that they read.
 
-    Values are escaped. The page reads itself again when the file `latest.js` beside it names a `latest` one.
+    Values are escaped. With `latest`, the page reloads itself when the file `latest.js` beside it names another one.
     """
     if latest:
         scripts = (*scripts, "latest.js")
@@ -37,13 +37,13 @@ def render_page(
 
 
 def load_templates(*names: str) -> None:
-    """Compile templates of this folder ahead of the page that is made of them."""
+    """Compile templates of this folder before they are needed."""
     for name in names:
         _ENVIRONMENT.get_template(name)
 
 
 def pack_bytes(content: bytes) -> str:
-    """Return bytes as the text that `unpacked` of figures.js reads: deflated, base64."""
+    """Return bytes as text that `unpacked` of figures.js decodes: deflated, base64."""
     return base64.b64encode(zlib.compress(content)).decode()
 
 
