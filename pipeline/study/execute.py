@@ -1,4 +1,4 @@
-"""A study from its points to its store: what is solved already is left alone, what ends is kept at once."""
+"""Execution of a study: solved points are skipped, and each new result is stored at once."""
 
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -18,15 +18,15 @@ from pipeline.study.tasks import lost_points, solve_points
 from pipeline.study.workers import Engine, completed_items
 from sensor.turns import in_turn
 
-_MOST = 64  # points of a task, which is lost where its worker is
-_TASKS = 16  # at least, for each worker: the last ones end at nearly the same time
+_MOST = 64  # most points of a task, because all are lost with their worker
+_TASKS = 16  # least number of tasks per worker, so that the last ones end at nearly the same time
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudySummary:
-    """How many points a study has and how each of them ended; seconds of this run, and the points it `solved`.
+    """The numbers of points of a study by outcome, the seconds of this run, and the number of points that it `solved`.
 
-    `table` and `best` read the folder each time, so that a study needs no memory for its points.
+    `table` and `best` read the folder each time, so that points need no memory.
 
     Examples
     --------
@@ -46,10 +46,10 @@ class StudySummary:
     seconds: float
 
     def table(self) -> dict[str, list[Any]]:
-        """Return every point as columns: number, status, each key that varies or is wanted, and error.
+        """Return every point as columns: number, status, each varied or wanted key, and error.
 
-        What a point has no value for is None. The columns are lists of one length, as `pandas.DataFrame` takes them.
-        Raises InputError where the folder has no study any more.
+        Missing values are None. The columns are lists of equal length, as for `pandas.DataFrame`. Raises InputError if
+        the study was removed.
         """
         with stored_study(self.folder) as store:
             return table_columns(store)
@@ -58,7 +58,7 @@ class StudySummary:
     def best(self) -> dict[str, Any] | None:
         """Return the point with the least number of the first wanted key, as a row of the table; None without one.
 
-        It is the first of the best designs of study.html. Raises InputError where the folder has no study any more.
+        It is the first of the best designs of study.html. Raises InputError if the study was removed.
         """
         with stored_study(self.folder) as store:
             key = store.wanted[0]
@@ -67,9 +67,9 @@ class StudySummary:
 
 @in_turn
 def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> StudySummary:
-    """Solve every point of a study that its folder does not hold yet, and return how all of them ended.
+    """Solve every point of a study that its folder lacks, and return the outcomes of all points.
 
-    Raises InputError where the folder cannot be used; a point that is refused or fails is kept with its message.
+    Raises InputError for an unusable folder; a point that is refused or fails is stored with its message.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None
     engine : Engine
         Where its points are solved: `process_engine`.
     progress : callable, optional
-        Called with the numbers of points that ended, and of all.
+        Called with the numbers of finished points and of all points.
 
     Examples
     --------
@@ -110,14 +110,14 @@ def solve_missing(
     engine: Engine,
     progress: Count | None = None,
 ) -> None:
-    """Solve the points that a store lacks, so many in all, and keep each as it ends."""
+    """Solve the points that a store lacks, `count` in all, and store each result when it is finished."""
     kept = sum(store.counts().values())
     total = kept + count
     if progress is not None and count:
         progress(kept, total)
-    # A point of the level contact may cost less than a task.
+    # A point of the level `contact` may cost less than the overhead of a task.
     size = max(1, min(_MOST, count // (_TASKS * engine.workers))) if study.level == "contact" else 1
-    # A worker gets its points with their settings: all rows of a file would be sent again with each task.
+    # Workers get their points with settings, so the rows of a file need not be sent with each task.
     solve = partial(solve_points, replace(study, rows=()), store.path.parent)
     tasks = completed_items(engine, solve, _batches(missing, size), partial(lost_points, study))
     with closing(tasks) as ended:  # no worker outlives an error here
@@ -129,7 +129,7 @@ def solve_missing(
 
 
 def _batches(points: Iterable[Point], size: int) -> Iterator[Sequence[Point]]:
-    """Yield points in groups of a size, the last of which may be smaller."""
+    """Yield points in groups of a size; the last group may be smaller."""
     waiting = iter(points)
     while batch := list(islice(waiting, size)):
         yield batch

@@ -1,4 +1,4 @@
-"""The page of a study, one file that needs no network: what the points trade off, and the best ten."""
+"""The self-contained page of a study: trade-offs between the points, and the best ten."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -21,18 +21,18 @@ from sensor.words import shown
 
 PAGE = "study.html"
 BEST = 10
-MOST_DOTS = 1_000  # of the points: more hide each other
+MOST_DOTS = 1_000  # points in a plot; more would overlap
 _DESIGNS = "best-designs"
 _BASE = "base.toml"
 _SEED = 1
 _OF_VALUE = re.compile(r"The value is [^.]*\.")
-_LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")  # of Markdown
+_LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")  # a link of Markdown
 
 
 class ShownKey(NamedTuple):
-    """A key that a page of a study shows: its name with its unit, its span over the points, what it means.
+    """A key on the page of a study: its name with its unit, its span over the points, and its meaning.
 
-    `counts` are the texts that it has at the points, each with how many have it; empty for numbers.
+    `counts` are its texts with the number of points for each; empty for numbers.
     """
 
     key: str
@@ -45,7 +45,7 @@ class ShownKey(NamedTuple):
 
 
 def refuse_page(folder: Path, *, force: bool) -> None:
-    """Raise InputError where the page of the study of a folder could not be written, before anything is solved."""
+    """Raise InputError if the page of a study could not be written to a folder, before anything is solved."""
     designs = folder / _DESIGNS
     paths = [folder / PAGE, designs / _BASE, *designs.glob("point-*.toml")]
     refuse_taken(paths, "--out", force=force)
@@ -59,11 +59,13 @@ def write_page(
     *,
     force: bool = False,
 ) -> Path:
-    """Write the page of a study beside its store, with the base design and those of its best points; return it.
+    """Write the page of a study beside its store, with the base design and the designs of its best points.
 
-    `best` are the numbers of the best points, the best first; by default the ten with the least of the first wanted
-    key. `proved` are those whose runs passed, with their design files. Of many points some, drawn at random, are shown
-    beside them. Raises InputError as `write_files`.
+    Return its path.
+
+    `best` are the numbers of the best points, best first; by default the ten with the least values of the first wanted
+    key. `proved` are points whose runs passed, with their design files. From many points a random sample is shown
+    beside these. Raises InputError like `write_files`.
     """
     proved = proved or {}
     if best is None:
@@ -103,7 +105,10 @@ def write_page(
 
 
 def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
-    """Return what varies and what was asked for; error, limit and outcome of a verdict stand beside its value."""
+    """Return the varied and wanted keys for the page.
+
+    Error, limit and outcome of a verdict are shown with its value.
+    """
     folded = {REFUSED} if study.how == "search" else set()
     for key in study.wanted:
         name, _, last = key.rpartition(".")
@@ -122,15 +127,15 @@ def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
 
 
 def is_part_of_limit(key: str) -> bool:
-    """Say whether a key is the limit of a verdict that its value must stay on one side of."""
+    """Return whether a key is the one-sided limit of a verdict."""
     name, field = verdict_field(key)
     return field == "limit" and row_of(name).sense is not None
 
 
 def _named(key: str, *, varies: bool) -> tuple[str, str]:
-    """Return the name of a key, with its unit where the key does not carry it, and what the key means.
+    """Return the label of a key, with its unit if the key does not contain it, and its meaning.
 
-    A key that varies is one of the design; any other is one of the report, though a design has it too.
+    A varied key is a key of the design; any other is a key of the report, even if a design has it too.
     """
     table, _, last = key.partition(".")
     name, field = verdict_field(key)
@@ -140,7 +145,7 @@ def _named(key: str, *, varies: bool) -> tuple[str, str]:
         if entry is None:
             return label, ""
         if row_of(name).standard and field != "passed":
-            label = f"{label}, one standard deviation"  # a study shows keys of report.json as they are there
+            label = f"{label}, one standard deviation"  # a study shows keys of report.json unchanged
         label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
         of_value = _OF_VALUE.search(entry.meaning) if field == "value" else None
         return label, f"{entry.meaning.partition('?')[0]}?{f' {of_value[0]}' if of_value else ''}"
@@ -157,10 +162,10 @@ def _named(key: str, *, varies: bool) -> tuple[str, str]:
 def _designs(
     store: StudyStore, study: Study, best: Sequence[int], proved: Mapping[int, Path]
 ) -> tuple[dict[Path, bytes], dict[str, str]]:
-    """Return the design files to write, of the base and of the best points, and the link of each point to its file.
+    """Return the design files to write, for the base and the best points, and the link of each point to its file.
 
-    A point that is proved links to the file of its run, and gets none here. A base that needs what varies has none. A
-    base that other processes of its own replace is not linked: its file holds the numbers of one.
+    A proved point links to the file of its run and gets no other. An incomplete base has no file. A base whose own
+    process varies is not linked, because its file holds only one process.
     """
     folder = store.path.parent
     files = {}

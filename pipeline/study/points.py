@@ -1,4 +1,4 @@
-"""The points of a study in the order of their numbers: of a grid, of a Sobol sequence, or the rows of a file."""
+"""The points of a study in order: a grid, a Sobol sequence, or the rows of a file."""
 
 import itertools
 import math
@@ -18,7 +18,7 @@ _SOBOL_BITS = 30
 
 @dataclass(frozen=True, kw_only=True)
 class Point:
-    """One point of a study: its number from 0, and the value of each key that varies."""
+    """One point of a study: its number, from 0, and the value of each varied key."""
 
     number: int
     settings: Mapping[str, Setting]
@@ -49,7 +49,7 @@ def points_of(study: Study) -> Iterator[Point]:
 
 
 def _settings(study: Study) -> Iterator[Mapping[str, Setting]]:
-    """Yield the settings of each point of a study that is no search."""
+    """Yield the settings of each point of a study that is not a search."""
     if study.how in ("sobol", "sensitivity"):
         fractions = _saltelli_fractions(study) if study.how == "sensitivity" else _sobol_fractions(study)
         yield from map(study.settings_at, fractions)
@@ -62,19 +62,19 @@ def _settings(study: Study) -> Iterator[Mapping[str, Setting]]:
 
 
 def _sobol_fractions(study: Study) -> Iterator[list[float]]:
-    """Yield the points of a scrambled Sobol sequence [1], one by one: a call for several asks for a power of two."""
+    """Yield the points of a scrambled Sobol sequence [1], one by one, because larger calls require powers of two."""
     sequence = qmc.Sobol(len(study.vary), scramble=True, bits=_SOBOL_BITS, rng=study.seed)
     for _ in range(study.samples):
         yield sequence.random()[0].tolist()
 
 
 def _saltelli_fractions(study: Study) -> Iterator[list[float]]:
-    """Yield the points [1] at which SciPy needs the numbers of a study of sensitivities, in its order."""
+    """Yield the points [1] at which SciPy's sensitivity analysis needs values, in its order."""
     drawn: list[Floats] = []
 
     def note(fractions: Floats) -> Floats:
         drawn.append(fractions)
-        return fractions.copy()  # any numbers that scatter: SciPy takes their mean off them
+        return fractions.copy()  # any varying numbers do, because SciPy subtracts their mean
 
     saltelli_indices(study, note)
     for fractions in drawn:
@@ -82,9 +82,9 @@ def _saltelli_fractions(study: Study) -> Iterator[list[float]]:
 
 
 def saltelli_indices(study: Study, numbers_at: Callable[[Floats], Floats]) -> Any:  # noqa: ANN401 - SciPy's record
-    """Return SciPy's Sobol indices of numbers (numbers, points) that a function gives at fractions [1] (keys, points).
+    """Return SciPy's Sobol indices of values (numbers, points) at fractions [1] (keys, points).
 
-    The function is called for the same points again each time.
+    The function `numbers_at` is called with the same points on every call of this function.
     """
     spans: list[Any] = [uniform()] * len(study.vary)
     return sobol_indices(func=numbers_at, n=study.samples, dists=spans, rng=study.seed)

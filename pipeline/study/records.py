@@ -1,4 +1,4 @@
-"""Tables of a TOML file as records: cattrs makes them by their fields, and what is wrong in a file is one line."""
+"""Records from tables of a TOML file by cattrs, with one-line errors."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
@@ -13,10 +13,10 @@ T = TypeVar("T")
 
 
 class MisfitError(ValueError):
-    """A value that does not fit its place; who knows the name of the place makes an InputError of it."""
+    """A value that does not fit its place; code that knows the place turns it into an InputError."""
 
     def __init__(self, value: object, bound: str, hint: str) -> None:
-        """Take the value, and the words about it as `validation_error` has them."""
+        """Store the value, and the bound and hint for `validation_error`."""
         super().__init__(bound)
         self.value = value
         self.bound = bound
@@ -28,9 +28,9 @@ class MisfitError(ValueError):
 
 
 def record_of(kind: type[T], table: Mapping[str, Any], converter: cattrs.Converter) -> T:
-    """Return the record of a table, made by a converter of `file_converter`.
+    """Return the record of a table, structured by a converter of `file_converter`.
 
-    Raises InputError for the first key that is wrong, by its dotted name; it names the nearest key for an unknown one.
+    Raises InputError for the first wrong key by its dotted name; for an unknown key it names the closest known one.
     """
     try:
         return converter.structure(table, kind)
@@ -39,9 +39,9 @@ def record_of(kind: type[T], table: Mapping[str, Any], converter: cattrs.Convert
 
 
 def file_converter() -> cattrs.Converter:
-    """Return a converter of tables to records whose own checks judge numbers and texts, so that these pass as they are.
+    """Return a converter from tables to records; numbers and texts pass unchanged, because records check them.
 
-    A field may have another `key` in the file. Whole numbers become floats in their place, lists of texts tuples.
+    A field may have another `key` in the file. Integers become floats for float fields, and lists of texts tuples.
     """
     converter = cattrs.Converter(forbid_extra_keys=True)
     for text_or_whole in (int, str):
@@ -57,12 +57,12 @@ def file_converter() -> cattrs.Converter:
 
 
 def is_of(kind: Any, origin: Any) -> bool:  # noqa: ANN401 - any types
-    """Say whether a type is one of a generic type, as `dict[str, int]` is of `dict`."""
+    """Return whether a type is an instance of a generic type, such as `dict[str, int]` of `dict`."""
     return get_origin(kind) is origin
 
 
 def check_table(value: object) -> Mapping[str, Any]:
-    """Return a table as it is; raises MisfitError for anything else."""
+    """Return a table unchanged; raises MisfitError for anything else."""
     if not isinstance(value, Mapping):
         bound = "a table"
         raise MisfitError(value, bound, "write its name in brackets and its keys below it")
@@ -81,14 +81,14 @@ def _truth(value: object, _: object) -> bool:
 
 
 def _record_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - any record
-    """Return the function with which cattrs makes a record of a table."""
+    """Return cattrs' function from a table to a record."""
     renamed = {item.name: override(rename=key_of(item)) for item in fields(kind)}
     structure = make_dict_structure_fn(kind, converter, _cattrs_forbid_extra_keys=True, **renamed)  # type: ignore[arg-type]
     return lambda table, of_kind: structure(check_table(table), of_kind)
 
 
 def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
-    """Return the first error of a table at a dotted path as one line; an unknown key comes before one that lacks."""
+    """Return the first error of a table at a dotted path as one line; unknown keys come before missing ones."""
     kind: Any = errors.cl
     error = min(errors.exceptions, key=lambda one: not isinstance(one, cattrs.ForbiddenExtraKeysError))
     if isinstance(error, cattrs.ForbiddenExtraKeysError):
@@ -108,10 +108,10 @@ def _first_error(errors: cattrs.BaseValidationError, path: str) -> InputError:
             return _first_error(error, path)
         case MisfitError():
             return error.named(path)
-        case InputError():  # it begins with the key of the record whose check it is
+        case InputError():  # the message begins with a key of the record
             name = _joined(path, error.field)
             return InputError(_joined(path, str(error)), field=name, value=error.value, bound=error.bound)
-    return validation_error(path, None, "", "given", hint)  # a KeyError: the table lacks it
+    return validation_error(path, None, "", "given", hint)  # KeyError: the key is missing in the table
 
 
 def _joined(path: str, key: str) -> str:

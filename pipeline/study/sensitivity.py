@@ -1,6 +1,6 @@
-"""Sobol indices: which fraction of the scatter of a number each key that varies makes, alone and with the others.
+"""Sobol indices: the fraction of a number's variance by each varied key, by itself and with other keys.
 
-A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, doi 10.1016/j.cpc.2009.09.018, as SciPy has it.
+A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, doi 10.1016/j.cpc.2009.09.018, as implemented in SciPy.
 """
 
 import warnings
@@ -21,9 +21,9 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True, kw_only=True)
 class Sensitivity:
-    """The fractions of the variance of a wanted number that one key makes [1]: alone (`first`), with others (`total`).
+    """The fractions of a wanted number's variance by one key [1]: by itself (`first`), and with others (`total`).
 
-    Each has the low and high end of its 95 % interval by bootstrap.
+    Each has the ends of its 95 % interval by bootstrap.
     """
 
     wanted: str
@@ -35,9 +35,9 @@ class Sensitivity:
 
 
 def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
-    """Return the indices of every wanted number that scatters, for each key that varies.
+    """Return the indices of every wanted number that varies, for each varied key.
 
-    Raises InputError where points are missing, refused or failed: the indices need all of them.
+    Raises InputError if points are missing, refused or failed, because the indices need all of them.
     """
     lacking = point_count(study) - store.counts()["done"]
     if lacking:
@@ -52,12 +52,12 @@ def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
 
 
 def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
-    """Return the indices of one number for each key, from its values at all points in their order (points,)."""
+    """Return the indices of one number for each key, from its values at all points in order (points,)."""
     keys = len(study.vary)
-    of_samples = iter(np.split(values, [study.samples, 2 * study.samples]))  # as SciPy asks for them
+    of_samples = iter(np.split(values, [study.samples, 2 * study.samples]))  # in SciPy's order
     result = saltelli_indices(study, lambda _: next(of_samples))
     with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a key that moves nothing has no scatter to resample
+        warnings.simplefilter("ignore")  # a key without influence has no variance to resample
         spread = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
     first = result.first_order.reshape(keys)
     total = result.total_order.reshape(keys)
@@ -77,7 +77,7 @@ def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
 
 
 def _ends(indices: Floats, interval: Any) -> list[list[float]]:  # noqa: ANN401 - SciPy's own record
-    """Return the ends of the interval of each key [1]; of a key that moves nothing both are its index."""
+    """Return the ends of the interval of each key [1]; for a key without influence both are its index."""
     ends = np.column_stack([np.ravel(interval.low), np.ravel(interval.high)])
     nothing = ~np.isfinite(ends).all(axis=1)
     ends[nothing] = indices[nothing, None]

@@ -1,4 +1,4 @@
-"""The store of a study: one SQLite file that any such tool opens, and that a kill at any moment leaves whole."""
+"""The store of a study: one SQLite file that any SQLite tool opens, and that a kill at any moment leaves intact."""
 
 import json
 import re
@@ -24,8 +24,8 @@ from sensor.quantity import validation_error
 
 STORE = "study.sqlite"
 _LOCK = "study.lock"
-_MARK = 0x74776E74  # twnt: SQLite keeps for an application whose file it is
-_WAIT_S = 60.0  # for another program that reads or writes the file
+_MARK = 0x74776E74  # "twnt": SQLite reserves this number to identify the application of a file
+_WAIT_S = 60.0  # time to wait for another program that reads or writes the file
 _TABLES = {
     "study": "CREATE TABLE study (key TEXT PRIMARY KEY, value TEXT NOT NULL)",
     "points": (
@@ -44,24 +44,24 @@ WITH
     of_key AS (SELECT number, json_type(told, :path) AS kind, json_extract(told, :path) AS value FROM done),
     numbers AS (SELECT number, iif(kind IN ('integer', 'real'), value, NULL) AS value FROM of_key)
 """
-"""Of each point that is done: its number, and the value that it has for a key, as any value and as a number."""
+"""For each point that is done: its number, and its value of a key, as any value and as a number."""
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
 _MOST_MESSAGES = 5
 _NUMBER = re.compile(r"\d[\d.]*(e[+-]?\d+)?")
-_LONGEST_VALUE = 60  # letters of a value in an error, which is one line
-_ROUND_OFF = 1e-12  # of a number
+_LONGEST_VALUE = 60  # longest value in an error, which is one line [characters]
+_ROUND_OFF = 1e-12  # relative difference of numbers that is round-off
 
 
 class StudyStore:
-    """The points of a study that are solved, with what the study is; opened by one process at a time for writing."""
+    """The solved points of a study, with the facts that define it; one process at a time writes to it."""
 
     def __init__(self, connection: sqlite3.Connection, path: Path) -> None:
-        """Take an open connection to the file."""
+        """Store an open connection to the file."""
         self._connection = connection
         self.path = path
 
     def put(self, results: Iterable[PointResult]) -> None:
-        """Keep results, all of them or none."""
+        """Store results, all of them or none."""
         rows = []
         for result in results:
             seconds = round(result.seconds, 6)
@@ -71,16 +71,16 @@ class StudyStore:
             transaction.executemany("INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?)", rows)
 
     def numbers(self) -> set[int]:
-        """Return the numbers of all points that are solved."""
+        """Return the numbers of all solved points."""
         return {number for (number,) in self._connection.execute("SELECT number FROM points")}
 
     def done(self) -> list[int]:
-        """Return the numbers of the points that are done, in their order."""
+        """Return the numbers of the points that are done, in order."""
         query = "SELECT number FROM points WHERE status = 'done' ORDER BY number"
         return [number for (number,) in self._connection.execute(query)]
 
     def lacking(self, asked: Iterable[Mapping[str, Setting]]) -> list[Point]:
-        """Return the settings that no point has, each once, as points with the lowest free numbers."""
+        """Return the settings without a point, each once, as points with the lowest free numbers."""
         by_text = {settings_text(settings): settings for settings in asked}
         known = {text for (text,) in self._connection.execute("SELECT settings FROM points")}
         taken = self.numbers()
@@ -89,14 +89,14 @@ class StudyStore:
         return [Point(number=number, settings=settings) for settings, number in zip(new, free, strict=False)]
 
     def results(self, asked: Iterable[Mapping[str, Setting]]) -> list[PointResult]:
-        """Return a point for each of some settings, all of which are solved."""
+        """Return the point of each of some settings, all of which are solved."""
         texts = list(map(settings_text, asked))
         query = "SELECT settings, points.* FROM points WHERE settings IN (SELECT value FROM json_each(?))"
         found = {text: _result(row) for text, *row in self._connection.execute(query, (json.dumps(texts),))}
         return [found[text] for text in texts]
 
     def rows(self, numbers: Sequence[int] | None = None) -> Iterator[PointResult]:
-        """Yield the points of some numbers in that order, all by default in their own, one at a time in memory."""
+        """Yield points by their numbers in the given order, all by default, one at a time in memory."""
         if numbers is None:
             rows = self._connection.execute("SELECT * FROM points ORDER BY number")
         else:
@@ -106,12 +106,12 @@ class StudyStore:
 
     @property
     def wanted(self) -> tuple[str, ...]:
-        """Return the keys that the study of this store wants of each point."""
+        """Return the keys that the study wants of each point."""
         return self._names("wanted")
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Return the keys that vary and those that are wanted, each once."""
+        """Return the varied and the wanted keys, each once."""
         return tuple(dict.fromkeys((*self._names("order"), *self.wanted)))
 
     def _names(self, fact: str) -> tuple[str, ...]:
@@ -129,9 +129,9 @@ class StudyStore:
         return int(faults)
 
     def messages(self) -> dict[str, int]:
-        """Return the five commonest messages of refused and failed points, and how many points have each.
+        """Return the five most frequent messages of refused and failed points, with their frequencies.
 
-        Messages that differ in their numbers alone are one, given as that of the first point.
+        Messages that differ only in their numbers are one, represented by the first point's.
         """
         by_pattern: dict[str, list[str]] = {}
         for (error,) in self._connection.execute("SELECT error FROM points WHERE error NOT NULL ORDER BY number"):
@@ -141,27 +141,27 @@ class StudyStore:
         return {errors[0]: len(errors) for errors in commonest}
 
     def column(self, key: str) -> Floats:
-        """Return the numbers of a key [its unit] of all points that are done, in their order; nan for no number."""
+        """Return the numbers of a key [its unit] for all points that are done, in order; nan for a missing number."""
         values = self._of_key(key, "SELECT value FROM numbers ORDER BY number")
         return np.array([value for (value,) in values], dtype=np.float64)
 
     def span(self, key: str) -> tuple[float, float] | None:
-        """Return the least and the largest number of a key [its unit]; None where no point has a number."""
+        """Return the least and the largest number of a key [its unit]; None if no point has a number."""
         ((low, high),) = self._of_key(key, "SELECT MIN(value), MAX(value) FROM numbers")
         return None if low is None else (low, high)
 
     def differs(self, key: str) -> bool:
-        """Say whether the values of a key are numbers that differ by more than round-off."""
+        """Return whether the values of a key are numbers that differ by more than round-off."""
         low, high = self.span(key) or (0.0, 0.0)
         return high - low > _ROUND_OFF * max(abs(low), abs(high))
 
     def best(self, key: str, most: int) -> list[int]:
-        """Return the numbers of the points with the least values of a key, the least first, those without one last."""
+        """Return the numbers of the points with the least values of a key, least first, missing values last."""
         query = "SELECT number FROM numbers ORDER BY value NULLS LAST, number LIMIT :most"
         return [number for (number,) in self._of_key(key, query, most=most)]
 
     def words(self, key: str) -> dict[str | bool, int]:
-        """Return the texts and truth values that points have for a key, and how many points have each."""
+        """Return the texts and truth values of a key, with the number of points for each."""
         query = "SELECT kind, value, COUNT(*) FROM of_key WHERE kind IN ('text', 'true', 'false') GROUP BY kind, value"
         counts = self._of_key(key, query)
         return {value if kind == "text" else kind == "true": points for kind, value, points in counts}
@@ -170,9 +170,9 @@ class StudyStore:
         return self._connection.execute(f"{_OF_KEY} {query}", {"path": f'$."{key}"', **values})
 
     def begin(self, study: Study) -> None:
-        """Make the tables of a study, or check that these are its own; raises InputError that names the difference.
+        """Create the tables of a study, or check that they belong to it; raises InputError, which names the difference.
 
-        Points that failed by a fault of the machine are forgotten.
+        Points that failed by a fault of the machine are deleted.
         """
         self._connection.execute("PRAGMA journal_mode = WAL")
         asked = {key: _json(value) for key, value in study_facts(study).items()}
@@ -191,10 +191,10 @@ class StudyStore:
 
 @contextmanager
 def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
-    """Open the store of a study in a folder, made where there is none, for one run at a time.
+    """Open the store of a study in a folder for one run at a time; it is created if there is none.
 
-    Raises InputError where another run has it, and where it holds another study, whose difference is named. It does so
-    too where the folder cannot be made or holds anything else than a study.
+    Raises InputError if another run uses it, and if it holds another study, whose difference is named. It also refuses
+    a folder that cannot be created or holds something else.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -217,7 +217,7 @@ def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
 
 @contextmanager
 def stored_study(folder: Path) -> Iterator[StudyStore]:
-    """Open the store of a study that is there; raises InputError where there is none, or another file of this name."""
+    """Open the store of an existing study; raises InputError if there is none, or another file has its name."""
     path = folder / STORE
     if not path.is_file():
         raise validation_error("study store", str(path), "", "an existing file", "run the study first")
@@ -227,9 +227,9 @@ def stored_study(folder: Path) -> Iterator[StudyStore]:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[StudyStore]:
-    """Give the store in a file; whatever SQLite has against the file, then or later, is an InputError of one line.
+    """Yield the store in a file; all SQLite errors about the file become one-line InputErrors.
 
-    A database that is neither empty nor a store of just these tables and columns is refused, with nothing written.
+    A database that is neither empty nor a store with exactly these tables is refused without writing.
     """
     try:
         with closing(sqlite3.connect(path, timeout=_WAIT_S)) as connection:
@@ -243,7 +243,7 @@ def _opened(path: Path) -> Iterator[StudyStore]:
 
 
 def _is_empty(connection: sqlite3.Connection) -> bool:
-    """Say whether a database has neither tables nor the mark of an application."""
+    """Return whether a database has neither tables nor the mark of an application."""
     (mark,) = connection.execute("PRAGMA application_id").fetchone()
     return mark == 0 and connection.execute("SELECT 1 FROM sqlite_master").fetchone() is None
 
@@ -262,7 +262,7 @@ def _refuse_foreign(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def study_facts(study: Study) -> Plain:
-    """Return the facts that decide the results of a study by their dotted names: all of it but its name."""
+    """Return the facts that determine the results of a study, by dotted names; only its name does not."""
     facts: Plain = to_plain(study)
     del facts["name"]
     facts["base"] = {**study.base.tables, "own processes": study.base.own}
@@ -271,9 +271,9 @@ def study_facts(study: Study) -> Plain:
 
 
 def _refuse_other(path: Path, kept: Mapping[str, str], asked: Mapping[str, str]) -> None:
-    """Raise InputError that names the difference where a store holds another study; a longer one may go on.
+    """Raise InputError, which names the difference, if a store holds another study; a longer one may continue.
 
-    The points of a longer study begin with those of the shorter one, but not those of sensitivities, which SciPy draws.
+    A longer study begins with the points of the shorter one, except for sensitivities, whose points SciPy draws.
     """
     growing = ("goal.evaluations",) if asked["how"] == '"sensitivity"' else ("goal.evaluations", "samples")
     for key in {**kept, **asked}:
@@ -285,12 +285,12 @@ def _refuse_other(path: Path, kept: Mapping[str, str], asked: Mapping[str, str])
 
 
 def settings_text(settings: Mapping[str, Setting]) -> str:
-    """Return settings as they are stored: two points of the same text are the same design."""
+    """Return settings as stored text; points with the same text are the same design."""
     return _json(settings)
 
 
 def _leaves(name: str, data: object) -> Plain:
-    """Return the values in nested tables by their dotted names."""
+    """Return the values in nested tables by dotted names."""
     if not isinstance(data, Mapping):
         return {name: data}
     leaves: Plain = {}
@@ -300,7 +300,7 @@ def _leaves(name: str, data: object) -> Plain:
 
 
 def _result(row: Sequence[Any]) -> PointResult:
-    """Return the point of a row of the table."""
+    """Return the point of a table row."""
     number, status, settings, values, error, seconds = row
     return PointResult(
         number=number,
@@ -313,5 +313,5 @@ def _result(row: Sequence[Any]) -> PointResult:
 
 
 def _json(value: object) -> str:
-    """Return plain data as JSON; raises TypeError for anything else, ValueError for a number not finite."""
+    """Return plain data as JSON; raises TypeError for other data, ValueError for a number that is not finite."""
     return json.dumps(value, allow_nan=False, default=dict)

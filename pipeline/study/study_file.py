@@ -1,4 +1,4 @@
-"""A study as a person writes it: a base design, what varies, how, and what is wanted; checked when it is read."""
+"""A study as written in its file: a base design, what varies and how, and the wanted keys; checked when it is read."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
@@ -38,17 +38,17 @@ HOW = ("sobol", "grid", "points", "search", "sensitivity")
 MOST_POINTS = 10_000_000
 REFUSED = "reading.refused"
 UNCERTAINTY_KEYS = ("verdicts.reading.uncertainty.value", "reading.uncertainty_percent")
-"""The uncertainty at the modulus where it is largest over its limit."""
+"""Keys of the uncertainty at the modulus with the largest ratio to its limit."""
 UNCERTAINTY_LIMIT = "verdicts.reading.uncertainty.limit"
-"""The limit there."""
+"""The limit at that modulus."""
 _PROCESS_FILE = "print.process_file"
-_MIDDLE = 0.5  # of what varies [1]
+_MIDDLE = 0.5  # middle of a varied key [1]
 _NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """What `pipeline optimise` makes least, in how many points, and the names of the verdicts that must pass.
+    """The goal of `pipeline optimise`: the key to minimise, the number of points, and the verdicts that must pass.
 
     A `front` has one key with a list of values. The search is repeated for each of them.
     """
@@ -70,7 +70,7 @@ class Goal:
     front: dict[str, Variation] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a goal that is no number of a report, too few points to search with, and a front without values."""
+        """Refuse a goal that is no number of a report, too few points for a search, and a front without values."""
         check_fields(self, "")
         if self.minimise.rpartition(".")[2] in _NO_NUMBERS:
             bound = "a key whose value is a number"
@@ -82,14 +82,14 @@ class Goal:
 
     @property
     def front_key(self) -> str:
-        """Return the key of the front; an empty text where there is none."""
+        """Return the key of the front, or an empty string."""
         return "".join(self.front or ())
 
 
 def _refuse_no_front(front: Mapping[str, Variation]) -> None:
-    """Raise InputError unless a front has one key with a list of numbers that differ.
+    """Raise InputError unless a front has one key with a list of different numbers.
 
-    Of values that are lists the first numbers must differ.
+    For values that are lists, the first numbers must differ.
     """
     if len(front) != 1:
         bound = "one key of the design file with a list of values"
@@ -106,9 +106,9 @@ def _refuse_no_front(front: Mapping[str, Variation]) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyKeys:
-    """What a study has as its file gives it: the keys that vary, how points are drawn, and what is wanted of each.
+    """The keys of a study in its file: what varies, how points are drawn, and the wanted keys.
 
-    `tol` is the relative error [1] allowed to the springs, `level` the least that is solved.
+    `tol` is the allowed relative error [1] of the springs, and `level` the least that is solved.
     """
 
     vary: dict[str, Variation] = field(default_factory=dict)
@@ -126,7 +126,7 @@ class StudyKeys:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyFile(StudyKeys):
-    """The keys of a study file: those of its study, and where base and points are from."""
+    """The keys of a study file: the keys of its study, and the sources of base and points."""
 
     base: str = text_field(default="paper", hint="name a preset, or a design file that ends in .toml")
     set: dict[str, Any] = field(default_factory=dict)
@@ -136,7 +136,7 @@ class StudyFile(StudyKeys):
 
 @dataclass(frozen=True, kw_only=True)
 class Study(StudyKeys):
-    """A study with the tables of its base, which may need what varies to be a design, and the rows of its points.
+    """A study with the tables of its base, which may need varied keys to be a design, and the rows of its points.
 
     Examples
     --------
@@ -151,7 +151,7 @@ class Study(StudyKeys):
     rows: tuple[Row, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check every number and word, and that they are a study; raises InputError."""
+        """Check every number and word, and their combination; raises InputError."""
         super().__post_init__()
         if self.how == "sobol" and self.samples == 0:
             raise validation_error("samples", self.samples, "", "at least 1", "say how many points")
@@ -181,7 +181,7 @@ class Study(StudyKeys):
 
     @cached_property
     def design(self) -> Design | None:
-        """Return the base as a design; None where it is one only with keys that vary."""
+        """Return the base as a design; None if it needs varied keys to be one."""
         try:
             return self.base.design()
         except InputError:
@@ -189,36 +189,36 @@ class Study(StudyKeys):
 
     @property
     def completing(self) -> dict[str, Setting]:
-        """Return the middle of all that varies where the base needs it to be a design; nothing where it is one."""
+        """Return the middle of all varied keys if the base needs them to be a design; else nothing."""
         return {} if self.design is not None else self.settings_at([_MIDDLE] * len(self.vary))
 
     def settings_at(self, fractions: Iterable[float]) -> dict[str, Setting]:
-        """Return the value of each key at fractions [1] from 0 to 1 of what varies, in the order of the study file."""
+        """Return the value of each varied key at a fraction [1] from 0 to 1, in the order of the study file."""
         return {key: varied.at(fraction) for (key, varied), fraction in zip(self.vary.items(), fractions, strict=True)}
 
     @property
     def front(self) -> tuple[Setting, ...]:
-        """Return the values that the key of a front has, one search after the other; none without a front."""
+        """Return the values of the front's key, one search each; empty without a front."""
         return self.vary[self.goal.front_key].grid() if self.how == "search" and self.goal.front else ()
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Return the keys that vary and those that are wanted, each once."""
+        """Return the varied and the wanted keys, each once."""
         return tuple(dict.fromkeys((*self.vary, *self.wanted)))
 
 
 def verdict_keys(goal: Goal) -> tuple[str, ...]:
-    """Return the keys of report.json that say whether the verdicts of a goal pass."""
+    """Return the keys of report.json that decide whether the verdicts of a goal pass."""
     return tuple(f"verdicts.{name}.{field_name}" for name in goal.under for field_name in VERDICT_FIELDS)
 
 
 def front_number(value: object) -> object:
-    """Return the number by which a value of a front is drawn and named: of a list the first."""
+    """Return the number that places and names a value of a front; the first one of a list."""
     return value[0] if isinstance(value, list | tuple) else value
 
 
 def read_study(path: Path) -> Study:
-    """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one.
+    """Return the study of a TOML file; raises InputError for an unknown key, which names the closest known one.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def read_study(path: Path) -> Study:
     'grid'
     """
     data = read_toml(path, "FILE.toml")
-    folder = path.parent  # of the files that it names
+    folder = path.parent  # folder of the files that it names
     file = record_of(StudyFile, data, _CONVERTER)
     how = file.how or _default_how(data)
     goal = file.goal
@@ -247,14 +247,14 @@ def read_study(path: Path) -> Study:
             raise validation_error("optimise.front", key, "", "a key that does not vary", hint)
         keys["vary"] = {**file.vary, **front}
         keys["wanted"] = _with_goal(file.wanted, goal)
-        # Whether a verdict passes is enough for a search: its value is followed where there is one.
+        # A search needs only to know whether a verdict passes; it follows the value if there is one.
         needed = (*needed, goal.minimise, *(f"verdicts.{name}.passed" for name in goal.under))
     keys["level"] = max(file.level, level_of("wanted", needed), key=LEVELS.index)
     return Study(name=path.stem, base=_base(file, folder), how=how, rows=rows, **keys)
 
 
 def _with_goal(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
-    """Return the wanted keys with those that a search follows: its number, its verdicts, and why these fail."""
+    """Return the wanted keys, extended by those that a search follows: its number, its verdicts, and why they fail."""
     reasons = []
     if any(row_of(name).needs == "reading" for name in goal.under):
         reasons.append(REFUSED)
@@ -264,7 +264,7 @@ def _with_goal(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
 
 
 def _default_how(data: Mapping[str, Any]) -> How:
-    """Return the way in which points are drawn where the file does not say."""
+    """Return how points are drawn if the file does not state it."""
     if "points" in data:
         return "points"
     return "search" if "optimise" in data and "samples" not in data else "sobol"
@@ -273,7 +273,7 @@ def _default_how(data: Mapping[str, Any]) -> How:
 def _base(file: StudyFile, folder: Path) -> DesignTables:
     """Return the tables of the base design with `[set]` on top."""
     settings = file.set
-    if settings.get(_PROCESS_FILE):  # its path starts beside the study file
+    if settings.get(_PROCESS_FILE):  # the path is relative to the study file
         settings = {**settings, _PROCESS_FILE: str(folder / str(settings[_PROCESS_FILE]))}
     return design_tables(folder / file.base if file.base.endswith(".toml") else file.base, settings, "base")
 
@@ -292,12 +292,12 @@ def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     for row in points:
         refuse_length(sheet.source, row, len(keys))
         rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
-    # The rows hold the values; what varies only names the keys, each with a first value in its place.
+    # The rows hold the values. The varied keys only need names, so each gets its first value.
     return {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}, tuple(rows)
 
 
 def _by_keys_hook(kind: Any) -> Callable[[object, Any], dict[str, Any]]:  # noqa: ANN401 - a type of dict
-    """Return the function with which cattrs makes a table of keys of the design, `table.key`, quoted or not."""
+    """Return cattrs' function for a table of design keys, written as `table.key` with or without quotes."""
     structure = mapping_structure_factory(kind, _CONVERTER)
 
     def structure_flat(given: object, _: Any) -> dict[str, Any]:  # noqa: ANN401 - the type of dict

@@ -1,4 +1,4 @@
-"""The table of a study: a row for each point, a column for each key that varies or is wanted."""
+"""The table of a study: a row for each point, and a column for each varied or wanted key."""
 
 import csv
 import json
@@ -15,7 +15,7 @@ FLAG = "--export"
 
 
 def refuse_export(path: Path, folder: Path, *, force: bool) -> None:
-    """Raise InputError where the table of the study of a folder, made later, cannot be written to a file."""
+    """Raise InputError if the table of a study could not be written to a file later."""
     if path.suffix != ".csv":
         raise validation_error(FLAG, str(path), "", "a file name that ends in .csv", "change its ending")
     if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
@@ -24,14 +24,14 @@ def refuse_export(path: Path, folder: Path, *, force: bool) -> None:
 
 
 def export_table(store: StudyStore, path: Path, *, force: bool = False) -> None:
-    """Write the table of a study to a CSV file; raises InputError as `write_files`."""
+    """Write the table of a study to a CSV file; raises InputError like `write_files`."""
     write_files({path: partial(_write_csv, store)}, FLAG, force=force)
 
 
 def table_rows(store: StudyStore, numbers: Sequence[int] | None = None) -> Iterator[dict[str, Any]]:
-    """Yield points of some numbers, all by default, one at a time: number, status, every key, and why it has no values.
+    """Yield points by their numbers, all by default, as rows: number, status, every key, and error.
 
-    What a point has no value for is None.
+    Missing values are None.
     """
     keys = store.keys
     for point in store.rows(numbers):
@@ -41,7 +41,7 @@ def table_rows(store: StudyStore, numbers: Sequence[int] | None = None) -> Itera
 
 
 def table_columns(store: StudyStore) -> dict[str, list[Any]]:
-    """Return the columns of the table of a study by their names, each as long as the study has points."""
+    """Return the columns of the table of a study by name, each as long as the number of points."""
     columns: dict[str, list[Any]] = {name: [] for name in _names(store)}
     for row in table_rows(store):
         for name, value in row.items():
@@ -50,7 +50,7 @@ def table_columns(store: StudyStore) -> dict[str, list[Any]]:
 
 
 def _write_csv(store: StudyStore, path: Path) -> None:
-    """Write one point at a time, numbers with all their digits, as JSON does; an empty cell stands for nothing."""
+    """Write one point at a time, numbers with all digits as in JSON; a missing value is an empty cell."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, _names(store), lineterminator="\n")
         writer.writeheader()

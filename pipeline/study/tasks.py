@@ -1,4 +1,4 @@
-"""Points of a study that one process solves, and what came out of each."""
+"""Tasks of a study: points that one process solves, and their results."""
 
 import errno
 import time
@@ -19,7 +19,7 @@ from sensor.quantity import InputError
 Status = Literal["done", "refused", "failed"]
 
 MACHINE = "machine: "
-"""How the message of a point begins that failed by a fault of the machine, which the same command tries again."""
+"""Prefix of the message of a point that failed by a fault of the machine; the same command retries it."""
 LOST = (
     f"{MACHINE}the worker that solved this point was lost again and again; free memory, the same command tries it again"
 )
@@ -29,7 +29,7 @@ _OF_MACHINE = (OSError, MemoryError, BrokenExecutor)
 
 @dataclass(frozen=True, kw_only=True)
 class PointResult(Point):
-    """A point with what came out of it: values by wanted key or why it was refused or failed, and processor seconds."""
+    """A point with its result: values by wanted key, or why it was refused or failed, and processor seconds."""
 
     status: Status
     values: Mapping[str, object] = field(default_factory=dict)
@@ -40,15 +40,15 @@ class PointResult(Point):
 def solve_points(study: Study, folder: Path, points: Sequence[Point]) -> tuple[PointResult, ...]:
     """Return the results of some points; one that is refused or fails does not stop the others.
 
-    The files of whole runs go into the folder, but those of a search are not kept.
+    The files of whole runs go into the folder; those of a search are not kept.
     """
     return tuple(_solved(study, folder, point) for point in points)
 
 
 def lost_points(study: Study, points: Sequence[Point]) -> tuple[PointResult, ...]:
-    """Return points whose workers were lost, failed.
+    """Return points whose workers were lost, as failed.
 
-    Raises BrokenExecutor in a search, whose next points follow from those before, so that none may be left out.
+    Raises BrokenExecutor in a search, whose next points depend on all earlier ones.
     """
     if study.how == "search":
         raise BrokenExecutor(LOST)
@@ -56,9 +56,9 @@ def lost_points(study: Study, points: Sequence[Point]) -> tuple[PointResult, ...
 
 
 def _solved(study: Study, folder: Path, point: Point) -> PointResult:
-    """Return the result of a point: its values, or why it is refused or failed.
+    """Return the result of a point: its values, or the reason why it was refused or failed.
 
-    Raises what a fault of the machine raises if the disk is full, and in a search, whose next points follow from this.
+    Raises the fault of the machine if the disk is full, and in a search, whose next points depend on this one.
     """
     start = time.process_time()
     values: Mapping[str, object] = {}
@@ -78,9 +78,9 @@ def _solved(study: Study, folder: Path, point: Point) -> PointResult:
 
 
 def _fault_of_machine(failure: Exception) -> BaseException | None:
-    """Return the fault of the machine that an error is or comes from, None for an error of the point.
+    """Return the fault of the machine that caused an error; None for an error of the point.
 
-    A file that is not there is named by the point.
+    A missing file is an error of the point, which names it.
     """
     for cause in (failure, failure.__cause__):
         if isinstance(cause, _OF_MACHINE) and not isinstance(cause, FileNotFoundError):
@@ -92,11 +92,11 @@ def _values(study: Study, folder: Path, point: Point) -> dict[str, object]:
     """Return the wanted values of a point, at the level of its study."""
     design = study.base.design(point.settings)
     if study.level == "files":
-        from pipeline import run  # with all that draws and writes, which takes seconds and only these points need
+        from pipeline import run  # the import takes seconds, and only these points need it
 
         out = None if study.how == "search" else folder / "designs" / f"{point.number:07d}"
         options = RunOptions(tolerance=study.tol, out=out)
-        result = run(design, options, beside=False)  # one process for each core
+        result = run(design, options, beside=False)  # the engine has one process for each core
         report: Mapping[str, object] = {**vars(report_of_result(result)), PASSED: result.passed}
     else:
         options = RunOptions(tolerance=study.tol)

@@ -1,4 +1,4 @@
-"""How one key of a design varies over the points of a study: over a range, a list, or a distribution."""
+"""The variation of one key of a design over the points of a study: a range, a list, or a distribution."""
 
 import math
 from collections.abc import Mapping
@@ -14,17 +14,17 @@ from sensor.quantity import Bounds, as_float, check_fields, choice, quantity, te
 
 Setting = float | int | str | bool | tuple[float, ...]
 
-_TAIL = 1e-9  # of a normal distribution, beyond which no point lies: 6 standard deviations
+_TAIL = 1e-9  # probability beyond which no point lies, at 6 standard deviations of a normal distribution
 _BOTH = "give from and to, or mean and sd"
 _SOURCE = "say where its numbers are from"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
-    """Numbers between two ends, both included, in equal steps or in equal ratios [unit of the key].
+    """Numbers between two ends, both included, in equal steps or equal ratios [unit of the key].
 
-    `steps` is how many numbers a grid takes. A span with a `distribution` is a uniform one, and its source says where
-    its ends are from.
+    `steps` is the number of values in a grid. A `distribution` is uniform over the range, and `source` states the
+    origin of its ends.
     """
 
     low: float = quantity("", Bounds(), hint=_BOTH, key="from")
@@ -37,7 +37,7 @@ class Range:
     source: str | None = text_field(default=None, hint=_SOURCE)
 
     def __post_init__(self) -> None:
-        """Refuse ends that leave nothing between them, steps that are none, and a distribution without its source."""
+        """Refuse an empty range, invalid steps, and a distribution without its source."""
         check_fields(self, "")
         if not self.low < self.high:
             bound = f"greater than from = {self.low:g}"
@@ -48,13 +48,13 @@ class Range:
             raise validation_error("source", None, "", "given with a distribution", _SOURCE)
 
     def at(self, fraction: float) -> float:
-        """Return the number that a fraction [1] of the span, or of the distribution, lies below [unit of the key]."""
+        """Return the number at a fraction [1] of the range or of the distribution [unit of the key]."""
         if self.log:
             return self.low * math.pow(self.high / self.low, fraction)
         return self.low + (self.high - self.low) * fraction
 
     def fraction_of(self, value: object) -> float | None:
-        """Return the fraction [1] of the span that lies below a number [unit of the key]; None for any other value."""
+        """Return the fraction [1] of the range below a number [unit of the key]; None for any other value."""
         if not is_number(value) or not self.low <= value <= self.high:
             return None
         if self.log:
@@ -62,16 +62,16 @@ class Range:
         return (value - self.low) / (self.high - self.low)
 
     def grid(self) -> tuple[Setting, ...]:
-        """Return the numbers of a grid [unit of the key]; raises InputError where no steps were given."""
+        """Return the numbers of a grid [unit of the key]; raises InputError without `steps`."""
         if self.steps is None:
-            hint = "say how many values to take, both ends counted"
+            hint = "give the number of values, with both ends"
             raise validation_error("steps", None, "", "given with how = 'grid'", hint)
         return tuple(self.at(i / (self.steps - 1)) for i in range(self.steps))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """The values of a list, numbers or words; by Sobol points each takes an equal fraction."""
+    """The values of a list, numbers or words; each represents an equal share of Sobol points."""
 
     values: tuple[Setting, ...]
 
@@ -81,11 +81,11 @@ class Choices:
             raise validation_error("values", "[]", "", "a list of at least one value", "write at least one value")
 
     def at(self, fraction: float) -> Setting:
-        """Return the value that a fraction [1] from 0 to 1 falls on [unit of the key]."""
+        """Return the value at a fraction [1] from 0 to 1 [unit of the key]."""
         return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
 
     def fraction_of(self, value: object) -> float | None:
-        """Return the middle of the fractions [1] that fall on a value; None for one that is not in the list."""
+        """Return the middle of the fractions [1] of a value; None for one that is not in the list."""
         if value not in self.values:
             return None
         return (self.values.index(value) + 0.5) / len(self.values)
@@ -97,22 +97,22 @@ class Choices:
 
 @dataclass(frozen=True, kw_only=True)
 class Normal:
-    """A normal distribution of a mean and a standard deviation [unit of the key], and the source of both."""
+    """A normal distribution with a mean and a standard deviation [unit of the key], and the source of both."""
 
     mean: float = quantity("", Bounds(), hint=_BOTH)
     sd: float = quantity("", Bounds(above=0.0), hint="give one value where nothing scatters")
     source: str = text_field(hint=_SOURCE)
 
     def __post_init__(self) -> None:
-        """Refuse a deviation that is none, and a distribution without its source."""
+        """Refuse an invalid deviation, and a distribution without its source."""
         check_fields(self, "")
 
     def at(self, fraction: float) -> float:
-        """Return the number that a fraction [1] of the distribution lies below [unit of the key]."""
+        """Return the quantile at a fraction [1] of the distribution [unit of the key]."""
         return self.mean + self.sd * float(ndtri(min(max(fraction, _TAIL), 1.0 - _TAIL)))
 
     def grid(self) -> tuple[Setting, ...]:
-        """Raise InputError: a distribution has no grid."""
+        """Raise InputError, because a distribution has no grid."""
         bound = "sobol where a key has a distribution"
         raise validation_error("how", "grid", "", bound, "set how = 'sobol' and samples")
 
@@ -121,7 +121,7 @@ Variation = Range | Choices | Normal
 
 
 def setting_of(value: object) -> Setting:
-    """Return a value of TOML as one that a key of a design can have; raises MisfitError for dates, tables and nan."""
+    """Return a TOML value as a value of a design key; raises MisfitError for dates, tables and nan."""
     numbers = value if isinstance(value, list) and value else [value]
     if isinstance(value, bool | str) or all(
         is_number(number) and math.isfinite(as_float(number)) for number in numbers
@@ -132,12 +132,12 @@ def setting_of(value: object) -> Setting:
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Say whether a value is a number: a truth value, which is an int to Python, is none."""
+    """Return whether a value is a number; a truth value is not, although it is an int in Python."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def setting_of_cell(key: str, cell: str) -> Setting:
-    """Return the value of a cell in the column of a key: a number or a truth value as TOML writes it, else text."""
+    """Return the value of a cell in the column of a key: a number or truth value in TOML's notation, else text."""
     try:
         return setting_of(parsed_setting(cell))
     except MisfitError as error:
@@ -146,7 +146,7 @@ def setting_of_cell(key: str, cell: str) -> Setting:
 
 
 def variation(given: object, converter: cattrs.Converter) -> Variation:
-    """Return the variation that a study file gives a key, its tables made by a converter of `file_converter`.
+    """Return the variation of a key in a study file; its tables are structured by a converter of `file_converter`.
 
     A list is taken as it is. A table has `from` and `to` with `steps` or `log`, or `mean` and `sd`.
     """

@@ -1,4 +1,4 @@
-"""What a study may ask for: keys of report.json, what has to be solved for each, and their values."""
+"""Keys that a study may request: keys of report.json, what must be solved for each, and their values."""
 
 from collections.abc import Iterable
 from typing import Literal
@@ -11,23 +11,23 @@ from sensor.verdict import row_of, verdict_rows
 Level = Literal["contact", "flexures", "files"]
 
 LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
-"""By what they cost: closed forms and contact; springs fitted by finite elements; a whole run with its files."""
+"""Levels by cost: closed forms and contact; springs fitted by finite elements; a whole run with its files."""
 
 VERDICT_FIELDS = ("value", "error", "limit", "tolerance", "passed")
 PASSED = "passed"
-"""Whether all verdicts of a run passed: what a study may ask for beside the keys of its report."""
+"""The key for whether all verdicts of a run passed, in addition to the keys of its report."""
 
 
 def level_of(name: str, keys: Iterable[str]) -> Level:
     """Return the cheapest level that gives all keys.
 
-    Raises InputError that names the list of keys and the nearest known key, where one is not of report.json.
+    Raises InputError, which names the list of keys and the closest known key, for a key that is not in report.json.
     """
     return max((_level_of(name, key) for key in keys), key=LEVELS.index, default="contact")
 
 
 def _level_of(name: str, key: str) -> Level:
-    """Return the level of one key; raises InputError for one that no study may ask for."""
+    """Return the level of one key; raises InputError for one that a study cannot request."""
     refuse_gone_key(key)
     level = _verdict_level(key) if key.startswith("verdicts.") else _plain_level(key)
     for known in LEVELS:
@@ -43,7 +43,7 @@ def _level_of(name: str, key: str) -> Level:
 
 
 def _plain_level(key: str) -> str:
-    """Return the level of a key of report.json that is no verdict's; an empty text for one that none may ask for."""
+    """Return the level of a report key that belongs to no verdict; empty if it cannot be requested."""
     if key == PASSED:
         return "files"
     found = report_key(key)
@@ -51,30 +51,30 @@ def _plain_level(key: str) -> str:
 
 
 def _verdict_level(key: str) -> str:
-    """Return the level of verdicts.NAME.FIELD; an empty text for one that none may ask for."""
+    """Return the level of verdicts.NAME.FIELD; empty if it cannot be requested."""
     verdict, field = verdict_field(key)
     if field not in VERDICT_FIELDS:
         return ""
     row = row_of(verdict)
     level = (row.value_level if field == "value" else None) or row.level
-    # The table has every verdict; those on solids are known to a whole run only.
+    # All verdicts are in the table; verdicts on solids need a whole run.
     return level or ("files" if row.group == "solid" else "")
 
 
 def verdict_field(key: str) -> tuple[str, str]:
-    """Return the NAME and the FIELD of verdicts.NAME.FIELD; both are empty for a key of no verdict."""
+    """Return the NAME and the FIELD of verdicts.NAME.FIELD; both are empty for any other key."""
     table, _, rest = key.partition(".")
     name, _, field = rest.rpartition(".")
     return (name, field) if table == "verdicts" else ("", "")
 
 
 def wanted_value(report: object, key: str) -> object:
-    """Return the value at a key of a report, or of parts of one by their keys.
+    """Return the value at a key of a report or of its parts.
 
-    Raises InputError where this design's report has no such key.
+    Raises InputError if this design's report has no such key.
     """
     try:
         return value_at(report, key)
     except KeyError as error:
         bound = "a key of the report of this design"
-        raise validation_error("wanted", key, "", bound, "ask for another key or change the base") from error
+        raise validation_error("wanted", key, "", bound, "request another key or change the base") from error

@@ -1,4 +1,4 @@
-"""Where the points of a study are solved: processes of this machine, or a Dask cluster that somebody started."""
+"""Workers that solve the points of a study: processes of this machine, or a running Dask cluster."""
 
 import asyncio
 import logging
@@ -21,19 +21,19 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 MOST_PROCESSES = 1024
-_ATTEMPTS = 2  # alone, for an item that was out when a worker was lost: it may be what ended the worker
-_IN_FLIGHT = 4  # items a worker: enough that none waits, few enough that a million need no memory
-_CHECK_SECONDS = 5.0  # without an answer, after which the engine is asked whether one can still come
-_CONNECT_SECONDS = 4  # for a scheduler to take a connection
-_ANSWER_SECONDS = 15  # for a scheduler to answer
-_WITHOUT_WORKERS_SECONDS = 120  # a worker that was lost may be started again in that time
+_ATTEMPTS = 2  # retries, one at a time, of an item whose worker was lost, because it may be the cause
+_IN_FLIGHT = 4  # items per worker: enough that none waits, few enough that a million need no memory
+_CHECK_SECONDS = 5.0  # time without an answer, after which the engine is checked
+_CONNECT_SECONDS = 4  # time for a scheduler to accept a connection
+_ANSWER_SECONDS = 15  # time for a scheduler to answer
+_WITHOUT_WORKERS_SECONDS = 120  # time in which a lost worker may be restarted
 
 
 @dataclass(kw_only=True)
 class Engine:
-    """Workers that stay between studies: how to open and close their executor, and which errors mean that one was lost.
+    """Workers that persist between studies: functions to open and close their executor, and errors of a lost worker.
 
-    `check` raises InputError where no answer can come any more, as all workers are gone for good.
+    `check` raises InputError if no answer can arrive any more, because all workers are permanently lost.
     """
 
     open: Callable[[], Executor]
@@ -44,10 +44,10 @@ class Engine:
     _executor: Executor | None = field(default=None, init=False)
 
     def submit(self, work: Callable[[Item], Result], item: Item) -> Future[Result]:
-        """Return the future of a piece of work on an item; an executor that has lost a worker is opened again."""
+        """Return the future of work on an item; an executor that has lost a worker is opened again."""
         try:
             return self._opened().submit(work, item)
-        except self.lost:  # an executor that has lost a worker takes no more
+        except self.lost:  # an executor that has lost a worker accepts no more work
             self.check()
             self.end()
             return self._opened().submit(work, item)
@@ -58,7 +58,7 @@ class Engine:
         return self._executor
 
     def end(self) -> None:
-        """Close the executor, whatever its workers are at; the next item opens another one."""
+        """Close the executor immediately; the next item opens another one."""
         executor, self._executor = self._executor, None
         if executor is not None:
             self.close(executor)
@@ -67,10 +67,10 @@ class Engine:
 def completed_items(
     engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], if_lost: Callable[[Item], Result]
 ) -> Generator[tuple[Item, Result]]:
-    """Yield each item with what a piece of work makes of it, in the order in which they end.
+    """Yield each item with its result, in the order of completion.
 
-    An item that was out when a worker was lost is tried again in the end, alone. Where that worker is lost too,
-    `if_lost` says what becomes of it. Raises InputError where the engine has no workers any more.
+    An item whose worker was lost is retried at the end, one at a time. If it fails again, `if_lost` gives its result.
+    Raises InputError if the engine has no workers any more.
     """
     in_doubt: list[Item] = []
     yield from _completed(engine, work, items, engine.workers * _IN_FLIGHT, in_doubt)
@@ -87,10 +87,11 @@ def completed_items(
 def _completed(
     engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], in_flight: int, lost: list[Item]
 ) -> Generator[tuple[Item, Result]]:
-    """Yield each item with its result, and add to `lost` those whose worker was lost; only so many are out at once."""
+    """Yield each item with its result, and append to `lost` the items of lost workers; limit the items in flight."""
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
-    ended: SimpleQueue[Future[Result]] = SimpleQueue()  # each adds itself: to ask all that run costs more than a task
+    # finished futures add themselves, because polling all of them costs more than a task
+    ended: SimpleQueue[Future[Result]] = SimpleQueue()
     try:
         while True:
             for item in islice(waiting, in_flight - len(running)):
@@ -117,7 +118,7 @@ def _completed(
 
 
 def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractContextManager[Engine]:
-    """Return the cluster of a scheduler where one is named, else processes on this machine; refuses both at once."""
+    """Return the cluster of a scheduler if one is named, else processes on this machine; raises InputError for both."""
     if processes is not None and scheduler is not None:
         raise validation_error(
             "--processes", processes, "", "left out beside --scheduler", "leave it out: the cluster has its own workers"
@@ -127,14 +128,14 @@ def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractConte
 
 @contextmanager
 def process_engine(processes: int | None = None) -> Iterator[Engine]:
-    """Give processes of this machine, one for each core if no number is given; each computes on one thread.
+    """Yield an engine of processes on this machine, by default one for each core; each has one thread.
 
-    Raises InputError for a number that is none.
+    Raises InputError for an invalid number.
 
     Parameters
     ----------
     processes : int, optional
-        How many; as many as there are cores by default.
+        The number of processes; by default the number of cores.
 
     Examples
     --------
@@ -157,10 +158,9 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
 
 @contextmanager
 def cluster_engine(address: str) -> Iterator[Engine]:
-    """Give the workers of the Dask scheduler at an address, for instance tcp://127.0.0.1:8786.
+    """Yield an engine of the workers of a Dask scheduler at an address, for instance tcp://127.0.0.1:8786.
 
-    Raises InputError where the package is missing, the scheduler does not answer, it has no workers, or their code is
-    not this one.
+    Raises InputError if the package is missing, the scheduler does not answer or has no workers, or their code differs.
     """
     try:
         from distributed.client import ClosedClientError
@@ -170,7 +170,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
         raise validation_error(
             "--scheduler", address, "", "used where the package distributed is installed", hint
         ) from error
-    # that a cluster is lost is said by us, in one line; distributed gives each of these a level of its own
+    # we report a lost cluster in one line; distributed sets a level for each of these loggers
     for name in ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     client = _connected(address)
@@ -186,13 +186,13 @@ def cluster_engine(address: str) -> Iterator[Engine]:
             raise validation_error("--scheduler", address, "", bound, hint) from error
 
     def close(executor: Executor) -> None:
-        with suppress(OSError, RuntimeError):  # a scheduler that is gone needs no farewell
+        with suppress(OSError, RuntimeError):  # a scheduler that is gone needs no shutdown
             executor.shutdown(wait=False)
 
     try:
         _refuse_other_code(client, address)
         yield Engine(
-            open=lambda: client.get_executor(pure=False),  # the same item, given again, is a new task
+            open=lambda: client.get_executor(pure=False),  # the same item, submitted again, is a new task
             close=close,
             workers=sum(client.nthreads().values()),
             lost=(KilledWorker, CancelledError, ClosedClientError),
@@ -204,7 +204,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
 
 
 def _connected(address: str) -> "Client":
-    """Return a client of a scheduler; raises InputError where none answers."""
+    """Return a client of a scheduler; raises InputError if none answers."""
     from distributed import Client
     from distributed.comm import connect
 
@@ -213,7 +213,7 @@ def _connected(address: str) -> "Client":
         await connection.close()
 
     try:
-        asyncio.run(greet())  # a client that finds nobody would wait for half a minute until it ends
+        asyncio.run(greet())  # a client without a scheduler would block for half a minute at its end
         return Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
     except (OSError, ValueError, RuntimeError, MemoryError) as error:  # MemoryError: something else answered
         hint = "start it with dask scheduler, and check the address"
@@ -221,7 +221,7 @@ def _connected(address: str) -> "Client":
 
 
 def _refuse_other_code(client: "Client", address: str) -> None:
-    """Raise InputError where a cluster has no workers, or one whose code is not this one."""
+    """Raise InputError if a cluster has no workers, or a worker with other code."""
     try:
         digests: dict[str, str] = client.run(code_digest)
     except ImportError as error:

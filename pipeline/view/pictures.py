@@ -34,12 +34,12 @@ FLAG = "--png"
 SIZE = (1600, 1000)
 _PRINTED_DIRECTION = Vector(0.35, -0.75, 1.0)
 _HOUSING_AND_FRUIT = 2
-_COLUMNS = 3  # of pictures in a window
+_COLUMNS = 3  # columns of pictures in a window
 
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """One picture: its file name without ending, and what draws it; `in_window` says that the window shows it."""
+    """One picture: its file name without ending, and the function that draws it; `in_window` puts it in the window."""
 
     name: str
     draw: Callable[[Plotter], None]
@@ -47,7 +47,7 @@ class Picture:
 
 
 def pictures(folder: Path) -> list[Picture]:
-    """Return the pictures of an output folder: part, assembly, flexures, fruit, mesh; raises InputError."""
+    """Return the pictures of an output folder: part, assembly, flexures, fruit and mesh; raises InputError."""
     report = read_report(folder)
     drawn = []
     if (folder / "housing.stl").is_file():
@@ -80,11 +80,10 @@ def pictures(folder: Path) -> list[Picture]:
 
 
 def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False, count: Count = silent) -> list[Path]:
-    """Write each picture as NAME.png into a folder, whole or not at all; return the paths.
+    """Write each picture as NAME.png into a folder, completely or not at all; return the paths.
 
-    `count` is told how many are drawn.
-    Raises InputError where the folder cannot be written, or has other files of these names and `force` does not keep
-    them as NAME.bak.
+    `count` is called with the number of finished pictures. Raises InputError for an unwritable folder, or if it has
+    other files of these names and `force` does not keep them as NAME.bak.
     """
     refuse_taken([folder / f"{picture.name}.png" for picture in drawn], FLAG, force=force)
     draw_without_display()
@@ -105,14 +104,14 @@ def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False, c
 
 
 def show_pictures(drawn: list[Picture], name: str) -> None:
-    """Show pictures in one window until it is closed; raises InputError where no window can open."""
+    """Show pictures in one window until it is closed; raises InputError if no window can open."""
     if sys.platform == "linux" and not _has_display():
         raise validation_error("display", None, "", "one that can open a window", "write pictures instead: --png DIR")
     window_of(drawn, name).show()
 
 
 def window_of(drawn: list[Picture], name: str) -> Plotter:
-    """Return the window with every picture drawn that it shows, not yet open."""
+    """Return the window with its pictures drawn, not yet open."""
     placed = [picture for picture in drawn if picture.in_window]
     columns = min(_COLUMNS, len(placed))
     rows = -(-len(placed) // columns)
@@ -125,7 +124,7 @@ def window_of(drawn: list[Picture], name: str) -> Plotter:
 
 
 def draw_without_display() -> None:
-    """Let VTK draw off screen where there is no display; called before the first plotter is made."""
+    """Let VTK draw off screen if there is no display; call it before the first plotter is created."""
     if not _has_display():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 

@@ -1,4 +1,4 @@
-"""A scene: a body with its fields, deformed and in colour, with a bar for the colours and a ruler for the size."""
+"""A scene: a body coloured by its fields and deformed, with a colour bar and a ruler."""
 
 import textwrap
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ Plotter = Any
 DISPLACEMENT = "displacement_mm"
 BODY = "#c8ccd2"
 EDGE = "#30343a"
-PALETTE = "YlOrRd"  # pale where there is little: the shape stays readable
-SUBDIVISION = 3  # how often the facet of a quadratic cell is halved
-_SHARP_EDGE = 25.0  # degrees between two facets
+PALETTE = "YlOrRd"  # pale for low values, so that the shape stays visible
+SUBDIVISION = 3  # number of times that the facet of a quadratic cell is halved
+_SHARP_EDGE = 25.0  # [deg] between two facets
 _ZOOM = 0.75  # leaves room for title, ruler and bar
 _NARROW = 900  # pixels
 _TITLE_SIZE = 11
-_LETTER_WIDTH = 1.35  # of the size of a title
+_LETTER_WIDTH = 1.35  # average width of a letter over the size of a title
 
 
 class Vector(NamedTuple):
@@ -38,23 +38,23 @@ FRONT = Vector(0.25, -1.0, 0.45)
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """A number at every node: the array that holds it, and its title with the unit."""
+    """A number at every node: the name of its array, and its title with the unit."""
 
     array: str
     title: str
 
     def range_on(self, mesh: Mesh) -> tuple[float, float]:
-        """Return the range of colours, in the unit of the field: from 0, or the least value below, to the largest."""
+        """Return the range of colours in the unit of the field: from 0, or a negative minimum, to the maximum."""
         values = np.asarray(mesh.point_data[self.array])
         return min(0.0, float(values.min())), float(values.max())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldScene:
-    """A whole mesh [mm] with its fields, the first one drawn by default, and how it is looked at.
+    """A complete mesh [mm] with its fields, the first one drawn by default, and its view.
 
-    `enlarged` says that displacements may be drawn larger, `direction` points from the body to the eye. `cut_y` is
-    where the body is cut open [mm], `focus` are the bounds (x, x, y, y, z, z) of the picture [mm].
+    With `enlarged`, displacements may be scaled. `direction` points from the body to the viewer. `cut_y` is the plane
+    at which the body is cut open [mm], and `focus` are the bounds (x, x, y, y, z, z) of the picture [mm].
     """
 
     name: str
@@ -68,7 +68,7 @@ class FieldScene:
 
     @property
     def caption(self) -> str:
-        """Return the title, and how the displacements are drawn."""
+        """Return the title with the scale of the displacements."""
         scale = "as they are" if self.factor == 1.0 else f"{self.factor:g} times"
         return f"{self.title}; displacements drawn {scale}, at most {self.largest_displacement_mm:.3g} mm"
 
@@ -84,7 +84,7 @@ class FieldScene:
 
 
 def deformed_surface(scene: FieldScene, subdivision: int = SUBDIVISION) -> tuple[Mesh, Mesh]:
-    """Return the surface of a scene [mm] before and after the deformation as it is drawn."""
+    """Return the surface of a scene [mm] before and after the drawn deformation."""
     mesh = scene.mesh
     if scene.cut_y is not None:
         mesh = mesh.clip(normal=(0.0, -1.0, 0.0), origin=(0.0, scene.cut_y, 0.0))
@@ -93,10 +93,10 @@ def deformed_surface(scene: FieldScene, subdivision: int = SUBDIVISION) -> tuple
 
 
 def draw_scene(plotter: Plotter, scene: FieldScene, field: Field | None = None) -> None:
-    """Draw a scene in the colours of one of its fields, over the outline of the body before it is pressed."""
+    """Draw a scene coloured by one of its fields, over the outline of the undeformed body."""
     field = field or scene.fields[0]
     bar: dict[str, object] = {
-        # VTK takes bars of one title for one bar, so the name of the scene is in it
+        # VTK merges bars with equal titles, so the title includes the name of the scene
         "title": f"{scene.name}: {field.title}\n",
         "color": "black",
         "fmt": "%.3g",
@@ -131,27 +131,27 @@ def draw_part(plotter: Plotter, part: Mesh, title: str, direction: Vector) -> No
 
 
 def draw_cells(plotter: Plotter, mesh: Mesh, title: str) -> None:
-    """Draw a mesh without fields, its cells to be seen."""
+    """Draw a mesh without fields, with visible cells."""
     surface = mesh.linear_copy().extract_surface(algorithm="dataset_surface")
     plotter.add_mesh(surface, color=BODY, ambient=0.15, show_edges=True, edge_color=EDGE, line_width=1)
     frame(plotter, mesh, title, FRONT)
 
 
 def sharp_edges(surface: Mesh) -> Mesh:
-    """Return the lines along which a surface has an edge."""
+    """Return the sharp edges of a surface as lines."""
     return surface.extract_feature_edges(
         feature_angle=_SHARP_EDGE, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
     )
 
 
 def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tuple[float, ...] | None = None) -> None:
-    """Add the title and a ruler [mm] to a picture, and look at the body, or at the bounds of a part of it [mm]."""
+    """Add a title and a ruler [mm] to a picture, and set the view to the body or to bounds [mm]."""
     bounds = focus or tuple(mesh.bounds)
     letters = max(1, int(_width(plotter) / (_LETTER_WIDTH * _TITLE_SIZE)))
     lines = textwrap.wrap(title, letters)
     plotter.add_text("\n".join(lines), position="upper_edge", font_size=_TITLE_SIZE, color="black")
     left, right, front, _, bottom, _ = bounds
-    length = round_below(0.25 * (right - left))  # of a ruler along x, below the front of the body
+    length = round_below(0.25 * (right - left))  # length of a ruler along x, below the front of the body
     diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
     start = np.array([left, front, bottom - 0.06 * diagonal])
     plotter.add_mesh(pv.Line(start, start + np.array([length, 0.0, 0.0])), color=EDGE, line_width=4)
@@ -162,7 +162,7 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
         shape=None,
         show_points=False,
         always_visible=True,
-        justification_vertical="bottom" if direction[2] > 0.0 else "top",  # the ruler rises where it is seen from below
+        justification_vertical="bottom" if direction[2] > 0.0 else "top",  # seen from below, the ruler is at the top
     )
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_parallel_projection()
@@ -171,6 +171,6 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
 
 
 def _width(plotter: Plotter) -> float:
-    """Return the width of the picture, or of the part of the window that is being filled [pixels]."""
+    """Return the width of the picture, or of the active part of the window [pixels]."""
     left, _, right, _ = plotter.renderer.viewport
     return float(plotter.window_size[0] * (right - left))

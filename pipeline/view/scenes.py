@@ -1,4 +1,4 @@
-"""What can be drawn of an output folder: each spring, the fruit, the assembly."""
+"""Scenes of an output folder: each spring, the fruit, and the assembly."""
 
 from __future__ import annotations
 
@@ -41,20 +41,20 @@ LARGEST_STRAIN = Field(array=STRAIN, title="largest principal strain [1]")
 STRAIN_OVER_LIMIT = Field(array="strain_over_limit", title="strain / limit of the leaves [1]")
 VERTICAL_PRESSURE = Field(array="vertical_pressure_MPa", title="pressure along the press [MPa]")
 
-_ZZ = 2  # of xx, yy, zz, xy, yz, xz
-_FOCUS = 0.4  # of the spacing of the tips: how far around them the picture of the fruit reaches
+_ZZ = 2  # index in xx, yy, zz, xy, yz, xz
+_FOCUS = 0.4  # extent of the fruit's picture around the tips, as a fraction of their spacing
 _CHORD_MM = 0.05
-_FACET_ANGLE = 0.2  # rad
-_LEADER = 0.13  # of the height of the picture: by how much each name stands beyond the one before
-_FRUIT_DOWN = 1.2  # of its height: how far the fruit moves from the tips in a picture that shows each body apart
-_TIP_ASIDE = 0.3  # of the length of the sensor: how far the name of a tip stands aside of the fruit
-_AS_LOW_MM = 1e-3  # heights that differ by less are those of equal tips
+_FACET_ANGLE = 0.2  # [rad]
+_LEADER = 0.13  # step between names, as a fraction of the height of the picture
+_FRUIT_DOWN = 1.2  # displacement of the fruit in the exploded view, as a fraction of its height
+_TIP_ASIDE = 0.3  # sideways distance of a tip's name from the fruit, as a fraction of the sensor's length
+_AS_LOW_MM = 1e-3  # tips whose heights differ by less are equal
 ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
-_APART_DIRECTION = Vector(0.7, -1.0, -0.35)  # from below, where the tips are
+_APART_DIRECTION = Vector(0.7, -1.0, -0.35)  # from below, where the tips are visible
 
 
 def read_mesh(path: Path) -> Mesh:
-    """Return the mesh of a file; raises InputError when it holds no cell."""
+    """Return the mesh of a file; raises InputError if it has no cells."""
     data = pv.read(path)
     if not getattr(data, "n_cells", 0):
         bound = "a mesh with at least one cell"
@@ -63,7 +63,7 @@ def read_mesh(path: Path) -> Mesh:
 
 
 def field_scenes(report: Report, folder: Path) -> tuple[FieldScene, ...]:
-    """Return the scenes of a folder that have fields: the low and the high spring, the fruit; raises InputError."""
+    """Return the scenes of a folder that have fields: the low and the high spring, and the fruit; raises InputError."""
     scenes: list[FieldScene] = []
     if (folder / FLEXURE).is_file():
         half = read_mesh(folder / FLEXURE)
@@ -77,7 +77,7 @@ def field_scenes(report: Report, folder: Path) -> tuple[FieldScene, ...]:
 
 
 def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
-    """Return the housing on the side of each spring, cut off midway between the tips."""
+    """Return the housing on the side of each spring, cut midway between the tips."""
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
     data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.design.process.strain_limit
@@ -100,7 +100,7 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
 
 
 def whole_model(mesh: Mesh) -> Mesh:
-    """Return the whole of a mesh [mm] with its arrays: a half model and its mirror image, anything else as it is."""
+    """Return the complete mesh [mm] with its arrays: a half model and its mirror image; others unchanged."""
     if SYMMETRY not in mesh.point_data:
         return mesh
     mirror = vtkReflectionFilter()
@@ -108,7 +108,7 @@ def whole_model(mesh: Mesh) -> Mesh:
     mirror.SetPlaneToY()
     mirror.SetCenter(0.0)
     mirror.CopyInputOn()
-    mirror.FlipAllInputArraysOn()  # vectors and symmetric tensors change the sign of what has one y
+    mirror.FlipAllInputArraysOn()  # vectors and symmetric tensors change the sign of components with one y
     mirror.Update()
     return pv.wrap(mirror.GetOutput()).clean()
 
@@ -118,9 +118,10 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldScene:
     mesh = on_true_shape(design, block)
     mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
     mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]
-    # The picture reaches a little around the tips, as deep as it is wide, and not beyond the block.
+    # The picture extends a little beyond the tips, is as deep as wide, and stays within the block. VTK's bounds
+    # alternate: least x, largest x, least y, and so on.
     positions = np.array(design.tips.places_mm)
-    first_x, row_y = positions.min(axis=0)  # the row of tips nearest to the eye
+    first_x, row_y = positions.min(axis=0)  # the row of tips nearest to the viewer
     last_x, last_y = positions.max(axis=0)
     reach = _FOCUS * design.tips.spacing_mm
     depth = 0.5 * (last_x - first_x + reach)
@@ -138,38 +139,38 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldScene:
 
 
 def on_true_shape(design: Design, block: Mesh) -> Mesh:
-    """Return the block of a fruit [mm] bent to the fruit: a sphere's or an ellipsoid's skin where it has one."""
+    """Return the block of a fruit [mm] bent to the skin of a sphere or an ellipsoid, if the fruit is curved."""
     mesh = block.copy()
     if design.fruit.radius_mm is None:
         return mesh
     footprints = contact_footprints(design.fruit, design.tips)
     shape = CurvedShape(design.fruit, core_of(smooth_loads(design.fruit, footprints)))
-    turned = np.array([1.0, 1.0, -1.0])  # the shape has z downwards, the mesh upwards
+    turned = np.array([1.0, 1.0, -1.0])  # z points down in the shape and up in the mesh
     mesh.points = shape.bend((np.asarray(block.points) * turned).T).T * turned
     return mesh
 
 
 def assembly_parts(report: Report) -> list[cq.Assembly]:
-    """Return every part of the sensor over its fruit [mm]; none where the design has no housing."""
+    """Return every part of the sensor over its fruit [mm]; empty if the design has no housing."""
     return [] if report.housing is None else assembly_of(sensor_of(report.design, report.housing)).children
 
 
 def draw_assembly(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
-    """Draw parts in their colours, where they are."""
+    """Draw parts in their colours and places."""
     surfaces = [_drawn(plotter, part) for part in parts]
     frame(plotter, pv.merge(surfaces), title, ASSEMBLY_DIRECTION)
 
 
 def draw_apart(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
-    """Draw parts moved outwards across the sensor, the fruit downwards; a line leads from each kind to its name.
+    """Draw an exploded view: parts move outwards across the sensor and the fruit down, with a leader to each name.
 
-    Seen from below, so that the tips show. The names of tips and fruit stand below all parts, the others above, each a
-    step beyond the one before, so that none hides another.
+    It is seen from below, so that the tips show. The names of tips and fruit are below all parts, the others above.
+    Each is a step beyond the one before, so that no name hides another.
     """
     surfaces = []
-    starts: dict[str, Floats] = {}  # of the lines to the names, those above first
+    starts: dict[str, Floats] = {}  # starts of the leaders to names above
     below: dict[str, Floats] = {}
-    lowest: list[Floats] = []  # the lowest point of each part but the fruit
+    lowest: list[Floats] = []  # the lowest point of each part except the fruit
     for part in parts:
         kind = part.name.rstrip("0123456789_").replace("_", " ")
         is_fruit = kind == "fruit"
@@ -190,7 +191,7 @@ def draw_apart(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> No
     look: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
     for kind, end in ends.items():
         plotter.add_mesh(pv.Line({**starts, **below}[kind], end), color=EDGE, line_width=1)
-        # of labels that are added together VTK leaves out those that are near to others
+        # VTK omits labels near to others if they are added together
         plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **look)
     heights = [bottom, top, *(float(end[2]) for end in ends.values())]
     frame(plotter, whole, title, _APART_DIRECTION, (left, right, front, back, min(heights), max(heights)))
@@ -201,18 +202,18 @@ def _height(point: Floats) -> float:
 
 
 def _middle_at(surface: Mesh, z: float) -> Floats:
-    """Return the point at a height [mm] over or under the middle of a surface."""
+    """Return the point at a height [mm] above or below the centre of a surface."""
     x, y, _ = surface.center
     return np.array([x, y, z])
 
 
 def _name_ends(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> dict[str, Floats]:
-    """Return where names stand above (`sign` 1) or below (-1) a body [mm] in the picture of its parts.
+    """Return the positions of names above (`sign` 1) or below (-1) a body [mm] in the exploded view.
 
-    Each is over or under its start, a step beyond the name before it.
+    Each is above or below its start, a step beyond the name before it.
     """
     left, right, front, back, bottom, top = whole.bounds
-    # The direction that is up in the picture, seen along `eye`; a level is how high a point stands in it.
+    # The upward direction in the picture, seen along `eye`; a level is the height of a point in it.
     eye = np.array(_APART_DIRECTION) / np.linalg.norm(_APART_DIRECTION)
     upwards = np.array([0.0, 0.0, 1.0]) - eye[2] * eye
     corners = itertools.product((left, right), (front, back), (top if sign > 0.0 else bottom,))

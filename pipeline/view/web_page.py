@@ -1,4 +1,4 @@
-"""An output folder as one web page that needs nothing else: its bodies with their fields."""
+"""An output folder as one self-contained web page: its bodies with their fields."""
 
 from pathlib import Path
 
@@ -20,8 +20,8 @@ FLAG = "--html"
 def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     """Write the bodies of an output folder with their fields as one web page; return its path.
 
-    Raises InputError where the folder has no body, and where the path ends in another way than .html or cannot be
-    written. It does so too where an unmanaged file is there and `force` does not keep it as NAME.bak.
+    Raises InputError if the folder has no body, and if the path does not end in .html or cannot be written. A foreign
+    file at this path is refused too, unless `force` keeps it as NAME.bak.
     """
     if path.suffix != ".html":
         hint = f"write {path.with_suffix('.html').name}"
@@ -38,7 +38,7 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
 
 
 def assembly_bodies(folder: Path) -> list[Plain]:
-    """Return the assembly of an output folder, if it has one."""
+    """Return the assembly of an output folder as page data, if it has one."""
     try:
         return [assembly_body(folder)]
     except ValueError:
@@ -46,12 +46,12 @@ def assembly_bodies(folder: Path) -> list[Plain]:
 
 
 def field_bodies(report: Report, folder: Path) -> list[Plain]:
-    """Return each scene of an output folder in the colours of each of its fields; none without fields."""
+    """Return each scene of an output folder coloured by each of its fields; empty without fields."""
     return [_coloured(scene, field) for scene in field_scenes(report, folder) for field in scene.fields]
 
 
 def _coloured(scene: FieldScene, field: Field) -> Plain:
-    """Return a scene in the colours of a field, which its animation bends."""
+    """Return a scene coloured by a field as page data, which its animation deforms."""
     at_rest, _ = deformed_surface(scene, subdivision=0)
     surface = at_rest.triangulate()
     low, high = field.range_on(scene.mesh)
