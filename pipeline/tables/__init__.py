@@ -1,1 +1,1 @@
-"""The one reader of measured tables."""
+"""The reader of measured tables."""

@@ -1,4 +1,4 @@
-"""Clocks that begin anew: counters of milliseconds and microseconds in 32 bits, and times of day at midnight."""
+"""Clocks that restart: 32-bit counters of milliseconds and microseconds, and times of day at midnight."""
 
 from collections.abc import Callable
 
@@ -9,14 +9,14 @@ from pipeline.tables.table import FoundTable
 from sensor.quantity import validation_error
 
 _DAY = 86400.0  # [s]
-_MILLIS = 2.0**32 * 1e-3  # [s] after which millis() of a board begins anew
-_MICROS = 2.0**32 * 1e-6  # [s] after which micros() does
+_MILLIS = 2.0**32 * 1e-3  # [s] period of a board's millis()
+_MICROS = 2.0**32 * 1e-6  # [s] period of a board's micros()
 _PERIODS = {"ms": (_MILLIS,), "us": (_MICROS,), "s": (_MILLIS, _MICROS)}
-_LONGEST_PAUSE = 60.0  # [s] between two samples where a clock begins anew, and between the two before
+_LONGEST_PAUSE = 60.0  # [s] longest pause between two samples at a restart, and between the two before
 
 
 class Clock:
-    """The times of a column [s], which go on where its clock begins anew; each time it does is said."""
+    """The times of a column [s], continued across restarts of its clock; each restart is reported."""
 
     def __init__(self, table: FoundTable, column: Column, say: Callable[[str], None]) -> None:
         """Begin before the first row."""
@@ -28,7 +28,7 @@ class Clock:
         self._added = 0.0
 
     def seconds(self, row: Row, *, rises: bool = False) -> float:
-        """Return the time of a row [s]; raises InputError if it is before the last one, or if it `rises`, equal."""
+        """Return the time of a row [s]; raises InputError if it falls, or with `rises` if it does not rise."""
         t = self._table.number(row, self._column) + self._added
         before, self._before = self._before, t
         if before is None or t > before or (t == before and not rises):
@@ -38,16 +38,16 @@ class Clock:
             if t < before and 0.0 <= t + period - before <= _LONGEST_PAUSE:
                 self._added += period
                 self._before = t + period
-                what = "passes midnight" if period == _DAY else f"passes 2^32 and begins anew after {period:.10g} s"
-                self._say(f"line {row.line}: the clock of {self._column.label!r} {what}; its times go on from there")
+                what = "passes midnight" if period == _DAY else f"passes 2^32 and restarts after {period:.10g} s"
+                self._say(f"line {row.line}: the clock of {self._column.label!r} {what}; its times continue from there")
                 return self._before
         place = self._table.place(row.line, self._column)
         bound = f"{'after' if rises else 'at least'} the {before - self._added:g} s of the line before"
-        hint = "the clock stood still or began anew there: give each press a file of its own, or correct its times"
+        hint = "the clock stood still or restarted there: give each press a file of its own, or correct its times"
         raise validation_error(place, t - self._added, "s", bound, hint)
 
     def _periods(self, row: Row) -> tuple[float, ...]:
-        """Return the times after which the clock may begin anew [s]."""
+        """Return the periods after which the clock may restart [s]."""
         if seconds_of_day(self._column.cell(row)) is not None:
             return (_DAY,)
         return _PERIODS.get(self._column.unit, ())

@@ -1,4 +1,4 @@
-"""The columns of a table, each with its unit: all that a file says of the unit of a column must be one unit."""
+"""The columns of a table with their units: all statements of a file about one column must agree."""
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -16,7 +16,7 @@ from sensor.quantity import validation_error
 _UNIT_WORDS = set(map(folded, WORDS["words"]["unit"]))
 _FILLERS = set(WORDS["fillers"])
 _SYSTEMS = {"", "system", "systems", "measure", "measurement", "measurements"}  # as in `Unit system,Imperial`
-_UNIT = r"(?!in\s+\w)([^\W\d_]{1,12}|\u00b5m|\u03bcm)"  # but for a preposition, as in `test 3 in air`
+_UNIT = r"(?!in\s+\w)([^\W\d_]{1,12}|\u00b5m|\u03bcm)"  # except a preposition, as in `test 3 in air`
 _NAMED = re.compile(
     rf"(?<![\w.,:])[+-]?\d[\d.,]*\s?{_UNIT}(?![\w^])"  # beside a number
     rf"|[(\[{{<]\s*{_UNIT}\s*[)\]}}>/]"  # in brackets
@@ -24,7 +24,7 @@ _NAMED = re.compile(
 
 
 class Said(NamedTuple):
-    """A text that says a unit, and how an error names its place."""
+    """A text that states a unit, and the name of its place for errors."""
 
     text: str
     place: str
@@ -34,8 +34,8 @@ class Said(NamedTuple):
 class Column:
     """A column by its index, from 0: its header, the name of its quantity, and its unit, "" for a column of texts.
 
-    `note` says which unit was assumed, if any. `unit_index` is the column of its units, if there is one. The index of
-    the clock of a serial monitor is -1. `place` is how an error names its header.
+    `note` names an assumed unit, if any. `unit_index` is the column of its units, if there is one. The clock of a
+    serial monitor has the index -1. `place` is the name of its header in errors.
     """
 
     index: int
@@ -48,47 +48,47 @@ class Column:
     place: str = ""
 
     def __str__(self) -> str:
-        """Return how an answer names it."""
+        """Return the name of the column in answers."""
         unit = f" [{self.unit}]" if self.unit not in ("", "1") else ""
         return f"{self.name} = {self.label[:SHOWN_LABEL]!r}{unit}"
 
     @property
     def factor(self) -> float:
-        """Return what one of its unit is [mm, N, s, MPa or 1]."""
+        """Return the value of one unit [mm, N, s, MPa or 1]."""
         return self.quantity.units[self.unit]
 
     @property
     def is_written(self) -> bool:
-        """Return whether it holds numbers that stand in cells."""
+        """Return whether it holds numbers in cells."""
         return bool(self.unit) and self.index >= 0
 
     def cell(self, row: Row) -> str:
-        """Return the cell of a row in this column, "" if the row ends before it."""
+        """Return the cell of a row in this column, "" beyond the end of the row."""
         return row.clock if self.index < 0 else row.cell(self.index)
 
     def refuse_other_unit(self, said: Iterable[Said]) -> None:
-        """Raise InputError if a text says another unit of the column than it was read in."""
+        """Raise InputError if a text states another unit of the column than the one used."""
         if self.is_written:
             told_unit(self.quantity, [Said(self.unit, self.place), *said])
 
 
 class SaidUnits:
-    """What lines of text say of units: those that state one, as `Force unit: kN`, and those that only name one.
+    """Statements of text lines about units: some state one, as `Force unit: kN`, and some only mention one.
 
     A statement holds for all tables below it until another one replaces it.
     """
 
     def __init__(self, words: HeaderWords) -> None:
-        """Begin with nothing said."""
+        """Begin without statements."""
         self._words = words
         self._stated: dict[str, list[Said]] = {}
-        self._others: dict[str, list[Said]] = {}  # named beside a table, and not the default
+        self._others: dict[str, list[Said]] = {}  # mentioned beside a table, and not the default
         self._assumed: dict[str, str] = {}
 
     def hear(self, source: str, rows: Iterable[Row]) -> Mapping[str, list[Said]]:
-        """Take what lines beside a table say, and return by quantity what they state.
+        """Record the statements of lines beside a table, and return them by quantity.
 
-        Raises InputError if they contradict a unit that was assumed.
+        Raises InputError if they contradict an assumed unit.
         """
         stated: dict[str, list[Said]] = {}
         for row in rows:
@@ -102,9 +102,9 @@ class SaidUnits:
         return stated
 
     def hear_named(self, source: str, row: Row, used: Collection[int] = ()) -> None:
-        """Take the units that cells beside the used columns name: alone, beside a number, or in brackets.
+        """Record the units that unused cells mention: by themselves, beside a number, or in brackets.
 
-        Such a unit counts for each quantity whose default is another one. Lines name times for many reasons, so those
+        Such a unit is recorded for each quantity with another default. Lines mention times for many reasons, so times
         count only if they are stated.
         """
         for cell in (cell[:LONGEST_LABEL] for index, cell in enumerate(row.cells) if cell and index not in used):
@@ -117,8 +117,8 @@ class SaidUnits:
     def columns(self, source: str, header: Row, below: Sequence[Row], first: Row) -> list[Column]:
         """Return the columns that a header names, each with its unit.
 
-        Units may stand in the header, in rows below it, beside the first numbers, in lines above, or in a flag. Raises
-        InputError if they differ or are none, and if the default is taken while a line names another unit.
+        Units may be in the header, in rows below it, beside the first numbers, in lines above, or in a flag. Raises
+        InputError if they differ or are invalid, and if the default is assumed while a line mentions another unit.
         """
         named = self._words.columns(header)
         unit_columns = self._unit_columns(header, named, first)
@@ -143,7 +143,7 @@ class SaidUnits:
             if quantity.units:
                 said = [Said(text, "--units") for text in [quantity.flag_unit] if text]
                 said += [Said(text, column.place) for text in in_label]
-                # Below a column without a unit any text may be a unit that is not known.
+                # Below a column without a unit, any text may be an unknown unit.
                 rows = of_units if said else below
                 said += [Said(row.cell(at), place_of(source, row.line)) for row in rows if not is_missing(row.cell(at))]
                 number = as_number(first.cell(at))
@@ -156,7 +156,7 @@ class SaidUnits:
         return columns
 
     def _with_unit(self, column: Column, said: Sequence[Said], *, is_told: bool) -> Column:
-        """Return a column with the unit that is said of it, else the default, which is noted unless it `is_told`."""
+        """Return a column with its stated unit, or else the default, which is noted unless it `is_told`."""
         quantity = column.quantity
         unit = told_unit(quantity, said) or needed_unit(column.place, quantity, quantity.default)
         if said or unit == "1" or is_told:
@@ -169,7 +169,7 @@ class SaidUnits:
         )
 
     def _unit_columns(self, header: Row, named: Sequence[NamedColumn], first: Row) -> dict[int, int]:
-        """Return by the index of a column that of its units: one that says so, or one without a label behind it."""
+        """Return the index of the units' column for each column: one labelled so, or an unlabelled one behind it."""
         taken = {column.at: column.name for column in reversed(named)}
         found: dict[int, int] = {}
         for index in range(max(len(header.cells), len(first.cells))):
@@ -185,16 +185,16 @@ class SaidUnits:
         return found
 
     def _refuse_contradiction(self, name: str, said: Iterable[Said]) -> None:
-        """Raise InputError for the first text that says another unit of a quantity than its assumed default."""
+        """Raise InputError for the first text that contradicts the assumed default of a quantity."""
         quantity = self._words.quantities[name]
         for each in said:
             if unit_of(quantity, each.text) != quantity.default:
                 bound = f"in {quantity.default}, or the unit of {name} given in the header of {self._assumed[name]}"
-                hint = f"say the unit by --units {name}={quantity.default} or another one"
+                hint = f"set the unit by --units {name}={quantity.default} or another one"
                 raise validation_error(each.place, each.text[:SHOWN_LABEL], "", bound, hint)
 
     def _statements(self, row: Row, index: int, cell: str) -> Iterator[tuple[str, str]]:
-        """Yield quantity, "" for none, and unit of each statement that begins in a cell, as `Force unit: kN`."""
+        """Yield quantity ("" for none) and unit of each statement that begins in a cell, as `Force unit: kN`."""
         key, _, value = cell.replace("=", ":").partition(":")
         parts = folded(re.sub(r"[()\[\]]", " ", key)).split(" ")
         if _UNIT_WORDS.isdisjoint(parts):
@@ -212,7 +212,7 @@ class SaidUnits:
 
 
 def told_unit(quantity: Quantity, said: Iterable[Said]) -> str:
-    """Return the one unit that all texts say, "" for no text; raises InputError if they differ, or say none."""
+    """Return the unit that all texts state, "" without texts; raises InputError if they differ or are invalid."""
     told: dict[str, Said] = {}
     for each in said:
         unit = unit_of(quantity, each.text)

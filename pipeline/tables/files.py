@@ -1,4 +1,4 @@
-"""From the bytes of a file or of the standard input to lines of text: encodings."""
+"""Lines of text from the bytes of a file or the standard input, in any common encoding."""
 
 import io
 import itertools
@@ -11,22 +11,22 @@ from pipeline.tables.words import FOREIGN_WORDS
 from sensor.quantity import validation_error
 
 MOST_LINES = 1_000_000
-LONGEST_LINE = 65536  # bytes of a line of a stream: what is longer is no line of numbers
+LONGEST_LINE = 65536  # longest line of a stream [bytes]; a longer one holds no numbers
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-_FORMER = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # that exports have beside Unicode
-_ANY_BYTES = ("mac_roman", "cp850")  # in which all bytes are letters: only by a word of a header that they say
-_NULS = 0.3  # of every second byte: text of 16 bits without its mark
-_ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # what colours the lines of a terminal
+_FORMER = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # encodings of exports beside Unicode
+_ANY_BYTES = ("mac_roman", "cp850")  # encodings in which all bytes are letters, accepted only if a header word is found
+_NULS = 0.3  # share of null bytes at every second place that indicates 16-bit text without its mark
+_ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # colours of a terminal
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x84\x86-\x9f\ufffd\ufffe\uffff]")
 
 
 def place_of(source: str, line: int, label: str = "") -> str:
-    """Return how an error names a place in a file."""
+    """Return the name of a place in a file for error messages."""
     return f"{source}, line {line}, column {label!r}" if label else f"{source}, line {line}"
 
 
 def lines_of_text(source: str, content: bytes) -> list[str]:
-    """Return the lines of a text, with their ends; raises InputError for bytes that are no text of a table."""
+    """Return the lines of a text with their ends; raises InputError for bytes that are no text."""
     text = _ANSI.sub("", _decoded(content).rstrip("\x1a")).replace("\r\r\n", "\n").replace("\ufeff", "")
     if _NO_TEXT.search(text):
         hint = "export the table as CSV in UTF-8, or as XLSX"
@@ -42,7 +42,10 @@ def lines_of_text(source: str, content: bytes) -> list[str]:
 
 
 def lines_of_stream() -> Iterator[str]:
-    """Yield the lines of the standard input, with their ends, as they come; raises InputError for what is no text."""
+    """Yield the lines of the standard input with their ends as they arrive.
+
+    Raises InputError for other data than text.
+    """
     encoding = "utf-8-sig"
     number = 0
     while raw := sys.stdin.buffer.readline(LONGEST_LINE):
@@ -55,9 +58,9 @@ def lines_of_stream() -> Iterator[str]:
 
 
 def _decoded(content: bytes) -> str:
-    """Return the text of bytes; what is none holds characters that no text has.
+    """Return the text of bytes; other data give characters that no text contains.
 
-    Of encodings before Unicode it is that in which bytes say most words of headers, else the first that has them all.
+    Among encodings before Unicode, it is the one with the most letters of header words, or else the first possible one.
     """
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):

@@ -1,4 +1,4 @@
-"""What headers name: a quantity for each column with its unit, by known words or by what flags choose."""
+"""Headers: the quantity and the unit of each column, by known words or by flags."""
 
 import functools
 import itertools
@@ -13,22 +13,22 @@ from pipeline.tables.rows import Row
 from pipeline.tables.units import LONGEST_LABEL, Quantity, is_other_unit, is_unit, needed_unit, unit_of
 from sensor.quantity import validation_error
 
-_MOST_LOOKS = 50_000  # for a header: after more lines of text none is found
+_MOST_LOOKS = 50_000  # most lines that are checked for a header
 _IN_BRACKETS = re.compile(r"([^(\[{<]*)[(\[{<]([^)\]}>]*)[)\]}>]")
-_WRITTEN_BY_R = re.compile(r"[^\W\d_]\w*([.]+[\w%]+)+[.]*")  # which makes Force..kgf. of Force (kgf)
+_WRITTEN_BY_R = re.compile(r"[^\W\d_]\w*([.]+[\w%]+)+[.]*")  # R turns Force (kgf) into Force..kgf.
 _SIGNS_BY_R = re.compile(r"[.]{3,}$")
 _SEPARATOR = re.compile(r"[\s_/,:;-]+")
 
 
 class ColumnFlags(NamedTuple):
-    """What `--columns NAME=HEADER,...` and `--units NAME=UNIT,...` say; `others` are names of other tables."""
+    """The flags `--columns NAME=HEADER,...` and `--units NAME=UNIT,...`; `others` are names in other tables."""
 
     columns: str | None = None
     units: str | None = None
     others: tuple[str, ...] = ()
 
     def applied(self, quantities: Mapping[str, Quantity]) -> dict[str, Quantity]:
-        """Return quantities with what the flags say of them; raises InputError for another name or unit."""
+        """Return quantities with the settings of the flags; raises InputError for another name or unit."""
         flagged = dict(quantities)
         names = (*quantities, *self.others)
         for name, header in _named_values("--columns", self.columns, names):
@@ -44,7 +44,7 @@ NO_FLAGS = ColumnFlags()
 
 
 def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield name and value of each part of NAME=VALUE,..., whose values may have commas; raises InputError."""
+    """Yield name and value of each part of NAME=VALUE,..., whose values may contain commas; raises InputError."""
     if text is None:
         return
     known = "|".join(sorted(map(re.escape, names), key=len, reverse=True))
@@ -58,7 +58,7 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
 
 
 class NamedColumn(NamedTuple):
-    """A column that a row names: at which index, from 0, its quantity, and what its label says of its unit."""
+    """A column that a row names: its index, from 0, its quantity, and the units in its label."""
 
     at: int
     name: str
@@ -66,10 +66,10 @@ class NamedColumn(NamedTuple):
 
 
 class HeaderWords:
-    """What labels say of some quantities."""
+    """The meaning of labels for a set of quantities."""
 
     def __init__(self, quantities: Mapping[str, Quantity]) -> None:
-        """Take the words of quantities; in a header, what a flag chooses has no other words."""
+        """Store the words of quantities; a quantity with a column chosen by a flag has no other words in a header."""
         self.quantities = quantities
         self._every: dict[str, str] = {}
         self._names: dict[str, str] = {}
@@ -88,11 +88,11 @@ class HeaderWords:
         self.named = functools.lru_cache(maxsize=4096)(self._named)
 
     def quantity_of(self, words: str) -> str:
-        """Return the quantity that words mean anywhere in a file, "" for none."""
+        """Return the quantity that words name anywhere in a file, or an empty string."""
         return self._every.get(folded(words), "")
 
     def columns(self, row: Row) -> list[NamedColumn]:
-        """Return the columns that a row names, by their order."""
+        """Return the columns that a row names, in order."""
         found = [
             NamedColumn(index, name, tuple(_units_in(row.cells[index], name, quantity)))
             for name, quantity in self.quantities.items()
@@ -111,8 +111,8 @@ class HeaderWords:
         return {column.name for column in self.columns(row)}
 
     def is_header(self, row: Row, needed: Sequence[Collection[str]]) -> bool:
-        """Return whether a row names all of one set that is needed, with no number among the columns that it names."""
-        if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._looks == 0:  # empty cells too
+        """Return whether a row names all of one needed set, and the named columns hold no numbers."""
+        if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._looks == 0:  # true for empty cells too
             return False
         self._looks -= 1
         named = self.columns(row)
@@ -121,18 +121,18 @@ class HeaderWords:
         return is_named and not any(is_number(row.cells[column.at]) for column in named)
 
     def measured(self, header: Row) -> list[int]:
-        """Return the indices of the columns of numbers that a row names."""
+        """Return the indices of the number columns that a row names."""
         return [column.at for column in self.columns(header) if self.quantities[column.name].units]
 
     def columns_by_number(self, needed: Sequence[Collection[str]]) -> dict[int, Quantity]:
-        """Return the columns of numbers by their index if flags tell all of one set that is needed by number."""
+        """Return the number columns by index if flags select all of one needed set by number."""
         chosen = {name: int(each.chosen) for name, each in self.quantities.items() if each.chosen.isdecimal()}
         if not any(names and chosen.keys() >= set(names) for names in needed):
             return {}
         return {at - 1: self.quantities[name] for name, at in chosen.items() if at and self.quantities[name].units}
 
     def near(self, row: Row, names: Collection[str]) -> tuple[str, str, str] | None:
-        """Return label, quantity and tail of the first column that begins as a quantity and ends in no unit."""
+        """Return label, quantity and tail of the first column that begins with a quantity and ends in no unit."""
         for label in row.cells:
             for words, tail in reversed(list(label_parts(label)) if len(label) <= LONGEST_LABEL else []):
                 name = self._names.get(folded(words), "")
@@ -141,9 +141,10 @@ class HeaderWords:
         return None
 
     def _named(self, label: str) -> tuple[str, str, bool]:
-        """Return the quantity of a label, "" for none, the unit behind its words, and whether only that unit shows it.
+        """Return the quantity of a label (or ""), the unit after its words, and whether only that unit identifies it.
 
-        The label is a known word, alone or with a unit of its quantity, or a word that counts beside such a unit.
+        The label is a known word, by itself or with a unit of its quantity, or a word that is valid only with such a
+        unit.
         """
         if name := self._names.get(folded(label), ""):
             return name, "", False
@@ -158,7 +159,7 @@ class HeaderWords:
 
 
 def _chosen_columns(labels: Sequence[str], chosen: str) -> list[int]:
-    """Return the columns whose label is the header that a flag gives, with its unit or without, or their number."""
+    """Return the columns whose label equals a flag's header, with or without its unit, or the column of its number."""
     if not chosen:
         return []
     wanted = folded(chosen)
@@ -178,10 +179,10 @@ def _chosen_columns(labels: Sequence[str], chosen: str) -> list[int]:
 
 
 def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
-    """Yield all that the label of a column which a flag chooses says of its unit, units of other quantities too.
+    """Yield all units in the label of a column chosen by a flag, including units of other quantities.
 
-    Unless a flag gives the unit, a text in brackets counts as one, and so do a text behind a known word of the quantity
-    and what R writes for (%): they make a label that no flag chooses unknown.
+    Unless a flag gives the unit, some texts are taken as unknown units: a text in brackets, a text after a known word,
+    and R's notation of (%).
     """
     units = list(_units_behind(label, name, quantity)) if quantity.units else []
     known = set(map(folded, (*quantity.words, *quantity.beside_unit)))
@@ -198,7 +199,7 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
 
 
 def _units_behind(label: str, name: str, quantity: Quantity) -> Iterator[str]:
-    """Yield each unit at the end of a label, from the last on; the end of a name as F_l is that of its channel."""
+    """Yield each unit at the end of a label, last one first; the end of a name such as F_l is its channel."""
     channel = name.rpartition("_")[2] if "_" in name else ""
     parts = [(words, tail) for words, tail in label_parts(label) if folded(tail).split(" ")[0] != channel]
     of_quantity = [(words, tail) for words, tail in parts if unit_of(quantity, tail)]
@@ -213,7 +214,7 @@ def _units_behind(label: str, name: str, quantity: Quantity) -> Iterator[str]:
 
 
 def label_parts(label: str) -> Iterator[tuple[str, str]]:
-    """Yield each way to part a label into words and a tail, brackets first, then the longest words."""
+    """Yield each split of a label into words and a tail, brackets first, then the longest words."""
     label = unicodedata.normalize("NFKC", label[:LONGEST_LABEL]).strip(" :;,\t")
     if ".." in label or _WRITTEN_BY_R.fullmatch(label):
         label = re.sub(r"[.]+", " ", label).strip()
@@ -232,7 +233,7 @@ def label_parts(label: str) -> Iterator[tuple[str, str]]:
 
 
 def folded(words: str) -> str:
-    """Return words without case, accents and marks, spaces for underscores and hyphens."""
+    """Return words without case, accents and marks, with spaces for underscores and hyphens."""
     letters = unicodedata.normalize("NFKD", words[:LONGEST_LABEL].replace("\u00df", "ss")).casefold()
     plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
     return re.sub(r"[\s_-]+", " ", plain).strip(" .:;,*#\"'")

@@ -1,4 +1,4 @@
-"""The one table of a file as numbers and texts."""
+"""The only table of a file as numbers and texts."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from sensor.arrays import Floats
 class MeasuredTable:
     """The columns of a table by the name of their quantity: texts, and numbers [mm, N, MPa or 1], shape (rows,).
 
-    `last_digits` is what one step of the last written digit of each number is worth; `lines` are those of the file, and
-    `header` is that of the header. `passed_over` are the labels of other columns. `understood` says in one line which
-    columns and rows were read.
+    `last_digits` is the value of one step in the last written digit of each number. `lines` are line numbers in the
+    file, and `header` is the line of the header. `passed_over` are the labels of skipped columns. `understood`
+    summarises in one line which columns and rows were read.
     """
 
     source: str
@@ -36,7 +36,7 @@ def numbers_of(
 ) -> MeasuredTable:
     """Return the rows of a file below its header as numbers and texts.
 
-    Raises InputError like `only_table`, and at the first cell that cannot be used.
+    Raises InputError like `only_table`, and for the first invalid cell.
     """
     table = only_table(source, quantities, needed, example)
     rows = list(table.rows)

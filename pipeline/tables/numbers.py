@@ -1,4 +1,4 @@
-"""How numbers are written: signs of decimals and of thousands, units behind them, times of day, and empty cells."""
+"""Notations of numbers: decimal signs, thousands, units after numbers, times of day, and empty cells."""
 
 import datetime
 import functools
@@ -11,13 +11,13 @@ from pipeline.tables.units import is_unit
 from sensor.quantity import validation_error
 
 _LONGEST_NUMBER = 64
-_SPACES = " '\u2019\u00a0\u202f\u2009"  # that may part thousands
+_SPACES = " '\u2019\u00a0\u202f\u2009"  # characters that may separate thousands
 
 
 def _number(decimal: str, other: str) -> re.Pattern[str]:
-    """Return how a number with a decimal sign is written, where the other sign may part its thousands.
+    """Return the pattern of a number with a decimal sign, where the other sign may separate thousands.
 
-    A number with an exponent has no thousands that one sign parts: 1,500e3 is 1.5e3.
+    A number with an exponent has no single thousands sign: 1,500e3 is 1.5e3.
     """
     whole = rf"[0-9]+|[0-9]{{1,3}}(?:[{_SPACES}][0-9]{{3}})+|[1-9][0-9]{{0,2}}(?:\{other}[0-9]{{3}})+"
     exponent = "[eEdD][+-]?[0-9]{1,4}"
@@ -38,9 +38,10 @@ _MISSING = frozenset(
 
 
 class WrittenNumber(NamedTuple):
-    """A cell that is a number: its text without spaces, how Python writes it, and the unit behind it.
+    """A cell that is a number: its text without spaces, its Python notations, and the unit after it.
 
-    It is written `with_point` or `with_comma` as its decimal sign. None stands where it is no number with that sign.
+    `with_point` and `with_comma` are the notations for these decimal signs, None if the text is no number with that
+    sign.
     """
 
     text: str
@@ -50,16 +51,16 @@ class WrittenNumber(NamedTuple):
 
     @property
     def is_sure(self) -> bool:
-        """Return whether it is a number with one decimal sign only."""
+        """Return whether it is a number with only one decimal sign."""
         return self.with_point is None or self.with_comma is None
 
     @property
     def unclear(self) -> bool:
-        """Return whether the one sign in it may be decimal or part thousands, as in 1,500 and 1.500."""
+        """Return whether its only sign may be decimal or separate thousands, as in 1,500 and 1.500."""
         return not self.is_sure and self.with_point != self.with_comma
 
     def plain(self, decimal: str) -> str | None:
-        """Return the number as Python writes it with a decimal sign; with "", the one that its cell shows by itself."""
+        """Return the number in Python's notation for a decimal sign; for "", by the sign that the cell itself shows."""
         if decimal:
             return self.with_comma if decimal == "," else self.with_point
         return self.with_comma if self.with_point is None else self.with_point
@@ -67,7 +68,7 @@ class WrittenNumber(NamedTuple):
 
 @functools.lru_cache(maxsize=4096)
 def as_number(cell: str) -> WrittenNumber | None:
-    """Return how a cell is written as a number, in digits 0 to 9; None for other text."""
+    """Return the notation of a cell as a number, in digits 0 to 9; None for other text."""
     if not cell or len(cell) > _LONGEST_NUMBER:
         return None
     text = cell.replace("\u2212", "-")
@@ -84,17 +85,17 @@ def as_number(cell: str) -> WrittenNumber | None:
 
 
 def is_number(cell: str) -> bool:
-    """Return whether a cell is written as a number, with a decimal point or comma, in digits 0 to 9."""
+    """Return whether a cell is a number, with a decimal point or comma, in digits 0 to 9."""
     return as_number(cell) is not None
 
 
 def is_missing(cell: str) -> bool:
-    """Return whether a cell is empty, or says in a common way that it holds no number."""
+    """Return whether a cell is empty, or states in a common way that it holds no number."""
     return cell.lower() in _MISSING
 
 
 def seconds_of_day(text: str) -> float | None:
-    """Return the seconds of a time of day, with its date or without; None for other text."""
+    """Return the seconds of a time of day, with or without a date; None for other text."""
     match = _TIME_OF_DAY.fullmatch(text)
     if match is None:
         return None
@@ -110,7 +111,7 @@ def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> s
     """Return the decimal sign of the columns of a table, each a sequence of lines and cells.
 
     It is the comma if a number has no other reading, else the point. Raises InputError if numbers have two decimal
-    signs, and if a sign may be a decimal comma or part thousands.
+    signs, and if a sign may be a decimal comma or separate thousands.
     """
     written = [[(line, number) for line, cell in cells if (number := as_number(cell))] for cells in columns]
     every = [number for column in written for _, number in column]
@@ -118,7 +119,7 @@ def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> s
     sign = "," if any(number.with_point is None for number in every) and not has_points else "."
     odd = []
     for column in written:
-        # A column parts thousands if one of its numbers shows the decimal sign, and none has four digits in a row.
+        # A column separates thousands if one of its numbers shows the decimal sign, and none has four adjacent digits.
         numbers = [number for _, number in column]
         parts = any(number.is_sure for number in numbers) and not any(
             _FOUR_DIGITS.match(number.text) for number in numbers

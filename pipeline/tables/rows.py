@@ -1,4 +1,4 @@
-"""From lines of text to rows of cells: what parts them, quotes, comments and clocks."""
+"""Rows of cells from lines of text: delimiters, quotes, comments and clocks."""
 
 import csv
 import itertools
@@ -13,23 +13,23 @@ from pipeline.tables.workbook import cells_of_workbook
 from sensor.input_file import read_bytes
 from sensor.quantity import validation_error
 
-_MOST_JOINED = 5  # lines of a row with a quoted cell
-_SAMPLE = 400  # lines that show what parts cells
+_MOST_JOINED = 5  # most lines of a row with a quoted cell
+_SAMPLE = 400  # lines that determine the delimiter
 _DELIMITERS = ("\t", ";", "|", ",", "  ", " ")
 _SPACES = {
-    " ": re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])"),  # no unit in brackets is parted from its word
+    " ": re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])"),  # a unit in brackets stays with its word
     "  ": re.compile(r"[ \u3000]{2,}"),
 }
 _COMMENT = re.compile(r"\s*(?:#|%|//)\s*")
 _CLOCK_BEFORE = re.compile(r"\s*((?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)\s*(?:->|→)\s?")
-_MARKED = ('"', "'", ">", "\u2192", "#", "%", "/")  # what quoted cells, clocks and comments have
+_MARKED = ('"', "'", ">", "\u2192", "#", "%", "/")  # signs of quoted cells, clocks and comments
 
 
 class Row(NamedTuple):
-    """One line of a file: its number, from 1, and its cells without spaces around them.
+    """One line of a file: its number, from 1, and its stripped cells.
 
-    `clock` is the time of day that a serial monitor writes before it, `fault` why its cells cannot be told. A row is
-    `cut` if it is the last one and its line has no end, while the lines before it have one.
+    `clock` is the time of day that a serial monitor writes before it. `fault` is the reason why its cells are invalid.
+    A row is `cut` if it is the last one and has no line end, while earlier lines have one.
     """
 
     line: int
@@ -41,29 +41,29 @@ class Row(NamedTuple):
 
     @property
     def empty(self) -> bool:
-        """Return whether no cell holds anything."""
+        """Return whether all cells are empty."""
         return not any(self.cells)
 
     def cell(self, index: int) -> str:
-        """Return a cell, "" if the row ends before it."""
+        """Return a cell, "" beyond the end of the row."""
         return self.cells[index] if 0 <= index < len(self.cells) else ""
 
     @property
     def text(self) -> str:
-        """Return the row as an error shows it."""
+        """Return the row as text for errors."""
         return ",".join(self.cells)
 
 
 class Rows:
-    """The rows of lines, or of the cells of a workbook, as they come.
+    """The rows of lines, or of the cells of a workbook, as they arrive.
 
-    They are parted by `delimiter`. If it is empty, each line is parted by what parts its own cells, until the reader of
-    a table keeps the delimiter of the header. A commented line with numbers is left out, as data that somebody took
-    out. A commented line without numbers may be the header.
+    They are split at `delimiter`. If it is empty, each line determines its own delimiter, until the reader of a table
+    keeps the header's. A commented line with numbers is skipped as data that somebody removed. A commented line without
+    numbers may be the header.
     """
 
     def __init__(self, lines: Iterable[str | Sequence[str]], source: str, delimiter: str = "") -> None:
-        """Take lines with their ends, or without."""
+        """Store lines, with or without their ends."""
         self.source = source
         self._lines = lines
         self._fixed = delimiter
@@ -71,11 +71,11 @@ class Rows:
 
     @property
     def are_parted_by_spaces(self) -> bool:
-        """Return whether spaces part the cells of the last row, so that an empty cell cannot be seen."""
+        """Return whether spaces delimit the last row, so that empty cells are invisible."""
         return not self._last.strip(" ")
 
     def keep_delimiter(self, *, keep: bool = True) -> None:
-        """Part all further lines like the last one; if not `keep`, each by its own cells again."""
+        """Split all further lines like the last one; without `keep`, each by its own cells again."""
         self._fixed = self._last if keep else ""
 
     def __iter__(self) -> Iterator[Row]:
@@ -85,7 +85,7 @@ class Rows:
         has_ends = False
         while (line := waiting.pop(0) if waiting else next(numbered, None)) is not None:
             row = self._row(*line)
-            if row.fault and str(line[1]).count('"') % 2:  # a quoted cell may go on in the next lines
+            if row.fault and str(line[1]).count('"') % 2:  # a quoted cell may continue in the next lines
                 waiting += itertools.islice(numbered, _MOST_JOINED - 1 - len(waiting))
                 for end in range(1, len(waiting) + 1):
                     joined = self._row(row.line, " ".join(str(text).rstrip() for _, text in (line, *waiting[:end])))
@@ -103,10 +103,10 @@ class Rows:
 
 
 class WholeRows(Rows):
-    """The rows of a sheet, all at hand, without the empty ones if every other row is empty."""
+    """The rows of a sheet, all available, without empty rows if every other row is empty."""
 
     def __init__(self, lines: Sequence[str | Sequence[str]], source: str) -> None:
-        """Take all lines, which one delimiter parts."""
+        """Store all lines, which share one delimiter."""
         super().__init__(lines, source, delimiter_of(lines))
         self.rows = list(super().__iter__())
         if all(one.empty or other.empty for one, other in itertools.pairwise(self.rows)):
@@ -118,9 +118,9 @@ class WholeRows(Rows):
 
 
 def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
-    """Return each sheet of a file that holds anything; a text is one sheet; raises InputError for what is no table.
+    """Return each sheet of a file that is not empty; a text is one sheet. Raises InputError for a file without tables.
 
-    The error calls a file that cannot be read by a name.
+    `name` is the name of an unreadable file in the error.
     """
     named: Iterable[tuple[str, Sequence[str | Sequence[str]]]]
     if str(source) == "-":
@@ -138,7 +138,7 @@ def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
 
 
 def single_sheet(source: Path | str, name: str = "FILE") -> WholeRows:
-    """Return the one sheet that holds numbers; raises InputError like `sheets_of`."""
+    """Return the only sheet with numbers; raises InputError like `sheets_of`."""
     sheets = sheets_of(source, name)
     with_numbers = [sheet for sheet in sheets if any(is_number(cell) for row in sheet.rows for cell in row.cells)]
     if len(with_numbers) > 1:
@@ -148,16 +148,19 @@ def single_sheet(source: Path | str, name: str = "FILE") -> WholeRows:
 
 
 def rows_of(source: Path | str, name: str = "FILE") -> Rows:
-    """Return the rows of a file, or of the standard input for `-` as they come; raises InputError as `sheets_of`."""
+    """Return the rows of a file, or of the standard input for `-` as they arrive.
+
+    Raises InputError like `sheets_of`.
+    """
     return Rows(lines_of_stream(), "-") if str(source) == "-" else single_sheet(source, name)
 
 
 def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
-    """Return what parts the cells: that by which most of them are numbers, else the first that half the lines have."""
+    """Return the delimiter that gives the most numbers, or else the first one in half of the lines."""
     filled = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
     filled = filled[:: max(1, len(filled) // _SAMPLE)]
     best = ""
-    most = (1, 0)  # a single number has nothing beside it
+    most = (1, 0)  # a single number has no delimiter
     for delimiter in _DELIMITERS:
         cells = [cell for line in filled if delimiter in line for cell in row_of(delimiter, 0, line).cells]
         numbers = sum(map(is_number, cells))
@@ -168,8 +171,9 @@ def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
 
 
 def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
-    """Return the cells of a line; a quote that stays open and a huge cell are its fault."""
-    if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _MARKED):  # as most are
+    """Return the cells of a line; an open quote or a huge cell is its fault."""
+    # true for most lines
+    if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _MARKED):
         return Row(number, tuple(map(str.strip, line.split(delimiter))))
     first, *others = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
     comment = _COMMENT.match(first)
@@ -189,7 +193,7 @@ def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
 
 
 def _bare(cell: str) -> str:
-    """Return a cell without spaces, single quotes and a spreadsheet's ="" around it."""
+    """Return a cell without surrounding spaces, single quotes or a spreadsheet's =""."""
     bare = cell.strip()
     if bare.startswith('="') and bare.endswith('"'):
         return bare[2:-1].strip()
@@ -197,7 +201,7 @@ def _bare(cell: str) -> str:
 
 
 def refuse_fault(source: str, row: Row) -> None:
-    """Raise InputError for a row whose cells cannot be told."""
+    """Raise InputError for a row with invalid cells."""
     if row.fault:
         name = place_of(source, row.line)
         raise validation_error(name, row.cells[0][:40], "", f"cells of a table ({row.fault})", "correct that line")

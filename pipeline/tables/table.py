@@ -1,7 +1,7 @@
-"""From rows to tables: a header that names each quantity with its unit, and the rows of numbers below it.
+"""Tables from rows: a header that names each quantity with its unit, and the rows of numbers below it.
 
-The rows of a file and those of a board go through the same generator. What other columns and lines say is passed over,
-but for units: a unit that is named anywhere is never passed over silently.
+Files and boards share one generator of rows. The content of other columns and lines is skipped, except units: a unit
+anywhere in the file is never skipped silently.
 """
 
 import itertools
@@ -21,23 +21,24 @@ from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, Quantity, is_unit,
 from pipeline.tables.words import WORDS
 from sensor.quantity import InputError, validation_error
 
-MOST_BELOW = 4  # rows of units or of a second language below a header
-MOST_BANNER = 1000  # lines of a stream before its header
-_MOST_TEXTS = 50_000  # lines of a file in which a header is looked for
-_MOST_SHOWN = 8  # columns or lines in a sentence
-_FEWEST_ROWS = 50  # that show that zeros at the end are written: of 50 numbers without them one ends in 0, at 0.995
+MOST_BELOW = 4  # most rows of units, or of a second language, below a header
+MOST_BANNER = 1000  # most lines of a stream before its header
+_MOST_TEXTS = 50_000  # most lines of a file that are searched for a header
+_MOST_SHOWN = 8  # most columns or lines listed in a sentence
+# rows that show that trailing zeros are written: of 50 numbers one would end in 0 with probability 0.995
+_FEWEST_ROWS = 50
 _STATISTICS = set(map(folded, WORDS["results"]["rows"]))
 _LABELLED = re.compile(
-    r"([^\W\d][^:=,;|]{0,60}?)\s*[:=]\s*[+-]?[0-9][0-9.]*(?:\s?[^\W\d_]{1,4}(?=[\s,;|]))?"  # as in Force: 1.5 N
+    r"([^\W\d][^:=,;|]{0,60}?)\s*[:=]\s*[+-]?[0-9][0-9.]*(?:\s?[^\W\d_]{1,4}(?=[\s,;|]))?"  # such as `Force: 1.5 N`
 )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FoundTable:
-    """A table in a source: its header, the row above, its columns, and its rows, none of them empty.
+    """A table in a source: its header, the row above it, its columns, and its rows, none of them empty.
 
-    The rows of a board come one by one, and each number shows its own decimal sign. `left_out` has the lines without
-    numbers and of statistics that were passed over until now, and `skipped` those whose cells say that they hold none.
+    The rows of a board arrive one by one, and each number shows its own decimal sign. `left_out` collects skipped lines
+    of text and statistics, and `skipped` lines whose cells state that a number is missing.
     """
 
     source: str
@@ -50,23 +51,26 @@ class FoundTable:
     skipped: list[Row] = field(default_factory=list)
 
     def place(self, line: int, column: Column) -> str:
-        """Return how an error names a cell."""
+        """Return the name of a cell in error messages."""
         return place_of(self.source, line, column.label)
 
     def limited_to(self, columns: Sequence[Column], rows: Sequence[Row]) -> "FoundTable":
-        """Return the table of some columns and rows, whose decimal sign they show; raises InputError if they do not."""
+        """Return the table with some columns and rows, whose decimal sign they determine.
+
+        Raises InputError if they do not.
+        """
         cells = [[(row.line, column.cell(row)) for row in rows] for column in columns if column.is_written]
         return replace(self, columns=list(columns), rows=rows, decimal=decimal_sign(self.source, cells))
 
     def plain(self, cell: str) -> str | None:
-        """Return a number as Python writes it; None for other text, and if its comma may part thousands."""
+        """Return a number in Python's notation; None for other text, and if its comma may separate thousands."""
         number = as_number(cell)
         if number is None or (not self.decimal and "," in number.text and number.unclear):
             return None
         return number.plain(self.decimal)
 
     def number(self, row: Row, column: Column) -> float:
-        """Return the number in a cell [mm, N, s, MPa or 1]; raises InputError that names file, line and column."""
+        """Return the number in a cell [mm, N, s, MPa or 1]; raises InputError, which names file, line and column."""
         cell = column.cell(row)
         written = as_number(cell)
         plain = self.plain(cell)
@@ -92,13 +96,13 @@ class FoundTable:
 
     @property
     def passed_over(self) -> list[str]:
-        """Return the labels of the other columns."""
+        """Return the labels of the skipped columns."""
         used = {column.index for column in self.columns} | {column.unit_index for column in self.columns}
         return [label[:SHOWN_LABEL] for index, label in enumerate(self.header.cells) if label and index not in used]
 
     @property
     def understood(self) -> str:
-        """Return in one line what was read: columns, and the lines of rows that are at hand."""
+        """Return a one-line summary of what was read: columns, and the lines of available rows."""
         parts = [", ".join(map(str, self.columns))]
         if isinstance(self.rows, Sequence):
             lines = f", lines {self.rows[0].line} to {self.rows[-1].line}" if self.rows else ""
@@ -119,16 +123,16 @@ def _first_of(texts: Sequence[str]) -> str:
 
 
 def shown(row: Row) -> str:
-    """Return how a note names a line that is left out."""
+    """Return the name of a skipped line in notes."""
     return f"line {row.line}, {row.text[:SHOWN_LABEL]!r}"
 
 
 class TableReader:
-    """Finds tables in rows as they come: each begins at the first row of numbers that has a header above it.
+    """A reader that finds tables in rows as they arrive; each begins at the first row of numbers with a header above.
 
-    The header names all quantities of one set in `needed`. Columns that flags tell by their number need no header. A
-    blank row ends a table, unless the table stands `alone`; so does the next header. Raises InputError for units that
-    are none, and for rows that cannot be of their table.
+    The header names all quantities of one set in `needed`. Columns that flags select by number need no header. A blank
+    row ends a table, unless the table is the only one (`alone`); so does the next header. Raises InputError for invalid
+    units, and for rows that cannot belong to their table.
     """
 
     def __init__(
@@ -139,7 +143,7 @@ class TableReader:
         *,
         alone: bool = False,
     ) -> None:
-        """Take what the columns may hold, and an example of a header for errors."""
+        """Store the allowed quantities, and an example of a header for errors."""
         self.quantities = quantities
         self.needed = needed
         self.example = example
@@ -147,7 +151,7 @@ class TableReader:
         self.words = HeaderWords(quantities)
         self.said = SaidUnits(self.words)
         self._by_number = self.words.columns_by_number(needed)
-        self._likeliest: list[tuple[str, Row]] = []  # of each source the row that is the most like a header
+        self._likeliest: list[tuple[str, Row]] = []  # the row of each source that is most like a header
         self._after: list[Row] = []  # the row that ended a table
 
     def tables(self, rows: Rows) -> Iterator[FoundTable]:
@@ -156,12 +160,12 @@ class TableReader:
         table = self._next(rows, feed, None)
         while table is not None:
             yield table
-            for _ in table.rows:  # what its reader has left
+            for _ in table.rows:  # rows that the caller did not read
                 pass
             table = self._next(rows, feed, table)
 
     def no_header(self) -> InputError:
-        """Return the error of rows none of which is a header, about the one that is the most like it."""
+        """Return the error for rows without a header, about the row that is most like one."""
         source, header = max(self._likeliest, key=lambda found: self._likeness(found[1]))
         named, labels = self.words.names(header), self._labels(header)
         needed = max(self.needed, key=lambda each: len((named | labels) & set(each)))
@@ -175,18 +179,18 @@ class TableReader:
             label, name, tail = near
             return no_unit(place_of(source, header.line, label), self.quantities[name], tail)
         elif not missing:
-            self.said.columns(source, header, [], Row(0, ()))  # whose units may be none
+            self.said.columns(source, header, [], Row(0, ()))  # its units may be invalid
             return validation_error(source, 0, "rows", "at least one row of numbers below the header", "add one")
         return validation_error(place_of(source, header.line), header.text, "", bound, hint)
 
     def _next(self, rows: Rows, feed: Iterator[Row], last: FoundTable | None) -> FoundTable | None:
-        """Return the next table after the last one; None if there is none."""
+        """Return the table after the last one, or None."""
         is_stream = not isinstance(rows, WholeRows)
         most = MOST_BANNER if is_stream else _MOST_TEXTS
         above: list[Row] = []
-        at: int | None = None  # of the header
-        left = 0  # of the rows of text that may follow it
-        used: Collection[int] = self._by_number  # the columns in which numbers begin a table
+        at: int | None = None  # index of the header
+        left = 0  # number of text rows that may still follow it
+        used: Collection[int] = self._by_number  # columns in which numbers begin a table
         are_enough = all if self._by_number else any
         after, self._after = self._after, []
         for row in itertools.chain(after, feed):
@@ -216,7 +220,7 @@ class TableReader:
         return None
 
     def _end(self, source: str, above: list[Row], at: int | None, last: FoundTable | None) -> None:
-        """Raise InputError for rows after the last table that say another unit of it, or begin a table without rows."""
+        """Raise InputError for rows after the last table that state another unit, or begin a table without rows."""
         stated = self.said.hear(source, above[:at])
         if last is None:
             texts = [row for row in above if not row.empty][:MOST_BANNER]
@@ -231,11 +235,11 @@ class TableReader:
             column.refuse_other_unit(stated.get(column.name, []))
 
     def _likeness(self, row: Row) -> int:
-        """Return how many quantities a row names."""
+        """Return the number of quantities that a row names."""
         return max(len(self.words.names(row)), len(self._labels(row)))
 
     def _labels(self, row: Row) -> set[str]:
-        """Return the quantities whose names stand in a row with a number behind them, as in `Force: 1.5 N`."""
+        """Return the quantities whose names precede a number in a row, as in `Force: 1.5 N`."""
         found = _LABELLED.findall(" ".join(row.cells)[: 4 * LONGEST_LABEL])
         return {name for label in found if (name := self.words.named(label[:LONGEST_LABEL])[0])}
 
@@ -244,14 +248,14 @@ class TableReader:
 
     @staticmethod
     def _refuse_stray_numbers(source: str, row: Row) -> None:
-        """Raise InputError for numbers that a blank line parts from their table."""
+        """Raise InputError for numbers that a blank line separates from their table."""
         if len(row.cells) > 1 and all(map(is_number, filter(None, row.cells))):
             bound = "a header, or the end of the file, after a blank line"
             hint = "take the blank line away if no row is missing there"
             raise validation_error(place_of(source, row.line), row.text, "", bound, hint)
 
     def _opened(self, rows: Rows, above: list[Row], at: int | None, first: Row, feed: Iterator[Row]) -> FoundTable:
-        """Return a table whose first row of numbers has come."""
+        """Return the table whose first row of numbers is `first`."""
         if at is None:
             at = self._place_of_header(above, first)
         header = above[at]
@@ -277,9 +281,9 @@ class TableReader:
         return replace(table, rows=self._body(table, first, feed, by_spaces=rows.are_parted_by_spaces))
 
     def _place_of_header(self, above: list[Row], first: Row) -> int:
-        """Return where the header of columns that flags tell by number stands: above their units.
+        """Return the index of the header of columns that flags select by number: above their units.
 
-        If no line there is as wide as the first row of numbers, an empty header is put there.
+        If no line there is as wide as the first row of numbers, an empty header is inserted.
         """
         at = len(above)
         while at and (above[at - 1].empty or self._are_units(above[at - 1])):
@@ -290,18 +294,18 @@ class TableReader:
         return at
 
     def _are_units(self, row: Row) -> bool:
-        """Return whether a row has units in the columns that flags tell by number."""
+        """Return whether a row has units in the columns that flags select by number."""
         return all(unit_of(quantity, row.cell(index)) for index, quantity in self._by_number.items())
 
     def _body(self, table: FoundTable, first: Row, feed: Iterator[Row], *, by_spaces: bool) -> Iterator[Row]:
-        """Yield the rows of a table that hold numbers; those that do not are noted in the table."""
+        """Yield the rows of a table that hold numbers; other rows are noted in the table."""
         numbers = [column for column in table.columns if column.is_written]
         has_texts = not all(column.unit for column in table.columns)
         is_first_free = all(column.index for column in table.columns)
         width = len(table.header.cells)
         needed = 1 + max(column.index for column in table.columns)
         least = width if by_spaces else needed if self.alone else 0
-        decimals: Counter[int] = Counter()  # how many rows have so many in their last cell
+        decimals: Counter[int] = Counter()  # number of rows by the decimals of their last cell
         for row in itertools.chain([first], feed):
             if row.empty and self.alone:
                 continue
@@ -327,7 +331,7 @@ class TableReader:
                 yield row
 
     def _refuse_other_units(self, table: FoundTable, row: Row) -> None:
-        """Raise InputError for a line of text among numbers that says another unit, or is another header."""
+        """Raise InputError for a line of text among numbers that states another unit, or is another header."""
         place = place_of(table.source, row.line)
         if self.words.is_header(row, self.needed) and row.cells != table.header.cells:
             bound = f"the header of line {table.header.line}, or left out"
@@ -339,24 +343,24 @@ class TableReader:
 
 
 def is_statistic(row: Row) -> bool:
-    """Return whether a row is named as one of statistics, as `Mean,24.1,3.8`."""
+    """Return whether the name of a row is a statistic, as in `Mean,24.1,3.8`."""
     return not row.cells[0][:1].isdecimal() and folded(row.cells[0]) in _STATISTICS
 
 
 def _is_cut(row: Row, needed: int, decimals: Mapping[int, int]) -> bool:
-    """Return whether the last line, which has no end, lacks cells or digits that all lines before it have."""
+    """Return whether the last line, which has no line end, lacks cells or digits that all earlier lines have."""
     is_alike = len(decimals) == 1 and sum(decimals.values()) >= _FEWEST_ROWS
     return len(row.cells) < needed or (is_alike and _decimals(row) < min(decimals))
 
 
 def _decimals(row: Row) -> int:
-    """Return how many letters stand behind the decimal sign of the last cell of a row."""
+    """Return the number of characters after the decimal sign in the last cell of a row."""
     sign = max(row.cells[-1].rfind("."), row.cells[-1].rfind(","))
     return len(row.cells[-1]) - 1 - sign if sign >= 0 else 0
 
 
 def _is_text(row: Row) -> bool:
-    """Return whether a row holds text only: no number, nor what begins like one."""
+    """Return whether a row holds only text: no number, and nothing that begins like one."""
     return not all(map(is_missing, row.cells)) and not any(
         _has_number(cell) or (cell[:1] in "+-.,0123456789" and not is_missing(cell)) for cell in row.cells
     )
@@ -367,7 +371,7 @@ def _has_number(cell: str) -> bool:
 
 
 def refuse_length(source: str, row: Row, columns: int) -> None:
-    """Raise InputError for a row of more or fewer cells than there are columns."""
+    """Raise InputError for a row with more or fewer cells than columns."""
     if len(row.cells) != columns:
         bound = f"{columns} cells, like its header"
         hint = "part cells by semicolons if numbers have decimal commas"
@@ -377,7 +381,7 @@ def refuse_length(source: str, row: Row, columns: int) -> None:
 
 
 def _refuse_twice(table: FoundTable, example: str) -> None:
-    """Raise InputError if two columns have one name; it shows an example of a header."""
+    """Raise InputError, with an example of a header, if two columns have one name."""
     seen: set[str] = set()
     for column in table.columns:
         if column.name in seen:
@@ -389,9 +393,10 @@ def _refuse_twice(table: FoundTable, example: str) -> None:
 def one_table(
     rows: Rows, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> FoundTable:
-    """Return the one table of a source, whose header names each quantity once and all of one set that is needed.
+    """Return the only table of a source, whose header names each quantity once and all of one needed set.
 
-    The rows of a sheet are at hand, and show its decimal sign. Raises InputError, which shows an example of a header.
+    The rows of a sheet are available at once and determine its decimal sign. Raises InputError, with an example of a
+    header.
     """
     reader = TableReader(quantities, needed, example, alone=True)
     table = next(reader.tables(rows), None)
@@ -404,7 +409,7 @@ def one_table(
 def only_table(
     source: Path | str, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> FoundTable:
-    """Return the one table of a file like `one_table`; raises InputError if it has no rows as well."""
+    """Return the only table of a file like `one_table`; raises InputError also if it has no rows."""
     table = one_table(single_sheet(source), quantities, needed, example)
     if not table.rows and table.left_out:
         (row, *_) = table.left_out

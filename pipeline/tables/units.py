@@ -1,4 +1,4 @@
-"""The units of measured quantities, and how tables spell them."""
+"""The units of measured quantities, and their spellings in tables."""
 
 import difflib
 import math
@@ -27,25 +27,25 @@ FORCE = {
     "lb": 4.4482216152605,
     "oz": 4.4482216152605 / 16.0,
 }
-"""Newtons in one unit of force, or in the weight of one unit of mass; the pound-force is exact (NIST SP 811)."""
+"""Newtons per unit of force, or per weight of a unit of mass; the pound-force is exact (NIST SP 811)."""
 LENGTH = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "nm": 1e-6, "in": 25.4, "mil": 25.4e-3, "ft": 304.8}
-"""Millimetres in one unit."""
+"""Millimetres per unit."""
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
-"""Seconds in one unit."""
+"""Seconds per unit."""
 MODULUS = {"MPa": 1.0, "kPa": 1e-3, "GPa": 1e3}
-"""Megapascals in one unit."""
+"""Megapascals per unit."""
 _MEASURED = (FORCE, LENGTH, TIME, MODULUS)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """What a column may hold: a number in one of some units, or a text where there are none.
+    """The content of a column: a number in one of some units, or a text if there are none.
 
-    `default` is the unit of a header that gives none; without it a unit must be given. `most` bounds the size of the
-    number in the unit whose factor is 1. `words` are other names that headers have for it. Those of `beside_unit` count
-    only with a unit of it, and if no other column has it. `flag_unit` is the unit that a flag gives, which a header may
-    leave out and not contradict. `chosen` is the header, or the number of a column from 1, that a flag gives. The clock
-    of a serial monitor may stand for it where it is `by_clock`.
+    `default` is the unit for a header without one; without a default a unit is required. `most` bounds the size of the
+    number in the unit with factor 1. `words` are other names in headers. Those in `beside_unit` are valid only with one
+    of its units, and if no other column has it. `flag_unit` is the unit of a flag, which a header may omit but not
+    contradict. `chosen` is the header, or the number of a column from 1, in a flag. With `by_clock`, the clock of a
+    serial monitor may replace it.
     """
 
     units: Mapping[str, float]
@@ -69,11 +69,11 @@ _SPELLINGS = {
 
 
 def unit_of(quantity: Quantity, text: str) -> str:
-    """Return the unit of a quantity that a text spells, "" for none; `ms`, `mN` and `MPa` keep their case."""
+    """Return the unit of a quantity that a text spells, "" for none; `ms`, `mN` and `MPa` are case-sensitive."""
     short = _short(text[:LONGEST_LABEL])
     if short in quantity.units:
         return short
-    # In another case a symbol may be another unit: Ms is no ms, mPa no MPa. Words as "Newton" have no such case.
+    # In another case a symbol may be another unit: Ms is not ms, and mPa not MPa. Words such as "Newton" have no case.
     unit = _SPELLINGS.get(short.casefold(), "")
     is_symbol = unit.casefold() == short.casefold()
     is_other = is_symbol and unit in ("m", "ms", "mN") and short[0] == "M"
@@ -87,12 +87,12 @@ _PARTS = re.compile(r"[/*\u00b7.\s-]+")
 
 
 def is_unit(text: str) -> bool:
-    """Return whether a text spells a unit of any quantity that is measured here."""
+    """Return whether a text spells a unit of any measured quantity."""
     return any(unit_of(Quantity(units=units), text) for units in _MEASURED)
 
 
 def is_other_unit(text: str) -> bool:
-    """Return whether a text spells a unit that no table here is read in: V, %, counts, or a compound as N/mm."""
+    """Return whether a text spells a unit that no table here uses: V, %, counts, or a compound such as N/mm."""
     if _short(text).casefold() in _NAMES:
         return True
     plain, powers = _POWER.subn("", unicodedata.normalize("NFKC", text).strip("()[]{}<> "))
@@ -101,7 +101,7 @@ def is_other_unit(text: str) -> bool:
 
 
 def needed_unit(place: str, quantity: Quantity, text: str) -> str:
-    """Return the unit of a quantity that a text spells; raises InputError that names the place."""
+    """Return the unit of a quantity that a text spells; raises InputError, which names the place."""
     unit = unit_of(quantity, text)
     if not unit:
         raise no_unit(place, quantity, text)
@@ -109,7 +109,7 @@ def needed_unit(place: str, quantity: Quantity, text: str) -> str:
 
 
 def no_unit(place: str, quantity: Quantity, text: str) -> InputError:
-    """Return the error of a text that spells no unit of a quantity."""
+    """Return the error for a text that spells no unit of a quantity."""
     near = difflib.get_close_matches(text.lower(), [unit.lower() for unit in quantity.units], n=1)
     hint = f"did you mean {nearest(text, [*quantity.units])}?" if near else "correct it, or name another column"
     return validation_error(place, text[:SHOWN_LABEL], "", f"in one of {', '.join(quantity.units)}", hint)

@@ -1,4 +1,4 @@
-"""From the bytes of a workbook to the texts of its cells."""
+"""The cells of a workbook as texts."""
 
 import datetime
 import functools
@@ -10,13 +10,13 @@ import zlib
 from pipeline.tables.files import MOST_LINES
 from sensor.quantity import InputError, validation_error
 
-_MOST_UNPACKED = 64 * 2**20  # bytes of a workbook
-_MOST_CELLS = 2_000_000  # of a sheet, from its first cell to its last
-_MOST_TEXT = 2**26  # letters of a sheet whose texts were all as long as the longest
+_MOST_UNPACKED = 64 * 2**20  # largest unpacked workbook [bytes]
+_MOST_CELLS = 2_000_000  # most cells of a sheet, from its first cell to its last
+_MOST_TEXT = 2**26  # most characters of a sheet, if all texts had the length of the longest
 
 
 def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[str]]]]:
-    """Return the name of each visible sheet that holds anything and the texts of its cells, by rows.
+    """Return the name of each visible sheet that is not empty, and the texts of its cells by rows.
 
     Raises InputError for bytes that are no workbook.
     """
@@ -52,7 +52,7 @@ def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[
 
 
 def _unpacked(source: str, content: bytes) -> bytes:
-    """Return a workbook that is not packed any more; raises InputError where reading it would take too much memory."""
+    """Return an unpacked workbook; raises InputError if reading it would need too much memory."""
     unpacked = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(content)) as packed, zipfile.ZipFile(unpacked, "w") as stored:
         members = packed.infolist()
@@ -60,7 +60,7 @@ def _unpacked(source: str, content: bytes) -> bytes:
         if "xl/workbook.xml" not in packed.namelist() or size > _MOST_UNPACKED:
             bound = f"a workbook, XLSX, of at most {_MOST_UNPACKED // 2**20} MiB unpacked"
             raise validation_error(source, size, "bytes", bound, "save the table as CSV in UTF-8")
-        # The reader fills a whole rectangle for each sheet, and copies a shared text into every cell that has it.
+        # The reader fills a complete rectangle for each sheet, and copies a shared text into each of its cells.
         texts = cells = 0
         longest = 0
         for member in members:
@@ -86,7 +86,7 @@ def _column_number(letters: bytes) -> int:
 
 
 def _cell_text(cell: object) -> str:
-    """Return a cell of a workbook as a text of the same number, or of the time of day."""
+    """Return a cell of a workbook as text of the same number or time of day."""
     if isinstance(cell, datetime.timedelta):
         seconds = cell.total_seconds()
         return f"{seconds // 3600:.0f}:{seconds % 3600 // 60:02.0f}:{seconds % 60:09.6f}"
