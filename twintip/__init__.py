@@ -1,8 +1,7 @@
 """The public names of the product, for `import twintip`: docs/python.md lists them with examples.
 
-Units are mm, N and MPa. `__init__.pyi` has the module of each name, for editors and type checkers as for this file. A
-name is imported when it is first asked for, so that `import twintip` costs nothing. `__version__` is the version of the
-installed package.
+Units are mm, N and MPa. `__init__.pyi` lists the module of each name, for this file, editors and type checkers. A name
+is imported on first use, so that `import twintip` is fast. `__version__` is the version of the installed package.
 """
 
 import ast

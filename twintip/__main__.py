@@ -1,4 +1,4 @@
-"""`python -m twintip` and the console scripts: the command line, which Ctrl-C and SIGTERM end at once."""
+"""`python -m twintip` and the console scripts: the command line, which Ctrl-C and SIGTERM end immediately."""
 
 import gc
 import os
@@ -10,15 +10,15 @@ _STDOUT, _STDERR = 1, 2
 
 
 def main() -> int:
-    """Run the command of this process and return its exit code, 128 and the number of the signal that ended it."""
+    """Run the command of this process and return its exit code, or 128 plus the number of the signal that ended it."""
     code = 0
     try:
-        end_by_signals()  # before the libraries are loaded, which takes longer than a person waits
+        end_by_signals()  # before the libraries are loaded, which takes several seconds
         from twintip.cli import main as command
 
         code = command()
-        ignore_signals()  # the answer is out, and its exit code holds
-        gc.freeze()  # the process ends: nothing is to be searched for what could be freed
+        ignore_signals()  # the answer is printed, and its exit code is final
+        gc.freeze()  # the process ends, so a search for garbage is useless
     except BaseException:  # a library may turn an interruption into an error of its own
         if ended_by() is None:
             raise
@@ -26,7 +26,7 @@ def main() -> int:
     if number is None:
         return code
     ignore_signals()
-    os.dup2(os.open(os.devnull, os.O_WRONLY), _STDOUT)  # or Python would wait for a reader of half an answer
+    os.dup2(os.open(os.devnull, os.O_WRONLY), _STDOUT)  # otherwise Python would wait for the reader of a partial answer
     os.write(_STDERR, b"pipeline: interrupted\n")
     return 128 + number
 

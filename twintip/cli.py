@@ -1,4 +1,4 @@
-"""The command line: which command, its answer, what is wrong in one line, and the exit code.
+"""The command line: the choice of a command, its answer, one-line errors, and the exit code.
 
 `twintip/flags.py` has the flags of each command. The file that runs it is imported once they are parsed.
 """
@@ -38,7 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
     Without `argv` its words are those of the process, whose threads and streams are then prepared. Raises
-    KeyboardInterrupt where a signal ended the command, whatever error a library made of it.
+    KeyboardInterrupt if a signal ended the command, even if a library turned it into another error.
     """
     if argv is None:
         _prepare_process()
@@ -49,10 +49,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             code = _answered(words[0], _parsed(words[0], words[1:]))
         else:
             code = PASSED
-            with answering():  # of an answer that is lost argparse itself would say nothing
+            with answering():  # argparse itself would not report a lost answer
                 print(help_text, end="")
         sys.stdout.flush()
-    except BrokenPipeError:  # whoever read the output has left
+    except BrokenPipeError:  # the reader of the output has left
         drop_output()
         return FAILED
     except (InputError, OSError, MemoryError, BrokenExecutor) as error:
@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _answered(name: str, arguments: argparse.Namespace) -> int:
-    """Run a command, print its answers as they come, and return the exit code of the last one."""
+    """Run a command, print its answers as they arrive, and return the exit code of the last one."""
     command: Any = import_module(COMMANDS[name].module)
     answers: Answer | Iterator[Answer] = command.run(arguments)
     code = PASSED
@@ -75,7 +75,7 @@ def _answered(name: str, arguments: argparse.Namespace) -> int:
 
 
 def _error_line(error: Exception) -> str:
-    """Return the line that an error prints for a user."""
+    """Return the line that reports an error to the user."""
     if isinstance(error, MemoryError):
         return "Memory ran out. A run needs about 2 GiB: free some, or lift its limit."
     if isinstance(error, BrokenExecutor):
@@ -88,22 +88,23 @@ def _error_line(error: Exception) -> str:
 
 
 def _prepare_process() -> None:
-    """Make the process fit to run: threads, warnings, streams, the width of a terminal."""
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the order of sums, and the last digits, follow the number of threads
-    warnings.simplefilter("ignore")  # those of libraries are for us, not for who calls a command
-    os.environ["PYTHONWARNINGS"] = "ignore"  # also in processes that are started, like loky's resource tracker
+    """Prepare the process: threads, warnings, streams, and the width of a terminal."""
+    # the order of sums, and so the last digits, depend on the number of threads
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    warnings.simplefilter("ignore")  # warnings of libraries are for us, not for users of a command
+    os.environ["PYTHONWARNINGS"] = "ignore"  # also in child processes, such as loky's resource tracker
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
-        if getattr(sys, name) is None:  # closed by the shell: the next file that is opened would take its number
+        if getattr(sys, name) is None:  # closed by the shell; the next opened file would get its number
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode, encoding="utf-8"))
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # letters that a terminal lacks
+            stream.reconfigure(errors="replace")  # characters that a terminal lacks
     if not re.fullmatch(r"[0-9]{1,4}", os.environ.get("COLUMNS", "")):
-        os.environ.pop("COLUMNS", None)  # rich would take any digits for a width
+        os.environ.pop("COLUMNS", None)  # rich would accept any digits as a width
 
 
 def _help(words: list[str]) -> str | None:
-    """Return the help or the version that the words ask for; None where they ask for neither."""
+    """Return the requested help or version; None if the words request neither."""
     first = words[0] if words else "--help"
     if first in ("-h", "--help"):
         return front_parser().format_help()
@@ -119,7 +120,7 @@ def _help(words: list[str]) -> str | None:
 
 
 def completion(words: list[str]) -> str:
-    """Return the script of a shell that completes commands and flags; raises InputError for another shell."""
+    """Return the script that completes commands and flags in a shell; raises InputError for an unknown shell."""
     from twintip.completion import SHELLS, CompletedParser, completion_script
 
     shell = words[0].partition("=")[2] or "".join(words[1:])
@@ -132,7 +133,7 @@ def completion(words: list[str]) -> str:
 def _parsed(first: str, rest: list[str]) -> argparse.Namespace:
     """Return the arguments of a command.
 
-    Raises InputError for an unknown command or flag, with the nearest known one, and for a flag that is gone.
+    Raises InputError for an unknown command or flag, with the closest known one, and for a removed flag.
     """
     if first not in COMMANDS:
         kind, known = (
@@ -151,15 +152,15 @@ def _parsed(first: str, rest: list[str]) -> argparse.Namespace:
 
 
 def _flag(word: str) -> str:
-    """Return a word without the value that stands behind its equals sign."""
+    """Return a word without the value after its equals sign."""
     return word.partition("=")[0]
 
 
 class _Parser(argparse.ArgumentParser):
-    """Argparse without its usage noise: an error is one line, as everywhere else."""
+    """An argparse parser without usage output; an error is one line, like all others."""
 
     def __init__(self, prog: str, description: str, example: str) -> None:
-        """Take the name, what it does, and an example, which stands at the end of the help over the exit codes."""
+        """Store the name, the purpose, and an example; the help ends with the example and the exit codes."""
         codes = [f"{code:d} {meaning}" for code, meaning in EXIT_CODES.items()]
         super().__init__(
             prog=prog,
@@ -175,7 +176,7 @@ class _Parser(argparse.ArgumentParser):
         return [flag for flag in self._option_string_actions if flag.startswith("--")]
 
     def error(self, message: str) -> NoReturn:
-        """Raise InputError instead of printing the usage and leaving."""
+        """Raise InputError instead of printing the usage and exiting."""
         dashed = " Write FLAG=VALUE for a value that begins with -." if "expected one argument" in message else ""
         msg = f"{message.removeprefix('argument ')}.{dashed} See the example of {self.prog} -h."
         raise InputError(msg)
@@ -190,7 +191,7 @@ def command_parser(name: str) -> _Parser:
 
 
 def front_parser(of_command: type[argparse.ArgumentParser] | None = None) -> _Parser:
-    """Return the parser whose help lists the commands, on request with the flags of each in a parser of that class."""
+    """Return the parser whose help lists the commands; with `of_command`, it also has the flags of each."""
     example = "pipeline run --nl 0.05 --p-max 5      each command has its own -h"
     purpose = "Design a two-spring tactile sensor for fruit and prove it by finite elements."
     parser = _Parser("pipeline", purpose, example)

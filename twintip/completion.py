@@ -1,4 +1,4 @@
-"""Completion of commands, flags and names by the Tab key: the parser of which shtab makes a script for a shell."""
+"""Completion of commands, flags and names by the Tab key, with scripts that shtab makes from a parser."""
 
 import argparse
 from collections.abc import Callable
@@ -19,10 +19,10 @@ _FOLDERS = ("DIR", "OUT")
 
 
 class CompletedParser(argparse.ArgumentParser):
-    """A parser whose places for a preset or a process are completed by their names, those for a path by paths."""
+    """A parser whose arguments are completed: presets and processes by their names, paths by the shell."""
 
     def add_argument(self, *names: Any, **given: Any) -> argparse.Action:  # noqa: ANN401 - as argparse has it
-        """Add an argument, and say how it is completed."""
+        """Add an argument with its completion."""
         action = super().add_argument(*names, **given)
         if action.dest in _NAMES:
             action.choices = _NAMES[action.dest]()
@@ -34,5 +34,5 @@ class CompletedParser(argparse.ArgumentParser):
 
 
 def completion_script(parser: argparse.ArgumentParser, shell: str) -> str:
-    """Return the script with which a shell completes the words of a parser."""
+    """Return the script that completes the words of a parser in a shell."""
     return shtab.complete(parser, shell)

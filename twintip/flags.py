@@ -1,4 +1,4 @@
-"""The commands with their flags, for help and for parsing: nothing heavy is imported here."""
+"""The commands and their flags, for help and parsing; nothing heavy is imported here."""
 
 from argparse import ArgumentParser
 from collections.abc import Callable
@@ -23,7 +23,7 @@ class Command(NamedTuple):
 
 
 def number(text: str) -> float:
-    """Return the number of a flag, as people write it; raises ValueError for another text."""
+    """Return the number of a flag in common notations; raises ValueError for other text."""
     value = written_number(text)
     if value is None:
         raise ValueError(text)
@@ -40,7 +40,7 @@ def _add_counts(parser: ArgumentParser) -> None:
 
 
 def _add_force(parser: ArgumentParser) -> None:
-    words = "keep what is in the way as NAME.bak, also where it was changed since it was written"
+    words = "keep other and changed files as NAME.bak instead of refusing them"
     parser.add_argument("--force", action="store_true", help=words)
 
 
@@ -52,12 +52,12 @@ def _add_design(parser: ArgumentParser) -> None:
     add("--p-max", metavar="P", help="target force ratio at the largest modulus [1], greater than 1 and at most 100")
     add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help="the same")
     add("--process", metavar="NAME", help="print process, see pipeline design --list-processes")
-    words = "any key of the design file, unset where VALUE is left out; repeatable"
+    words = "any key of the design file, unset if VALUE is empty; repeatable"
     add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help=words)
 
 
 def _add_whole_run(parser: ArgumentParser) -> None:
-    """Add the flags that give a design and the options of its run, with its files for fabrication left out."""
+    """Add the flags for a design and the options of its run, without files for fabrication."""
     parser.set_defaults(look=False, watch=None, fabrication=False)
     add = parser.add_argument
     _add_design(parser)
@@ -101,7 +101,7 @@ def _add_suggest(parser: ArgumentParser) -> None:
 def _add_explain(parser: ArgumentParser) -> None:
     words = "a verdict, a symbol or a key of report.json; without it verdicts and symbols are listed"
     parser.add_argument("name", metavar="NAME", nargs="?", help=words)
-    parser.add_argument("--out", metavar="DIR", type=Path, help="an output folder, whose number is told too")
+    parser.add_argument("--out", metavar="DIR", type=Path, help="an output folder, whose number is printed too")
     _add_json(parser)
 
 
@@ -131,26 +131,26 @@ def _add_view(parser: ArgumentParser) -> None:
 def _add_modulus(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("files", metavar="FILE", nargs="*", type=Path, help="a table of force and travel, CSV or XLSX, as exported")
-    alone = "with --radius alone: a ball, or an ellipsoid"
+    alone = "with only --radius: a ball, or an ellipsoid"
     add("--body", choices=BODIES, metavar="BODY", help=f"what is pressed, one of {', '.join(BODIES)} ({alone})")
     add("--height", metavar="MM", type=number, help="its height along the press [mm]")
-    add("--radius", metavar="MM", type=number, help="its radius, or that of its curvature where a plate touches [mm]")
+    add("--radius", metavar="MM", type=number, help="its radius, or its radius of curvature at the contact [mm]")
     add("--radius-across", metavar="MM", type=number, help="the other radius of curvature there [mm]")
     add("--length", metavar="MM", type=number, help="length of a cylinder on its side, or of a block [mm]")
     add("--width", metavar="MM", type=number, help="width of a block [mm]")
     add("--sizes", metavar="FILE", type=Path, help="a table of file, height, radius, ... [mm]: sizes of each specimen")
     add("--plunger", choices=("flat", "ball"), help="end of the plunger that presses instead of a plate")
     add("--plunger-radius", metavar="MM", type=number, help="radius of the plunger, or of its ball [mm]")
-    add("--support", choices=SUPPORTS, help="under the body: a plate, a table, or a seat that gives nothing")
+    add("--support", choices=SUPPORTS, help="under the body: a plate, a table, or a rigid seat")
     add("--poisson", metavar="NU", type=number, help="Poisson's ratio of the flesh (default 0.3)")
-    add("--poisson-error", metavar="NU", type=number, default=0.05, help="how far that may be off (default 0.05)")
+    add("--poisson-error", metavar="NU", type=number, default=0.05, help="its largest error (default 0.05)")
     words = "area that the paper's modulus divides by [mm^2] (default 900, or that of a flat end)"
     add("--plate-area", metavar="MM2", type=number, help=words)
-    add("--compliance", metavar="UM/N", type=number, default=0.0, help="of frame and load cell, as measured [um/N]")
-    add("--compliance-error", metavar="UM/N", type=number, help="how far that may be off (default a tenth of it)")
+    add("--compliance", metavar="UM/N", type=number, default=0.0, help="of frame and load cell, measured [um/N]")
+    add("--compliance-error", metavar="UM/N", type=number, help="its largest error (default a tenth of it)")
     add("--strain", metavar="PERCENT", default="5,2,10", help="strains of secant and tangent [%%] (default 5,2,10)")
     add("--columns", metavar="NAME=HEADER,...", help="headers, or numbers of columns, as in force=Last,travel=3")
-    add("--units", metavar="NAME=UNIT,...", help="units where the file gives none, as in force=kN,travel=um")
+    add("--units", metavar="NAME=UNIT,...", help="units if the file gives none, as in force=kN,travel=um")
     add("--compression-negative", action="store_true", help="the machine counts compression negative: turn the signs")
     add("--per", choices=("file", "folder"), default="file", help="what holds the tests of one fruit (default file)")
     add("--plot", metavar="FILE", type=Path, help="draw curves and fits as one web page (FILE.html)")
@@ -180,7 +180,7 @@ def _add_calibrate(parser: ArgumentParser) -> None:
         help="its error (95 %%), u_percent of pipeline modulus [%%]",
     )
     add("--columns", metavar="NAME=HEADER,...", help="headers or numbers of columns, as in force=Gewicht,counts_l=4")
-    add("--units", metavar="NAME=UNIT,...", help="units where a table gives none, as in force=g,deflection=um")
+    add("--units", metavar="NAME=UNIT,...", help="units if a table gives none, as in force=g,deflection=um")
     _add_counts(parser)
     add("--out", metavar="unit.toml", type=Path, help="write the unit there, for pipeline read --unit")
     add("--classes", metavar="NAMES", default="", help="ripeness classes of its readings, as in ripe:0.8,unripe")
@@ -199,9 +199,9 @@ def _add_read(parser: ArgumentParser) -> None:
     words = "principal radii of the fruit [mm], or its one radius (default: the design's)"
     add("--radius", metavar="R1,R2", help=words)
     add("--columns", metavar="NAME=HEADER,...", help="headers of FILE.csv, or numbers of columns, as in t=1,F_l=Kraft")
-    add("--units", metavar="NAME=UNIT,...", help="units where FILE.csv gives none, as in t=ms,F_l=mN")
+    add("--units", metavar="NAME=UNIT,...", help="units if FILE.csv gives none, as in t=ms,F_l=mN")
     _add_counts(parser)
-    add("--each", action="store_true", help="a reading of the press so far for each sample")
+    add("--each", action="store_true", help="a reading of the press up to each sample")
     words = (
         "one reading for each N presses, those of one fruit; 0: for all (default: one a press, or by a column fruit)"
     )
@@ -219,7 +219,7 @@ def _add_read(parser: ArgumentParser) -> None:
 def _add_simulate(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="the output folder of the sensor's design")
-    words = "draw N fruits, presses and units over all ranges of the design, and hold what is read to the truth"
+    words = "draw N fruits, presses and units over all ranges of the design, and compare the readings with the truth"
     add("--prove", metavar="N", type=int, help=words)
     add("--out", metavar="FILE.csv", type=Path, help="write the log of presses on a fruit, for pipeline read")
     add("--unit", metavar="unit.toml", type=Path, help="the unit that presses, by its counts (default: as designed)")
@@ -234,21 +234,21 @@ def _add_simulate(parser: ArgumentParser) -> None:
     add("--presses", metavar="N", type=int, help="presses of the fruit, each turned against the one before (default 1)")
     add("--rate", metavar="HZ", type=number, help="lines a second [Hz] (default: those of the read-out)")
     add("--noise", action="store_true", help="with the noise and the drift of the channels")
-    add("--uneven", action="store_true", help="with skin and flesh as uneven as the design says")
+    add("--uneven", action="store_true", help="with the uneven skin and flesh of the design")
     add("--bruise", metavar="MM", type=number, help="radius of a bruise of half the modulus, under the first tip [mm]")
     words = "flesh that relaxes: shares of the force and times [s], as in 0.25:5,0.33:120"
     add("--relax", metavar="SHARE:S,...", help=words)
-    words = "write what a unit with drawn errors shows under weights, for pipeline calibrate"
+    words = "write a table of weights on a unit with drawn errors, for pipeline calibrate"
     add("--weights", metavar="FILE.csv", type=Path, help=words)
     add("--plate", metavar="FILE.csv", type=Path, help="likewise, on a hard plate")
     add("--ball", metavar="FILE.csv", type=Path, help="likewise, in presses on a ball of rubber")
-    add("--seed", metavar="N", type=int, default=1, help="seed of all that is drawn (default 1)")
+    add("--seed", metavar="N", type=int, default=1, help="seed of all random numbers (default 1)")
     _add_force(parser)
     _add_json(parser)
 
 
 def _add_engine(parser: ArgumentParser) -> None:
-    """Add the flags that say where a study is solved and stored."""
+    """Add the flags for where a study is solved and stored."""
     add = parser.add_argument
     add("--out", metavar="DIR", type=Path, help="folder of study.sqlite (default outputs/NAME of the study file)")
     add("--processes", metavar="N", type=int, help="processes on this machine (default: one for each core)")
@@ -295,7 +295,7 @@ COMMANDS = {
     ),
     "explain": Command(
         module="twintip.commands.explain",
-        purpose="say what a verdict, a symbol or a key of report.json means",
+        purpose="explain a verdict, a symbol or a key of report.json",
         example="pipeline explain NL --out outputs/paper",
         add_flags=_add_explain,
     ),
@@ -313,7 +313,7 @@ COMMANDS = {
     ),
     "doctor": Command(
         module="twintip.commands.doctor",
-        purpose="look whether this machine has what the commands need",
+        purpose="check whether this machine has what the commands need",
         example="pipeline doctor",
         add_flags=lambda _: None,
     ),
@@ -325,7 +325,7 @@ COMMANDS = {
     ),
     "calibrate": Command(
         module="twintip.commands.calibrate",
-        purpose="find the springs of a printed unit from what was measured of it",
+        purpose="find the springs of a printed unit from measurements",
         example="pipeline calibrate outputs/paper weights.csv --out unit.toml",
         add_flags=_add_calibrate,
     ),

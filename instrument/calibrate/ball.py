@@ -115,7 +115,7 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[Bal
     source, ball = pressed.source, pressed.ball
     design = sensor.report.design
     if not design.takes_ball:
-        raise validation_error("--ball", str(source), "", f"left out but for {SHOWN_BY_BALL}", "leave it out")
+        raise validation_error("--ball", str(source), "", f"left out except for {SHOWN_BY_BALL}", "leave it out")
     if sensor.lacks_form:
         bound = "in report.json where --ball is given"
         raise validation_error("reading.moduli.form_percent", None, "", bound, "run the design again")

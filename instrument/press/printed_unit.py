@@ -324,7 +324,7 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
         hint = f"its digest begins {digest[:12]}; calibrate against it"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
     if unit.ball is not None and not report.design.takes_ball:
-        bound = f"left out but for {SHOWN_BY_BALL}"
+        bound = f"left out except for {SHOWN_BY_BALL}"
         raise validation_error("unit.ball", unit.ball.factor, "", bound, "calibrate the unit")
     if unit.ball is not None:
         _refuse_ball_of_other_numbers(unit.ball, report)

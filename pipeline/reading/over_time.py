@@ -56,7 +56,7 @@ def refuse_unsolvable_time(design: Design) -> None:
         hint = "drop one of them: skin on flesh that relaxes is not solved"
         raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
     if not _is_solvable(design):
-        bound = "left out but for a level press of flat tips on a block, or of a line or square of domes"
+        bound = "left out except for a level press of flat tips on a block, or of a line or square of domes"
         hint = "drop it: other tips and tilt are not solved over time"
         raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
 

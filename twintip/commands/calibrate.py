@@ -1,4 +1,4 @@
-"""`pipeline calibrate`: what was measured of a printed unit to its springs, its verdict and its unit.toml."""
+"""`pipeline calibrate`: from measurements of a printed unit to its springs, its verdict and its unit.toml."""
 
 import shlex
 from argparse import Namespace
@@ -25,7 +25,7 @@ from sensor.words import with_bar
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 
 NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmness", "E")
-"""What the columns of its tables hold, beside forces and counts."""
+"""Names of the columns in its tables, besides forces and counts."""
 
 
 def run(arguments: Namespace) -> Answer:
@@ -44,11 +44,11 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _answer_coupon(arguments: Namespace, report: Report, table: MeasuredTable) -> Answer:
-    """Return the modulus of a coupon; raises InputError for a flag that asks for a unit."""
+    """Return the modulus of a coupon; raises InputError for a flag that requires a unit."""
     for flag in ("--out", "--fruit", "--plate", "--after", "--ball"):
         value = getattr(arguments, flag[2:])
         if value is not None:
-            bound = "left out for a coupon, which tells a modulus and no unit"
+            bound = "left out for a coupon, which gives a modulus and no unit"
             raise validation_error(flag, str(value), "", bound, "leave it out")
     modulus = modulus_of_coupon(table, report)
     _tell_tables(table)
@@ -63,7 +63,7 @@ def _answer_coupon(arguments: Namespace, report: Report, table: MeasuredTable) -
 
 
 def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, flags: ColumnFlags) -> Answer:
-    """Calibrate a unit, and write it where `--out` says."""
+    """Calibrate a unit, and write it to the path of `--out`."""
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
     plate = None if arguments.plate is None else measured_plate(arguments.plate, report, flags, arguments.counts_as)
     heard: list[str] = []
@@ -86,9 +86,9 @@ def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, fla
 
 
 def _ball(arguments: Namespace, flags: ColumnFlags, say: Callable[[str], None]) -> PressedBall | None:
-    """Return the ball and its presses, None without one; raises InputError for a ball that is not told whole.
+    """Return the ball and its presses, or None; raises InputError for an incomplete ball.
 
-    `say` hears what was read of its file.
+    `say` is called with a summary of what was read from its file.
     """
     numbers = (arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error)
     if arguments.ball is not None:
@@ -101,7 +101,7 @@ def _ball(arguments: Namespace, flags: ColumnFlags, say: Callable[[str], None]) 
 
 
 def _tell_tables(*tables: MeasuredTable | None) -> None:
-    """Print what was read of each table."""
+    """Print a summary of each table that was read."""
     for table in tables:
         if table is not None:
             print_error(f"note: {table.understood}")

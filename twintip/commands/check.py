@@ -1,4 +1,4 @@
-"""`pipeline check`: verdicts on what lies on the disk, a whole output folder or one file of any origin."""
+"""`pipeline check`: verdicts on existing files, an output folder or one file of any origin."""
 
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
@@ -57,7 +57,7 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _solved(path: Path, process: Process, arguments: Namespace) -> Answer:
-    """Judge a file, and the stiffness of its springs against those of a design; raises InputError."""
+    """Judge a file, and the stiffness of its springs against a design; raises InputError."""
     named: str | None = arguments.design
     held = [_point("--held", text) for text in arguments.held]
     pressed = {str(number): _point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
@@ -86,7 +86,7 @@ def _solved(path: Path, process: Process, arguments: Namespace) -> Answer:
 
 
 def _refuse_unsolvable(path: Path, named: str | None, held: Sequence["Place"], pressed: Mapping[str, "Place"]) -> None:
-    """Raise InputError unless flags say where a STEP file is held and pressed."""
+    """Raise InputError unless flags give where a STEP file is held and pressed."""
     if path.suffix.lower() not in SOLVED_KINDS:
         bound = f"a file of kind {', '.join(SOLVED_KINDS)}: triangles are not solved"
         raise validation_error("--solve", path.name, "", bound, "export the solid as STEP")
@@ -108,25 +108,25 @@ def _point(flag: str, text: str) -> "Place":
 
 
 def _as_note(verdict: Verdict) -> str:
-    """Return in words how far a part is from that of the design, which its maker has changed."""
+    """Return the distance between a changed part and the part of the design as a note."""
     return f"{verdict.value:.4g} mm is the largest distance from the part of the design ({verdict.reference})"
 
 
 def _housing(design: Design, named: str) -> Housing:
-    """Return the housing of a design, its leaves as a run finds them; raises InputError for one without a housing."""
+    """Return the housing of a design with its leaves as in a run; raises InputError for one without a housing."""
     return _made(_springs(design), named)
 
 
 def _springs(design: Design) -> "FittedSprings":
-    """Return the springs of a design as a run finds them; raises InputError."""
-    from pipeline.sensor import Sensor  # it loads the solvers, which other checks do without
+    """Return the springs of a design as in a run; raises InputError."""
+    from pipeline.sensor import Sensor  # loads the solvers, which other checks do not need
 
     with refusing_what_cannot_be_solved():
         return Sensor(design=design).upright_springs
 
 
 def _made(springs: "FittedSprings", named: str) -> Housing:
-    """Return the housing of the springs of a design; raises InputError for one without a housing."""
+    """Return the housing of a design's springs; raises InputError for one without a housing."""
     housing = springs.housing
     if housing is None:
         hint = f"see printable.* of pipeline run {named}"
@@ -135,7 +135,7 @@ def _made(springs: "FittedSprings", named: str) -> Housing:
 
 
 def _process(path: Path, name: str | None, design: str | None) -> Process | None:
-    """Return the process whose rules a file is judged by, None for a folder; raises InputError."""
+    """Return the process whose rules judge a file, None for a folder; raises InputError."""
     if name is not None and design is not None:
         raise validation_error(
             "--process", name, "", "left out beside --design", "leave it out: the design names the process"

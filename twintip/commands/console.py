@@ -1,4 +1,4 @@
-"""How every command speaks: its answer, its exit codes, and what happens when the reader has left."""
+"""Output of all commands: answers, exit codes, one-line errors, and readers that leave early."""
 
 import json
 import os
@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from sensor.quantity import InputError
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType  # which help and refusals do without
+    from rich.console import RenderableType  # help and refusals do not need it
 
 PASSED, FAILED, WRONG_INPUT = 0, 1, 2
-_HALF_A_LINE = 1500  # letters: every honest message is shorter than two
+_HALF_A_LINE = 1500  # [characters]; every regular message is shorter than twice this
 EXIT_CODES = {
     PASSED: "all verdicts pass",
     FAILED: "one fails or is undecided",
@@ -24,15 +24,16 @@ EXIT_CODES = {
     128 + signal.SIGINT: "ended by Ctrl-C",
     128 + signal.SIGTERM: "by SIGTERM",
 }
-"""What each exit code of a command says; `__main__` returns those from 128 on."""
+"""The meaning of each exit code; `__main__` returns those from 128 on."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """What a command answers: the exit code so far, and the data of `--json` or what is printed without it.
+    """The answer of a command: its exit code, and the data of `--json` or the printed output.
 
-    `text` is printed as it is, `parts` are laid out by rich in `width` letters. A command that reads a stream yields an
-    answer for each press: its data stand on one line. `files` were written; beside data their paths stand on stderr.
+    `text` is printed unchanged, and `parts` are laid out by rich in `width` characters. A command that reads a stream
+    yields an answer for each press, whose data are on one line. `files` were written; with data, their paths are
+    printed on stderr.
     """
 
     code: int
@@ -45,7 +46,7 @@ class Answer:
 
 
 def print_answer(answer: Answer, *, as_json: bool) -> None:
-    """Print an answer. A reader that has left undoes no work, but ends the reading of a stream: BrokenPipeError."""
+    """Print an answer. A reader that left undoes no work, but ends the reading of a stream by BrokenPipeError."""
     with nullcontext() if answer.of_stream else answering():
         if as_json and answer.data is not None:
             print_json(answer.data, indent=None if answer.of_stream else 2)
@@ -62,20 +63,20 @@ def print_answer(answer: Answer, *, as_json: bool) -> None:
 
 
 def print_json(data: object, indent: int | None = 2) -> None:
-    """Print data as JSON; raises ValueError when a number is not finite."""
+    """Print data as JSON; raises ValueError for a number that is not finite."""
     print(json.dumps(data, indent=indent, allow_nan=False, ensure_ascii=sys.stdout.encoding != "utf-8"))
 
 
 @contextmanager
 def answering() -> Iterator[None]:
-    """Print an answer inside the block; a reader that has left does not undo the work.
+    """Print an answer inside the block; a reader that left does not undo the work.
 
-    Raises InputError where the answer is lost, as on a full disk.
+    Raises InputError if the answer is lost, for instance on a full disk.
     """
     try:
         yield
         sys.stdout.flush()
-    except (BrokenPipeError, SystemExit):  # the second is how rich says the first
+    except (BrokenPipeError, SystemExit):  # rich turns BrokenPipeError into SystemExit
         drop_output()
     except OSError as error:
         drop_output()
@@ -85,7 +86,7 @@ def answering() -> Iterator[None]:
 
 @contextmanager
 def refusing_what_cannot_be_solved() -> Iterator[None]:
-    """Raise InputError in place of what mesher, solvers and writers of files raise for a scene that is beyond them."""
+    """Raise InputError in place of errors by mesher, solvers and file writers for a scene beyond their range."""
     from cad.files.export_error import ExportError
     from mesh.session import MeshError
     from solve.linear import SolveError
@@ -97,9 +98,9 @@ def refusing_what_cannot_be_solved() -> Iterator[None]:
 
 
 def print_error(message: str) -> None:
-    """Print one line to stderr, if it takes any; what would steer a terminal is written as its escape."""
+    """Print one line to stderr if possible; control characters are escaped."""
     line = " ".join(message.split())
-    if len(line) > 2 * _HALF_A_LINE:  # a name or a value from outside that has no end; what to do stands last
+    if len(line) > 2 * _HALF_A_LINE:  # an endless name or value from outside; the hint is at the end
         line = f"{line[:_HALF_A_LINE]} ... {line[-_HALF_A_LINE:]}"
     plain = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in line)
     with suppress(OSError):
@@ -107,10 +108,10 @@ def print_error(message: str) -> None:
 
 
 def reason_of(error: OSError) -> str:
-    """Return the system's words for an error, or the error's kind where a library gives none."""
+    """Return the system's description of an error, or its type if a library gives none."""
     return error.strerror or str(error) or type(error).__name__
 
 
 def drop_output() -> None:
-    """Point stdout nowhere, so that Python's own flush at exit does not fail again on what it holds."""
+    """Redirect stdout to nowhere, so that Python's flush at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""`pipeline design`: the run with what a maker needs beside it, or the list of print processes."""
+"""`pipeline design`: a run with files for fabrication, or the list of print processes."""
 
 from argparse import Namespace
 from collections.abc import Iterator
@@ -12,6 +12,6 @@ def run(arguments: Namespace) -> Answer | Iterator[Answer]:
     """Run the design with its files for fabrication, or list the print processes."""
     if not arguments.list_processes:
         return whole_run.run(arguments)
-    from twintip.commands.processes import process_list  # it imports rich, which refusals do without
+    from twintip.commands.processes import process_list  # imports rich, which refusals do not need
 
     return process_list(load_design(whole_run.named_design(arguments), whole_run.settings_of(arguments)).printer)

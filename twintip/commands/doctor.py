@@ -1,4 +1,4 @@
-"""`pipeline doctor`: whether this machine has what the commands need, as one table and an exit code."""
+"""`pipeline doctor`: whether this machine has what the commands need, as a table and an exit code."""
 
 import os
 import platform
@@ -25,7 +25,7 @@ OPTIONAL_PROGRAMS = {
     "ccx": "optional: CalculiX, a second solver for comparison",
     "prusa-slicer": "optional: PrusaSlicer, slices the parts in the tests",
 }
-LEAST_MEMORY_GIB = 2.0  # resident; a run needs half of it
+LEAST_MEMORY_GIB = 2.0  # resident memory; a run needs half of it
 _IMPORT_SECONDS = 120
 _IMPORTED = "imported"
 _IMPORTING = f"""
@@ -34,12 +34,12 @@ for name in sys.argv[1:]:
     __import__(name)
     print("{_IMPORTED}", name, flush=True)
 """
-_WIDTH = 120  # letters
+_WIDTH = 120  # [characters]
 _COLOURS = {"ok": "green", "note": "yellow", "wrong": "red"}
 
 
 class Finding(NamedTuple):
-    """One line of the table: what was looked at, what was found, and what it means."""
+    """One line of the table: the subject, what was found, its status, and a remark."""
 
     name: str
     found: str
@@ -48,7 +48,7 @@ class Finding(NamedTuple):
 
 
 def run(_arguments: Namespace) -> Iterator[Answer]:
-    """Examine this machine; the exit code is 0, or 2 if something that every run needs is missing."""
+    """Examine this machine; the exit code is 0, or 2 if a requirement of every run is missing."""
     yield Answer(code=PASSED, text=f"imports {len(IMPORTS)} packages, which takes some seconds")
     with showing_progress(f"imports {', '.join(IMPORTS)}"):
         rows = examination()
@@ -69,7 +69,7 @@ def examination() -> list[Finding]:
     rows.append(Finding("memory", f"{GiB:.1f} GiB", "ok" if is_enough else "note", remark))
     cache = cache_folder()
     if cache is None:
-        rows.append(Finding("cache", "none", "note", "no home; set XDG_CACHE_HOME, or each run solves anew"))
+        rows.append(Finding("cache", "none", "note", "no home; set XDG_CACHE_HOME, or each run solves all again"))
     else:
         rows.append(folder_row("cache", cache))
     rows.append(folder_row("outputs", Path.cwd() / "outputs"))
@@ -84,7 +84,7 @@ def _packages() -> list[Finding]:
 
 
 def package_row(name: str, found: str | None, locked: str | None) -> Finding:
-    """Return the row of a package; one that is missing is wrong, another version than the locked one worth a note."""
+    """Return the row of a package: wrong if it is missing, a note if its version differs from the locked one."""
     if found is None:
         return Finding(name, "absent", "wrong", "run make setup")
     if locked in (None, found):
@@ -93,9 +93,9 @@ def package_row(name: str, found: str | None, locked: str | None) -> Finding:
 
 
 def _imports(names: Sequence[str]) -> Iterator[Finding]:
-    """Import heavy packages in a process of their own, which a missing system library can end.
+    """Import heavy packages in a separate process, which a missing system library may crash.
 
-    Another process imports those that come after one that fails.
+    After a failure, another process imports the remaining packages.
     """
     waiting = list(names)
     while waiting:
@@ -118,7 +118,7 @@ def _imports(names: Sequence[str]) -> Iterator[Finding]:
 
 
 def _optional() -> list[Finding]:
-    """Return a row for each program that some tests or comparisons use: a note on its purpose where it is absent."""
+    """Return a row for each program that some tests or comparisons use; its purpose is noted if it is absent."""
     return [
         Finding(program, "present") if shutil.which(program) else Finding(program, "absent", "note", purpose)
         for program, purpose in OPTIONAL_PROGRAMS.items()
@@ -126,7 +126,7 @@ def _optional() -> list[Finding]:
 
 
 def folder_row(name: str, folder: Path) -> Finding:
-    """Return the row on whether a folder, or the nearest one above it that exists, can be written; none is made."""
+    """Return the row on whether a folder, or its nearest existing parent, can be written; nothing is created."""
     existing = next(path for path in (folder, *folder.parents) if path.exists())
     if existing.is_dir() and os.access(existing, os.W_OK | os.X_OK):
         return Finding(name, str(folder), "ok", "writable")

@@ -1,4 +1,4 @@
-"""`pipeline explain`: what a verdict, a symbol or a key of report.json means, its source, and this design's number."""
+"""`pipeline explain`: the meaning of a verdict, a symbol or a key of report.json, its source, and a design's number."""
 
 import shutil
 import sys
@@ -38,14 +38,14 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _first_sentence(text: str) -> str:
-    """Return the first sentence of a text, or its first question where that ends before."""
+    """Return the first sentence of a text, or its first question if that ends earlier."""
     sentence, stop, _ = text.partition(". ")
     question, mark, _ = sentence.partition("?")
     return question + mark if mark else sentence + stop.strip()
 
 
 def _wrapped(head: str, text: str) -> str:
-    """Return a text in lines as wide as the terminal, or as 100 letters where there is none; no word is cut."""
+    """Return a text wrapped to the width of the terminal, or to 100 characters; no word is cut."""
     width = shutil.get_terminal_size((_WIDTH, 24)).columns if sys.stdout.isatty() else _WIDTH
     lines = textwrap.wrap(
         head + text, width=max(20, width), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False

@@ -1,4 +1,4 @@
-"""`pipeline modulus`: compression tests of fruit, force over travel, to the modulus that a sensor is designed for."""
+"""`pipeline modulus`: from compression tests of fruit, force over travel, to the modulus for a design."""
 
 from argparse import Namespace
 from collections.abc import Mapping
@@ -22,10 +22,10 @@ from twintip.commands.console import PASSED, Answer, print_error
 from twintip.commands.progress import Work, showing_progress
 from twintip.flags import BODIES, SUPPORTS, number
 
-PAPER_PLATE_MM2 = 900.0  # of the paper's plate, 30 x 30 mm
-POISSON = 0.3  # of fruit.poisson too
+PAPER_PLATE_MM2 = 900.0  # the paper's plate of 30 x 30 mm
+POISSON = 0.3  # also the default of fruit.poisson
 _BALL_IN_RADII = {"ball": {"height": 2.0, "radius_across": 1.0}, "ellipsoid": {"radius_across": 1.0}}
-"""Sizes that may be left out, in radii of the body: those of a ball."""
+"""Optional sizes in radii of the body; the defaults are those of a ball."""
 
 Sizes = Mapping[str, float]
 """Sizes of a test [mm] by the names of their flags."""
@@ -48,7 +48,7 @@ def run(arguments: Namespace) -> Answer:
         for specimen in read_specimens(file, quantities):
             sizes = given if table is None else {**given, **table.sizes_of(specimen)}
             tests.append((specimen, *(of_all or _geometry(arguments, sizes))))
-    bodies = list(dict.fromkeys(geometry for _, geometry, _ in tests))  # each is solved once
+    bodies = list(dict.fromkeys(geometry for _, geometry, _ in tests))  # each body is solved once
     results = []
     try:
         with showing_progress("solves how the body is pressed") as work:
@@ -69,7 +69,7 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _count_from(work: Work, body: int, bodies: int) -> Count:
-    """Return what counts the parts of the work on one of so many bodies as parts of the work on all of them."""
+    """Return a function that counts the work on one of several bodies as part of the total."""
     return lambda ended, parts: work.count(body * parts + ended, bodies * parts)
 
 
@@ -80,7 +80,7 @@ def _refuse_plot(path: Path | None) -> None:
 
 
 def _geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, list[str]]:
-    """Return the body and the tools of a test, and a sentence on each assumption where no flag says."""
+    """Return the body and the tools of a test, and a sentence on each assumption for a missing flag."""
     assumed: list[str] = []
     body = _body(arguments.body, sizes, assumed)
     plunger = _plunger(arguments.plunger, sizes)
@@ -118,9 +118,9 @@ def _geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, list[st
 
 
 def _body(kind: str | None, sizes: Sizes, assumed: list[str]) -> CompressedBody:
-    """Return the body that is pressed, and add to `assumed` a sentence on each size that no flag gives.
+    """Return the compressed body, and append to `assumed` a sentence on each size without a flag.
 
-    Raises InputError where its kind or a size is missing, or a size is given that it does not have.
+    Raises InputError if its kind or a size is missing, and for a size that it does not have.
     """
     if kind is None:
         if "radius" not in sizes:
@@ -144,7 +144,7 @@ def _flag(size: str) -> str:
 
 
 def _plunger(end: str | None, sizes: Sizes) -> Plunger | None:
-    """Return the plunger that presses in place of a plate, None without; raises InputError where half is given."""
+    """Return the plunger that replaces a plate, or None; raises InputError for incomplete flags."""
     radius = sizes.get("plunger_radius")
     if end is None and radius is None:
         return None

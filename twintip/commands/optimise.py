@@ -1,4 +1,4 @@
-"""`pipeline optimise`: the best design that a study file asks for, proved by a run."""
+"""`pipeline optimise`: the best design for a study file, proved by a run."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -17,7 +17,7 @@ from twintip.commands.progress import showing_progress
 def run(arguments: Namespace) -> Answer:
     """Search, and prove the best candidate by a run; the exit code is 0 if all verdicts of the run pass, else 1.
 
-    Of a front that is done for each value, and 0 is returned if all of them have a design.
+    For a front this is done for each value, and 0 is returned if all of them have a design.
     """
     study = read_study(arguments.file)
     if study.how != "search":
@@ -55,7 +55,7 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
-    """Return the proof of the best candidate as data; of a front those of all its values."""
+    """Return the proof of the best candidate as data; for a front, of all its values."""
     answers: list[dict[str, object]] = []
     for place, proof in proofs.items():
         answer: dict[str, object] = {"at": place.value} if study.front else {}
@@ -69,7 +69,7 @@ def _data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
 
 
 def _lines(study: Study, place: Place, proof: Proof | None) -> list[str]:
-    """Return the best candidate, of a front that at the value of the place, and how its run ended."""
+    """Return lines on the best candidate, for a front at the value of the place, and on the outcome of its run."""
     at = f" at {study.goal.front_key} = {place.value}" if study.front else ""
     if proof is None:
         return [f"no candidate passes{at}: widen the spans under [vary], or name fewer verdicts"]

@@ -1,4 +1,4 @@
-"""The print processes as a table: every number of each, and where it comes from."""
+"""The print processes as a table: all numbers with their sources."""
 
 import dataclasses
 
@@ -8,13 +8,13 @@ from rich.text import Text
 from sensor.design.processes import PROCESSES, Process
 from twintip.commands.console import PASSED, Answer
 
-_WIDTH = 160  # letters, for a column of each process
+_WIDTH = 160  # [characters], for a column of each process
 
 _OWN = 'A printer of your own: [print] process_file = "my-printer.toml" in the design file, see docs/design-file.md.'
 
 
 def process_list(own: Process | None) -> Answer:
-    """Return every process with its numbers, one column each, and the design's own if it has one."""
+    """Return every process with its numbers in one column, and the design's own process if it has one."""
     processes = [*PROCESSES.values(), *([] if own is None else [own])]
     records = [dataclasses.asdict(process) for process in processes]
     heads = ("", *(record["name"] for record in records))

@@ -1,4 +1,4 @@
-"""What a command is at, shown on stderr: a bar on a terminal, elsewhere a line after 5 s and then now and again."""
+"""Progress of a command on stderr: a bar on a terminal, else a line after 5 s and then at growing intervals."""
 
 import os
 import sys
@@ -11,25 +11,25 @@ from typing import TYPE_CHECKING
 from pipeline.storage.interrupts import signals_for_this_thread
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType  # which commands without a terminal do without
+    from rich.console import RenderableType  # commands without a terminal do not need it
 
 FIRST_LINE_S = 5.0
-"""Seconds of work after which the first line is printed where stderr is no terminal."""
-_LONGEST_PAUSE_S = 60.0  # between two lines; the second comes at twice the time of the first
+"""Seconds of work until the first line if stderr is no terminal."""
+_LONGEST_PAUSE_S = 60.0  # longest time between two lines; the second line comes at twice the time of the first
 _FRAMES_PER_S = 5
-_BAR_WIDTH = 20  # letters
+_BAR_WIDTH = 20  # [characters]
 _MINUTE_S, _HOUR_S = 60.0, 3600.0
-_FEW = 2  # minutes or hours, below which the smaller unit is told
+_FEW = 2  # number of minutes or hours below which the smaller unit is shown
 
 
 class Work:
-    """What a command works on: it is told by a call, its parts by `count`."""
+    """The work of a command: a call begins a piece of work, and `count` sets its finished parts."""
 
     def __init__(self, name: str) -> None:
-        """Begin a piece of work, of which nothing is known but its name."""
+        """Begin a piece of work with a name."""
         self._start = time.monotonic()
         self._name = name
-        self._counted_from: tuple[int, float] | None = None  # parts that had ended when the count began, and its time
+        self._counted_from: tuple[int, float] | None = None  # finished parts when the count began, and its time
         self.ended = self.parts = 0
 
     def __call__(self, name: str) -> None:
@@ -39,7 +39,7 @@ class Work:
         self.ended = self.parts = 0
 
     def count(self, ended: int, parts: int) -> None:
-        """Take how many parts of this piece of work have ended, and how many there are."""
+        """Set the number of finished parts of this piece of work, and their total."""
         if self._counted_from is None:
             self._counted_from = ended, time.monotonic()
         self.ended, self.parts = ended, parts
@@ -51,7 +51,7 @@ class Work:
 
     @property
     def remaining(self) -> float | None:
-        """Return the seconds that the other parts take at the pace so far, None where no part has ended."""
+        """Return the seconds for the remaining parts at the current pace; None if no part has finished."""
         if self._counted_from is None:
             return None
         before, since = self._counted_from
@@ -60,7 +60,7 @@ class Work:
         return (time.monotonic() - since) / (self.ended - before) * (self.parts - self.ended)
 
     def __str__(self) -> str:
-        """Return the time that has gone, how many parts have ended, the time that remains, and the work."""
+        """Return elapsed time, finished parts, remaining time, and the name of the work as text."""
         told = [duration(self.elapsed)]
         if self.parts:
             told.append(f"{self.ended} of {self.parts}")
@@ -70,7 +70,7 @@ class Work:
 
 
 def duration(seconds: float) -> str:
-    """Return a time in whole seconds or minutes, or in hours."""
+    """Return a time as text in whole seconds or minutes, or in hours."""
     if seconds < _FEW * _MINUTE_S:
         return f"{seconds:.0f} s"
     if seconds < _FEW * _HOUR_S:
@@ -80,21 +80,22 @@ def duration(seconds: float) -> str:
 
 @contextmanager
 def showing_progress(name: str) -> Iterator[Work]:
-    """Show on stderr, until the block ends, the work that it is told of."""
+    """Show progress on stderr until the block ends; the block updates the yielded work."""
     work = Work(name)
     with _drawn(work) if _can_be_drawn_on() else _told_in_lines(work):
         yield work
 
 
 def _can_be_drawn_on() -> bool:
-    """Return whether stderr is a terminal that can erase a line; those of notebooks and of editors cannot."""
-    is_bare = os.environ.get("TERM") in ("dumb", "unknown") or "JPY_PARENT_PID" in os.environ  # the kernel's children
+    """Return whether stderr is a terminal that can erase a line; those of notebooks and editors cannot."""
+    # set in child processes of a notebook's kernel
+    is_bare = os.environ.get("TERM") in ("dumb", "unknown") or "JPY_PARENT_PID" in os.environ
     return sys.stderr.isatty() and not is_bare
 
 
 @contextmanager
 def _drawn(work: Work) -> Iterator[None]:
-    """Draw a line at the foot of the terminal, with a bar where parts are counted; it goes when the block ends."""
+    """Draw a line at the bottom of the terminal, with a bar if parts are counted; it vanishes when the block ends."""
     from rich.console import Console
     from rich.live import Live
     from rich.progress_bar import ProgressBar
@@ -112,7 +113,7 @@ def _drawn(work: Work) -> Iterator[None]:
 
     live = Live(get_renderable=frame, console=Console(stderr=True), transient=True, refresh_per_second=_FRAMES_PER_S)
     try:
-        with signals_for_this_thread():  # it starts one that draws
+        with signals_for_this_thread():  # it starts a thread that draws
             live.start(refresh=True)
         yield
     finally:
@@ -121,7 +122,7 @@ def _drawn(work: Work) -> Iterator[None]:
 
 @contextmanager
 def _told_in_lines(work: Work) -> Iterator[None]:
-    """Print a line when the work has taken 5 s, 10 s, 20 s, 40 s, and then each minute."""
+    """Print a line after 5 s, 10 s, 20 s and 40 s of work, and then each minute."""
     has_ended = threading.Event()
 
     def tell() -> None:

@@ -1,4 +1,4 @@
-"""`pipeline read`: forces of a sensor to the modulus of the fruit, from one reading, a press or a stream."""
+"""`pipeline read`: from forces of a sensor to the modulus of the fruit, for one reading, a press or a stream."""
 
 from argparse import Namespace
 from collections.abc import Callable, Iterator
@@ -26,7 +26,7 @@ LARGEST_RADIUS_MM = 1e6
 
 
 class _Refusal(NamedTuple):
-    """Flags that do not go together with other flags or with a design: which, when, why, and what to do."""
+    """Flags that are incompatible with other flags or a design: names, condition, bound and hint."""
 
     flags: tuple[str, ...]
     applies: Callable[[Namespace, MeasuringUnit], bool]
@@ -63,27 +63,27 @@ _REFUSALS = (
     _Refusal(
         flags=("--radius",),
         applies=lambda _, sensor: sensor.domes is None,
-        bound="left out but for domes in a line or a square",
+        bound="left out except for domes in a line or a square",
         hint="leave it out: the radius does not change what other tips read",
         unit="mm",
     ),
     _Refusal(
         flags=("--forces", "--each", "--c-header", "--micropython"),
         applies=lambda _, sensor: sensor.report.design.fruit.relaxation is not None,
-        bound="left out where the design has fruit.relaxation",
+        bound="left out if the design has fruit.relaxation",
         hint="read a press with its hold",
     ),
     _Refusal(
         flags=("--forces",),
         applies=lambda _, sensor: not sensor.reads_moments,
-        bound="left out but for a pair of flat tips: one moment cannot tell the shape of the skin from the modulus",
+        bound="left out except for a pair of flat tips: one moment cannot separate the skin's shape from the modulus",
         hint="read a press: FILE.csv",
     ),
 )
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Read forces, write firmware or both; the exit code is 1 if forces tell no modulus. Files are written last."""
+    """Read forces, write firmware or both, files last; the exit code is 1 if no forces give a modulus."""
     sensor = _sensor(arguments)
     _refuse_unreadable(arguments, sensor)
     if arguments.radius is not None:
@@ -105,7 +105,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
 
 
 def _refuse_unreadable(arguments: Namespace, sensor: MeasuringUnit) -> None:
-    """Raise InputError for a flag that does not go together with the others, or with this sensor."""
+    """Raise InputError for a flag that is incompatible with the others, or with this sensor."""
     for refusal in _REFUSALS:
         for flag in refusal.flags:
             value = getattr(arguments, flag.removeprefix("--").replace("-", "_"))
@@ -114,15 +114,15 @@ def _refuse_unreadable(arguments: Namespace, sensor: MeasuringUnit) -> None:
 
 
 def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
-    """Print a note to stderr on each assumption behind a reading."""
+    """Print a note to stderr for each assumption behind a reading."""
     if not sensor.report.moduli:
         lacks = "has no [reading]" if sensor.report.design.reading is None else "has level presses without a reading"
-        print_error(f"note: the design {lacks}; the uncertainty holds for level presses in the middle of the fruit")
+        print_error(f"note: the design {lacks}; the uncertainty holds for level presses at the centre of the fruit")
     if sensor.lacks_form:
         print_error("note: report.json is of an older version: bars leave out the form of domes; run the design again")
     if sensor.report.design.fruit.relaxation is not None:
         at = sensor.report.design.read_s
-        print_error(f"note: E is that at the first instant; the apparent one is that at {at:g} s")
+        print_error(f"note: E is the modulus at the first instant; the apparent one is at {at:g} s")
     if arguments.unit is None:
         print_error("note: no --unit; springs as designed, as uncertain as their process prints them")
     elif sensor.creep.exponent:
@@ -133,7 +133,7 @@ def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
 
 
 def _sensor(arguments: Namespace) -> MeasuringUnit:
-    """Return the unit that the flags name, as designed without `--unit`; raises InputError."""
+    """Return the unit that the flags name, or the designed one without `--unit`; raises InputError."""
     return MeasuringUnit.from_report(read_report(arguments.folder), arguments.unit, arguments.classes)
 
 
@@ -148,10 +148,11 @@ def _radii_of_flag(text: str) -> tuple[float, float]:
 
 
 def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Path, bytes]]:
-    """Return the files of firmware that each flag asks for, not yet written; raises InputError where they cannot be."""
+    """Return the requested firmware by flag and path, not yet written; raises InputError if it cannot be written."""
     if all(value is None for value in (arguments.c_header, arguments.micropython, arguments.logger)):
         return {}
-    from instrument.firmware.firmware import board_files, header_text, module_text  # jinja, which readings do without
+    # loads jinja, which readings do not need
+    from instrument.firmware.firmware import board_files, header_text, module_text
 
     texts: dict[str, dict[Path, str]] = {}
     if arguments.c_header is not None:
@@ -175,14 +176,14 @@ def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Pat
 
 
 def _text_of(told: FruitReading | FruitAnswer) -> str:
-    """Return the line of a reading, or that of a fruit with one below it for each press."""
+    """Return the line of a reading, or the line of a fruit followed by one for each press."""
     if isinstance(told, FruitReading):
         return as_line(told, LINE)
     return "\n".join([as_line(told, FRUIT_LINE), *(f"  {as_line(press, LINE)}" for press in told.presses)])
 
 
 def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitReading | FruitAnswer]:
-    """Yield the reading of the moment of `--forces`, or of each press or fruit of a file or of the standard input."""
+    """Yield the reading of `--forces`, or of each press or fruit in a file or the standard input."""
     tips = sensor.report.tips
     if arguments.signal is None:
         refuse_without_counts(arguments.counts_as, "--forces")

@@ -1,4 +1,4 @@
-"""`pipeline run`: flags to a design and options, the run, its answer on one screen."""
+"""`pipeline run`: from flags to a design and options, the run, and its answer on one screen."""
 
 import json
 import time
@@ -35,7 +35,7 @@ _SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.p
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Run or look at the design that the flags name, or watch a design file."""
+    """Run or look at the design in the flags, or watch a design file."""
     if arguments.watch is None:
         yield _answer(arguments)
     else:
@@ -43,16 +43,16 @@ def run(arguments: Namespace) -> Iterator[Answer]:
 
 
 def _answer(arguments: Namespace) -> Answer:
-    """Return the answer of a run; one that the folder holds already is read, and nothing is solved."""
+    """Return the answer of a run; if the folder holds it already, nothing is solved."""
     design = load_design(named_design(arguments), settings_of(arguments))
     folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
     options = _options(arguments, folder)
     refuse_unmakeable(design, options)
-    file_date()  # refuses a date that no file can have
+    file_date()  # refuses an invalid file date
     report = _kept_report(design, options, folder)
     if report is None:
         with showing_progress("loads the solvers") as work, refusing_what_cannot_be_solved():
-            # They are imported once nothing is refused any more.
+            # The solvers are imported after all refusals.
             from pipeline import run as whole_run
             from pipeline.report.outputs import earlier_answer
 
@@ -68,22 +68,22 @@ def _answer(arguments: Namespace) -> Answer:
 
 
 def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
-    """Look at a design file, and again whenever it is written; what is wrong with it then is one line.
+    """Look at a design file, and again whenever it is written; later errors are printed as one line.
 
-    Raises InputError where it is wrong from the start.
+    Raises InputError for an error at the start.
     """
     if arguments.design != DEFAULT_DESIGN or arguments.named is not None:
         raise validation_error("--watch", file, "", "given without DESIGN", "give the design once")
     if not file.endswith(".toml"):
         raise validation_error("--watch", file, "", "a path that ends in .toml", "name the design file")
-    out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # the same where the name in the file changes
+    out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # does not change with the name in the file
     look = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
     seen = _stamp(file)
     yield _answer(look)
     while True:
         time.sleep(_POLL_S)
         stamp = _stamp(file)
-        if stamp in (seen, None):  # an editor that writes aside leaves no file for a moment
+        if stamp in (seen, None):  # an editor that writes aside removes the file for a moment
             continue
         seen = stamp
         try:
@@ -95,7 +95,7 @@ def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
 
 
 def _stamp(file: str) -> tuple[int, int] | None:
-    """Return the time and the size of a file, which change when it is written; None where there is none."""
+    """Return the time and size of a file, which change when it is written; None if it does not exist."""
     try:
         found = Path(file).stat()
     except OSError:
@@ -121,9 +121,9 @@ def _options(arguments: Namespace, folder: Path) -> RunOptions:
 
 
 def _kept_report(design: Design, options: RunOptions, folder: Path) -> Json | None:
-    """Return the report of a folder that a run with the same key left just as it is, None for any other.
+    """Return the report of a folder that is unchanged since a run with the same key, or None.
 
-    Raises OutputError where the folder cannot be used.
+    Raises OutputError for an unusable folder.
     """
     content = whole_report(folder)
     if content is None:
@@ -134,7 +134,7 @@ def _kept_report(design: Design, options: RunOptions, folder: Path) -> Json | No
 
 
 def named_design(arguments: Namespace) -> str:
-    """Return the preset or file that DESIGN or --design names; raises InputError where both do."""
+    """Return the preset or file in DESIGN or --design; raises InputError for both."""
     if arguments.named is None:
         return str(arguments.design)
     if arguments.design != DEFAULT_DESIGN:
@@ -143,12 +143,12 @@ def named_design(arguments: Namespace) -> str:
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:
-    """Return the keys of the design that flags set, by TABLE.KEY; raises InputError for one that is set twice."""
+    """Return the design keys set by flags, by TABLE.KEY; raises InputError for a key that is set twice."""
     given = []
     for flag, key in _SETTING_OF.items():
         value = getattr(arguments, flag)
         if value is not None:
-            given.append((key, value or '""'))  # an empty flag is an empty text, not a key that --set leaves unset
+            given.append((key, value or '""'))  # an empty flag is an empty text; an empty --set unsets its key
     for text in arguments.set:
         key, equals, value = text.partition("=")
         if not equals:

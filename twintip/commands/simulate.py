@@ -1,4 +1,4 @@
-"""`pipeline simulate`: what a unit of a design would write on fruit and on the bench, and the proof of the design."""
+"""`pipeline simulate`: files that a unit of a design would write on fruit and on the bench, and proof of the design."""
 
 import math
 import shlex
@@ -38,7 +38,7 @@ _ENDS = 2
 
 
 class _Number(NamedTuple):
-    """A flag that has a number: its unit, where it may lie, and what to do."""
+    """A flag with a number: its unit, its bounds, and a hint."""
 
     unit: str
     bounds: Bounds
@@ -63,12 +63,12 @@ _DRAWN = (
     *("E", "radius", "azimuth", "thickness", "tilt", "towards", "off_centre", "presses", "rate", "noise", "uneven"),
     *("bruise", "relax", "unit", *FILES),
 )
-"""Flags that a proof does not take: it draws all of them, and writes nothing."""
+"""Flags that a proof does not accept, because it draws their values and writes no files."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Simulation:
-    """What was simulated, and how it is calibrated and read."""
+    """The answer of a simulation: the truth, the files, and the commands that calibrate and read them."""
 
     E: float = report_field("MPa", "true modulus of the fruit", key="E_MPa")
     radii: tuple[float, ...] = report_field("mm", "principal radii of the fruit", key="radii_mm")
@@ -84,7 +84,7 @@ class Simulation:
 
 
 def run(arguments: Namespace) -> Answer:
-    """Write the files of a simulation, or prove a design; the exit code is 1 if it is not as good as it says."""
+    """Write the files of a simulation, or prove a design; the exit code is 1 if its readings are worse than stated."""
     _refuse_numbers(arguments)
     report = read_report(arguments.folder)
     refuse_unpressed(report)
@@ -102,7 +102,7 @@ def _flag(name: str) -> str:
 
 
 def _refuse_numbers(arguments: Namespace) -> None:
-    """Raise InputError for a number out of its bounds, and for flags that do not go together."""
+    """Raise InputError for a number out of bounds, and for incompatible flags."""
     for name, (unit, bounds, hint) in _NUMBERS.items():
         value = getattr(arguments, name)
         if value is not None and not bounds.hold(value):
@@ -115,7 +115,7 @@ def _refuse_numbers(arguments: Namespace) -> None:
 
 
 def _written(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Answer:
-    """Solve all that is asked for, and then write it."""
+    """Solve everything that is requested, and then write it."""
     if len({path.resolve() for path in paths.values()}) < len(paths):
         first, second = list(paths)[-2:]
         bound = f"another file than that of {_flag(first)}"
@@ -150,7 +150,7 @@ def _written(arguments: Namespace, report: Report, paths: dict[str, Path]) -> An
 
 
 def _asked(arguments: Namespace, report: Report) -> Asked:
-    """Return what the flags ask for; raises InputError."""
+    """Return the settings in the flags; raises InputError."""
     return Asked(
         fruit=_fruit(arguments, report),
         presses=arguments.presses or 1,
@@ -164,7 +164,7 @@ def _asked(arguments: Namespace, report: Report) -> Asked:
 
 
 def _fruit(arguments: Namespace, report: Report) -> PressedFruit:
-    """Return the fruit of the flags at its place; what is not given is that of the design."""
+    """Return the fruit of the flags in its pose; missing values come from the design."""
     usual = usual_fruit(report)
     given = {name: value for name in ("E", "azimuth", "thickness") if (value := getattr(arguments, name)) is not None}
     if arguments.radius is not None:
@@ -187,7 +187,7 @@ def _radii(text: str) -> tuple[float, float]:
 
 
 def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float]]:
-    """Return shares [1] and times [s] of flesh that relaxes: those of a flag, or of the design; raises InputError."""
+    """Return shares [1] and times [s] of relaxing flesh, from the flag or else from the design; raises InputError."""
     if text is None:
         return report.design.fruit.relaxation or ()
     pairs = [tuple(map(written_number, pair.split(":"))) for pair in text.split(",")]
@@ -198,9 +198,9 @@ def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float
 
 
 def _unit(arguments: Namespace, report: Report, paths: dict[str, Path]) -> SimulatedUnit:
-    """Return the unit of unit.toml; without it one that is drawn beside a table of the bench, else that of the design.
+    """Return the unit of unit.toml; without it a random one for tables of the bench, else the designed one.
 
-    Raises InputError for a unit beside such a table.
+    Raises InputError for a unit together with such a table.
     """
     of_bench = [flag for flag in paths if flag != "out"]
     if arguments.unit is None:
@@ -212,7 +212,7 @@ def _unit(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Simul
 
 
 def _commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Iterator[str]:
-    """Yield the commands that calibrate by the tables and read the log."""
+    """Yield the commands that calibrate with the tables and read the log."""
     folder = str(arguments.folder)
     unit = None if arguments.unit is None else str(arguments.unit)
     if "weights" in paths:
@@ -236,7 +236,7 @@ def _commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> I
 
 
 def _proved(arguments: Namespace, report: Report) -> Answer:
-    """Prove the design; the exit code is 1 if its readings are not as good as their bars say."""
+    """Prove the design; the exit code is 1 if its readings are worse than their error bars state."""
     count = arguments.prove
     with showing_progress("presses drawn units on drawn fruit") as work:
         work.count(0, count)
@@ -248,7 +248,7 @@ _HEAD = ("E MPa", "radii mm", "flesh mm", "tilt deg", "told MPa", "error", "bar"
 
 
 def _lines(proof: ProvedDesign) -> Iterator[str]:
-    """Yield the table of truth against told, and what all presses together tell."""
+    """Yield the table of true and read values, and a summary of all presses."""
     rows = [_HEAD, *map(_cells, proof.readings)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for *numbers, last in rows:
@@ -263,7 +263,7 @@ def _lines(proof: ProvedDesign) -> Iterator[str]:
 
 
 def _cells(each: ProvedReading) -> tuple[str, ...]:
-    """Return the cells of a press; error and bar are parts of the true modulus."""
+    """Return the cells of a press; error and bar are relative to the true modulus."""
     told = ("-", "-", "-")
     if each.told is not None and each.error is not None and each.u is not None:
         told = (f"{each.told:.3f}", f"{100.0 * each.error:+.1f} %", f"{100.0 * each.u * each.told / each.E:.1f} %")

@@ -1,4 +1,4 @@
-"""`pipeline study`: many designs around one, each solved once, kept in one file."""
+"""`pipeline study`: many designs around one, each solved once and stored in one file."""
 
 from argparse import Namespace
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Solve what the study lacks; the exit code is 0 if no point failed, else 1.
+    """Solve the missing points of a study; the exit code is 0 if no point failed, else 1.
 
     Raises MachineError at the end if some failed by a fault of the machine.
     """
@@ -60,7 +60,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
 
 
 def _lines(summary: StudySummary, messages: dict[str, int], indices: tuple[Sensitivity, ...]) -> list[str]:
-    """Return how the points ended, why some were refused, what the solved ones cost, and the indices with intervals."""
+    """Return lines on the outcomes of points, reasons of refusals, cost, and indices with intervals."""
     lines = [f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed"]
     for message, count in messages.items():
         lines.append(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def run(arguments: Namespace) -> Answer:
-    """Search, and prove what was found; the exit code is 0 if a design passes, 1 if none was found."""
+    """Search, and prove the result; the exit code is 0 if a design passes, and 1 if none was found."""
     fruit, named = _start(arguments)
     settings = settings_of(arguments)
     design = load_design(named, settings)
@@ -64,9 +64,9 @@ def run(arguments: Namespace) -> Answer:
 
 
 def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
-    """Return the fruit of `--fruit`, None without it, and the preset or file that the search starts from.
+    """Return the fruit of `--fruit`, or None, and the preset or file from which the search starts.
 
-    Raises InputError where both a fruit and a design are given.
+    Raises InputError if both a fruit and a design are given.
     """
     named = named_design(arguments)
     if arguments.fruit is None:
@@ -83,7 +83,7 @@ def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
 
 
 def _changes(found: "Suggestion") -> list[Json]:
-    """Return a row for each key that a suggestion changes: the key, its value before and its value after."""
+    """Return a row for each key that a suggestion changes: the key, and its values before and after."""
     from pipeline.find.changes import value_of
 
     changes = found.changes or {}
@@ -91,7 +91,7 @@ def _changes(found: "Suggestion") -> list[Json]:
 
 
 def _command(named: str, settings: dict[str, str], changes: list[Json]) -> str:
-    """Return the command that runs a suggestion: the design that it started from with all keys that are set."""
+    """Return the command that runs a suggestion: its starting design with all changed keys."""
     words = ["pipeline", "run", "--design", named]
     for key, text in {**settings, **{row["key"]: setting_text(row["key"], row["to"]) for row in changes}}.items():
         words += ["--set", f"{key}={text}"]
@@ -99,7 +99,7 @@ def _command(named: str, settings: dict[str, str], changes: list[Json]) -> str:
 
 
 def _refuse_flags(arguments: Namespace) -> None:
-    """Raise InputError, before the search, for an unknown key and for a file that could not be written after it."""
+    """Raise InputError before the search for an unknown key, and for a file that could not be written after it."""
     refuse_gone(*arguments.keep)
     for key in arguments.keep:
         if key not in every_key():
@@ -116,10 +116,10 @@ def _refuse_flags(arguments: Namespace) -> None:
 def _found(
     arguments: Namespace, design: Design, fruit: "FruitRange | None", named: str, given: frozenset[str]
 ) -> "tuple[Suggestion, FruitRange | None]":
-    """Return the suggestion for a design, or for a fruit, which leaves the keys that are `given` as they are.
+    """Return the suggestion for a design, or for a fruit, where the keys in `given` stay unchanged.
 
-    The design is that of the preset or file that is `named`. Where nothing is found for a fruit, the nearest fruit that
-    has a sensor is returned too, if there is one.
+    `named` is the preset or file of the design. If nothing is found for a fruit, the nearest fruit with a sensor is
+    returned too, if there is one.
     """
     keep = frozenset(arguments.keep)
     with showing_progress("loads the solvers") as progress, refusing_what_cannot_be_solved():
@@ -141,7 +141,7 @@ def _found(
 def _nearest_text(
     nearest_fruit: "FruitRange | None", named: str, arguments: Namespace, settings: dict[str, str]
 ) -> str:
-    """Return which fruit has a sensor where the one that was asked for has none, as the same command for it."""
+    """Return text with the command for the nearest fruit that has a sensor, if the requested one has none."""
     if nearest_fruit is None:
         return f"nor was one found for narrower ranges, from the preset {named}"
     words = ["pipeline", "suggest", "--fruit", nearest_fruit.in_words]
@@ -155,7 +155,7 @@ def _nearest_text(
 
 
 def _lines(found: "Suggestion", changes: list[Json]) -> list[str]:
-    """Return the reason, then the table of changes, or if there are none the verdicts that do not pass."""
+    """Return the reason, then the table of changes, or without changes the verdicts that do not pass."""
     lines = [f"{found.design.name}: {found.reason}"]
     if found.changes is None:
         for verdict in found.verdicts:
@@ -170,7 +170,7 @@ def _lines(found: "Suggestion", changes: list[Json]) -> list[str]:
 
 
 def _numbers(verdict: Verdict) -> str:
-    """Return a value with its error bar and its limit; nothing without a number."""
+    """Return a value with its error bar and its limit; empty without a number."""
     if verdict.value is None:
         return ""
     read = as_read(verdict)

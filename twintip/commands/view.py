@@ -1,4 +1,4 @@
-"""`pipeline view`: an output folder to look at, in a window, as pictures or as a web page."""
+"""`pipeline view`: an output folder in a window, as pictures or as a web page."""
 
 from argparse import Namespace
 
