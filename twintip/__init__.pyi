@@ -17,10 +17,10 @@ from instrument.press.presses import read_press as read_press
 from instrument.press.printed_unit import PrintedUnit as PrintedUnit
 from pipeline.main_job import evaluate as evaluate
 from pipeline.main_job import run as run
-from pipeline.making.solids import assembly as assembly
-from pipeline.making.solids import cover as cover
-from pipeline.making.solids import housing as housing
-from pipeline.making.solids import mount as mount
+from pipeline.making.in_cadquery import assembly as assembly
+from pipeline.making.in_cadquery import cover as cover
+from pipeline.making.in_cadquery import housing as housing
+from pipeline.making.in_cadquery import mount as mount
 from pipeline.options import RunOptions as RunOptions
 from pipeline.options import load_design as load_design
 from pipeline.report.report import Report as Report

@@ -8,12 +8,13 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cadquery as cq
 import numpy as np
 import numpy.typing as npt
 import trimesh
+from scipy.spatial import cKDTree
 
 from cad.checks.triangle_checks import enclosed_volume
 from cad.files.step import read_step
@@ -21,9 +22,6 @@ from cad.files.stl import CHORD_MM, read_stl, triangles
 from cad.files.threemf import read_3mf
 from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
 
 NAME = "geometry.as_designed"
 OWN_MM = 0.02  # a file of this program may lie this much beside its design, and by the chord of its triangles
@@ -142,8 +140,6 @@ class _Surface:
     @functools.cached_property
     def samples(self) -> tuple[cKDTree, npt.NDArray[np.int64]]:
         """Return a tree of points on the triangles, and the number of the triangle of each."""
-        from scipy.spatial import cKDTree
-
         points, of_triangle = _points_on(self.corners)
         return cKDTree(points), of_triangle
 

@@ -215,13 +215,6 @@ class PartSize:
     areas: Mapping[str, float]
 
 
-def solid_size(housing: Housing) -> PartSize:
-    """Return volume, surface and areas of named faces of the solid of a housing [mm]; starts the CAD kernel."""
-    from cad.parts.housing_solid import housing_part
-
-    return housing_part(housing).size
-
-
 def press_tilt(press: Press) -> float:
     """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
     cosine = math.cos(math.radians(press.tilt_deg)) * math.cos(math.radians(press.roll_deg))

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cad.parts.housing import Housing, PartSize, solid_size
+from cad.kernel import solid_size
+from cad.parts.housing import Housing, PartSize
 from cad.parts.pin import pin_compliance
 from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretch_leaves
 from pipeline.options import ROUGH_TOLERANCE

@@ -12,15 +12,13 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from filelock import BaseFileLock, FileLock, Timeout
 
 from pipeline.storage.digests import KEY, REPORT, content_digest, has_digest, is_regular, keep_aside, kind_of
 from pipeline.storage.interrupts import interruptible, uninterrupted
 from sensor.input_file import read_bytes
 from sensor.quantity import InputError, validation_error
-
-if TYPE_CHECKING:
-    from filelock import BaseFileLock
 
 _LOCK, _OLD, _NEW = "lock", "old", "new-"
 
@@ -189,10 +187,8 @@ def written_beside(target: Path, flag: str) -> Iterator[Path]:
             lock.release()
 
 
-def _locked(aside: Path, target: Path, flag: str) -> "BaseFileLock":
+def _locked(aside: Path, target: Path, flag: str) -> BaseFileLock:
     """Create the folder beside and return its lock, held; raises OutputError."""
-    from filelock import FileLock, Timeout
-
     hint = f"name another place with {flag}"
     try:
         aside.mkdir(parents=True, exist_ok=True)

@@ -11,6 +11,8 @@ from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TypeVar
 
+from loky import ProcessPoolExecutor
+
 from cad.kernel import load_kernel
 from pipeline.storage.interrupts import interruptible, signals_for_this_thread, uninterrupted
 from sensor.quantity import validation_error
@@ -43,8 +45,6 @@ def open_workers(count: int) -> Executor:
         raise validation_error(
             "/proc", "absent", "", "mounted for worker processes", "mount it, or use another machine"
         )
-    from loky import ProcessPoolExecutor
-
     # A worker that has meshed and solved holds more memory. loky then replaces it without losing work.
     warnings.filterwarnings("ignore", "A worker was restarted", UserWarning, _LOKY)
 

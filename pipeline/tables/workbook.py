@@ -7,6 +7,8 @@ import re
 import zipfile
 import zlib
 
+import python_calamine
+
 from pipeline.tables.files import MOST_LINES
 from sensor.quantity import InputError, validation_error
 
@@ -20,8 +22,6 @@ def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[
 
     Raises InputError for bytes that are no workbook.
     """
-    import python_calamine
-
     sheets = []
     try:
         book = python_calamine.CalamineWorkbook.from_filelike(io.BytesIO(_unpacked(source, content)))

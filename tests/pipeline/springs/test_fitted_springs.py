@@ -10,7 +10,7 @@ from squares import GENTLE, gentle
 from stand_ins import ERRORS, PETG, housing_stiffness, sizing_of
 
 import pipeline.springs.fitted_springs
-from cad.parts.housing import solid_size
+from cad.kernel import solid_size
 from cad.parts.layout import housing_for
 from mesh.session import MeshError
 from pipeline.options import RunOptions, load_design

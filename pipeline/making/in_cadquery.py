@@ -1,0 +1,115 @@
+"""The solids of a result in CadQuery, for `import twintip`: a module of their own, as it loads the CAD kernel."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cad.fabrication.mount import mount_part
+from cad.parts.assembly import assembly_of, on_workplane, sensor_of
+from cad.parts.cover_solid import cover_part
+from pipeline.result import SensorResult
+from sensor.quantity import validation_error
+from sensor.turns import in_turn
+
+if TYPE_CHECKING:
+    import cadquery as cq
+
+    from cad.parts.sensor import SensorSolids
+
+
+@in_turn
+def housing(result: SensorResult) -> cq.Workplane:
+    """Return the housing of a result [mm] on a CadQuery workplane.
+
+    It is the solid of housing.step; a square has two equal plates, of which it is one. The axis x runs along the tips,
+    whose faces lie at z = 0, and z points away from the fruit. Its faces `low_tip`, `high_tip`, `mounting_holes` and
+    `side_faces` are tags. Raises InputError if the springs are not made.
+
+    Parameters
+    ----------
+    result : SensorResult
+        What `run` or `evaluate` returned.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> housing = twintip.housing(result)
+    >>> housing.faces(tag="mounting_holes").size()
+    4
+    """
+    return on_workplane(_solids_of(result).part)
+
+
+@in_turn
+def cover(result: SensorResult) -> cq.Workplane:
+    """Return the cover behind the housing of a result [mm] on a CadQuery workplane, in the frame of `housing`.
+
+    It is the solid of cover.step, which is printed twice; the front cover is turned by half a turn. Its faces `rim` and
+    `mounting_holes` are tags. Raises InputError if the springs are not made.
+
+    Parameters
+    ----------
+    result : SensorResult
+        What `run` or `evaluate` returned.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> twintip.cover(result).solids().size()
+    1
+    """
+    sensor = _solids_of(result)
+    return on_workplane(cover_part(sensor.housing, sensor.seats))
+
+
+@in_turn
+def mount(result: SensorResult) -> cq.Workplane:
+    """Return the bracket that carries the sensor of a result [mm] on a CadQuery workplane, in the frame of `assembly`.
+
+    It is the solid of mount.step. Its faces `seat` (on the sensor), `flange`, `mounting_holes` and `flange_holes` are
+    tags. Raises InputError if the springs are not made.
+
+    Parameters
+    ----------
+    result : SensorResult
+        What `run` or `evaluate` returned.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> twintip.mount(result).faces(tag="flange_holes").size()
+    4
+    """
+    return on_workplane(mount_part(_solids_of(result)))
+
+
+@in_turn
+def assembly(result: SensorResult) -> cq.Assembly:
+    """Return the sensor of a result over its fruit [mm], before the press, as a CadQuery assembly.
+
+    Its parts are those of assembly.step: `housing` or `plate_1` and `plate_2`, `front_cover`, `screw_1`, `fruit`. Each
+    has its place, `loc`, and equal parts share one shape. Faces of housing and covers are tags. Raises InputError if
+    the springs are not made.
+
+    Parameters
+    ----------
+    result : SensorResult
+        What `run` or `evaluate` returned.
+
+    Examples
+    --------
+    >>> result = twintip.evaluate(twintip.load_design("paper"))
+    >>> assembly = twintip.assembly(result)
+    >>> [part.name for part in assembly.children][:3]
+    ['housing', 'front_cover', 'back_cover']
+    """
+    return assembly_of(_solids_of(result))
+
+
+def _solids_of(result: SensorResult) -> SensorSolids:
+    """Return the solid sensor of a result; raises InputError if its springs are not made."""
+    made = result.springs.housing
+    if made is None:
+        hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"
+        raise validation_error("housing", result.design.name, "", "of a design whose springs are made", hint)
+    return sensor_of(result.design, made)
