@@ -10,20 +10,15 @@ from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.exploded import write_exploded
 from cad.fabrication.fabrication_sheet import fabrication_sheet
-from cad.fabrication.mount import mount_solid
+from cad.fabrication.file_shapes import maker_parts
 from cad.fabrication.plate import write_plate
 from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl, print_shape, triangles_volume
 from cad.files.slicer_settings import slicer_settings
 from cad.files.stl import triangles
-from cad.parts.assembly import COVER_COLOUR, STEEL_COLOUR
-from cad.parts.coupon_solid import coupon_part
-from cad.parts.cover_solid import cover_part
 from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
 from sensor.design.signal_path import SpringReadOut
-
-_TOOL_COLOUR = cq.Color(0.45, 0.62, 0.35)  # of what is no part of a sensor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,12 +39,8 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     """
     housing = sensor.housing
     process = title.process
-    parts = {
-        "coupon": (coupon_part(housing).shape, _TOOL_COLOUR),
-        "cover": (cover_part(housing, sensor.seats).shape, COVER_COLOUR),
-        "mount": (mount_solid(sensor), STEEL_COLOUR),
-    }
-    shapes = {"housing": sensor.part.shape} | {name: shape for name, (shape, _) in parts.items()}
+    parts = {name: draw() for name, draw in maker_parts(sensor).items()}
+    shapes = {"housing": sensor.part.shape} | {name: part.shapes[0] for name, part in parts.items()}
     masses = {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
     bill = bill_of_materials(sensor, process, masses, read_out.signal)
 
@@ -59,12 +50,12 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     printed = print_shape(sensor)
     meshes = {"housing": triangles(printed)}
     volumes = {"housing": triangles_volume(printed)}
-    for name, (shape, colour) in parts.items():
+    for name, part in parts.items():
         step = folder / f"{name}.step"
         stl = folder / f"{name}.stl"
-        read_back[name] = export_step(cq.Assembly(shape, name=name, color=colour), step)
-        meshes[name] = export_stl(print_pose(shape), stl)
-        volumes[name] = triangles_volume(shape)
+        read_back[name] = export_step(part, step)
+        meshes[name] = export_stl(print_pose(shapes[name]), stl)
+        volumes[name] = triangles_volume(shapes[name])
         paths += [step, stl]
     paths.append(folder / "plate.3mf")
     write_plate(meshes, volumes, bill, slicer_settings(process, housing), paths[-1])

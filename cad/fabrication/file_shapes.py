@@ -14,7 +14,7 @@ from cad.checks.as_designed import FOREIGN_MM, STEP_KINDS, UNITS, as_designed_ve
 from cad.checks.triangle_checks import enclosed_volume
 from cad.fabrication.mount import mount_solid
 from cad.files.sensor_files import print_shape
-from cad.parts.assembly import assembly_of
+from cad.parts.assembly import COVER_COLOUR, STEEL_COLOUR, assembly_of
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.pin_socket import pin_solid
@@ -22,8 +22,20 @@ from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
 from sensor.verdict import Verdict
 
+_TOOL_COLOUR = cq.Color(0.45, 0.62, 0.35)  # of what is no part of a sensor
 _TINY = 1e-12  # replaces a volume or an area of zero
 HOUSING_FILES = ("housing.step", "housing.stl", "housing.3mf")
+RUN_FILES = (*HOUSING_FILES, "assembly.step")
+"""Files of solids that every run writes, but a quick one on coarse meshes."""
+
+
+def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]:
+    """Return the functions that draw the parts which `pipeline design` adds, each with a STEP and an STL file."""
+    return {
+        "coupon": lambda: cq.Assembly(coupon_part(sensor.housing).shape, name="coupon", color=_TOOL_COLOUR),
+        "cover": lambda: cq.Assembly(cover_part(sensor.housing, sensor.seats).shape, name="cover", color=COVER_COLOUR),
+        "mount": lambda: cq.Assembly(mount_solid(sensor), name="mount", color=STEEL_COLOUR),
+    }
 
 
 def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
@@ -35,21 +47,20 @@ def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
         "housing.3mf": printed,
         "assembly.step": lambda: assembly_of(sensor).toCompound(),
     }
-    parts = {
-        "cover": lambda: cover_part(sensor.housing, sensor.seats).shape,
-        "mount": lambda: mount_solid(sensor),
-        "coupon": lambda: coupon_part(sensor.housing).shape,
-    }
-    for name, draw in parts.items():
-        shapes[f"{name}.step"] = draw
+    for name, draw in maker_parts(sensor).items():
+        shapes[f"{name}.step"] = functools.partial(_as_drawn, draw)
         shapes[f"{name}.stl"] = functools.partial(_in_print_pose, draw)
     if sensor.housing.pin_side:
         shapes["pin.step"] = lambda: pin_solid(sensor.housing, sensor.tips)
     return shapes
 
 
-def _in_print_pose(draw: Callable[[], cq.Shape]) -> cq.Shape:
-    return print_pose(draw())
+def _as_drawn(draw: Callable[[], cq.Assembly]) -> cq.Shape:
+    return draw().shapes[0]
+
+
+def _in_print_pose(draw: Callable[[], cq.Assembly]) -> cq.Shape:
+    return print_pose(_as_drawn(draw))
 
 
 def files_as_designed(sensor: SensorSolids, folder: Path, names: Iterable[str]) -> Verdict:

@@ -25,6 +25,8 @@ from solve.housing.fields import fields_in, most_strained_node
 from solve.housing.stiffness import displacements, leaf_faces
 from solve.linear import SolveError
 
+FLEXURE = "flexure.vtu"
+FRUIT = "fruit.vtu"
 _ROWS = (0, 1, 2, 0, 1, 0)  # components xx, yy, zz, xy, yz, xz of a tensor
 _COLUMNS = (0, 1, 2, 1, 2, 2)
 
@@ -40,7 +42,7 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
     springs = sensor.springs
     if not options.fields:
         if springs.housing is not None:
-            write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {}, half_at_y=0.0)
+            write_vtu(folder / FLEXURE, flexure_mesh(springs.housing), {}, half_at_y=0.0)
         return ()
     try:
         _write_flexure(springs, folder)
@@ -53,7 +55,7 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
         mesh, fields = fruit_fields(scene.fruit, pressure)
     except (InputError, SolveError) as error:
         return (f"fruit.vtu is left out: {error}",)
-    write_vtu(folder / "fruit.vtu", mesh, field_arrays(fields))
+    write_vtu(folder / FRUIT, mesh, field_arrays(fields))
     return ()
 
 
@@ -71,7 +73,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
         mark = np.zeros(len(fields.displacement))
         mark[most_strained_node(mesh, leaf_faces(name), fields)] = 1.0
         marks[f"{name}_largest_strain_place"] = mark
-    write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks}, half_at_y=0.0)
+    write_vtu(folder / FLEXURE, mesh, {**field_arrays(fields), **marks}, half_at_y=0.0)
 
 
 def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:

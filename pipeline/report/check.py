@@ -16,7 +16,6 @@ from sensor.verdict import READABLE, Verdict, judge
 SECONDS = 300.0  # limit of wall time for a file or a folder [s]; whole folders take some seconds
 # loky reports these signals if the system ends a worker, for instance for its memory; files do not cause them
 _FROM_OUTSIDE = ("SIGKILL", "SIGTERM")
-_MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
 
 
 def check_path(
@@ -77,7 +76,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     from cad.checks.assembly_checks import cover_verdicts
     from cad.checks.part_checks import check_file
     from cad.checks.sensor_checks import check_sensor
-    from cad.fabrication.file_shapes import file_shapes, files_as_designed
+    from cad.fabrication.file_shapes import RUN_FILES, file_shapes, files_as_designed
     from cad.fabrication.mount_checks import mount_verdicts
     from cad.files.step import read_step
     from cad.parts.assembly import sensor_of
@@ -87,7 +86,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         return ()
     if report.housing is None:
         return (judge("geometry.made", 0.0, "no housing: see printable.*", limit=1.0),)
-    missing = ", ".join(name for name in _MEASURED if not is_regular(folder / name))
+    missing = ", ".join(name for name in RUN_FILES if not is_regular(folder / name))
     if missing:
         reason = f"{missing} cannot be measured, there is no such file; run the design again"
         if any(file.path == LATEST for file in report.files):

@@ -12,6 +12,7 @@ import pyvista as pv
 from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
 from cad.parts.assembly import assembly_of, colour_of, in_place, outwards, sensor_of
+from pipeline.making.fields import FLEXURE, FRUIT
 from pipeline.report.report import Report
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
 from sensor.arrays import Floats
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
 Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
 Plotter = Any
 
-FLEXURE = "flexure.vtu"
-FRUIT = "fruit.vtu"
 SYMMETRY = "symmetry"  # marks the nodes on the plane y = 0 of a half model
 STRAIN = "largest_principal_strain"
 STRESS = "stress_MPa"

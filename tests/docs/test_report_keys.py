@@ -158,6 +158,15 @@ def test_every_number_of_a_light_report_has_a_unit(timed_report):
     assert [path for path in paths if not (report_key(path) and report_key(path).unit)] == []
 
 
+def test_tables_of_files_have_every_file_that_a_design_or_a_run_writes():
+    """Beside those of the frozen design: the files of pins, of a read-out and of --fields."""
+    frozen = json.loads((NUMBERS / "paper.json").read_text(encoding="utf-8"))["design files"]
+    tables = "".join((DOCS / name).read_text(encoding="utf-8") for name in ("commands.md", "make-one.md"))
+    rows = re.findall(r"^\| (`[^|]*`) \|", tables, re.MULTILINE)
+    told = {name for row in rows for name in re.findall(r"`([a-z]+\.[a-z0-9]+)`", row)}
+    assert told == {*frozen, "pin.step", "wiring.svg", "fruit.vtu", "flexure.inp"}
+
+
 @pytest.mark.slow
 def test_files_of_the_design_are_those_that_are_frozen(designed):
     frozen = json.loads((NUMBERS / "paper.json").read_text(encoding="utf-8"))["design files"]
