@@ -37,7 +37,7 @@ def short_text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, np.ndarray):
-        return _of_array(value)
+        return _array_text(value)
     if dataclasses.is_dataclass(value):
         return f"{type(value).__name__}(...)"
     if isinstance(value, tuple | list):
@@ -50,7 +50,7 @@ def short_text(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def _of_array(array: Floats) -> str:
+def _array_text(array: Floats) -> str:
     if array.ndim == 1 and array.size <= _FEW:
         return f"[{', '.join(f'{number:.6g}' for number in array.tolist())}]"
     shape = " x ".join(map(str, array.shape))

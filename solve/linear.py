@@ -107,8 +107,8 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     part = csc_matrix(matrix[:, free][free])
     # In descending order of the dofs the factor has 5 % fewer nonzeros. Row and column i of n become n - 1 - i:
     # reversing the arrays of the sparse matrix does this and keeps its indices sorted.
-    turned = (part.data[::-1].copy(), len(free) - 1 - part.indices[::-1], part.nnz - part.indptr[::-1])
-    block = csc_matrix(turned, shape=part.shape)
+    reversed_arrays = (part.data[::-1].copy(), len(free) - 1 - part.indices[::-1], part.nnz - part.indptr[::-1])
+    block = csc_matrix(reversed_arrays, shape=part.shape)
     free = free[::-1]
     if not len(free):
         return Factor(matrix, block, free, fixed, np.copy)

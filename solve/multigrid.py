@@ -87,7 +87,7 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     prolongation = csr_matrix(nodes[:, coarse_free][free])
     coarse = factorise(csc_matrix(prolongation.T @ block @ prolongation), np.zeros(0, dtype=np.int64))
     # The factor has its own order of the dofs; this one takes and returns vectors in the order of the corners.
-    turned = Factor(
+    in_corner_order = Factor(
         coarse.matrix,
         coarse.block,
         coarse.free,
@@ -97,4 +97,4 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     diagonal = block.diagonal()
     scaled = diags(diagonal**-0.5) @ block @ diags(diagonal**-0.5)
     largest = float(eigsh(scaled, k=1, tol=1e-2, return_eigenvectors=False, v0=np.ones(len(free)))[0])
-    return TwoGrid(block, free, prolongation, turned, diagonal, largest)
+    return TwoGrid(block, free, prolongation, in_corner_order, diagonal, largest)

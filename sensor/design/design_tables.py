@@ -27,7 +27,7 @@ from sensor.quantity import InputError, unknown_name, validation_error
 
 _PROCESS = "print.process"
 _PROCESS_FILE = "print.process_file"
-_HOLD_PROCESSES = (_PROCESS_FILE, "print", "printer")
+_PROCESS_SETTINGS = (_PROCESS_FILE, "print", "printer")
 """The key and the tables that define a design's own processes."""
 
 
@@ -63,7 +63,7 @@ class DesignTables:
             return cls(tables=tables)
         own = _processes_of(file_name, folder)
         if process is not None:
-            _refuse_not_held(process, own, file_name)
+            _refuse_unlisted(process, own, file_name)
         return cls(tables={**tables, "print": printing}, own=own)
 
     @classmethod
@@ -93,7 +93,7 @@ class DesignTables:
                     tables[table] = {**held, key: value}
                 elif key in held:
                     tables[table] = {other: of_other for other, of_other in held.items() if other != key}
-        if settings.keys().isdisjoint(_HOLD_PROCESSES):
+        if settings.keys().isdisjoint(_PROCESS_SETTINGS):
             return DesignTables(tables=tables, own=self.own)
         return self._with_other_processes(tables, settings)
 
@@ -107,7 +107,7 @@ class DesignTables:
         if file_name is not None:
             own = _processes_of(file_name, Path())
             if settings.get(_PROCESS) is not None:
-                _refuse_not_held(process, own, file_name)
+                _refuse_unlisted(process, own, file_name)
             elif process not in [*own]:  # a process of the former process file
                 printing.pop("process", None)
         elif process in [*self.own] and _PROCESS not in settings:  # its process file is unset
@@ -184,11 +184,11 @@ def _processes_of(file_name: object, folder: Path) -> Mapping[str, Mapping[str, 
         raise validation_error(_PROCESS_FILE, file_name, "", "the path of a TOML file", "write it in quotes")
     own = read_process_file(folder / file_name)
     if not own:
-        _refuse_not_held(None, own, file_name)
+        _refuse_unlisted(None, own, file_name)
     return own
 
 
-def _refuse_not_held(process: object, own: Mapping[str, Any], file_name: str) -> None:
+def _refuse_unlisted(process: object, own: Mapping[str, Any], file_name: str) -> None:
     """Raise InputError for the name of a process that is not in the process file."""
     if process not in [*own]:
         bound = f"one of those in {Path(file_name).name!r}: {', '.join(own) or 'none'}"

@@ -93,7 +93,7 @@ def check_printable(
     process = design.process
     stiffest = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
     K_m = (stiffest, stiffness_ratio * stiffest)
-    asked = _asked_of(design, springs)
+    keys = _determining_keys(design, springs)
     verdicts = []
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
         leaf = _Leaf(
@@ -110,7 +110,7 @@ def check_printable(
         passed, reason = _judged(leaf, length, LENGTH_MARGIN if lengths_mm is None else 0.0)
         if passed is not True:
             hint = "choose another process, or see what pipeline suggest finds"
-            reason = f"{asked[i]}: asks {process.name} for {reason}; {hint}"
+            reason = f"{keys[i]}: asks {process.name} for {reason}; {hint}"
         verdicts.append(
             Printable(
                 name=f"printable.{name}",
@@ -126,7 +126,7 @@ def check_printable(
     return tuple(verdicts)
 
 
-def _asked_of(design: Design, springs: Springs) -> tuple[str, str]:
+def _determining_keys(design: Design, springs: Springs) -> tuple[str, str]:
     """Return the key of [springs] or [targets] that determines each spring, low then high, with its value."""
     if design.springs.given:
         return f"springs.K_l_N_per_m = {1e3 * springs.K_l:g} N/m", f"springs.K_h_N_per_m = {1e3 * springs.K_h:g} N/m"

@@ -152,9 +152,9 @@ class RollingDomes:
         """
         along = self.rolling_factor
         across = self.dome_radius * (self.saddle(offset) if offset else 0.0)
-        x, y = self._apart
-        apart = np.hypot(along * x - across * y, along * y - across * x)
-        return np.asarray((1.0 - self.poisson**2) / math.pi * (along**2 - across**2) / (apart + self._of_itself))
+        x, y = self._between_axes
+        distance = np.hypot(along * x - across * y, along * y - across * x)
+        return np.asarray((1.0 - self.poisson**2) / math.pi * (along**2 - across**2) / (distance + self._self_distance))
 
     @cached_property
     def level_S(self) -> Floats:
@@ -162,12 +162,12 @@ class RollingDomes:
         return self.S()
 
     @cached_property
-    def _of_itself(self) -> Floats:
+    def _self_distance(self) -> Floats:
         """Return infinity on the diagonal and 0 elsewhere, (tips, tips), so that no contact acts on itself."""
         return np.where(np.eye(len(self.positions)) > 0.0, math.inf, 0.0)
 
     @cached_property
-    def _apart(self) -> Floats:
+    def _between_axes(self) -> Floats:
         """Return the distances between the axes along x and y [mm], (2, tips, tips)."""
         positions = np.array(self.positions).T
         return np.asarray(positions[:, :, None] - positions[:, None])
@@ -206,7 +206,7 @@ class RiseLaw:
         S = self.contrast.arrays[2]
         if self.rolling is not None:
             S = S.copy()
-            _of_flesh(S, self.rolling)[:] += self.rolling.S(offset) - self.rolling.level_S
+            _flesh_block(S, self.rolling)[:] += self.rolling.S(offset) - self.rolling.level_S
         return S
 
     def per_offset(self, offset: float) -> Floats:
@@ -214,7 +214,7 @@ class RiseLaw:
         slope = np.zeros_like(self.contrast.arrays[2])
         if self.rolling is not None:
             change = self.rolling.S(offset + STEP) - self.rolling.S(offset - STEP)
-            _of_flesh(slope, self.rolling)[:] = change / (2.0 * STEP)
+            _flesh_block(slope, self.rolling)[:] = change / (2.0 * STEP)
         return slope
 
     @property
@@ -239,7 +239,7 @@ class RiseLaw:
         return replace(self, contrast=contrast)
 
 
-def _of_flesh(S: Floats, rolling: RollingDomes) -> Floats:
+def _flesh_block(S: Floats, rolling: RollingDomes) -> Floats:
     """Return a view of the part of S that belongs to the channels of the flesh, which come last."""
     tips = len(rolling.positions)
     return S[-tips:, -tips:]
@@ -267,16 +267,16 @@ class Rise:
 
     def rise_and_mean(self, values: Floats) -> Floats:
         """Return two rows for values (samples, channels): their co-moment with the instrument, and their mean."""
-        return np.stack([self._apart @ values, values.mean(axis=0)])
+        return np.stack([self._centred_instrument @ values, values.mean(axis=0)])
 
     @cached_property
-    def _apart(self) -> Floats:
+    def _centred_instrument(self) -> Floats:
         return np.asarray(self.instrument - self.instrument.mean())
 
     @property
     def spread(self) -> float:
         """Return the co-moment of the instrument with itself [N^2]."""
-        return float(self._apart @ self._apart)
+        return float(self._centred_instrument @ self._centred_instrument)
 
     def without(self, first: int, several: int) -> "Rise":
         """Return the press without `several` consecutive samples, starting at sample `first`."""
@@ -416,8 +416,8 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
     _refuse_few_samples(rise)
     if whole:
         _refuse_short_rise(rise, noises)
-    E, offset, of_S = _solve(law, rise.moments)
-    at_root = _Root(law, rise, E, offset, law.S(of_S), len(noises))
+    E, offset, S_offset = _solve(law, rise.moments)
+    at_root = _Root(law, rise, E, offset, law.S(S_offset), len(noises))
     noise_per_force = np.abs(at_root.of_tips(at_root.by_force)) * math.sqrt(rise.spread) / abs(at_root.per_log_E[0])
     by_noise = float(np.linalg.norm(noise_per_force * noises))
     if by_noise > LARGEST_NOISE:
@@ -450,8 +450,8 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
     radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face touches, so a height is an offset.
     """
     _refuse_few_samples(rise)
-    E, offset, of_S = _solve(law, rise.moments)
-    root = _Root(law, rise, E, offset, law.S(of_S), rise.forces.shape[1])
+    E, offset, S_offset = _solve(law, rise.moments)
+    root = _Root(law, rise, E, offset, law.S(S_offset), rise.forces.shape[1])
     weights = law.contrast.arrays[0]
     contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
     heights = [weights * rise.rise_and_mean(felt_heights(k, contact_radius)) for k in wave_numbers]
@@ -468,8 +468,8 @@ def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequen
     radius [1/mm]. The change of the distances between the contacts is computed for a half-space.
     """
     _refuse_few_samples(rise)
-    E, offset, of_S = _solve(law, rise.moments)
-    root = _Root(law, rise, E, offset, law.S(of_S), rise.forces.shape[1])
+    E, offset, S_offset = _solve(law, rise.moments)
+    root = _Root(law, rise, E, offset, law.S(S_offset), rise.forces.shape[1])
     relative = domes.relative_radius
     # If the real dome is rounder than in the law, the law is too flat: so the sign is opposite to a change of the law.
     by_hertz = relative / domes.dome_radius / 3.0 * root.hertz
@@ -518,14 +518,14 @@ def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
 
 
 class _Solution(NamedTuple):
-    """The modulus E [MPa] and the offset [mm] of a press, and `of_S`, the offset [mm] at which S was evaluated.
+    """The modulus E [MPa] and the offset [mm] of a press, and `S_offset`, the offset [mm] at which S was evaluated.
 
-    After the last step, `of_S` and the offset agree within the tolerance.
+    After the last step, `S_offset` and the offset agree within the tolerance.
     """
 
     E: float
     offset: float
-    of_S: float
+    S_offset: float
 
 
 def _solve(law: RiseLaw, moments: _Moments) -> _Solution:

@@ -57,8 +57,8 @@ def deepest_solved() -> float:
 
 def constitutive_spread(depth: Floats | float, poisson: float) -> Floats:
     """Return half the difference of the relative forces by Hencky's and Storakers' laws [1] at depths [tip sides]."""
-    apart = large_strain_factor(depth, poisson, "hencky") - large_strain_factor(depth, poisson, "foam")
-    return np.asarray(0.5 * np.abs(apart))
+    difference = large_strain_factor(depth, poisson, "hencky") - large_strain_factor(depth, poisson, "foam")
+    return np.asarray(0.5 * np.abs(difference))
 
 
 class _FactorTable(NamedTuple):

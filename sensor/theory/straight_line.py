@@ -209,13 +209,13 @@ class _PointsOfLine(NamedTuple):
         drawn = [float(np.ptp(np.delete(self.x, row))) >= _LEAST_WIDTH * self.span for row in range(len(self.x))]
         if freedom < 1 or not any(drawn):
             return None
-        apart = np.where(drawn, 1.0 - np.sum(self.Q[:, :2] ** 2, axis=1), 1.0)
-        residuals = self.left / apart  # about the line of the others
+        one_less_leverage = np.where(drawn, 1.0 - np.sum(self.Q[:, :2] ** 2, axis=1), 1.0)
+        residuals = self.left / one_less_leverage  # about the line of the others
         removed = self.left * residuals  # decrease of the sum of squares by leaving out each row
         index = int(np.argmax(np.where(drawn, removed, -1.0)))
         squares = max(0.0, float(self.left @ self.left - removed[index])) / freedom
         # Any row may be the suspect, so the probability is divided by their number (Bonferroni).
-        wider = student(freedom, 1.0 - 0.5 * _UNLIKELY / len(self.x)) / float(apart[index]) ** 0.5
+        wider = student(freedom, 1.0 - 0.5 * _UNLIKELY / len(self.x)) / float(one_less_leverage[index]) ** 0.5
         return OddRow(
             index=index,
             expected=float(self.shown[index] - residuals[index]),

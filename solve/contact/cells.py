@@ -82,8 +82,8 @@ def contact_cells(
     if layer is None:
         within_tips = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space))
     else:
-        apart = np.linalg.norm(cell_centres[:, None] - cell_centres, axis=2)
-        added = [added_compliances([layer], side * apart)[0] for side in sides]
+        distances = np.linalg.norm(cell_centres[:, None] - cell_centres, axis=2)
+        added = [added_compliances([layer], side * distances)[0] for side in sides]
         within_tips = block_diag(*(layer.surface / sides[:, None, None] * half_space + added))
 
     # The remainder is smooth: it is known between nodes, and the nodal polynomials average it over cells.

@@ -193,14 +193,14 @@ def _cell_forces(
     farthest = max(pose.travel for pose in poses)
     steepness = [float(np.hypot(*each.turn)) for each in scenes]
     steepest = scenes[steepness.index(max(steepness))]
-    turned = dataclasses.replace(scene, press=steepest.press)
-    coarse, fine = scene_cells(turned, compliance, farthest, all(each.mirrored for each in scenes))
-    F, area = _grid_forces(turned, coarse, C, poses, scenes)
+    built = dataclasses.replace(scene, press=steepest.press)
+    coarse, fine = scene_cells(built, compliance, farthest, all(each.mirrored for each in scenes))
+    F, area = _grid_forces(built, coarse, C, poses, scenes)
 
     # About COMPARED poses, evenly from the most to the least tilted one, are solved on the finer grid too.
     order = np.argsort(steepness)[::-1]
     compared = order[:: max(1, len(order) // COMPARED)]
-    finer, _ = _grid_forces(turned, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
+    finer, _ = _grid_forces(built, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
 
     moduli = np.array([pose.E for pose in poses])
     step, total_step = _grid_steps(F, finer, compared, moduli)

@@ -84,8 +84,8 @@ def skin_compliance(
 
     # The change of the mesh, with the change of a half-space under smooth loads replaced by the change under the tips.
     table = bare.S + fine + local.sharp - local.smooth - local.shell
-    asked = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # softer flesh occurs only at the start of a curve of P
-    errors = _table_errors(table, fine - coarse, local, np.flatnonzero(asked))
+    wanted = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # softer flesh occurs only at the start of a curve of P
+    errors = _table_errors(table, fine - coarse, local, np.flatnonzero(wanted))
     skin = SkinTable(E=moduli, S=table)
     dofs = int(fine_body.flat.N)
     status = f"{bare.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"

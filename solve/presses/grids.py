@@ -62,8 +62,8 @@ class Grids:
         self.rest: Complexes | None = None
         if fruit.layer is not None:
             steps = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
-            apart = self.size[:, None, None] * np.hypot(steps[:, None], steps)
-            self.rest = rfft2(fruit.layer.rest(apart))
+            distances = self.size[:, None, None] * np.hypot(steps[:, None], steps)
+            self.rest = rfft2(fruit.layer.rest(distances))
             self.softness = self.softness / fruit.layer.stiffness
             beside = np.isfinite(distance)
             self.cross = self.cross / fruit.layer.stiffness

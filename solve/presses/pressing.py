@@ -230,18 +230,18 @@ class Pressing:
         energy = 0.5 * (f * (sunk(f) - 2.0 * wanted)).sum()
         system = _System(grids, sunk, wanted, 0.5 * allowed)
         for _ in range(MOST_SETS):
-            solved, apart = system.balanced(np.where(active, f, 0.0), active)
+            solved, gaps = system.balanced(np.where(active, f, 0.0), active)
             pulls = (solved < -slack).any()
             # If cells would pull, the step is shortened until it lowers the energy.
             before, f, part = f, solved, 1.0
             while pulls and part > LEAST_PART:
                 f = np.maximum(before + part * (solved - before), 0.0)
-                apart = sunk(f) - wanted
+                gaps = sunk(f) - wanted
                 part *= 0.5
-                if 0.5 * (f * (apart - wanted)).sum() < energy:
+                if 0.5 * (f * (gaps - wanted)).sum() < energy:
                     break
-            energy = 0.5 * (f * (apart - wanted)).sum()
-            enters = free & (f == 0.0) & (apart < -allowed)
+            energy = 0.5 * (f * (gaps - wanted)).sum()
+            enters = free & (f == 0.0) & (gaps < -allowed)
             if not pulls and not enters.any():
                 return np.maximum(f, 0.0)
             active = (f > 0.0) | enters
@@ -263,12 +263,12 @@ class _System:
         It starts from the forces f and uses conjugate gradients, preconditioned by the inverse of each grid's
         convolution.
         """
-        apart = self.sunk(f) - self.wanted
+        gaps = self.sunk(f) - self.wanted
         way, before = np.zeros_like(f), 1.0
         for step in range(MOST_STEPS):
-            left = np.where(active, apart, 0.0)
+            left = np.where(active, gaps, 0.0)
             if np.abs(left).max() < self.allowed:
-                return f, apart
+                return f, gaps
             smooth = np.where(active, self.grids.stiffened(left), 0.0)
             product = (left * smooth).sum()
             way = -smooth + (product / before if step else 0.0) * way
@@ -276,7 +276,7 @@ class _System:
             answer = self.sunk(way)
             length = product / (answer * way).sum()
             f = f + length * way
-            apart = apart + length * answer
+            gaps = gaps + length * answer
         raise ArithmeticError(np.abs(left).max() / self.allowed)
 
 

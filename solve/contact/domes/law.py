@@ -157,10 +157,10 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     body = dome_body(scene, compliance, [scene.fruit])
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
     state = law.equilibrium()
-    off = int((state.N[0] <= 0.0).sum())
-    if off:
+    lifted = int((state.N[0] <= 0.0).sum())
+    if lifted:
         hint = "press deeper, or take stiffer springs or a softer skin"
-        msg = f"domes: {off} of {len(C)} do not touch at full travel of a level press: all must touch; {hint}"
+        msg = f"domes: {lifted} of {len(C)} do not touch at full travel of a level press: all must touch; {hint}"
         raise SolveError(msg)
     cosine = state.approach.cosine[0]
     hertz = state.q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
