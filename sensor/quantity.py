@@ -19,7 +19,7 @@ _LONGEST_VALUE = 500  # most characters of a value in a message; longer than any
 class InputError(ValueError):
     """An input that cannot be used; the message is one line that states the error with value and bound, and the remedy.
 
-    `field`, `value` and `bound` hold the same for code; they are empty if the error is not about a single field.
+    `field`, `value` and `bound` hold the same for programs; they are empty if the error is not about a single field.
 
     Examples
     --------

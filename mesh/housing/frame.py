@@ -45,7 +45,10 @@ class _Wall:
     """
 
     def __init__(self, housing: Housing, arm: Arm, count: Counts) -> None:
-        """Find the levels of the wall, including the edges of the rings."""
+        """Find the levels that divide the wall, and the columns where fans end and rings begin.
+
+        Levels are needed at the fans, at the fillet under the top bar, and at the edges of the rings.
+        """
         self.housing = housing
         self.arm = arm
         self.count = count

@@ -54,9 +54,9 @@ class _Leaf:
         return FILLET_STRAIN * root_strain(self.profile.thickness, length, self.deflection)
 
     def faults(self, length: float, margin: float) -> list[str]:
-        """Return the objections to a length [mm] as texts, with limits stricter by the relative margin.
+        """Return the objections to a length [mm] as texts, with limits stricter by the relative margin [1].
 
-        With a negative margin the limits are laxer, so the remaining objections hold even if the length has this error.
+        With a negative margin the limits are laxer. Objections that remain then hold for all lengths within this error.
         """
         process = self.process
         thickness = self.profile.thickness

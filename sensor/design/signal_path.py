@@ -107,9 +107,10 @@ class SpringReadOut:
 def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
     """Return an order of conversion in which the channels of both kinds of springs have the same mean time.
 
-    `kinds` has the kind of spring of each tip; the order lists the tips, from 0. The channels of one kind, if their
-    number is even, are put half before and half after the other kind, as in low, high, high, low. The effect of the
-    delays on the contrast then cancels on a level sensor. A pair has no such order, and keeps the order of its tips.
+    `kinds` has the kind of spring of each tip; the order lists the tips, from 0. If one kind has an even number of
+    channels, half of them are put before the other kind and half after it, as in low, high, high, low. The effect of
+    the delays on the contrast then cancels on a level sensor. A pair has no such order, and keeps the order of its
+    tips.
     """
     of_even_number = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
     if not of_even_number:

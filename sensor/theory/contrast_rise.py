@@ -644,6 +644,8 @@ class _Root:
         A slope error e_0 + k F adds e_0 F + k F^2 / 2 to a force. A press sees e at the force at which F^2 has the
         slope cov(u, F^2) / cov(u, F). The slope of the law over a force is c = `by_force` [mm/N], (channels,).
         """
+        # A constant error of 1 adds `straight`. The part k adds to the co-moments as e = k middles does, and to the
+        # mean c k F^2 / 2.
         rises, of_squares = F[0, : self._tips], squares[0, : self._tips]
         middles = np.divide(of_squares, 2.0 * rises, out=np.zeros_like(rises), where=rises != 0.0)
         return BendSlopes(

@@ -223,7 +223,8 @@ def _by_parts(modes: Floats, principal: Floats) -> Floats:
 def _graded(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
     """Return lines from 0 to 1 between elements, each `growth` times as large as the previous one.
 
-    The first step is about `first` over the refinement, the largest one 0.15 over it.
+    The first step is about `first` over the refinement, and no step is larger than _LARGEST_ELEMENT over it. The lines
+    are scaled to end at 1.
     """
     growth = 1.0 + (growth - 1.0) / refinement
     lines = [0.0]

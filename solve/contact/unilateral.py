@@ -107,11 +107,12 @@ class UnilateralContact:
         if not active.any():
             return f
         tips = self._tips[active]
-        if not np.array_equal(self._touching, active):
+        if not np.array_equal(self._touching, active):  # else the factor of the last solve serves
             matrix = self._cells.compliance[np.ix_(active, active)]
             self._cholesky = cho_factor(matrix, lower=True, check_finite=False)
             self._rigid_forces = cho_solve(self._cholesky, tips)
             self._touching = active.copy()
+        # f = A^-1 b - (A^-1 T) E C F, and its sums over the tips, F = T^T f, give a small system for F.
         without_springs = cho_solve(self._cholesky, b[active])
         system = np.eye(tips.shape[1]) + (tips.T @ self._rigid_forces) @ compliance
         F = np.linalg.solve(system, tips.T @ without_springs)

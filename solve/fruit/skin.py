@@ -3,8 +3,8 @@
 As in `solve/fruit/curved_body.py`, one mesh is solved under smooth loads with and without the skin. The remaining error
 is small, because the sharp part of the change is the change of a half-space (`solve/halfspace/layered.py`). With m the
 modulus of the skin over the modulus of the flesh, the stiffness of the mesh is K + m K_skin. Solutions at a few m span
-the solutions at all m. The compliance is an energy, so its error is the square of what the span misses (Galerkin). All
-compliances are times E.
+the solutions at all m. The compliance is an energy, so its error is the square of the error of the solutions in the
+span (Galerkin). All compliances are times E.
 """
 
 import time
