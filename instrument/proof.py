@@ -108,6 +108,7 @@ def prove(report: Report, count: int, seed: int, progress: Callable[[int], None]
     for number in range(count):
         for attempt in range(MOST_DRAWS):
             try:
+                # Each draw has its own seed, so that a repeated press does not change the others.
                 readings.append(
                     _proved(report, np.random.default_rng([seed, number] if not attempt else [seed, number, attempt]))
                 )

@@ -62,8 +62,8 @@ class ReferenceBall:
 def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent: float | None) -> ReferenceBall:
     """Return a ball from the flags of a command; raises InputError for one that is missing or out of bounds.
 
-    Its modulus is given as E / (1 - nu^2) [MPa], so Poisson's ratio is not needed. `u_percent` is its half width at 95
-    %.
+    Its modulus is given as E / (1 - nu^2) [MPa], so Poisson's ratio is not needed. `u_percent` is the half width of
+    this number at 95 %.
     """
     by_plates = "pipeline modulus --json gives E_over_1_minus_nu2_MPa and u_percent"
     numbers = []

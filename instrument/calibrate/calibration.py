@@ -88,8 +88,8 @@ class Calibration:
     """The calibration of a printed unit: its readings over the range, verdicts on its targets, and trims.
 
     Each field but the last two is a key of the answer. `nominal` are the stiffnesses of the design [N/mm]. `trims` are
-    the lengths to add to the leaves of each tip to reach them [mm], None if the error of a spring includes its target.
-    `assumed` lists assumptions, and `error_by` names the error sources in the table.
+    the lengths to add to the leaves of each tip to reach them [mm]. A trim is None if the error of the spring includes
+    its target. `assumed` lists assumptions, and `error_by` names the error sources in the table.
 
     Examples
     --------

@@ -61,8 +61,9 @@ def pressed_springs(
 ) -> list[PressedSpring]:
     """Return each spring from a press on a plate of glass, on which all tips stand in every row.
 
-    `weighed` are the stiffnesses from weights and dial [N/mm]. Raises InputError for fewer than three different
-    travels, for a row that does not fit, for a tip that touches late, and for stiffnesses that contradict the weights.
+    `weighed` are the stiffnesses from weights and dial [N/mm]. Raises InputError for fewer than three different travels
+    and for a row that does not fit. It also refuses a tip that touches late, and stiffnesses that contradict the
+    weights.
     """
     travel = table.numbers["travel"]
     travels = len(set(travel.tolist()))
@@ -74,6 +75,7 @@ def pressed_springs(
     flattened = np.column_stack([flattening(report.design, force) for force in forces.T])
     deflections = travel[:, None] - flattened
 
+    # The last digits of counts and travel are rounded; both are expressed as forces.
     digits = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])  # [N]
     steps = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]  # [N]
     columns = zip(deflections.T, forces.T, np.hypot(digits, steps).T, strict=True)
@@ -85,7 +87,7 @@ def pressed_springs(
     _refuse_bent(table, lines)
 
     # A wrong reading of the travel is wrong for all tips, so the common residual of all channels is its error.
-    shown = (forces - [line.zero for line in lines]) / K
+    shown = (forces - [line.zero for line in lines]) / K  # deflections by the channels [mm]
     read_wrong = (shown - deflections).mean(axis=1)
     of_travel = fitted(travel, travel + read_wrong, table.last_digits["travel"])
     of_channels = zip((shown + flattened).T, np.abs(digits / K).T, strict=True)

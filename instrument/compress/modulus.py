@@ -246,6 +246,7 @@ def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -
 
 
 def _notes(E: float, chosen: RangeFit, asked_strain: float, first_strain: float) -> list[str]:
+    """Return notes on what is unusual in a test: its strains [%], its modulus E [MPa], its fit and its zero line."""
     notes = []
     if first_strain != asked_strain:
         notes.append(f"the curve ends before {asked_strain:g} % strain: its secant is at {first_strain:g} %")

@@ -59,8 +59,8 @@ class Phases:
 def phases(specimen: Specimen, *, compression_negative: bool = False) -> Phases:
     """Return the phases of a test; `compression_negative` allows columns with falling values and reverses their signs.
 
-    Raises InputError for too few rows, for travel that runs backwards, and for a force that is below the zero line,
-    never rises or rises ever less.
+    Raises InputError for too few rows and for travel that runs backwards. It also refuses a force that is below the
+    zero line, never rises or rises ever less.
     """
     _refuse_few_rows(specimen, len(specimen.lines))
     test = _first_loading(specimen)
@@ -200,6 +200,7 @@ def _refuse_backwards(specimen: Specimen, end: int) -> None:
 
 
 def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
+    """Raise InputError for a force [N] far below the first ones, which no compression has."""
     first = max(3, min(20, round(0.05 * len(force))))  # rows that show the zero of the force
     zero = float(np.median(force[:first]))
     limit = max(_BELOW * float(force.max() - zero), _NOISE_BELOW * noise_of(force))

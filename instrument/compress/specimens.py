@@ -80,7 +80,11 @@ class Specimen:
 
 
 def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES) -> list[Specimen]:
-    """Return every curve of a file; raises InputError."""
+    """Return every curve of a file; raises InputError.
+
+    Segments of one test are joined. Short tables beside longer ones, and tables with statistics, hold results: they are
+    skipped and named in `understood`.
+    """
     reader = TableReader(quantities, [sorted(_NEEDED)], "force_N,travel_mm")
     tables = [replace(table, rows=list(table.rows)) for sheet in sheets_of(source) for table in reader.tables(sheet)]
     if not tables:

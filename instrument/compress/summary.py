@@ -55,6 +55,7 @@ def overall_modulus(summaries: Sequence[FruitSummary]) -> FruitSummary:
 
 
 def _summary(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> FruitSummary:
+    """Return the means and standard deviations of tests, or of fruits, under a name."""
     flesh = [test.E_MPa for test in tests]
     plate = [test.E_plate_MPa for test in tests]
     return FruitSummary(

@@ -168,7 +168,8 @@ def _pose(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, f
         return abs(math.degrees(math.atan(found.offset / tips.spacing_mm))), 0.0 if found.offset <= 0.0 else 180.0
     lowered = lowered_tips(law.with_offset(found.offset), deepest.tolist(), found.E)[-len(tips.places_mm) :]
     _, along, across = plane_through(tips.places_mm, lowered)
-    # A dome rolls on a round fruit: the tilt that lowers a point by 1 lowers the contact of the dome by R / (r + R).
+    # `across` is None for tips in a line. A dome rolls on a round fruit: the tilt that lowers a point by 1
+    # lowers the contact of the dome by R / (r + R).
     rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     return tilt, None if across is None else math.degrees(math.atan2(across, along))

@@ -219,7 +219,10 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
 
 
 def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list[float]:
-    """Return the standard deviations of ln E between presses [1] as firmware computes them, from noise and design."""
+    """Return the standard deviations of ln E between presses [1] as firmware computes them, from noise and design.
+
+    Unknown noise is taken as 0.
+    """
     table = own_constants(sensor)
     logs, own = table["own_logs"], table["own_deviations"]
     return [

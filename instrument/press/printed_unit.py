@@ -113,6 +113,7 @@ class PrintedUnit:
             self._check_counts()
 
     def _check_counts(self) -> None:
+        """Refuse a calibration of counts that is not a square matrix with one zero for each channel."""
         count = len(self.tips)
         rows = [*self.newtons_per_count, self.zero_counts]
         numbers = [number for row in rows for number in row]
@@ -242,8 +243,7 @@ def check_weighed_after(name: str, after_s: float | None) -> None:
 def nominal_unit(report: Report) -> PrintedUnit:
     """Return the unit that equals its design, with springs as uncertain as the process prints them.
 
-    The scatter of the process modulus includes its creep, because no weight was read. So the unit has no creep of its
-    own.
+    No weight was read, so the scatter of the process modulus includes its creep, and the unit has none of its own.
     """
     unit = unit_of(
         report,

@@ -206,6 +206,7 @@ class _Touch:
         self._lines_left_out.append(self._waiting.pop(number).line)
 
     def _passed_on(self) -> Iterator[PressSamples]:
+        """Store the accepted samples; if the press is growing, yield it after each of them."""
         taken, self._taken = self._taken, []
         for sample in taken:
             if not self._t:
@@ -220,6 +221,7 @@ class _Touch:
                 yield self._press()
 
     def _press(self) -> PressSamples:
+        """Return the press of all stored samples."""
         return PressSamples(
             channels=np.array(self._channels).reshape(len(self._t), -1),
             tips=self._contact.tips,

@@ -25,8 +25,8 @@ class PressedFruit:
     """A fruit of modulus E [MPa] with two radii [mm], the first at an `azimuth` [deg] from +x, and its pose.
 
     Its flesh has a `thickness` [mm] over a stone; None is a fruit without a stone. The sensor is tilted by `tilt` [deg]
-    against the normal of the skin, with its lower side towards +x and +y in the proportion of both components. During
-    the press the tilt changes by `turned` [deg]. It is placed at `off_centre` [mm] from the apex. `heights` are added
+    against the normal of the skin; positive components lower its sides at +x and +y. During the press the tilt changes
+    by `turned` [deg]. It is placed at `off_centre` [mm] from the apex. `heights` are added
     to the skin. `softness` (tips,) is the modulus of the fruit over the modulus of the flesh under each tip, within
     `soft_radius` [mm].
     """

@@ -52,7 +52,8 @@ class PressCurve:
     def at(self, t: Floats) -> Floats:
         """Return the deflections at times from the first touch [s], one for each tip, (samples, tips).
 
-        The return is the reversed press, scaled to the deflection at its begin.
+        The samples end with the hold, so the last one is the begin of the return. The return is the reversed press,
+        scaled from its deepest sample, SOLVED - 1, to the deflection after the hold.
         """
         hand = self.hand
         down = np.clip(t, 0.0, hand.press_s + hand.hold_s)

@@ -157,7 +157,7 @@ def drawn_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
 
 
 def domes_of(design: Design, K: Floats) -> SprungDomes:
-    """Return the domes of a design on springs [N/mm]."""
+    """Return the domes of a design on springs [N/mm]; their radius is 0 for other tips."""
     tips = design.tips
     radius = tips.dome_radius_mm or 0.0
     return SprungDomes(dome_radius=radius, positions=np.array(tips.places_mm), K=K, rim=min(0.5 * tips.side_mm, radius))

@@ -264,7 +264,7 @@ def _scatter_of_tips(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
     off = tip_accuracy_mm(tips, pair.springs.process)
     # The correction for large changes is valid up to LARGEST_CHANGE, so a larger error of the side is cut off there.
     wider = min(LARGEST_CHANGE, off / tips.side_mm)
-    reason = f"tips wider or narrower by {off:g} mm (the stiffness of the fruit as the side)"
+    reason = f"tips wider or narrower by {off:g} mm (the fruit's stiffness is proportional to the side)"
     yield Cause(name="tip side", reason=reason, fruit=np.array([wider, wider]), scatters=True)
 
     reason = f"edges rounded by {off:g} mm, at the depth of each tip"

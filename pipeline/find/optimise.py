@@ -65,8 +65,8 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
 
     An interrupted search continues: it requests the same candidates again, and stored ones are not solved again. With
     more `evaluations` it requests the same candidates first, because no step depends on the number still to come.
-    Raises InputError if a key has a distribution, if the base is no design with a value of the front, and for a verdict
-    that no candidate can have.
+    Raises InputError if a key has a distribution, or if the base is no design with a value of the front. It also
+    refuses a verdict that no candidate can have.
     """
     _refuse_unjudged(study)
     for key, varied in study.vary.items():

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 
 def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Written:
-    """Write STEP, STL and 3MF of a sensor whose springs deflect [mm]; return the files and their verdicts.
+    """Write STEP, STL and 3MF of a sensor, and return the files with their verdicts.
+
+    `deflections` of the springs [mm] are needed for the clearances.
 
     Raises OSError or ExportError.
     """

@@ -144,7 +144,7 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
         return None
     presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)))
     model = rise_model(sensor)
-    press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # no faster than the read-out allows
+    press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # no faster than the read-out allows, if there is one
     channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
     calibration = left_by_bench(design, presses.full_scale, 1.0 / np.diag(sensor.C), channels.noises)
     channels = channels.calibrated(calibration)
@@ -183,6 +183,7 @@ def _by_modulus(
     bars = _bars(model, presses, biases)
     by_pose = uncertainty_by_pose(biases, placements).tolist()
     by_thickness = uncertainty_by_thickness(biases, placements).tolist()
+    # Place 0 is the level press; it joins the random poses, because these may all lack a reading.
     drawn = [0, *(place for place, each in enumerate(placements) if each.is_drawn)]
     drawn_presses = [
         [forces[place] for place in drawn if row[place] is not None]
@@ -190,7 +191,6 @@ def _by_modulus(
     ]
     of_drawn = [[each for each in (row[place] for place in drawn) if each is not None] for row in found]
     forms = [np.array([moved_by_form(design, model, press) for press in each]) for each in drawn_presses]
-    # Place 0 is the level press; it joins the random poses, so that there is at least one.
     shown_by_ball: Floats | float = 0.0
     ball: dict[str, float] = {}
     if reading.calibrated_by == "ball":

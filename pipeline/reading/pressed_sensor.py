@@ -137,9 +137,9 @@ class PressedSensor(Record):
     def fastest_press_s(self) -> float | None:
         """Return the shortest press by hand [s] from the first touch to the deepest point that gives an accurate E.
 
-        In such a press the time errors of the channels change E by 2 % on level fruit, one standard deviation, and
-        enough samples follow the last touch. None without a read-out, and for a press without a rise. Raises as
-        `pose_forces` does.
+        In such a press the time errors of the channels change E by 2 % on level fruit, one standard deviation. Enough
+        samples follow the last touch. None without a read-out, and for a press without a rise. Raises like
+        `pose_forces`.
         """
         signal = self.signal
         if signal is None:

@@ -22,7 +22,10 @@ def design_curvatures(design: Design) -> Curvatures:
 
 
 def fall_under_domes(fruit: Fruit, tips: Tips) -> Floats:
-    """Return the gap under level domes beside the apex [mm], (tips,), for spheres on a paraboloid."""
+    """Return the gap under level domes beside the apex [mm], (tips,), for spheres on a paraboloid.
+
+    Tips without domes are spheres of radius 0.
+    """
     reach = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)
     principal = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)
     return np.asarray(0.5 * (np.square(principal) / reach).sum(axis=1))

@@ -55,7 +55,7 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_
     zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the largest in their
     array. A named boundary becomes a point array of that name, 1 on its nodes. An array of one value marks a mesh that
     is one half, with the plane y of symmetry [mm]. Raises ValueError for an array of another size, with a value that is
-    not finite or with the name of a boundary, and for cells that VTK lacks.
+    not finite or with the name of a boundary. It also refuses cells that VTK lacks.
     """
     kind, cells = _vtk_cells(mesh)
     points = np.ascontiguousarray(mesh.doflocs.T[: 1 + int(cells.max())])
@@ -84,6 +84,7 @@ def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
 
 
 def _checked(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
+    """Return an array rounded for the file; raises ValueError for a wrong shape and for values that are not finite."""
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape not in ((count,), (count, 3), (count, 6)):
         msg = f"{path.name}: array {name!r} has shape {array.shape}; must be ({count},), ({count}, 3) or ({count}, 6)"

@@ -143,8 +143,7 @@ class HeaderWords:
     def _named(self, label: str) -> tuple[str, str, bool]:
         """Return the quantity of a label (or ""), the unit after its words, and whether only that unit identifies it.
 
-        The label is a known word, by itself or with a unit of its quantity, or a word that is valid only with such a
-        unit.
+        The label is a known word, by itself or with a unit of its quantity. Some words are valid only with a unit.
         """
         if name := self._names.get(folded(label), ""):
             return name, "", False

@@ -75,7 +75,7 @@ def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
     error = verdict.error
     if verdict.passed is not None or error is None or not isinstance(limit, float) or not isinstance(tolerance, float):
         return None
-    scale = abs(limit) or 1.0
+    scale = abs(limit) or 1.0  # a limit of 0 gives no scale
     relative_error = error / scale
     allowed = tolerance if verdict.relative else tolerance / scale
     if relative_error <= allowed:
@@ -97,8 +97,8 @@ def least_travel(design: Design) -> float:
 def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float | None:
     """Return the travel [mm] at which a verdict on strain, clearance or pressure passes.
 
-    None for any other verdict, for one that passes at the travel of the design, and if the travel would be too short
-    for a reading.
+    None for any other verdict, and for one that passes at the travel of the design. None also if the travel would be
+    too short for a reading.
     """
     travel = design.press.travel_mm
     bound = travel

@@ -54,7 +54,7 @@ class FieldScene:
     """A complete mesh [mm] with its fields, the first one drawn by default, and its view.
 
     With `enlarged`, displacements may be scaled. `direction` points from the body to the viewer. `cut_y` is the plane
-    at which the body is cut open [mm], and `focus` are the bounds (x, x, y, y, z, z) of the picture [mm].
+    at which the body is cut open [mm]. `focus` are the bounds (x, x, y, y, z, z) of the picture [mm].
     """
 
     name: str

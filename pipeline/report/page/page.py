@@ -53,6 +53,7 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     on_the_part = [(i, one) for i, one in enumerate(verdicts) if is_on_the_part(one)]
     targets = [(i, one) for i, one in enumerate(verdicts) if not is_on_the_part(one)]
     paper = () if report.paper is None else report.paper.verdicts
+    # The first notes are beside the answer only if nothing failed; else the failures are there.
     limiting = [] if wrong else report.notes[:_LIMITING_NOTES]
     page_data = {
         "report": report_data(report),
