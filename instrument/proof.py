@@ -49,11 +49,11 @@ class ProvedReading:
     thickness: float | None = report_field("mm", "flesh over the stone; null without a stone", key="thickness_mm")
     tilt: float = report_field("deg", "tilt at the first touch, against the normal of the skin", key="tilt_deg")
     told: float | None = report_field("MPa", "modulus that was read; null if there is none", key="told_MPa")
-    u: float | None = report_field("%", "half width that was told", key="u_percent", times=100.0)
+    u: float | None = report_field("%", "half width at 95 % of the modulus that was read", key="u_percent", times=100.0)
     error: float | None = report_field(
-        "%", "error of the modulus that was told, over the true one", key="error_percent", times=100.0
+        "%", "error of the modulus that was read, over the true one", key="error_percent", times=100.0
     )
-    flags: tuple[str, ...] = report_field("", "what speaks against the reading")
+    flags: tuple[str, ...] = report_field("", "flags of the reading, each a reason to doubt it")
 
     @property
     def is_flagged(self) -> bool:

@@ -107,7 +107,7 @@ def _add_explain(parser: ArgumentParser) -> None:
 
 def _add_check(parser: ArgumentParser) -> None:
     parser.add_argument("path", metavar="PATH", type=Path, help="an output folder, or a STEP, STL or 3MF file [mm]")
-    words = "also compare a file with the part of this design, preset or file, that is most like it"
+    words = "also compare a file with the part of this design, preset or file, that is nearest to it"
     parser.add_argument("--design", metavar="NAME|FILE.toml", help=words)
     words = f"process whose rules a file is judged by (default {DEFAULT_PROCESS}; a folder has its own)"
     parser.add_argument("--process", metavar="NAME", help=words)
@@ -144,7 +144,7 @@ def _add_modulus(parser: ArgumentParser) -> None:
     add("--support", choices=SUPPORTS, help="under the body: a plate, a table, or a rigid seat")
     add("--poisson", metavar="NU", type=number, help="Poisson's ratio of the flesh (default 0.3)")
     add("--poisson-error", metavar="NU", type=number, default=0.05, help="its largest error (default 0.05)")
-    words = "area that the paper's modulus divides by [mm^2] (default 900, or that of a flat end)"
+    words = "area that the paper's modulus divides by [mm^2] (default 900, or the area of a flat end)"
     add("--plate-area", metavar="MM2", type=number, help=words)
     add("--compliance", metavar="UM/N", type=number, default=0.0, help="of frame and load cell, measured [um/N]")
     add("--compliance-error", metavar="UM/N", type=number, help="its largest error (default a tenth of it)")
@@ -203,7 +203,7 @@ def _add_read(parser: ArgumentParser) -> None:
     _add_counts(parser)
     add("--each", action="store_true", help="a reading of the press up to each sample")
     words = (
-        "one reading for each N presses, those of one fruit; 0: for all (default: one a press, or by a column fruit)"
+        "one reading for each N presses of one fruit; 0: for all presses (default: one a press, or by a column fruit)"
     )
     add("--fruit-presses", metavar="N", type=int, help=words)
     add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
@@ -232,7 +232,7 @@ def _add_simulate(parser: ArgumentParser) -> None:
     add("--off-centre", metavar="MM", type=number, help="distance from the apex [mm] (default 0)")
     add("--towards", metavar="DEG", type=number, help="direction of both, from +x of the housing [deg] (default 0)")
     add("--presses", metavar="N", type=int, help="presses of the fruit, each turned against the one before (default 1)")
-    add("--rate", metavar="HZ", type=number, help="lines a second [Hz] (default: those of the read-out)")
+    add("--rate", metavar="HZ", type=number, help="lines a second [Hz] (default: the rate of the read-out)")
     add("--noise", action="store_true", help="with the noise and the drift of the channels")
     add("--uneven", action="store_true", help="with the uneven skin and flesh of the design")
     add("--bruise", metavar="MM", type=number, help="radius of a bruise of half the modulus, under the first tip [mm]")

@@ -129,7 +129,7 @@ class Calibration:
     )
     trims: list[float | None] = report_field(
         "",
-        "for each tip, by how much longer its leaves must be for the stiffness of the design; null where the error of "
+        "for each tip, the change of length that gives its leaves the stiffness of the design; null if the error of "
         "K holds it",
         inline=_trims_data,
     )
@@ -153,7 +153,7 @@ class Calibration:
         left_out=True,
         default=None,
     )
-    assumed: list[str] = report_field("", "what was taken for granted", told=False)
+    assumed: list[str] = report_field("", "assumptions for values that were not given", told=False)
     error_by: str = report_field("", "what the errors of the table count", told=False)
 
 
@@ -384,8 +384,8 @@ def _on_plate(
     """Return the springs from a plate; raises InputError without counts of weights, and as `pressed_springs` does."""
     if channels is None:
         columns = ", ".join(count_keys(len(weighed)))
-        bound = "a table with the counts of each channel where --plate is given"
-        raise validation_error(table.source, "weights alone", "", bound, f"add the columns {columns}")
+        bound = "a table with counts of each channel, which --plate needs"
+        raise validation_error(table.source, "weights without counts", "", bound, f"add the columns {columns}")
     return pressed_springs(plate, channels, weighed, report)
 
 

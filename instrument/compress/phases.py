@@ -194,7 +194,7 @@ def _refuse_backwards(specimen: Specimen, end: int) -> None:
     back = np.flatnonzero(largest - travel[:end] > _JITTER * float(np.ptp(travel)))
     if back.size:
         row = int(back[0])
-        bound = f"at least that of the rows before, {largest[row]:g} mm"
+        bound = f"at least the travel of the rows before, {largest[row]:g} mm"
         hint = "put the rows in order, one loading for each table, or check that the columns are not swapped"
         raise validation_error(specimen.cell(row, "travel"), float(travel[row]), "mm", bound, hint)
 

@@ -128,7 +128,7 @@ def _joined(first: Specimen, second: Specimen) -> Specimen:
     time = None
     if first.time is not None and second.time is not None:
         if second.time[0] < first.time[-1]:
-            bound = f"at least the {first.time[-1]:g} s of the line before, where travel and force go on"
+            bound = f"at least the {first.time[-1]:g} s of the line before, from which travel and force continue"
             hint = "correct the times, or leave that column out"
             raise validation_error(second.cell(0, "time"), float(second.time[0]), "s", bound, hint)
         time = np.concatenate([first.time, second.time])
@@ -139,7 +139,7 @@ def _joined(first: Specimen, second: Specimen) -> Specimen:
         time=time,
         lines=first.lines + second.lines,
         notes=tuple(dict.fromkeys(first.notes + second.notes)),
-        understood=f"{first.understood}; goes on in lines {second.lines[0]} to {second.lines[-1]}",
+        understood=f"{first.understood}; continues in lines {second.lines[0]} to {second.lines[-1]}",
     )
 
 

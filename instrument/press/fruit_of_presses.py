@@ -65,7 +65,7 @@ class FruitAnswer:
     counted: int = report_field("1", "how many presses count in E; one that is much less certain does not")
     turn: float | None = report_field(
         "deg",
-        "by how much to turn the sensor between presses. Low tips then stand where high ones stood, and a soft spot "
+        "angle by which to turn the sensor between presses. Low tips then stand where high ones stood, and a soft spot "
         "moves the readings apart; null for a line, which is moved by its spacing instead",
         key="turned_deg",
     )
@@ -87,7 +87,7 @@ class FruitAnswer:
         key="u_alike_percent",
         times=100.0,
         default=None,
-        line=lambda it: f"of it alike in all presses {100.0 * it.alike:.2g} %",
+        line=lambda it: f"of which common to all presses {100.0 * it.alike:.2g} %",
     )
     scatter: float | None = report_field(
         "%",
@@ -111,7 +111,7 @@ class FruitAnswer:
     )
     flags: tuple[str, ...] = report_field(
         "",
-        "what speaks against the answer: flags of the fruit, and those of its presses",
+        "flags of the fruit and of its presses, each a reason to doubt the answer",
         default=(),
         line=lambda it: f"flags: {', '.join(it.flags)}",
     )

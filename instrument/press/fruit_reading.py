@@ -146,7 +146,7 @@ class FruitReading:
         "mm", "half width of `offset_mm` at 95 %", key="offset_u_mm", left_out=True, default=None
     )
     flags: tuple[str, ...] = report_field(
-        "", "what speaks against the reading, in the next table", default=(), line=_flags_text
+        "", "flags of the reading, each a reason to doubt it, in the next table", default=(), line=_flags_text
     )
     lines_left_out: tuple[int, ...] = report_field(
         "",

@@ -34,7 +34,9 @@ class UnevenFruit:
     one_press_percent: float = report_field("%", "standard uncertainty of one press by both together")
     presses: float = report_field("1", "number of presses of a fruit in the design, `reading.presses`")
     presses_percent: float = report_field(
-        "%", "standard uncertainty of the mean of so many presses by both: that of one over the root of their number"
+        "%",
+        "standard uncertainty of the mean of so many presses by both: `one_press_percent` over the root of their "
+        "number",
     )
 
 

@@ -101,7 +101,7 @@ def _given_or_sized(design: Design, K_m_max: float, ratio: float, stiffening: tu
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
         if force_ratio(springs, K_m_max, ratio) < (1.0 + LEAST_RISE) * ratio:
-            bound = f"so far under springs.K_h_N_per_m that P rises by {LEAST_RISE:g} on the stiffest fruit"
+            bound = f"small enough that P with springs.K_h_N_per_m rises by {LEAST_RISE:g} on the stiffest fruit"
             hint = "take a softer low spring"
             raise validation_error("springs.K_l_N_per_m", given.K_l_N_per_m, "N/m", bound, hint)
         return springs

@@ -113,7 +113,7 @@ class StudyKeys:
 
     vary: dict[str, Variation] = field(default_factory=dict)
     wanted: tuple[str, ...] = text_field(default=(), hint='for instance ["springs.K_l_N_per_m"]')
-    samples: int = quantity("", Bounds(at_least=0, at_most=MOST_POINTS), default=0, hint="say how many points")
+    samples: int = quantity("", Bounds(at_least=0, at_most=MOST_POINTS), default=0, hint="give the number of points")
     seed: int = quantity("", Bounds(at_least=0), default=0, hint="any whole number will do")
     tol: float = quantity("1", TOLERANCES, default=DEFAULT_TOLERANCE, hint=f"the default is {DEFAULT_TOLERANCE:g}")
     level: Level = choice(LEVELS, default="contact")
@@ -154,7 +154,7 @@ class Study(StudyKeys):
         """Check every number and word, and their combination; raises InputError."""
         super().__post_init__()
         if self.how == "sobol" and self.samples == 0:
-            raise validation_error("samples", self.samples, "", "at least 1", "say how many points")
+            raise validation_error("samples", self.samples, "", "at least 1", "give the number of points")
         if self.how == "sensitivity" and (self.samples < 2 or self.samples.bit_count() != 1):  # noqa: PLR2004
             hint = "choose a power of 2; the study has samples * (keys + 2) points"
             raise validation_error("samples", self.samples, "", "a power of 2, at least 2", hint)

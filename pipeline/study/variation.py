@@ -16,7 +16,7 @@ Setting = float | int | str | bool | tuple[float, ...]
 
 _TAIL = 1e-9  # probability beyond which no point lies, at 6 standard deviations of a normal distribution
 _BOTH = "give from and to, or mean and sd"
-_SOURCE = "say where its numbers are from"
+_SOURCE = "state the source of its numbers"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -182,7 +182,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
             client.wait_for_workers(1, timeout=_WITHOUT_WORKERS_SECONDS)
         except (OSError, RuntimeError) as error:
             bound = "the address of a scheduler that still answers and has workers"
-            hint = "all points that ended are kept; start it again, then the same command goes on"
+            hint = "all points that ended are kept; start the scheduler again and repeat the command"
             raise validation_error("--scheduler", address, "", bound, hint) from error
 
     def close(executor: Executor) -> None:

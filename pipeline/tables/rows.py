@@ -143,7 +143,8 @@ def single_sheet(source: Path | str, name: str = "FILE") -> WholeRows:
     with_numbers = [sheet for sheet in sheets if any(is_number(cell) for row in sheet.rows for cell in row.cells)]
     if len(with_numbers) > 1:
         name = ", ".join(sheet.source for sheet in with_numbers)
-        raise validation_error(name, len(with_numbers), "sheets", "the only sheet with numbers", "save it alone")
+        hint = "save that sheet as its own file"
+        raise validation_error(name, len(with_numbers), "sheets", "the only sheet with numbers", hint)
     return (with_numbers or sheets)[0]
 
 

@@ -93,7 +93,7 @@ def _geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, list[st
     area = arguments.plate_area
     if area is None:
         area = body.end_area_mm2 or PAPER_PLATE_MM2
-        of = "that of the end" if body.end_area_mm2 else "the paper's plate"
+        of = "the area of the end" if body.end_area_mm2 else "the area of the paper's plate"
         assumed.append(f"no --plate-area: {of}, {area:.4g} mm^2, is assumed")
     poisson = arguments.poisson
     if poisson is None:
@@ -135,7 +135,7 @@ def _body(kind: str | None, sizes: Sizes, assumed: list[str]) -> CompressedBody:
         raise validation_error(_flag(name), given.get(name), "mm", bound, "measure what the body has")
     for name in sorted(of_a_ball.keys() - given.keys()):
         given[name] = of_a_ball[name] * given["radius"]
-        assumed.append(f"no {_flag(name)}: that of a ball, {given[name]:g} mm, is assumed")
+        assumed.append(f"no {_flag(name)}: {given[name]:g} mm, as for a ball, is assumed")
     return KINDS[kind](**{f"{name}_mm": size for name, size in given.items()})
 
 

@@ -52,7 +52,7 @@ _REFUSALS = (
         flags=("--fruit-presses",),
         applies=lambda arguments, _: arguments.fruit_presses < 0,
         bound="at least 0",
-        hint="0 takes all presses of the file as those of one fruit",
+        hint="0 counts all presses of the file to one fruit",
     ),
     _Refusal(
         flags=("--each",),
@@ -91,7 +91,9 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     firmware = _firmware(arguments, sensor)
     reads = arguments.forces is not None or arguments.signal is not None
     if not reads and not firmware:
-        raise validation_error("FILE.csv", None, "", "a file, - or left out beside --forces", "say what to read")
+        raise validation_error(
+            "FILE.csv", None, "", "a file or -, unless --forces is given", "name the file of presses to read"
+        )
     code = PASSED
     if reads:
         _print_assumptions(arguments, sensor)
@@ -168,7 +170,7 @@ def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Pat
     for flag, files in texts.items():
         for path in files:
             if path.resolve() in taken:
-                bound = f"another file than that of {taken[path.resolve()]}"
+                bound = f"another file than for {taken[path.resolve()]}"
                 raise validation_error(flag, str(path), "", bound, "choose another name")
             taken[path.resolve()] = flag
         refuse_taken(files, flag, force=arguments.force)

@@ -118,7 +118,7 @@ def _written(arguments: Namespace, report: Report, paths: dict[str, Path]) -> An
     """Solve everything that is requested, and then write it."""
     if len({path.resolve() for path in paths.values()}) < len(paths):
         first, second = list(paths)[-2:]
-        bound = f"another file than that of {_flag(first)}"
+        bound = f"another file than for {_flag(first)}"
         raise validation_error(_flag(second), str(paths[second]), "", bound, "choose another name")
     for flag, path in paths.items():
         refuse_taken([path], _flag(flag), force=arguments.force)

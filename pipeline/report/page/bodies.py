@@ -110,7 +110,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
     )
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
     housing = result.springs.housing
-    part = "One of the two plates of the square, which are alike. " if housing and housing.back_to_back else ""
+    part = "One of the two equal plates of the square. " if housing and housing.back_to_back else ""
     caption = (
         f"{part}At full travel on the firmest fruit, deflection drawn {factor:g} times. The largest von Mises stress "
         f"is {scale.high:.3g} MPa, its limit {scale.limit:.3g} MPa (E of {process.name} times its strain limit). "
