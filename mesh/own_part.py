@@ -40,6 +40,8 @@ _PARALLEL = 1e-12
 _INSIDE = 1e-3  # of the way from a node to the middle of a quadrilateral, where the depth is measured
 _SAME_AREA = 0.02  # by which the facets on a face may differ from its area
 _FULL_SHARE = 0.5  # of the nodes of a region with less than the full depth, from which the sweep follows them
+_SHARP_RAD = np.radians(15.0)  # least turn of the outline at a sharp inner corner
+_BESIDE = 1e-4  # of the span: distance from a corner at which the part is looked for
 _FRONTAL = 6.0
 _MOVES = 10  # of inner nodes, which makes angles rounder
 
@@ -51,7 +53,8 @@ class SweptPart:
     `effect` is `excess`, but larger where what is left out is narrower than it is long, or leaves little of the depth
     [mm]: the cut of a saw weakens as much as a hole as wide as it is long. `area` [mm^2] are the areas of the
     quadrilaterals, `cells` (layers, quadrilaterals) the cells over each. `share` is the part of the solid that is
-    meshed, 1 or 0.5. `places` are the middles of the columns [mm].
+    meshed, 1 or 0.5. `places` are the middles of the columns [mm]. `corner` (quadrilaterals,) is the number of the
+    sharp inner corner that each touches, -1 if none; `corner_count` is how many the section has.
     """
 
     mesh: MeshHex2
@@ -61,25 +64,44 @@ class SweptPart:
     cells: Ints
     share: float
     places: Floats
+    corner: Ints
+    corner_count: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class FineCorners:
+    """Sharp inner corners of a section by their numbers, and how large elements are there.
+
+    `size` is that over the thickness of the wall, or over their own size where that is less [1].
+    """
+
+    numbers: tuple[int, ...] = ()
+    size: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class _Section:
-    """A meshed section: its profile, the region of each quadrilateral (m,), and the round inner corners' edges."""
+    """A meshed section: its profile, and of each quadrilateral (m,) its region and the corner that it touches."""
 
     profile: Profile
     region: Ints
+    corner: Ints
+    corner_count: int
 
 
 def swept_part(
-    extrusion: "Extrusion", scale: float, layers: int, presses: Iterable[tuple[float, ...]] = ()
+    extrusion: "Extrusion",
+    scale: float,
+    layers: int,
+    presses: Iterable[tuple[float, ...]] = (),
+    fine: FineCorners = FineCorners(),
 ) -> SweptPart:
     """Return the mesh [mm] of a swept part; `scale` 1 is the mesh to solve on, 2 the coarse one.
 
     It is the half above the middle of the depth where both halves are alike, held and pressed alike, and no press has a
     component along the sweep. `layers` are those of a half. Raises MeshError with the stage that failed.
     """
-    section = _meshed_section(extrusion, scale)
+    section = _meshed_section(extrusion, scale, fine)
     profile = section.profile
     low, high = _depths(extrusion, section)
     middle = 0.5 * (extrusion.low + extrusion.high)
@@ -111,6 +133,8 @@ def swept_part(
         cells=cells,
         share=0.5 if is_half else 1.0,
         places=np.stack([x, np.full_like(x, middle), z]),
+        corner=section.corner,
+        corner_count=section.corner_count,
     )
 
 
@@ -168,7 +192,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return np.asarray(a[0] * b[1] - a[1] * b[0])
 
 
-def _meshed_section(extrusion: "Extrusion", scale: float) -> _Section:
+def _meshed_section(extrusion: "Extrusion", scale: float, fine: FineCorners) -> _Section:
     """Return the section in quadrilaterals, with a region for each piece between the edges of slanted faces."""
     with gmsh_session():
         surfaces = _imported(extrusion)
@@ -179,7 +203,7 @@ def _meshed_section(extrusion: "Extrusion", scale: float) -> _Section:
             gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1.0)
             gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1.0)
             outline = _Outline(surfaces)
-            sizes = GradedSizes(outline.points, outline.sizes(scale), _GROWTH)
+            sizes = GradedSizes(*outline.sizes(scale, fine), _GROWTH)
 
             def size_at(dim: int, _tag: int, x: float, _y: float, z: float, size: float) -> float:
                 # Inside, gmsh takes the sizes of the outline, which are its own.
@@ -191,7 +215,7 @@ def _meshed_section(extrusion: "Extrusion", scale: float) -> _Section:
             gmsh.model.mesh.optimize("Relocate2D", niter=_MOVES)
             gmsh.model.mesh.setOrder(2)
         with stage("read", _HINT):
-            return _read(surfaces, outline.concave)
+            return _read(surfaces, outline.concave, outline.corners)
 
 
 def _imported(extrusion: "Extrusion") -> list[int]:
@@ -253,6 +277,15 @@ class GradedSizes:
         return self._points[:, near], self._sizes[near]
 
 
+@dataclass(frozen=True, eq=False)
+class _CurveEnd:
+    """The end of a curve: its place [mm], the unit direction into the curve, and the outline's point nearest to it."""
+
+    place: Floats
+    into: Floats
+    sample: int
+
+
 class _Outline:
     """Places along the outline of a section: points (2, n), how thick it is there, radii of round inner corners."""
 
@@ -264,6 +297,7 @@ class _Outline:
         lengths = {tag: gmsh.model.occ.getMass(1, tag) for tag in curves}
         step = sum(lengths.values()) / _SAMPLES
         points, tangents, segments, radii, owners = [], [], [], [], []
+        curve_ends: list[_CurveEnd] = []
         for tag in curves:
             (start,), (end,) = gmsh.model.getParametrizationBounds(1, tag)
             count = max(_FEWEST, int(np.ceil(lengths[tag] / step)))
@@ -277,12 +311,39 @@ class _Outline:
             tangents.append(derivative[:, 1::2] / np.linalg.norm(derivative[:, 1::2], axis=0))
             radii.append(1.0 / np.maximum(curvature[1::2], 1e-9) * self._bend(place))
             owners.append(np.full(count, tag))
+            start_at = sum(map(len, owners[:-1]))
+            for end, sign, sample in ((0, 1.0, start_at), (-1, -1.0, start_at + count - 1)):
+                away = sign * derivative[:, end]
+                curve_ends.append(_CurveEnd(place[:, end], away / np.linalg.norm(away), sample))
         self.points = np.hstack(points)
         self._tangents = np.hstack(tangents)
         self._segments = np.concatenate(segments, axis=2)
         self._radii = np.hstack(radii)
         self._owners = np.hstack(owners)
         self.concave: set[int] = set()
+        self.corners, self._beside_corner = self._sharp_corners(curve_ends)
+
+    def _sharp_corners(self, ends: "list[_CurveEnd]") -> tuple[Floats, Ints]:
+        """Return the sharp inner corners (2, n) [mm], with the outline's points on both sides of each (2, n)."""
+        corners, samples = [], []
+        for i, one in enumerate(ends):
+            for other in ends[:i]:
+                if np.linalg.norm(other.place - one.place) > _NEAR * self.span:
+                    continue
+                turn = np.pi - np.arccos(np.clip(one.into @ other.into, -1.0, 1.0))
+                between = one.into + other.into
+                beside = one.place + _BESIDE * self.span * between / max(float(np.linalg.norm(between)), _NEAR)
+                if turn > _SHARP_RAD and not self._is_inside(beside):
+                    corners.append(one.place)
+                    samples.append((one.sample, other.sample))
+        return np.array(corners).reshape(-1, 2).T, np.array(samples, dtype=np.int64).reshape(-1, 2).T
+
+    def _is_inside(self, place: Floats) -> bool:
+        """Return whether a place [mm] is in the section: a ray from it crosses the outline an odd number of times."""
+        (x0, z0), (x1, z1) = self._segments
+        crosses = (z0 > place[1]) != (z1 > place[1])
+        at = x0[crosses] + (place[1] - z0[crosses]) / (z1 - z0)[crosses] * (x1 - x0)[crosses]
+        return bool((at > place[0]).sum() % 2)
 
     @staticmethod
     def _bend(place: Floats) -> Floats:
@@ -290,8 +351,8 @@ class _Outline:
         before, at, after = place[:, :-2:2], place[:, 1:-1:2], place[:, 2::2]
         return np.asarray(np.where(_cross(at - before, after - at) >= 0.0, 1.0, -1.0))
 
-    def sizes(self, scale: float) -> Floats:
-        """Return the size of an element at each place before it is divided [mm], shape (n,)."""
+    def sizes(self, scale: float, fine: FineCorners) -> tuple[Floats, Floats]:
+        """Return places (2, n), with the size of an element at each before it is divided [mm], shape (n,)."""
         left = np.stack([-self._tangents[1], self._tangents[0]])
         to_left, odd_left = self._across(left)
         to_right, _ = self._across(-left)
@@ -306,7 +367,13 @@ class _Outline:
             on = self._owners == tag
             if is_concave[on].all() and (radius[on] < 1e3 * self.span).all():
                 self.concave.add(int(tag))
-        return np.asarray(scale * sizes)
+        sizes *= scale
+        numbers = list(fine.numbers)
+        corners = self.corners[:, numbers]
+        away = np.linalg.norm(corners[:, :, None] - self.points[:, None], axis=0)
+        own = (sizes + _GROWTH * away).min(axis=1, initial=np.inf)
+        finer = fine.size * np.minimum(own, thickness[self._beside_corner[:, numbers]].min(axis=0))
+        return np.hstack([self.points, corners]), np.concatenate([sizes, finer])
 
     @property
     def span(self) -> float:
@@ -332,8 +399,8 @@ class _Outline:
         return distance, crossings % 2 == 1
 
 
-def _read(surfaces: list[int], concave: set[int]) -> _Section:
-    """Return the mesh that gmsh has made; raises MeshError."""
+def _read(surfaces: list[int], concave: set[int], sharp: Floats) -> _Section:
+    """Return the mesh that gmsh has made, with its quadrilaterals at sharp corners (2, n) [mm]; raises MeshError."""
     quads, regions = [], []
     for region, tag in enumerate(surfaces):
         kinds = gmsh.model.mesh.getElementTypes(2, tag)
@@ -366,7 +433,11 @@ def _read(surfaces: list[int], concave: set[int]) -> _Section:
         midpoints=np.hstack(middles),
         surfaces={FILLETS: np.hstack([empty, *fillets])},
     )
-    return _Section(profile, np.hstack(regions))
+    corner = np.full(found.shape[1], -1)
+    for number, place in enumerate(sharp.T):
+        node = int(np.argmin(np.linalg.norm(points - place[:, None], axis=0)))
+        corner[(found == node).any(axis=0)] = number
+    return _Section(profile, np.hstack(regions), corner, sharp.shape[1])
 
 
 def _depths(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats]:

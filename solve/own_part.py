@@ -29,6 +29,9 @@ VOID_FACTOR = 4.0
 # that of a leaf with sharp corners, where meshes converge slowly.
 ERROR_SHARE = 1.0
 ERROR_FLOOR = 1e-3
+# Elements at sharp inner corners get finer where they have more than this share of the strain energy. They miss at most
+# a twelfth of what they have: 0.16 %. The floor of the bar has 0.1 %, and the difference of the meshes the rest.
+CORNER_SHARE = 0.02
 _TETRAHEDRA_ORDER = 4  # of the quadrature: edges are curved
 _SHARP = 1.2
 _RATES = (1.0, 3.0)
@@ -40,13 +43,15 @@ class PartCompliance:
 
     `strain_per_N` and `strain_inside_per_N` are the largest strain on a round inner corner, continued to the edges of
     elements and inside them [1/N]; empty where there is none. `left_out` is the largest change of C[i, i] by what the
-    mesh leaves out, as a fraction of it [1].
+    mesh leaves out, as a fraction of it [1]. `at_corners` (presses, corners) is the share of the strain energy in the
+    elements at each sharp inner corner of the section [1].
     """
 
     C: Floats
     strain_per_N: tuple[float, ...]
     strain_inside_per_N: tuple[float, ...]
     left_out: tuple[float, ...]
+    at_corners: Floats
     dofs: int
     seconds: float
 
@@ -74,14 +79,23 @@ def swept_compliance(
     C = means.T @ u
     _check_reciprocal(C)
     corners = [_corner_strain(half.basis, column) for column in u.T]
+    energies = [_energy(half, material, column) for column in u.T]
     return PartCompliance(
         C=0.5 * (C + C.T),
         strain_per_N=tuple(corner for corner, _ in corners),
         strain_inside_per_N=tuple(inside for _, inside in corners),
-        left_out=tuple(_left_out(part, half, material, column) / C[i, i] for i, column in enumerate(u.T)),
+        left_out=tuple(_left_out(part, density) / C[i, i] for i, (density, _) in enumerate(energies)),
+        at_corners=np.array([_at_corners(part, energy) for _, energy in energies]),
         dofs=int(half.basis.N),
         seconds=time.perf_counter() - start,
     )
+
+
+def strained_corners(found: PartCompliance) -> tuple[int, ...]:
+    """Return the numbers of sharp inner corners without which the others have a small share of the strain energy."""
+    order = np.argsort(found.at_corners.max(axis=0))
+    is_small = np.cumsum(found.at_corners[:, order], axis=1).max(axis=0) <= CORNER_SHARE
+    return tuple(sorted(order[~is_small].tolist()))
 
 
 def _check_reciprocal(C: Floats) -> None:
@@ -131,6 +145,7 @@ def tetrahedral_compliance(
         strain_per_N=unknown,
         strain_inside_per_N=unknown,
         left_out=(0.0,) * len(presses),
+        at_corners=np.zeros((len(presses), 0)),
         dofs=int(basis.N),
         seconds=time.perf_counter() - start,
     )
@@ -155,15 +170,27 @@ def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
     return np.asarray(sum(share * face_mean(basis, name, axis) for axis, share in enumerate(direction) if share != 0.0))
 
 
-def _left_out(part: SweptPart, half: ClampedHalf, material: tuple[float, float], u: Floats) -> float:
+def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tuple[Floats, Floats]:
+    """Return twice the strain energy of each element for 1 N: its mean density [N/mm^2] and its integral [N mm]."""
+    basis = half.basis
+    dofs = np.asarray(basis.element_dofs).reshape(-1, 3, basis.element_dofs.shape[1])
+    gradient = np.einsum("nie,njeq->ijeq", u[dofs], scalar_gradients(basis))
+    at_points = np.asarray((stress(gradient, *material) * gradient).sum(axis=(0, 1)))
+    return at_points.mean(axis=1), (at_points * basis.dx).sum(axis=1)
+
+
+def _left_out(part: SweptPart, density: Floats) -> float:
     """Return how much a displacement for 1 N may change by what the sweep has too much or too little [mm/N].
 
     Each column of the mesh has its density of strain energy at its most strained cell, and is too long or too short.
     """
-    basis = half.basis
-    dofs = np.asarray(basis.element_dofs).reshape(-1, 3, basis.element_dofs.shape[1])
-    gradient = np.einsum("nie,njeq->ijeq", u[dofs], scalar_gradients(basis))
-    sigma = stress(gradient, *material)
-    density = np.asarray((sigma * gradient).sum(axis=(0, 1)).mean(axis=1))  # twice the energy [N/mm^2]
     worst = density[part.cells].max(axis=0)
     return float(VOID_FACTOR * (part.effect * part.area * worst).sum())
+
+
+def _at_corners(part: SweptPart, energy: Floats) -> Floats:
+    """Return the share of the strain energy in the elements at each sharp inner corner (corners,) [1]."""
+    columns = energy[part.cells].sum(axis=0)
+    sharp = part.corner >= 0
+    at_each = np.bincount(part.corner[sharp], columns[sharp], minlength=part.corner_count)
+    return np.asarray(at_each / energy.sum())

@@ -130,6 +130,22 @@ def test_a_part_that_is_no_extrusion_is_solved_in_tetrahedra(plain):
     assert face.K_error < 0.05
 
 
+SHARP = [(-3, -3), (0, -3), (0, 0), (10, 0), (10, -2), (12, -2), (12, 1), (0, 1), (0, 4), (-3, 4)]
+
+
+@pytest.mark.slow
+def test_the_bar_holds_where_a_leaf_ends_at_sharp_corners():
+    """There meshes converge like their size only: twice as fine ones differ by less than what both miss.
+
+    Expected are full and reduced integration, which have it between them, on elements of a hundredth of the thickness
+    at the three corners.
+    """
+    solid = cq.Workplane("XZ").polyline(SHARP).close().extrude(2.0)
+    face, _ = solved(solid, held=(-3.0, -1.0, 0.5), pressed=(11.0, -1.0, -2.0))
+    assert pytest.approx(0.67079, rel=face.K_error) == face.K
+    assert face.K_error < 0.01
+
+
 FOOTLESS = cq.Workplane("XZ").rect(20.0, 10.0).extrude(DEEP)
 REFUSED = {
     "no point on a face": (None, {"held": (0.0, 5.0, 0.5)}, "held"),
