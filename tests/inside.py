@@ -66,8 +66,8 @@ def inside_housing(housing: Housing, seats: HallSeats | None, points: np.ndarray
         arm = ArmSizes(housing, name)
         found |= (sign * x >= 0.0) & _in_side(housing, arm, seats, np.stack([sign * x, y, z], axis=1))
     found &= np.abs(y) <= half
-    if housing.pad_height:
-        found |= (y >= half) & (y <= half + housing.pad_height) & _in_pad(housing, x, z)
+    if plates := housing.back_to_back:
+        found |= (y >= half) & (y <= half + plates.pad_height) & _in_pad(housing, x, z)
     return found & ~_drilled(housing, x, z)
 
 
@@ -91,17 +91,18 @@ def _in_side(housing: Housing, arm: ArmSizes, seats: HallSeats | None, points: n
     half_depth = 0.5 * (housing.tip_side + rise * (housing.depth - housing.tip_side))
     end = (z >= 0.0) & (z <= housing.neck_level)
     end &= (np.abs(x - arm.centre) <= half_width) & (np.abs(y) <= half_depth)
-    if housing.dome_radius:
-        cap = min(BALL_SHARE * housing.dome_radius, housing.tip_height)
-        from_centre = np.linalg.norm(points - (arm.centre, 0.0, housing.dome_radius), axis=1)
-        end &= (z > cap) | (from_centre <= housing.dome_radius)
+    if housing.dome:
+        radius = housing.dome.radius
+        cap = min(BALL_SHARE * radius, housing.tip_height)
+        from_centre = np.linalg.norm(points - (arm.centre, 0.0, radius), axis=1)
+        end &= (z > cap) | (from_centre <= radius)
     found |= end
-    if housing.pin_side:
+    if pin := housing.pin:
         gable = y if housing.back_to_back else -y  # the ridge lies up in print
-        half = 0.5 * housing.pocket_side
+        half = 0.5 * pin.pocket_side
         u = np.abs(x - arm.centre)
         section = (u <= half) & (gable >= -half) & ((gable <= half) | (u <= 2.0 * half - gable))
-        found &= ~(section & (z <= housing.pocket_depth))
+        found &= ~(section & (z <= pin.pocket_depth))
     if seats is not None:
         into = y + 0.5 * housing.depth
         for below in (seats.upper_disc, seats.lower_disc):
@@ -128,11 +129,11 @@ def _drilled(housing: Housing, x: np.ndarray, z: np.ndarray) -> np.ndarray:
     found = np.zeros(len(x), dtype=bool)
     for hole in _holes(housing):
         found |= in_hole(x, z, hole, housing.hole_diameter)
-    if housing.back_to_back:
+    if plates := housing.back_to_back:
         level = 0.5 * (housing.cavity_level + SETBACK + housing.top_level)
         for name, sign in (("low", -1.0), ("high", 1.0)):
-            dowel = (sign * (ArmSizes(housing, name).post - housing.dowel_hole), level)
-            found |= in_hole(x, z, dowel, housing.dowel_hole)
+            dowel = (sign * (ArmSizes(housing, name).post - plates.dowel_hole), level)
+            found |= in_hole(x, z, dowel, plates.dowel_hole)
     return found
 
 

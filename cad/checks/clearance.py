@@ -36,7 +36,7 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     housing = sensor.housing
     low, high = housing.arms
     half = 0.5 * (housing.spacing + housing.shuttle_width)
-    tip_height = 0.0 if housing.pin_side else housing.tip_height
+    tip_height = housing.tip_height if housing.pin is None else 0.0
     moving = box_through(housing.depth, (low.wall, high.wall), (-_REACH, housing.cavity_level))
     frame = sensor.part.shape.cut(moving)
     necks = sensor.part.shape.intersect(box_through(housing.depth, (-half, half), (tip_height, housing.neck_level)))
@@ -65,7 +65,7 @@ def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) ->
     """Return the smallest distance [mm] of a shape from the fruit at full travel, tilted by `tilt` [deg] any way."""
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()
-    above_fruit = shape.moved(cq.Location(cq.Vector(0.0, 0.0, sensor.housing.pin_out)))
+    above_fruit = shape.moved(cq.Location(cq.Vector(0.0, 0.0, sensor.housing.beyond_face)))
     distances = {}
     for heading in nearest_headings(above_fruit, fruit, travel, tilt) if tilt > 0.0 else (0.0,):
         distances[heading] = _signed_distance(above_fruit.moved(pressed_pose(travel, tilt, heading)), fruit)

@@ -34,7 +34,7 @@ def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: 
     """Return every geometry verdict on a sensor and on what was read of its files, as `check_sensor`."""
     shape = sensor.part.shape
     step = read.step
-    stl = sensor_pose(read.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back)
+    stl = sensor_pose(read.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back is not None)
     forms: dict[str, Lines] = {"solid": solid_lines(shape), "STEP": solid_lines(step), "STL": mesh_lines(stl)}
     return (
         *_solid_verdicts(sensor),

@@ -17,7 +17,7 @@ from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, on_sheet
 from cad.drawing.view import draw_view, view_of
 from cad.parts.hall_seats import HallSeats
-from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, Housing, fillet_corners
+from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, BackToBack, Housing, fillet_corners
 from cad.parts.part import NEAR_MM
 from cad.parts.pin_socket import pin_places, pin_solid
 from cad.parts.sensor import SensorSolids
@@ -57,7 +57,8 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
     A plate with pads is shown from behind below them.
     """
     housing = sensor.housing
-    pins = [pin_solid(housing, sensor.tips).moved(place) for place in pin_places(housing).values()]
+    pin = housing.pin
+    pins = [] if pin is None else [pin_solid(pin, sensor.tips).moved(place) for place in pin_places(housing).values()]
     printed = sensor.part.shape
     shown = _Shown(
         sensor=sensor,
@@ -79,10 +80,13 @@ def _draw_views(canvas: Canvas, shown: _Shown) -> tuple[Table, list[Box]]:
     measured = shown.measured
     _draw_section(canvas, shown)
     hatch_section(canvas, shown.cut)
-    boxes = [canvas.extents()]
-    for draw_beside in (_draw_from_the_left, _draw_from_behind) if shown.from_behind else (_draw_from_the_left,):
+    section_box = canvas.extents()
+    drawn = canvas.count()
+    _draw_from_the_left(canvas, shown, section_box)
+    boxes = [section_box, canvas.extents(after=drawn)]
+    if housing.back_to_back:
         drawn = canvas.count()
-        draw_beside(canvas, shown, boxes[0])
+        _draw_from_behind(canvas, shown, housing.back_to_back, section_box)
         boxes.append(canvas.extents(after=drawn))
     rows = [row for one in measured.values() for row in one.rows]
     to_fill = ("plate 1", "plate 2") if housing.back_to_back else ("measured",)
@@ -101,7 +105,7 @@ def _draw_section(canvas: Canvas, shown: _Shown) -> None:
         *_spring_lengths(housing, measured),
         *_tip_lengths(housing, measured),
     ]
-    draw_lengths(canvas, lengths, Box(housing.left, -housing.pin_out, housing.right, housing.top_level))
+    draw_lengths(canvas, lengths, Box(housing.left, -housing.beyond_face, housing.right, housing.top_level))
     for arm in housing.arms:
         _draw_thickness_and_name(canvas, arm, measured[f"{arm.name} thickness"])
         _draw_stop(canvas, housing, arm, measured[f"{arm.name} stop"])
@@ -115,9 +119,11 @@ def _draw_section(canvas: Canvas, shown: _Shown) -> None:
 
 def _mark_holes(canvas: Canvas, housing: Housing, place: Callable[[float, float], Point]) -> None:
     """Draw the centre lines of the holes for screws and dowels, each where a view has it."""
-    for diameter, holes in ((housing.hole_diameter, housing.holes), (housing.dowel_hole, housing.dowels)):
-        for hole in holes:
-            canvas.centre_mark(place(*hole), 0.5 * diameter)
+    for hole in housing.holes:
+        canvas.centre_mark(place(*hole), 0.5 * housing.hole_diameter)
+    if housing.back_to_back:
+        for hole in housing.dowels:
+            canvas.centre_mark(place(*hole), 0.5 * housing.back_to_back.dowel_hole)
 
 
 def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
@@ -127,8 +133,7 @@ def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
     top_left = (housing.left, housing.top_level)
     top_right = (housing.right, housing.top_level)
     lower_hole, upper_hole = low.holes
-    half_tip = 0.5 * (housing.pin_side or housing.tip_side)
-    tip_corner = (low.centre - half_tip, -housing.pin_out)
+    tip_corner = (low.centre - 0.5 * housing.touching_side, -housing.beyond_face)
     return [
         Length("top", top_left, top_right),
         Length("top", upper_hole, high.holes[1]),
@@ -172,13 +177,13 @@ def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
     half_width = 0.5 * housing.shuttle_width
     neck = housing.neck_level
     high_tip = (high.centre, 0.0)
-    out = housing.pin_out
+    out = housing.beyond_face
     lengths = [
         Length("bottom", (low.centre, -out), (high.centre, -out), measured["spacing"].label()),
         Length("bottom", (low.centre - half_width, neck), (low.centre + half_width, neck), f"2x {MEASURED}"),
     ]
-    if out:
-        pin_corner = (low.centre - 0.5 * housing.pin_side, -out)
+    if housing.pin:
+        pin_corner = (low.centre - 0.5 * housing.pin.side, -out)
         foot_corner = (low.centre - 0.5 * housing.tip_side, 0.0)
         lengths.append(Length("left", pin_corner, foot_corner))
     if not _has_neck(housing):
@@ -279,7 +284,7 @@ def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None
     measured = shown.measured
     drawn = canvas.count()
     pad_left = section_box.right + BETWEEN_MM / canvas.scale
-    back = pad_left + housing.pad_height
+    back = pad_left + (housing.back_to_back.pad_height if housing.back_to_back else 0.0)
     front = back + housing.depth
     middle = back + 0.5 * housing.depth
     top = housing.top_level
@@ -288,18 +293,19 @@ def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None
         Length("top", (back, top), (front, top), measured["depth"].label()),
         *_widths_from_the_left(housing, measured["tip"], middle),
     ]
-    if housing.pad_height:
+    if housing.back_to_back:
         lengths.append(Length("top", (pad_left, top), (back, top), measured["pad"].label()))
     if shown.sensor.seats is not None:
         lengths += _hall_lengths(canvas, housing, shown.sensor.seats, front)
-    draw_lengths(canvas, lengths, Box(pad_left, -housing.pin_out, front, top))
-    if housing.dome_radius:
+    draw_lengths(canvas, lengths, Box(pad_left, -housing.beyond_face, front, top))
+    if housing.dome:
+        radius = housing.dome.radius
         half_tip = 0.5 * housing.tip_side
         text = CalloutText(
             (middle + half_tip, -1.2 * canvas.text_height), "right", measured["tip"].label(f"2x S{MEASURED}")
         )
-        half_way_out = 270.0 + math.degrees(0.5 * half_tip / housing.dome_radius)  # from the apex, at 270 degrees
-        canvas.callout("radius", (middle, housing.dome_radius), housing.dome_radius, text, angle=half_way_out)
+        half_way_out = 270.0 + math.degrees(0.5 * half_tip / radius)  # from the apex, at 270 degrees
+        canvas.callout("radius", (middle, radius), radius, text, angle=half_way_out)
     _draw_cutting_line(canvas, middle, canvas.extents(after=drawn))
 
 
@@ -309,14 +315,14 @@ def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle:
     The letter of the table, `measured`, stands on what touches the fruit: the pins, or the faces of flat tips.
     """
     lengths = []
-    if housing.pin_side:
-        half_pin = 0.5 * housing.pin_side
-        out = housing.pin_out
-        label = measured.label(f"2x {'Ø' if housing.pin_round else '□'}{MEASURED}")
+    if housing.pin:
+        half_pin = 0.5 * housing.pin.side
+        out = housing.pin.outside
+        label = measured.label(f"2x {'Ø' if housing.pin.is_round else '□'}{MEASURED}")
         lengths.append(Length("bottom", (middle - half_pin, -out), (middle + half_pin, -out), label))
     if _has_neck(housing):
         half_tip = 0.5 * housing.tip_side
-        label = MEASURED if housing.pin_side or housing.dome_radius else measured.label(f"2x □{MEASURED}")
+        label = MEASURED if housing.pin or housing.dome else measured.label(f"2x □{MEASURED}")
         lengths.append(Length("bottom", (middle - half_tip, 0.0), (middle + half_tip, 0.0), label))
     return lengths
 
@@ -335,7 +341,7 @@ def _hall_lengths(canvas: Canvas, housing: Housing, seats: HallSeats, front: flo
     return [*lengths, Length("right", sensor, corner), Length("bottom", (front, housing.protrusion), sensor)]
 
 
-def _draw_from_behind(canvas: Canvas, shown: _Shown, above: Box) -> None:
+def _draw_from_behind(canvas: Canvas, shown: _Shown, back_to_back: BackToBack, above: Box) -> None:
     """Draw the back of a plate of a square below the other views: its pads, and its holes for dowels from its edges.
 
     `above` is the box around the section [mm]. Seen from behind, +x of the housing points to the left.
@@ -357,15 +363,14 @@ def _draw_from_behind(canvas: Canvas, shown: _Shown, above: Box) -> None:
     bottom_right = seen(housing.left, housing.protrusion)
     last, first = (seen(*dowel) for dowel in sorted(housing.dowels))  # from the left edge of this view
     lengths = [Length("top", top_left, first), Length("top", first, last), Length("left", bottom_left, first)]
-    if housing.pad_height:
-        lengths += _pad_lengths(housing, seen)
-        _, bar_foot = seen(0.0, housing.cavity_level + SETBACK_MM)
-        canvas.words("PAD", (at[0], 0.5 * (bar_foot + top_left[1])), height)
+    lengths += _pad_lengths(housing, seen)
+    _, bar_foot = seen(0.0, housing.cavity_level + SETBACK_MM)
+    canvas.words("PAD", (at[0], 0.5 * (bar_foot + top_left[1])), height)
     draw_lengths(canvas, lengths, Box(top_left[0], bottom_left[1], bottom_right[0], top_left[1]))
     _mark_holes(canvas, housing, seen)
     window_level = at[1] + 0.5 * (housing.cavity_level + housing.protrusion)
     text = CalloutText((last[0], window_level), "left", f"2x {MEASURED}")
-    canvas.callout("diameter", last, housing.dowel_hole, text)
+    canvas.callout("diameter", last, back_to_back.dowel_hole, text)
     level = bottom_left[1] - _NAME_BELOW_MM / canvas.scale
     canvas.words("FROM BEHIND", (at[0], level), _TITLE * height)
 
@@ -393,7 +398,7 @@ def _notes(shown: _Shown, process: Process) -> list[str]:
     housing = shown.housing
     measured = shown.measured
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""
-    faces = "tips are domes as made" if housing.dome_radius else "tip faces sharp-edged"
+    faces = "tips are domes as made" if housing.dome else "tip faces sharp-edged"
     notes = [
         "Millimetres. Section in the middle of the depth.",
         f"{process.material}{layer}; made flat, this profile in the plane of the bed.",
@@ -415,10 +420,8 @@ def _notes(shown: _Shown, process: Process) -> list[str]:
         size = f"Ø{seats.pocket_diameter:g}, {seats.pocket_depth:g} deep"
         notes.append(f"Their pockets, {measured['pocket'].letter}): {size}{end}.")
         notes.append("The small circle before them is the marked face of their Hall sensor.")
-    if housing.pin_side:
+    if pin := housing.pin:
         ends = "edges of their ends sharp" if shown.sensor.tips.tip_shape.is_flat else "ends as in pin.step, polished"
-        notes.append(
-            f"Pins of ground steel, glued in pockets {housing.pocket_side:g} wide, {housing.pocket_depth:g} deep;"
-        )
+        notes.append(f"Pins of ground steel, glued in pockets {pin.pocket_side:g} wide, {pin.pocket_depth:g} deep;")
         notes.append(f"{ends}.")
     return notes

@@ -78,8 +78,8 @@ def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, Meas
     }
     if sensor.seats is not None:
         found["pocket"] = _plain("diameter, magnet pockets", sensor.seats.pocket_diameter, process)
-    if housing.pad_height:
-        found["pad"] = _plain("height, pad", housing.pad_height, process)
+    if housing.back_to_back:
+        found["pad"] = _plain("height, pad", housing.back_to_back.pad_height, process)
     return {name: replace(one, letter=letter) for (name, one), letter in zip(found.items(), _LETTERS, strict=False)}
 
 
@@ -145,10 +145,10 @@ def _tips(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension
     housing = sensor.housing
     # Between springs that take all of the travel, where force ~ travel, and none of it, where Hertz's law holds
     # for a dome: the larger counts.
-    power = 1.5 if housing.dome_radius else 1.0
+    power = 1.5 if housing.dome else 1.0
     longer = _percent("force", (1.0 + STEP_MM / sensor.press.travel_mm) ** power)
-    height = housing.protrusion + housing.pin_out
-    accuracy = GROUND_MM if housing.pin_side else process.accuracy_mm
+    height = housing.protrusion + housing.beyond_face
+    accuracy = GROUND_MM if housing.pin else process.accuracy_mm
     return {
         "spacing": _plain("tips, middle to middle", housing.spacing, process),
         "height": MeasuredDimension(
@@ -168,20 +168,21 @@ def _tip(sensor: SensorSolids, process: Process) -> MeasuredDimension:
     """Return the characteristic of a tip: the radius of a dome, else the width of a face or of a pin."""
     housing = sensor.housing
     names = [arm.name for arm in housing.arms]
-    if housing.dome_radius:
-        radius = housing.dome_radius
+    if housing.dome:
+        radius = housing.dome.radius
         return MeasuredDimension(
             places=tuple(f"radius SR, {name} dome" for name in names),
             nominal=radius,
             tolerance=_within(general_mm(process, radius, is_radius=True)),
             moves=_percent("contact", math.sqrt((radius + STEP_MM) / radius)),
         )
-    side = housing.pin_side or housing.tip_side
+    side = housing.touching_side
     is_flat = sensor.tips.tip_shape.is_flat
-    kind = "pin" if housing.pin_side else "tip"
+    size = "diameter" if housing.pin and housing.pin.is_round else "width"
+    kind = "pin" if housing.pin else "tip"
     return MeasuredDimension(
-        places=tuple(f"{'diameter' if housing.pin_round else 'width'}, {name} {kind}" for name in names),
+        places=tuple(f"{size}, {name} {kind}" for name in names),
         nominal=side,
-        tolerance=PIN_FIT if housing.pin_side else _within(general_mm(process, side)),
+        tolerance=PIN_FIT if housing.pin else _within(general_mm(process, side)),
         moves=_percent("contact", (side + STEP_MM) / side) if is_flat else "-",
     )

@@ -50,8 +50,8 @@ def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
     for name, draw in maker_parts(sensor).items():
         shapes[f"{name}.step"] = functools.partial(_as_drawn, draw)
         shapes[f"{name}.stl"] = functools.partial(_in_print_pose, draw)
-    if sensor.housing.pin_side:
-        shapes["pin.step"] = lambda: pin_solid(sensor.housing, sensor.tips)
+    if pin := sensor.housing.pin:
+        shapes["pin.step"] = lambda: pin_solid(pin, sensor.tips)
     return shapes
 
 

@@ -74,16 +74,16 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     assembly_glb.write_bytes(glb_of(shown_bodies(assembly)))
 
     paths = [housing_step, assembly_step, stl, package, assembly_glb]
-    if sensor.housing.pin_side:
+    if sensor.housing.pin:
         paths.append(folder / "pin.step")
-        pin = pin_solid(sensor.housing, sensor.tips)
+        pin = pin_solid(sensor.housing.pin, sensor.tips)
         export_step(cq.Assembly(pin, name="pin", color=STEEL_COLOUR), paths[-1])
     return SensorFiles(paths=tuple(paths), forms=FormsRead(step=step, stl=mesh))
 
 
 def print_shape(sensor: SensorSolids) -> cq.Shape:
     """Return the housing of a sensor, or a plate of a square, marked and in print pose [mm]."""
-    return print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
+    return print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back is not None)
 
 
 def read_forms(folder: Path) -> FormsRead:

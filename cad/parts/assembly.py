@@ -15,7 +15,7 @@ from cad.parts.cover import COVER_MM, WASHER_MM
 from cad.parts.cover_solid import cover_part
 from cad.parts.fruit import whole_fruit
 from cad.parts.hall_seats import HallSeats, seats_of
-from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
+from cad.parts.housing import DOWEL_MM, SETBACK_MM, BackToBack, Housing
 from cad.parts.housing_solid import cut_domes, cut_magnet_pockets, housing_part, named_housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import cut_pin_sockets, pin_places, pin_solid
@@ -44,7 +44,7 @@ def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return a housing as it is made: with domes, pockets for pins and magnets, and on a plate pads and holes."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
     if housing.back_to_back:
-        part = named_housing(_with_pads(part.shape, housing), housing)
+        part = named_housing(_with_pads(part.shape, housing, housing.back_to_back), housing)
     return cut_magnet_pockets(part, housing, seats)
 
 
@@ -71,32 +71,31 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
     )
 
 
-def _with_pads(plate: cq.Shape, housing: Housing) -> cq.Shape:
+def _with_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
     """Return a plate with a pad on its back, and with holes for screws and dowels through both.
 
     The pad is a frame that is open towards the tips. It lies on the posts and the bar, where the rim of a cover lies,
     set back from what moves.
     """
     back = 0.5 * housing.depth
-    height = housing.pad_height
-    if height > 0.0:
-        foot = max(housing.cover_level, housing.protrusion)
-        width = housing.right - housing.left
-        post_width = housing.wall_width - SETBACK_MM
-        bar_foot = housing.cavity_level + SETBACK_MM
-        pad = cq.Solid.makeBox(width, height, housing.top_level - foot, cq.Vector(housing.left, back, foot))
-        opening = cq.Solid.makeBox(
-            width - 2.0 * post_width,
-            height + 2.0 * _REACH,
-            bar_foot - foot + _REACH,
-            cq.Vector(housing.left + post_width, back - _REACH, foot - _REACH),
-        )
-        plate = plate.fuse(pad.cut(opening))
+    height = pads.pad_height
+    foot = max(housing.cover_level, housing.protrusion)
+    width = housing.right - housing.left
+    post_width = housing.wall_width - SETBACK_MM
+    bar_foot = housing.cavity_level + SETBACK_MM
+    pad = cq.Solid.makeBox(width, height, housing.top_level - foot, cq.Vector(housing.left, back, foot))
+    opening = cq.Solid.makeBox(
+        width - 2.0 * post_width,
+        height + 2.0 * _REACH,
+        bar_foot - foot + _REACH,
+        cq.Vector(housing.left + post_width, back - _REACH, foot - _REACH),
+    )
+    plate = plate.fuse(pad.cut(opening))
 
     outside = cq.Workplane("XZ", origin=(0.0, back + height + _REACH, 0.0))
     through = housing.depth + height + 2.0 * _REACH
     screw_holes = outside.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(through)
-    dowel_holes = outside.pushPoints(list(housing.dowels)).circle(0.5 * housing.dowel_hole).extrude(through)
+    dowel_holes = outside.pushPoints(list(housing.dowels)).circle(0.5 * pads.dowel_hole).extrude(through)
     plate = plate.cut(screw_holes.findSolid(), dowel_holes.findSolid())
     return plate.clean()  # a hole through plate and pad is one face
 
@@ -135,13 +134,13 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
         cover = on_workplane(cover_part(housing, sensor.seats))
         for side, place in zip(("front", "back"), cover_places(housing), strict=True):
             assembly.add(cover, name=f"{side}_cover", loc=place, color=COVER_COLOUR)
-    if in_plate := pin_places(housing):
-        pin = pin_solid(housing, sensor.tips)
-        for name, place in in_plate.items():
+    if housing.pin:
+        pin = pin_solid(housing.pin, sensor.tips)
+        for name, place in pin_places(housing).items():
             for number, plate in zip(numbers, plates, strict=True):
                 assembly.add(pin, name=f"{name}{number}", loc=plate * place, color=STEEL_COLOUR)
     _add_fasteners(assembly, sensor)
-    below = cq.Vector(-sensor.tips.offset_mm, 0.0, -sensor.tips.gap_mm - housing.pin_out)
+    below = cq.Vector(-sensor.tips.offset_mm, 0.0, -sensor.tips.gap_mm - housing.beyond_face)
     fruit = whole_fruit(sensor.fruit, sensor.tips)
     return assembly.add(fruit, name="fruit", loc=cq.Location(below), color=FRUIT_COLOUR)
 

@@ -60,7 +60,7 @@ def _bar(housing: Housing) -> _Panel:
     width = housing.right - housing.left - 2.0 * housing.wall_width
     height = housing.top_level - foot
     if housing.back_to_back:
-        width -= 4.0 * housing.dowel_hole
+        width -= 4.0 * housing.back_to_back.dowel_hole
         height = height - SETBACK_MM + 2.0 * (_EDGE_MM - _PAD_EDGE_MM)
         foot += SETBACK_MM
     return _Panel(0.5 * (housing.left + housing.right), 0.5 * (foot + housing.top_level), width, height)
@@ -74,7 +74,7 @@ def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
     """
     if housing.back_to_back:
         sign = -1.0
-        face = 0.5 * housing.depth + housing.pad_height
+        face = 0.5 * housing.depth + housing.back_to_back.pad_height
     else:
         sign = 1.0
         face = -0.5 * housing.depth

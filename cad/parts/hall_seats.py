@@ -62,7 +62,7 @@ def hall_seats(housing: Housing, press: Press, process: Process) -> HallSeats:
         sensor=middle - 0.5 * press.travel_mm,
         pocket_diameter=PROBE.magnet_mm + clearance,
         pocket_depth=PROBE.magnet_height_mm,
-        is_pointed=housing.back_to_back,
+        is_pointed=housing.back_to_back is not None,
         windows=windows,
         window_width=width,
         window_height=PROBE.package_height_mm + clearance,

@@ -8,10 +8,10 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 from sensor.design.tips import Press
-from sensor.quantity import InputError, report_field, validation_error
+from sensor.quantity import Bounds, InputError, check_fields, quantity, report_field, validation_error
 from sensor.theory.leaf_spring import Flexure
 
 Point = tuple[float, float]
@@ -22,6 +22,7 @@ TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 ENGRAVED_MM = 0.3  # depth of the marks on the frame
 DOWEL_MM = 3.0  # diameter of the dowels between the plates of a square, ISO 8734
 _HINT = "choose another process, other tips or other targets"
+_POSITIVE = Bounds(above=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,12 +53,83 @@ class Arm:
 
 
 @dataclass(frozen=True, kw_only=True)
+class _Sized:
+    """Something that only some housings have: all its sizes are greater than 0."""
+
+    HINT: ClassVar[str] = _HINT
+
+    def __post_init__(self) -> None:
+        """Refuse a size that is not greater than 0."""
+        check_fields(self, "housing")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pin(_Sized):
+    """A ground steel pin that is glued into a pocket in the foot of a shuttle [mm]."""
+
+    side: float = quantity(
+        "mm",
+        _POSITIVE,
+        meaning="side or diameter of a pin; this and the other sizes of pins are 0 where tips are printed",
+        key="pin_side",
+    )
+    is_round: bool = report_field("", "true for a round pin", key="pin_round")
+    outside: float = quantity("mm", _POSITIVE, meaning="length of a pin outside its foot", key="pin_out")
+    pocket_side: float = quantity("mm", _POSITIVE, meaning="width of the pocket for a pin")
+    pocket_depth: float = quantity("mm", _POSITIVE, meaning="depth of the pocket for a pin")
+
+    def __post_init__(self) -> None:
+        """Refuse a pocket that is not wider than the pin, too."""
+        super().__post_init__()
+        if self.pocket_side <= self.side:
+            raise _refusal("pocket_side", self.pocket_side, f"greater than {self.side:g} mm")
+
+    @property
+    def length(self) -> float:
+        """Return the length of the pin [mm], outside its foot and inside."""
+        return self.outside + self.pocket_depth
+
+    @property
+    def share_of_square(self) -> float:
+        """Return area and perimeter of the cross section over those of a square [1]."""
+        return 0.25 * math.pi if self.is_round else 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class DomeCap(_Sized):
+    """The cap of a sphere to which a printed tip is cut; its apex is at z = 0 [mm]."""
+
+    radius: float = quantity(
+        "mm", _POSITIVE, meaning="radius of the domes at the tips; 0 for flat tips", key="dome_radius"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class BackToBack(_Sized):
+    """What a plate has because its twin, turned half round the press axis, stands behind it [mm].
+
+    The pads of both plates, on their back faces y = depth / 2, touch each other. Two dowels align the plates.
+    """
+
+    pad_height: float = quantity(
+        "mm", _POSITIVE, meaning="height of the pads on the back of the frame; 0 for a plate that stands alone"
+    )
+    dowel_hole: float = quantity(
+        "mm", _POSITIVE, meaning="diameter of the holes for two dowels; 0 for a plate that stands alone"
+    )
+
+    @property
+    def gap(self) -> float:
+        """Return the distance between the backs of both plates [mm]."""
+        return 2.0 * self.pad_height
+
+
+@dataclass(frozen=True, kw_only=True)
 class Housing:
     """Every dimension of the housing [mm]; levels are heights z above the tip faces.
 
-    Where pins stand out, the tip is their foot: levels are heights above its face, and z = -pin_out touches. A plate
-    that is made `back_to_back` with its like, which is turned half round the press axis, has a frame of equal halves.
-    The pads of both plates, on their back faces y = depth / 2, touch each other.
+    If pins stand out, the tip is their foot: levels are heights above its face, below which the pins touch. A plate
+    that stands back to back with its twin has a frame of equal halves.
     """
 
     low: Flexure = report_field("", "leaves of the low spring")
@@ -80,38 +152,26 @@ class Housing:
     )
     mount: HeldBy = report_field("", "parts that clamp the frame: `covers` or `washers`", default="holes")
     cover_level: float = report_field("mm", "level of the lower edge of the covers", default=0.0)
-    pin_side: float = report_field(
-        "mm", "side or diameter of a pin; this and the other sizes of pins are 0 where tips are printed", default=0.0
-    )
-    pin_round: bool = report_field("", "true for a round pin", default=False)
-    pin_out: float = report_field("mm", "length of a pin outside its foot", default=0.0)
-    pocket_side: float = report_field("mm", "width of the pocket for a pin", default=0.0)
-    pocket_depth: float = report_field("mm", "depth of the pocket for a pin", default=0.0)
-    dome_radius: float = report_field("mm", "radius of the domes at the tips; 0 for flat tips", default=0.0)
-    back_to_back: bool = report_field("", "true for one of the two plates that stand back to back", default=False)
-    pad_height: float = report_field(
-        "mm", "height of the pads on the back of the frame; 0 for a plate that stands alone", default=0.0
-    )
-    dowel_hole: float = report_field(
-        "mm", "diameter of the holes for two dowels; 0 for a plate that stands alone", default=0.0
+    pin: Pin | None = report_field("", "the pin in each foot", default=None, flat=True, told=False)
+    dome: DomeCap | None = report_field("", "the dome of each printed tip", default=None, flat=True, told=False)
+    back_to_back: BackToBack | None = report_field(
+        "", "true for one of the two plates that stand back to back", default=None, flat=True
     )
 
     def __post_init__(self) -> None:
         """Refuse tips, shuttles and pockets for which a design leaves no room."""
         widest_tip = min(self.depth, self.shuttle_width)
         if not 0.0 < self.tip_side <= widest_tip:
-            raise self._error("tip_side", f"greater than 0 mm and at most {widest_tip:g} mm")
-        limits = {"shuttle_width": (0.0, self.spacing)}
-        if self.pin_side:
-            limits["pin_out"] = (0.0, math.inf)
-            limits["pocket_side"] = (self.pin_side, 0.5 * self.tip_side)
-            limits["pocket_depth"] = (0.0, self.neck_level)
-        for name, (least, most) in limits.items():
-            if not least < getattr(self, name) < most:
-                raise self._error(name, f"greater than {least:g} mm and less than {most:g} mm")
-
-    def _error(self, name: str, bound: str) -> InputError:
-        return validation_error(f"housing.{name}", getattr(self, name), "mm", bound, _HINT)
+            raise _refusal("tip_side", self.tip_side, f"greater than 0 mm and at most {widest_tip:g} mm")
+        if not 0.0 < self.shuttle_width < self.spacing:
+            bound = f"greater than 0 mm and less than {self.spacing:g} mm"
+            raise _refusal("shuttle_width", self.shuttle_width, bound)
+        if self.pin is not None:
+            half_foot = 0.5 * self.tip_side
+            if self.pin.pocket_side >= half_foot:
+                raise _refusal("pocket_side", self.pin.pocket_side, f"less than {half_foot:g} mm")
+            if self.pin.pocket_depth >= self.neck_level:
+                raise _refusal("pocket_depth", self.pin.pocket_depth, f"less than {self.neck_level:g} mm")
 
     @property
     def depth(self) -> float:
@@ -173,6 +233,16 @@ class Housing:
         return self.low.fillet
 
     @property
+    def touching_side(self) -> float:
+        """Return the side of what touches [mm], the pin or the printed tip."""
+        return self.tip_side if self.pin is None else self.pin.side
+
+    @property
+    def beyond_face(self) -> float:
+        """Return the distance from the printed face down to what touches [mm]; 0 if the face itself touches."""
+        return 0.0 if self.pin is None else self.pin.outside
+
+    @property
     def plates(self) -> int:
         """Return how many plates a sensor has: two where they stand back to back."""
         return 2 if self.back_to_back else 1
@@ -185,10 +255,10 @@ class Housing:
     @property
     def dowels(self) -> tuple[Point, ...]:
         """Return the centres (x, z) of the holes for dowels [mm], in the pad on the bar; none in a single plate."""
-        if not self.back_to_back:
+        if self.back_to_back is None:
             return ()
         level = 0.5 * (self.cavity_level + SETBACK_MM + self.top_level)
-        return tuple((arm.post - arm.sign * self.dowel_hole, level) for arm in self.arms)
+        return tuple((arm.post - arm.sign * self.back_to_back.dowel_hole, level) for arm in self.arms)
 
     def shuttle_volume(self, arm: Arm) -> float:
         """Return the volume of the block, the tapered neck and the tip of a shuttle [mm^3]."""
@@ -204,6 +274,10 @@ class Housing:
         share = self.tip_side / self.depth
         rise = (z - self.tip_height) / (self.neck_level - self.tip_height)
         return share + (1.0 - share) * min(1.0, max(0.0, rise))
+
+
+def _refusal(name: str, value: float, bound: str) -> InputError:
+    return validation_error(f"housing.{name}", value, "mm", bound, _HINT)
 
 
 @dataclass(frozen=True, kw_only=True)

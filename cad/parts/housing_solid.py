@@ -61,17 +61,18 @@ def cut_domes(part: Part, housing: Housing) -> Part:
     A tip stays square above its cap, for a round one would hang over in print: the round face lies inside the square.
     The tool is a box around the end of the tip, less the ball: what it takes away lies outside the ball.
     """
-    if not housing.dome_radius:
+    if housing.dome is None:
         return part
+    radius = housing.dome.radius
     width = housing.tip_side + 2.0 * _BESIDE_TIP
     depth = housing.depth + 2.0 * _BESIDE_TIP
-    height = min(_BALL_SHARE * housing.dome_radius, housing.tip_height) + _BESIDE_TIP
+    height = min(_BALL_SHARE * radius, housing.tip_height) + _BESIDE_TIP
     poles_along_x = cq.Vector(1.0, 0.0, 0.0)  # away from the cap
     shape = part.shape
     for arm in housing.arms:
         around = cq.Solid.makeBox(width, depth, height, cq.Vector(arm.centre - 0.5 * width, -0.5 * depth, -_BESIDE_TIP))
-        centre = cq.Vector(arm.centre, 0.0, housing.dome_radius)
-        ball = cq.Solid.makeSphere(housing.dome_radius, centre, poles_along_x, -90.0, 90.0, 360.0)
+        centre = cq.Vector(arm.centre, 0.0, radius)
+        ball = cq.Solid.makeSphere(radius, centre, poles_along_x, -90.0, 90.0, 360.0)
         shape = shape.cut(around.cut(ball))
     return named_housing(shape, housing)
 

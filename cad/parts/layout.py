@@ -1,11 +1,10 @@
 """The layout rule: from a design and its springs to every dimension of the housing [mm]."""
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 from cad.parts.cover import cover_level
-from cad.parts.housing import DOWEL_MM, TILT_DEG, Housing
+from cad.parts.housing import DOWEL_MM, TILT_DEG, BackToBack, DomeCap, Housing, Pin
 from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.design.tip_mount import pad_height, plate_depth, tip_mount
@@ -44,14 +43,16 @@ def housing_for(
     end = _shuttle_end(design, process, depth)
     shuttle = max(end.side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
     neck = end.height + _taper(depth, shuttle, end.side)
-    protrusion = max(_protrusion(design, lengths, depth) - end.pin_out, _LEAST_PROTRUSION)
+    protrusion = max(_protrusion(design, lengths, depth) - end.beyond_face, _LEAST_PROTRUSION)
 
     # A fillet and a ledge lie between a leaf and the next corner.
     half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
     lower_leaf = max(neck, protrusion) + LEDGE + half_leaf
     low_stop, high_stop = (round(max(process.min_gap_mm, STOP_MARGIN * each), 2) for each in deflections)
     cavity = lower_leaf + separation + half_leaf + LEDGE + max(low_stop, high_stop)
-    housing = Housing(
+    pin = _pin(tips, end, neck - process.min_wall_mm)
+    dome = DomeCap(radius=tips.dome_radius_mm) if pin is None and tips.dome_radius_mm is not None else None
+    return Housing(
         low=low,
         high=high,
         tip_side=end.side,
@@ -67,33 +68,40 @@ def housing_for(
         protrusion=protrusion,
         mount=design.print.mount,
         cover_level=cover_level(protrusion, design.press),
-        dome_radius=0.0 if end.pocket_side else tips.dome_radius_mm or 0.0,
+        pin=pin,
+        dome=dome,
+        back_to_back=_back_to_back(process) if layout.is_back_to_back else None,
     )
-    if layout.is_back_to_back:
-        dowel = round(DOWEL_MM - process.accuracy_mm, 3)  # as much too small as a hole may be off: never loose
-        housing = replace(housing, back_to_back=True, pad_height=pad_height(process), dowel_hole=dowel)
-    if not end.pocket_side:
-        return housing
-    return replace(
-        housing,
-        pin_side=tips.side_mm,
-        pin_round=tips.tip_shape.is_round,
-        pin_out=end.pin_out,
-        pocket_side=end.pocket_side,
-        pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm),
-    )
+
+
+def _back_to_back(process: Process) -> BackToBack:
+    """Return pads and holes of a plate of a square; dowels are never loose in holes that are too large by accuracy."""
+    return BackToBack(pad_height=pad_height(process), dowel_hole=round(DOWEL_MM - process.accuracy_mm, 3))
 
 
 class _ShuttleEnd(NamedTuple):
-    """What is printed at the end of a shuttle [mm]: a tip, or the foot of a pin, which then stands out of it.
+    """What is printed at the end of a shuttle [mm]: a tip, or the foot of a pin, with a pocket for it.
 
-    `pocket_side` and `pin_out` are 0 for a printed tip.
+    What touches lies `beyond_face` below what is printed.
     """
 
     side: float
     height: float
-    pocket_side: float
-    pin_out: float
+    beyond_face: float = 0.0
+    pocket_side: float | None = None
+
+
+def _pin(tips: Tips, end: _ShuttleEnd, deepest: float) -> Pin | None:
+    """Return the pin at the end of a shuttle, in a pocket of at most the given depth [mm]; None for a printed tip."""
+    if end.pocket_side is None:
+        return None
+    return Pin(
+        side=tips.side_mm,
+        is_round=tips.tip_shape.is_round,
+        outside=end.beyond_face,
+        pocket_side=end.pocket_side,
+        pocket_depth=min(POCKET_SIDES * tips.side_mm, deepest),
+    )
 
 
 def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
@@ -101,12 +109,12 @@ def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
     tips = design.tips
     mount = tip_mount(design, process)
     standing_out = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
-    if mount.pocket_side:
-        pin_out = max(standing_out, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
-        return _ShuttleEnd(side=mount.side, height=LEDGE, pocket_side=mount.pocket_side, pin_out=pin_out)
+    if mount.pocket_side is not None:
+        outside = max(standing_out, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
+        return _ShuttleEnd(side=mount.side, height=LEDGE, beyond_face=outside, pocket_side=mount.pocket_side)
     side = _tip_side(tips, depth)
     height = max(standing_out, _cap_height(tips, side))
-    return _ShuttleEnd(side=side, height=height, pocket_side=0.0, pin_out=0.0)
+    return _ShuttleEnd(side=side, height=height)
 
 
 def _tip_side(tips: Tips, depth: float) -> float:

@@ -1,8 +1,6 @@
 """The ground steel pin that is glued into a foot: how it gives way, and its mass."""
 
-import math
-
-from cad.parts.housing import Housing
+from cad.parts.housing import Pin
 from sensor.design.processes import Process
 from sensor.design.tips import Tips
 from sensor.quantity import Estimate
@@ -23,25 +21,22 @@ def tip_accuracy_mm(tips: Tips, process: Process) -> float:
     return GROUND_MM if tips.socket == "pin" else process.accuracy_mm
 
 
-def pin_compliance(housing: Housing, E: float, poisson: float) -> Estimate:
-    """Return the compliance of a pin against the foot it is glued in [mm/N, E in MPa]; 0 for a printed tip.
+def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
+    """Return the compliance of a pin against the foot it is glued in [mm/N, E in MPa].
 
     The steel that stands out is a bar in compression, the glue a layer in shear on three sides of the pin. What the
     foot gives differs little from what its whole face would, which is in the solve of the springs. A ball at the end
     counts as a cylinder. The error holds half of what the glue gives and the range of the foot.
     """
-    if not housing.pin_side:
-        return Estimate(0.0, 0.0, "mm/N")
-    side = housing.pin_side
-    of_square = 0.25 * math.pi if housing.pin_round else 1.0  # section and perimeter of a circle over a square's
-    bar = housing.pin_out / (STEEL_MPA * of_square * side**2)
-    layer = 0.5 * (housing.pocket_side - side)
-    glue = layer / (GLUE_SHEAR_MPA * _BONDED_SIDES * of_square * side * housing.pocket_depth)
+    side = pin.side
+    bar = pin.outside / (STEEL_MPA * pin.share_of_square * side**2)
+    layer = 0.5 * (pin.pocket_side - side)
+    glue = layer / (GLUE_SHEAR_MPA * _BONDED_SIDES * pin.share_of_square * side * pin.pocket_depth)
     foot = (1.0 - poisson**2) / (E * side)
     return Estimate(bar + glue + FOOT_GIVE * foot, 0.5 * glue + FOOT_SPREAD * foot, "mm/N")
 
 
-def pin_mass(housing: Housing, density: float) -> float:
-    """Return by how much a glued pin is heavier than what its pocket takes of the foot [mg from g/cm^3]; 0 without."""
-    area = 0.25 * math.pi * housing.pin_side**2 if housing.pin_round else housing.pin_side**2
-    return area * (STEEL_G_PER_CM3 * (housing.pin_out + housing.pocket_depth) - density * housing.pocket_depth)
+def pin_mass(pin: Pin, density: float) -> float:
+    """Return the mass of a glued pin less the mass that its pocket takes of the foot [mg from g/cm^3]."""
+    area = pin.share_of_square * pin.side**2
+    return area * (STEEL_G_PER_CM3 * pin.length - density * pin.pocket_depth)

@@ -9,7 +9,7 @@ import math
 
 import cadquery as cq
 
-from cad.parts.housing import Housing
+from cad.parts.housing import Housing, Pin
 from cad.parts.housing_solid import named_housing
 from cad.parts.part import NEAR_MM, Part
 from sensor.design.tips import Tips
@@ -23,16 +23,16 @@ def cut_pin_sockets(part: Part, housing: Housing) -> Part:
 
     A housing without pins is returned as it is.
     """
-    if not housing.pin_side:
+    if housing.pin is None:
         return part
-    half = 0.5 * housing.pocket_side
+    half = 0.5 * housing.pin.pocket_side
     eaves = gable_side(housing) * half
     # The section across the press (x, y): a square, and on the side that lies up in print a ridge of 45 degrees.
     section = [(-half, -eaves), (half, -eaves), (half, eaves), (0.0, 2.0 * eaves), (-half, eaves)]
     shape = part.shape
     for arm in housing.arms:
         below_foot = cq.Workplane("XY", origin=(arm.centre, 0.0, -_REACH))
-        pocket = below_foot.polyline(section).close().extrude(housing.pocket_depth + _REACH)
+        pocket = below_foot.polyline(section).close().extrude(housing.pin.pocket_depth + _REACH)
         shape = shape.cut(pocket.findSolid())
     return named_housing(shape, housing)
 
@@ -43,15 +43,16 @@ def gable_side(housing: Housing) -> float:
 
 
 def pin_places(housing: Housing) -> dict[str, cq.Location]:
-    """Return by name the places of the pins in a plate [mm], out to z = -pin_out; none for printed tips."""
-    if not housing.pin_side:
+    """Return by name the places of the pins in a plate [mm], standing out of their feet; none for printed tips."""
+    if housing.pin is None:
         return {}
-    return {f"{arm.name}_pin": cq.Location(cq.Vector(arm.centre, 0.0, -housing.pin_out)) for arm in housing.arms}
+    end = -housing.pin.outside
+    return {f"{arm.name}_pin": cq.Location(cq.Vector(arm.centre, 0.0, end)) for arm in housing.arms}
 
 
-def pin_solid(housing: Housing, tips: Tips) -> cq.Shape:
+def pin_solid(pin: Pin, tips: Tips) -> cq.Shape:
     """Return one of the pins, which are all equal, standing on its touching face at z = 0 [mm]."""
-    return tip_solid(tips.tip_shape, housing.pin_out + housing.pocket_depth)
+    return tip_solid(tips.tip_shape, pin.length)
 
 
 def tip_solid(shape: TipShape, height: float) -> cq.Shape:

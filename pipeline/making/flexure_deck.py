@@ -34,8 +34,8 @@ def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) ->
     for name, spring in springs.springs.items():
         lines.append(_OF_SPRING.format(name=name, K=spring.stiffness, error=spring.error))
     housing = springs.housing
-    if housing is not None and housing.pin_side:
-        pin = pin_compliance(housing, process.E_MPa, process.poisson)
+    if housing is not None and housing.pin is not None:
+        pin = pin_compliance(housing.pin, process.E_MPa, process.poisson)
         lines.append(_PINS.format(compliance=pin.value))
     path.write_text(flexure_deck(half, process.E_MPa, process.poisson).text(lines), encoding="ascii")
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, is_dataclass
 from functools import cache
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, Union, get_args, get_origin
 
 from pipeline.report.report import LeftOut, Report
 from pipeline.storage.told import told_fields, told_value
@@ -115,9 +115,8 @@ def _part(value: Any, word: str, name: str) -> object:  # noqa: ANN401 - a mappi
             return value[int(word)]
     else:
         kind: Any = type(value)
-        declared = _fields(kind)
-        if word in declared:
-            return told_value(value, declared[word][0])
+        if word in _fields(kind):
+            return told_value(value, word)
     raise KeyError(name)
 
 
@@ -136,8 +135,7 @@ def _fields(kind: type) -> dict[str, tuple[Field[Any], Any]]:
     """Return the fields of a record type by name, each with its type; empty for another type."""
     if not is_dataclass(kind):
         return {}
-    hints = get_type_hints(kind)
-    return {key: (item, _without_none(hints[item.name])) for key, item in told_fields(kind).items()}
+    return {key: (item, _without_none(value_kind)) for key, (item, value_kind) in told_fields(kind).items()}
 
 
 def _without_none(kind: Any) -> Any:  # noqa: ANN401 - any type

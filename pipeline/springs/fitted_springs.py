@@ -80,8 +80,7 @@ class FittedSprings(Record):
     @property
     def monolithic(self) -> bool:
         """Return whether the springs are of one piece, without glued pins."""
-        housing = self.housing
-        return housing is None or not housing.pin_side
+        return self.housing is None or self.housing.pin is None
 
     @property
     def stiffnesses(self) -> Springs:
@@ -268,7 +267,8 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     solution = fitted.stiffness
     if attitude == "side":
         return tuple(Estimate(0.0, weight * abs(sag), "mm") for sag in solution.weight_sag_lengthwise)
-    of_pin = GRAVITY * pin_mass(fitted.housing, density)
+    pin = fitted.housing.pin
+    of_pin = 0.0 if pin is None else GRAVITY * pin_mass(pin, density)
     sign = 1.0 if attitude == "down" else -1.0
     sags = []
     for per_weight, K, error in zip(solution.weight_sag, solution.K, solution.weight_sag_error, strict=True):

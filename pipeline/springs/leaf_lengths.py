@@ -22,11 +22,12 @@ from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, st
 from pipeline.options import ROUGH_TOLERANCE
 from pipeline.springs.mounts import coarse_half, mount_layers
 from sensor.arrays import Floats
-from sensor.quantity import validation_error
+from sensor.quantity import Estimate, validation_error
 from sensor.record import Record
 from sensor.theory.leaf_spring import Flexure
 from solve.housing.stiffness import (
     ERROR_SHARE,
+    SPRINGS,
     HousingStiffness,
     TipCompliance,
     compliance_of,
@@ -254,7 +255,8 @@ def fit_lengths(
     no leaf, SolveError if the solves do not meet the targets, and MeshError.
     """
     start = time.perf_counter()
-    feet = np.array(targets_without_pins(housing, targets, solver.E, solver.poisson))
+    pin = None if housing.pin is None else pin_compliance(housing.pin, solver.E, solver.poisson)
+    feet = np.array(targets if pin is None else targets_without_pins(targets, pin))
     if tolerance >= ROUGH_TOLERANCE:
         housing, stiffness = _fit_on_rough_mesh(housing, feet, solver)
         outcome = "by random designs"
@@ -263,8 +265,8 @@ def fit_lengths(
         reached = "meet" if max(stiffness.error) <= tolerance else "are the least there is, but miss"
         outcome = f"{reached} {100.0 * tolerance:g} %"
     status = f"{stiffness.info.status}: bars of {_percents(stiffness.error)} % {outcome}"
-    if housing.pin_side:
-        stiffness = add_pin_compliance(stiffness, housing, solver.E, solver.poisson)
+    if pin is not None:
+        stiffness = add_pin_compliance(stiffness, pin)
         status = f"{status}; with what pins give in their feet {_percents(stiffness.error)} %"
     info = dataclasses.replace(stiffness.info, status=status, seconds=time.perf_counter() - start)
     return FittedHousing(housing=housing, stiffness=dataclasses.replace(stiffness, info=info))
@@ -341,24 +343,22 @@ def rough_stiffness(housing: Housing, found: TipCompliance) -> HousingStiffness:
     return dataclasses.replace(one_mesh, error=errors, weight_sag_error=errors, info=info)
 
 
-def targets_without_pins(housing: Housing, targets: Sequence[float], E: float, poisson: float) -> tuple[float, ...]:
-    """Return the stiffnesses [N/mm] of the feet that give the targets together with glued pins."""
-    of_pin = pin_compliance(housing, E, poisson).value
-    for arm, K in zip(housing.arms, targets, strict=True):
-        if of_pin * K >= 1.0:
-            bound = f"less than {1.0 / of_pin:.4g} N/mm, the stiffness of a pin in its foot"
+def targets_without_pins(targets: Sequence[float], pin: Estimate) -> tuple[float, ...]:
+    """Return the stiffnesses [N/mm] of the feet that give the targets with glued pins of this compliance [mm/N]."""
+    for name, K in zip(SPRINGS, targets, strict=True):
+        if pin.value * K >= 1.0:
+            bound = f"less than {1.0 / pin.value:.4g} N/mm, the stiffness of a pin in its foot"
             hint = "choose tips.socket = 'none' or other targets"
-            key = f"flexures.{arm.name}.stiffness"
+            key = f"flexures.{name}.stiffness"
             raise validation_error(key, K, "N/mm", bound, hint)
-    return tuple(K / (1.0 - of_pin * K) for K in targets)
+    return tuple(K / (1.0 - pin.value * K) for K in targets)
 
 
-def add_pin_compliance(stiffness: HousingStiffness, housing: Housing, E: float, poisson: float) -> HousingStiffness:
-    """Return the stiffness [N/mm] at the faces of pins from the stiffness of the feet.
+def add_pin_compliance(stiffness: HousingStiffness, pin: Estimate) -> HousingStiffness:
+    """Return the stiffness [N/mm] at the faces of pins from the stiffness of the feet and the pins' compliance [mm/N].
 
     Half the pins' span is in the error.
     """
-    pin = pin_compliance(housing, E, poisson)
     C = stiffness.C + pin.value * np.eye(len(stiffness.C))
     errors = []
     for with_pin, foot, mesh_error in zip(tip_stiffnesses(C), stiffness.K, stiffness.error, strict=True):

@@ -37,16 +37,16 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
         layer = ElasticLayer(name=SIDES, thickness=SKIN_MM, rectangles=walls(housing), discs=discs, holes=holes)
     else:
         return ()
-    return _with_twin(layer, housing) if housing.back_to_back else (layer,)
+    return _with_twin(layer, housing, housing.back_to_back.gap) if housing.back_to_back else (layer,)
 
 
-def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...]:
-    """Return the layers of one plate of a square: its own layer in front, and its twin with the pads behind.
+def _with_twin(front: ElasticLayer, housing: Housing, gap: float) -> tuple[ElasticLayer, ...]:
+    """Return the layers of one plate of a square: its own layer in front, and its twin behind a gap [mm].
 
     The solver puts every layer on both sides. So each layer is twice as thick here, which makes it half as stiff. K_h
     becomes 0.02 % too high, which is less than the mesh error; the load of the twin changes it even less.
     """
-    twin = 2.0 * housing.pad_height + housing.depth + front.thickness
+    twin = gap + housing.depth + front.thickness
     back = ElasticLayer(name=SIDES, thickness=2.0 * twin, rectangles=rim(housing), holes=front.holes)
     return replace(front, thickness=2.0 * front.thickness), back
 
@@ -67,7 +67,8 @@ def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float]
     It belongs to the centres of the spheres of domes, or to flat faces, on a coarse mesh. Its error is the relative
     difference between that mesh and the stiffness K [N/mm] on finer ones. Raises MeshError or SolveError.
     """
-    lever = housing.dome_radius - housing.pin_out
+    centre = housing.dome.radius if housing.dome else 0.0
+    lever = centre - housing.beyond_face
     half = coarse_half(housing, E, poisson, rough=rough)
     compliance = lever_compliance(half, lever)
     error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())

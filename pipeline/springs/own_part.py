@@ -239,9 +239,9 @@ def file_stiffness(
     _refuse_held_and_pressed(faces, "--pressed")
     scene = _Scene(presses=directions, material=material, housing=None if held else housing)
     found = _stiffness(own_part(solid, faces), scene)
-    if housing is None or not housing.pin_side:
+    if housing is None or housing.pin is None:
         return found
-    pin = pin_compliance(housing, *material)
+    pin = pin_compliance(housing.pin, *material)
     return replace(found, faces={name: _with_pin(face, pin) for name, face in found.faces.items()})
 
 

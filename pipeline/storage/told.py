@@ -7,13 +7,16 @@ A field declares its key, unit and meaning with `report_field`, and optionally:
 - `left_out`: True to leave its key out if the field has its default, or the name of another field that decides;
 - `inline`: a function from the record to the keys that replace its own;
 - `told`: False for a field that is no key;
+- `flat`: True for a record or None whose keys stand beside those of this one. For None they are 0 or false. The key of
+  the field itself, if it is told, is whether there is a record;
 - `line`: a function from the record to the text of this field in a line;
 - `absent`: the text in its place if the field has its default.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
-from typing import Any
+from functools import cache
+from typing import Any, get_args, get_type_hints
 
 import cattrs
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
@@ -44,13 +47,16 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
     items = fields(kind)
     unstructure = make_dict_unstructure_fn(kind, converter, **{item.name: _override(item, converter) for item in items})
     by_key = {key_of(item): item for item in items}
-    if not any(item.metadata.keys() & {"left_out", "inline"} for item in items):
+    if not any(item.metadata.keys() & {"left_out", "inline", "flat"} for item in items):
         return unstructure
 
     def data_of(record: Any) -> Plain:  # noqa: ANN401 - the record
         data: Plain = {}
         for key, value in unstructure(record).items():
             item = by_key[key]
+            if "flat" in item.metadata:
+                data |= _flat_data(kind, item, value)
+                continue
             left_out = item.metadata.get("left_out")
             decides = kind.__dataclass_fields__[left_out] if isinstance(left_out, str) else item
             if left_out and _is_default(record, decides):
@@ -72,7 +78,9 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
     items = fields(kind)
     overrides = {item.name: _override(item, converter) for item in items}
     structure = make_dict_structure_fn(kind, converter, _cattrs_forbid_extra_keys=True, **overrides)
-    needed = [key_of(item) for item in items if item.metadata.get("told", True) and _is_needed(item)]
+    needed = [key for key, (item, _) in told_fields(kind).items() if _is_needed(item)]
+    keys = {item.name: key_of(item) for item in items}
+    flat = [item for item in items if "flat" in item.metadata]
 
     def structure_complete(data: Any, of_kind: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
         if isinstance(data, Mapping):
@@ -80,19 +88,67 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
                 if name not in data:
                     msg = f"{name} is missing"
                     raise InputError(msg, field=name)
-        return structure(data, of_kind)
+            for item in flat:
+                data = _with_record(data, kind, item, converter)
+        try:
+            return structure(data, of_kind)
+        except cattrs.ClassValidationError as error:
+            for _, note in error.group_exceptions()[0]:
+                note.name = keys[note.name]  # a message names what stands in the data
+            raise
 
     return structure_complete
 
 
-def told_fields(kind: Any) -> dict[str, Field[Any]]:  # noqa: ANN401 - any record
-    """Return the fields of a record by their keys, without fields that are no key."""
-    return {key_of(item): item for item in fields(kind) if item.metadata.get("told", True)}
+@cache
+def told_fields(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN401 - any record
+    """Return the fields of a record type by their keys, each with its type, without those that are no key."""
+    found: dict[str, tuple[Field[Any], Any]] = {}
+    hints = get_type_hints(kind)
+    for item in fields(kind):
+        is_flat = "flat" in item.metadata
+        if item.metadata.get("told", True):
+            found[key_of(item)] = (item, bool if is_flat else hints[item.name])
+        if is_flat:
+            found |= told_fields(_flat_kind(kind, item))
+    return found
 
 
-def told_value(record: object, item: Field[Any]) -> Any:  # noqa: ANN401 - of any field
-    """Return the value of a field in the unit of its key."""
+def told_value(record: Any, key: str) -> Any:  # noqa: ANN401 - any record, and the value of any field
+    """Return the value at a key of a record, in the unit of the key; raises KeyError if it has no such key."""
+    kind: Any = type(record)
+    item, _ = told_fields(kind)[key]
+    if "flat" in item.metadata or record.__dataclass_fields__.get(item.name) is not item:
+        return as_data(record)[key]
     return scaled(getattr(record, item.name), item.metadata.get("times", 1.0))
+
+
+def _flat_kind(kind: Any, item: Field[Any]) -> Any:  # noqa: ANN401 - any records
+    """Return the type of the record that a flat field of a record type holds, unless it is None."""
+    return next(one for one in get_args(get_type_hints(kind)[item.name]) if is_dataclass(one))
+
+
+def _flat_data(kind: Any, item: Field[Any], part: Plain | None) -> Plain:  # noqa: ANN401 - any record type
+    """Return the data that a flat field adds, from the data of its record."""
+    own = {item.name: part is not None} if item.metadata.get("told", True) else {}
+    absent = {key: key_kind() for key, (_, key_kind) in told_fields(_flat_kind(kind, item)).items()}
+    return own | (absent if part is None else part)
+
+
+def _with_record(
+    data: Mapping[str, Any],
+    kind: Any,  # noqa: ANN401 - any record type
+    item: Field[Any],
+    converter: cattrs.Converter,
+) -> Plain:
+    """Return data in which the record of a flat field stands for its keys: None if the data say that there is none."""
+    part_kind = _flat_kind(kind, item)
+    keys = told_fields(part_kind)
+    part = {key: value for key, value in data.items() if key in keys}
+    others = {key: value for key, value in data.items() if key not in keys}
+    is_told = item.metadata.get("told", True)
+    is_there = converter.structure(data[item.name], bool) if is_told else any(part.values())
+    return others | {item.name: converter.structure(part, part_kind) if is_there else None}
 
 
 def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or records if the factor is 1
@@ -108,6 +164,8 @@ def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or reco
 
 def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: ANN401 - cattrs names no type for it
     """Return cattrs' override for a field."""
+    if "flat" in item.metadata:
+        return override(struct_hook=lambda record, _: record)  # `_with_record` makes it
     if not item.metadata.get("told", True):
         return override(omit=True)
     times = item.metadata.get("times")

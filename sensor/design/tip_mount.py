@@ -15,10 +15,10 @@ _LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is a 
 
 
 class TipMount(NamedTuple):
-    """The printed end of a shuttle [mm]: its side, and the side of the pocket in it, which is 0 for a printed tip."""
+    """The printed end of a shuttle [mm]: its side, and the side of the pocket in it, which is None for a tip."""
 
     side: float
-    pocket_side: float
+    pocket_side: float | None = None
 
 
 def tip_mount(design: Design, process: Process) -> TipMount:
@@ -29,7 +29,7 @@ def tip_mount(design: Design, process: Process) -> TipMount:
     """
     tips = design.tips
     if tips.socket == "none":
-        return TipMount(side=tips.side_mm, pocket_side=0.0)
+        return TipMount(side=tips.side_mm)
     pocket = tips.side_mm + 2.0 * process.accuracy_mm
     side = round(2.0 * (pocket + process.min_wall_mm), 3)
     if side + process.min_gap_mm > tips.spacing_mm:

@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cad.fabrication.templates import EACH
+from cad.parts.housing import Housing
 from pipeline.report.report import Report
+from pipeline.storage.told import told_fields, told_value
 from pipeline.verdicts.in_words import measured
 from sensor.verdict import Verdict
 
@@ -72,10 +74,10 @@ def dimensions(report: Report) -> list[Dimension]:
                 size = f"{getattr(leaf, item.name):g}"
                 rows.append(Dimension(f"{name} spring, leaf {item.name}", size, item.metadata["meaning"]))
     if report.housing is not None:
-        for item in fields(report.housing):
-            size = getattr(report.housing, item.name)
+        for key, (item, _) in told_fields(Housing).items():
+            size = told_value(report.housing, key)
             if isinstance(size, float) and size != 0.0:
-                rows.append(Dimension(item.name.replace("_", " "), f"{size:.5g}", item.metadata["meaning"]))
+                rows.append(Dimension(key.replace("_", " "), f"{size:.5g}", item.metadata["meaning"]))
     return rows
 
 

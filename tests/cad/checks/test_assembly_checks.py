@@ -9,10 +9,11 @@ from squares import RESIN, square_sensor
 from cad.checks.assembly_checks import cover_verdicts, plate_verdicts
 from cad.parts.cover import RECESS_MM
 from cad.parts.cover_solid import cover_part
-from cad.parts.housing import SETBACK_MM
+from cad.parts.housing import SETBACK_MM, BackToBack
 from sensor.design.processes import PROCESSES
 
 KERNEL = 1e-6
+LOW_PADS = {"back_to_back": BackToBack(pad_height=0.1, dowel_hole=2.95)}
 
 
 def by_name(verdicts):
@@ -60,7 +61,7 @@ def test_plates_of_a_square_pass_and_keep_twice_their_pads_apart(square):
     verdicts = checked_plates(square)
     covers = checked_cover(square, cover_part(square.housing).shape, RESIN)
     assert all(verdict.passed for verdict in (*verdicts.values(), *covers.values()))
-    assert verdicts["plates"].value == pytest.approx(2.0 * square.housing.pad_height, abs=KERNEL)
+    assert verdicts["plates"].value == pytest.approx(square.housing.back_to_back.gap, abs=KERNEL)
 
 
 @pytest.mark.parametrize(
@@ -68,13 +69,13 @@ def test_plates_of_a_square_pass_and_keep_twice_their_pads_apart(square):
     [
         ({}, 6.5, None, "run into each other"),  # their frames overlap by half a millimetre, whatever their pads
         pytest.param(
-            {"pad_height": 0.0, "spacing": 5.6, "shuttle_width": 5.3, "tip_side": 5.3},
+            {**LOW_PADS, "spacing": 5.8, "shuttle_width": 5.5, "tip_side": 5.5},
             None,
-            0.0,
+            0.2,
             "meet at their pads",
             marks=pytest.mark.slow,
         ),
-        ({"pad_height": 0.1}, None, None, "do not meet: screws would bend the plates by 0.2 mm"),
+        (LOW_PADS, None, None, "do not meet: screws would bend the plates by 0.2 mm"),
     ],
 )
 def test_plates_that_do_not_fit_fail(square, sizes, depth, value, reason):

@@ -137,7 +137,7 @@ def test_seats_need_no_support(kind, pair, tmp_path):
     sensor = hall_square() if kind == "square" else pair
     housing = sensor.housing
     shapes = {
-        "housing": print_pose(sensor.part.shape, back_up=housing.back_to_back),
+        "housing": print_pose(sensor.part.shape, back_up=housing.back_to_back is not None),
         "cover": print_pose(cover_part(housing, sensor.seats).shape),
     }
     for name, shape in shapes.items():

@@ -131,21 +131,21 @@ def dimensions_of(sensor):
         housing.low.length, housing.high.length, housing.low.thickness, housing.high.thickness,
         housing.low.separation, housing.depth, housing.low.fillet, housing.hole_diameter, housing.spacing,
         housing.lower_leaf_level, housing.shuttle_width, low.wall - housing.left,
-        housing.right - housing.left, housing.top_level - housing.protrusion, housing.protrusion + housing.pin_out,
+        housing.right - housing.left, housing.top_level - housing.protrusion, housing.protrusion + housing.beyond_face,
         housing.top_level - housing.cavity_level, x1 - x0, z1 - z0, x0 - housing.left, z0 - housing.protrusion,
         housing.cavity_level - low.top_level, housing.cavity_level - high.top_level,
     ]  # fmt: skip
     if max(housing.depth, housing.shuttle_width) > housing.tip_side:
         lengths += [housing.tip_side, housing.neck_level, housing.tip_height]
-    if housing.pin_side:
-        lengths += [housing.pin_side, housing.pin_out]
-    if housing.dome_radius:
-        lengths.append(housing.dome_radius)
-    if housing.back_to_back:
+    if housing.pin:
+        lengths += [housing.pin.side, housing.pin.outside]
+    if housing.dome:
+        lengths.append(housing.dome.radius)
+    if plates := housing.back_to_back:
         (left, level), (right, _) = sorted(housing.dowels)
         foot = housing.cover_level - housing.protrusion
-        lengths += [housing.pad_height, housing.wall_width - 1.0, housing.top_level - housing.cavity_level - 1.0, foot]
-        lengths += [housing.dowel_hole, right - left, housing.right - right, level - housing.protrusion]
+        lengths += [plates.pad_height, housing.wall_width - 1.0, housing.top_level - housing.cavity_level - 1.0, foot]
+        lengths += [plates.dowel_hole, right - left, housing.right - right, level - housing.protrusion]
     if seats is not None:
         lengths += [seats.upper_disc, seats.lower_disc, seats.sensor, 2.5]  # the sensor stands 2.5 mm before the discs
     return Counter(round(length, 6) for length in lengths)
@@ -291,7 +291,8 @@ def test_title_block_says_what_a_workshop_asks(sheets, monkeypatch, sensor):
 def section_area_of(sensor):
     """Return what the plane y = 0 cuts of the housing [mm^2]: its volume over its depth, but for the pad."""
     housing = sensor.housing
-    return sensor.part.shape.Volume() / (housing.depth + 0.3 * housing.pad_height)
+    pad = housing.back_to_back.pad_height if housing.back_to_back else 0.0
+    return sensor.part.shape.Volume() / (housing.depth + 0.3 * pad)
 
 
 @pytest.mark.parametrize("kind", ["pair", "square"])

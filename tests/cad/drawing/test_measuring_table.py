@@ -37,15 +37,15 @@ def table_of(sheet):
 def nominals(housing):
     """Return the lengths [mm] that a maker measures, by the first cell of the row."""
     low, high = housing.low, housing.high
-    out = housing.protrusion + housing.pin_out
-    tip = housing.dome_radius or housing.pin_side or housing.tip_side
+    out = housing.protrusion + housing.beyond_face
+    tip = housing.dome.radius if housing.dome else housing.touching_side
     found = {
         "a1": low.thickness, "a2": low.thickness, "b1": high.thickness, "b2": high.thickness, "c": low.length,
         "d": high.length, "e": low.depth, "f": low.fillet, "g": housing.cavity_level - housing.low_top_level,
         "h": housing.cavity_level - housing.high_top_level, "j": housing.spacing, "k1": out, "k2": out, "m": 0.0,
         "n1": tip, "n2": tip,
     }  # fmt: skip
-    return {**found, "p": housing.pad_height} if housing.back_to_back else found
+    return {**found, "p": housing.back_to_back.pad_height} if housing.back_to_back else found
 
 
 @pytest.fixture(scope="module", params=["pair", "square", "pins"])

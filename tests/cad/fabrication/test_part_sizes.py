@@ -89,5 +89,5 @@ def test_sizes_of_the_bracket_are_those_of_its_solid(seated):
     placed = sorted([left + shift + x, box.ymin + y] for x, y in holes)
     assert placed == [pytest.approx(place, abs=2.0 * DIGITS) for place in centres]
     assert bool(window) is (
-        seated.seats is not None and seated.housing.back_to_back and seated.housing.mount == "covers"
+        seated.seats is not None and seated.housing.back_to_back is not None and seated.housing.mount == "covers"
     )

@@ -72,7 +72,7 @@ def test_pair_is_put_together_with_covers_and_screws(housing, sensor):
 
 def test_dowels_are_pressed_by_the_accuracy_of_the_process_and_end_inside(square, bodies):
     housing = square.housing
-    assert housing.dowel_hole == 3.0 - RESIN.accuracy_mm
+    assert housing.back_to_back.dowel_hole == 3.0 - RESIN.accuracy_mm
     for number, (x, z) in enumerate(housing.dowels, start=1):
         dowel = bodies[f"dowel_{number}"]
         box = dowel.BoundingBox()

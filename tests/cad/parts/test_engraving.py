@@ -86,7 +86,7 @@ def test_marks_of_a_plate_of_a_square_lie_on_its_pads_and_are_read_from_its_back
     plain, marks = square_sensor(housing).part, square_sensor(housing).printed_part()
     taken = plain.shape.cut(marks.shape)
     box = taken.BoundingBox()
-    top = 0.5 * housing.depth + housing.pad_height
+    top = 0.5 * housing.depth + housing.back_to_back.pad_height
     assert (box.ymin, box.ymax) == (pytest.approx(top - ENGRAVED_MM), pytest.approx(top))
     letters = [solid.BoundingBox() for solid in taken.Solids()]
     on_bar = [one for one in letters if one.zmin > housing.cavity_level]

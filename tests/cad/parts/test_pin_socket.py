@@ -43,15 +43,14 @@ def test_printed_tips_have_no_pockets_and_no_pins(housing):
     part = housing_part(housing)
     assert cut_pin_sockets(part, housing) is part
     assert pin_places(housing) == {}
-    found = pin_compliance(housing, 2000.0, 0.38)
-    assert (found.value, found.error) == (0.0, 0.0)
 
 
 def test_layout_holds_the_pin_with_the_walls_of_the_process(foot):
-    sizes = (foot.pin_side, foot.pin_out, foot.pocket_side, foot.pocket_depth, foot.tip_side)
+    pin = foot.pin
+    sizes = (pin.side, pin.outside, pin.pocket_side, pin.pocket_depth, foot.tip_side)
     assert sizes == pytest.approx((1.0, 1.0, 1.1, 3.0, 3.8))
     printed = housing_for(Design(), PETG, (20.0, 12.0), (0.5, 0.11))
-    assert foot.protrusion + foot.pin_out == pytest.approx(printed.protrusion)
+    assert foot.protrusion + pin.outside == pytest.approx(printed.protrusion)
 
 
 def test_pockets_of_a_square_and_a_gable_leave_the_faces_their_names(pinned):
@@ -60,7 +59,7 @@ def test_pockets_of_a_square_and_a_gable_leave_the_faces_their_names(pinned):
 
 def test_gable_is_the_roof_of_its_pocket_in_print(pinned, foot):
     """No ledge is as wide as a pocket; on the other side the gable would leave its level roof."""
-    assert overhang(pinned.part) < 0.95 * foot.pocket_side
+    assert overhang(pinned.part) < 0.95 * foot.pin.pocket_side
 
 
 def test_neck_above_a_wide_foot_prints_without_support():
@@ -77,7 +76,7 @@ def test_pins_fill_the_pockets_but_for_the_fit_and_stand_out(pinned, foot):
     places = pin_places(foot)
     assert list(places) == ["low_pin", "high_pin"]
     for place, x in zip(places.values(), (-4.0, 4.0), strict=True):
-        pin = pin_solid(foot, Tips()).moved(place)
+        pin = pin_solid(foot.pin, Tips()).moved(place)
         box = pin.BoundingBox()
         assert (box.zmin, box.zmax, box.center.x, box.xlen) == pytest.approx((-1.0, 3.0, x, 1.0), abs=1e-6)
         assert not pin.intersect(pinned.part.shape).Solids()
@@ -94,7 +93,7 @@ def test_give_holds_that_of_solids_and_is_far_under_a_punch_that_is_not_glued(fo
 
     The upper bound is a square punch on a half-space that nothing glues: F = 1.1523 E side d / (1 - nu^2).
     """
-    found = pin_compliance(foot, 2000.0, 0.38)
+    found = pin_compliance(foot.pin, 2000.0, 0.38)
     assert abs(found.value - (1.07e-5 + 1.0 / STEEL_MPA)) < found.error
     punch = (1.0 - 0.38**2) / (1.1523 * 2000.0)
     assert found.value + found.error < 0.2 * punch
@@ -103,21 +102,29 @@ def test_give_holds_that_of_solids_and_is_far_under_a_punch_that_is_not_glued(fo
 @pytest.mark.parametrize(("shape", "area"), [("cube", 1.0), ("cylinder", 0.25 * math.pi)])
 def test_glue_and_steel_are_what_gives_in_a_foot_of_metal(shape, area):
     """1 mm of steel, and a layer of 0.05 mm in shear on three sides of 1 x 3 mm; both have pi / 4 of it when round."""
-    foot = foot_of(shape=shape)
-    assert foot.pin_round == (shape == "cylinder")
-    found = pin_compliance(foot, 1e9, 0.3)
+    pin = foot_of(shape=shape).pin
+    assert pin.is_round == (shape == "cylinder")
+    found = pin_compliance(pin, 1e9, 0.3)
     glue = 0.05 / (1100.0 * 9.0 * area)
     assert found.value == pytest.approx(glue + 1.0 / (STEEL_MPA * area), rel=1e-3)
     assert found.error == pytest.approx(0.5 * glue, rel=1e-3)
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("pocket_side", 0.9), ("pocket_side", 2.0), ("pocket_depth", 9.0), ("pin_out", 0.0)]
+    ("sizes", "key"),
+    [
+        ({"pocket_side": 1.0}, "pocket_side"),  # as wide as the pin
+        ({"pocket_side": 1.9}, "pocket_side"),  # half the foot
+        ({"pocket_depth": 9.0}, "pocket_depth"),
+        ({"pocket_depth": 0.0}, "pocket_depth"),
+        ({"outside": 0.0}, "pin_out"),
+        ({"side": 0.0}, "pin_side"),
+    ],
 )
-def test_pocket_that_cannot_be_is_refused(foot, field, value):
+def test_pocket_that_cannot_be_is_refused(foot, sizes, key):
     with pytest.raises(InputError) as refused:
-        replace(foot, **{field: value})
-    assert refused.value.field == f"housing.{field}"
+        replace(foot, pin=replace(foot.pin, **sizes))
+    assert refused.value.field == f"housing.{key}"
 
 
 def flat_tip(shape, fillet):

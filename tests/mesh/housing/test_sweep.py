@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from skfem import MeshHex1, MeshHex2
 
-from cad.parts.housing import Housing
+from cad.parts.housing import BackToBack, Housing
 from cad.parts.housing_solid import housing_part
 from mesh.housing.blocks import straight_block
 from mesh.housing.profile import meshed_profile
@@ -26,6 +26,7 @@ def changed(low=None, high=None, **sizes):
     return dataclasses.replace(HOUSING, **flexures, **sizes)
 
 
+TWIN = BackToBack(pad_height=0.2, dowel_hole=2.9)
 SLIM = {"thickness": 0.4, "length": 60.0, "depth": 6.0}
 VARIANTS = {
     "plastic": HOUSING,
@@ -36,9 +37,9 @@ VARIANTS = {
     "hole level with a leaf": changed(hole_inset=6.0),
     "little solid beside a root": changed(lower_leaf_level=6.65),
     "holes far in": changed(hole_inset=9.5),
-    "plate of a square": changed(back_to_back=True),
-    "plate of a square with equal arms": changed({"length": 14.9}, back_to_back=True),
-    "plate of a square with a longer high arm": changed({"length": 12.0}, back_to_back=True),
+    "plate of a square": changed(back_to_back=TWIN),
+    "plate of a square with equal arms": changed({"length": 14.9}, back_to_back=TWIN),
+    "plate of a square with a longer high arm": changed({"length": 12.0}, back_to_back=TWIN),
 }
 
 
@@ -88,7 +89,7 @@ SQUARE = VARIANTS["plate of a square"]
     [
         (HOUSING, changed({"length": 31.0}, {"length": 13.5}), 2.0),
         # the wall of the short arm is stretched between its root and its post, whose holes stay round
-        *((SQUARE, changed({"length": 27.5}, {"length": 15.3}, back_to_back=True), scale) for scale in (1.0, 2.0)),
+        *((SQUARE, changed({"length": 27.5}, {"length": 15.3}, back_to_back=TWIN), scale) for scale in (1.0, 2.0)),
     ],
 )
 def test_stretched_mesh_fills_the_solid_with_the_new_leaves(made_for, wanted, scale):

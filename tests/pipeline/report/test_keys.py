@@ -1,10 +1,15 @@
 """The keys of a report by their dotted names: the value at each, and none for a name that no report has."""
 
+import dataclasses
+
 import pytest
 from stand_ins import result_of
 
+from cad.parts.housing import Pin
 from pipeline.report.keys import report_key, value_at
 from pipeline.report.of_result import report_of_result
+
+PIN = Pin(side=0.3, is_round=False, outside=1.0, pocket_side=0.4, pocket_depth=0.5)
 
 
 @pytest.fixture(scope="module")
@@ -21,6 +26,9 @@ def test_value_at_a_name(report):
     assert value_at(report, "notes") == report.notes
     assert value_at(report, "response.1.P.-1") == report.response[1].P[-1]
     assert value_at(report, "flexures.high.error_percent") == pytest.approx(100.0 * report.flexures["high"].K_error)
+    pinned = dataclasses.replace(report, housing=dataclasses.replace(report.housing, pin=PIN))
+    assert [value_at(one, "housing.pin_out") for one in (report, pinned)] == [0.0, PIN.outside]
+    assert value_at(report, "housing.back_to_back") is False
     assert value_at({"springs": report.springs}, "springs.K_h_N_per_m") == report.springs.K_h_N_per_m
 
 
@@ -40,6 +48,7 @@ def test_name_without_a_value(name, report):
         ("response.0.F_l_N", "N"),
         ("flexures.low.error_percent", "%"),
         ("contact.compliance_per_mm", "1/mm"),
+        ("housing.pin_out", "mm"),
     ],
 )
 def test_key_of_a_name(name, unit):

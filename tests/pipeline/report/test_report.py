@@ -82,6 +82,8 @@ def test_report_comes_back_as_it_was_written(design, made, tmp_path):
 
 VARIANTS = {
     "paper": result_of(),
+    "pins": result_of(Design(tips=Tips(socket="pin"))),
+    "domes": result_of(Design(tips=Tips(shape="dome", dome_radius_mm=8.0, side_mm=4.5))),
     "not made": result_of(options=RunOptions(fabrication=True), made=False),
     "relaxes": relaxing_result(),
     "scatters": with_scatter(result_of(options=RunOptions(fabrication=True))),

@@ -68,10 +68,10 @@ def test_plate_of_a_square_is_held_by_its_own_mount_and_by_the_other_plate(mount
     """
     housing = replace(square_housing(), mount=mount)
     own, twin = mount_layers(housing)
-    (single,) = mount_layers(replace(housing, back_to_back=False))
+    (single,) = mount_layers(replace(housing, back_to_back=None))
     assert own.thickness == 2.0 * single.thickness
     assert bool(own.discs) == bool(single.discs)
-    assert twin.thickness == pytest.approx(2.0 * (2.0 * housing.pad_height + housing.depth + single.thickness))
+    assert twin.thickness == pytest.approx(2.0 * (housing.back_to_back.gap + housing.depth + single.thickness))
 
 
 def test_back_layer_has_the_area_of_the_pads():

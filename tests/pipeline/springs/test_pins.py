@@ -21,8 +21,8 @@ def stiffness(K, error=5e-4):
 
 
 def test_pins_add_their_give_to_the_compliance_and_half_its_span_to_the_error():
-    give = pin_compliance(PINNED, *MATERIAL)
-    pinned = add_pin_compliance(stiffness(TARGETS), PINNED, *MATERIAL)
+    give = pin_compliance(PINNED.pin, *MATERIAL)
+    pinned = add_pin_compliance(stiffness(TARGETS), give)
     for K, foot, error in zip(pinned.K, TARGETS, pinned.error, strict=True):
         assert pytest.approx(1.0 / foot + give.value) == 1.0 / K
         assert error == pytest.approx(5e-4 * K / foot + K * give.error)
@@ -32,6 +32,7 @@ def test_pins_add_their_give_to_the_compliance_and_half_its_span_to_the_error():
 
 
 def test_target_that_pins_alone_cannot_carry_is_refused():
-    stiffest = 1.0 / pin_compliance(PINNED, *MATERIAL).value
-    assert targets_without_pins(PINNED, (1.0, 0.99 * stiffest), *MATERIAL)[1] > 0.0
-    assert refusal(targets_without_pins, PINNED, (1.0, 1.01 * stiffest), *MATERIAL).field == "flexures.high.stiffness"
+    give = pin_compliance(PINNED.pin, *MATERIAL)
+    stiffest = 1.0 / give.value
+    assert targets_without_pins((1.0, 0.99 * stiffest), give)[1] > 0.0
+    assert refusal(targets_without_pins, (1.0, 1.01 * stiffest), give).field == "flexures.high.stiffness"

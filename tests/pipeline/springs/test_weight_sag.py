@@ -57,8 +57,8 @@ def test_sensor_that_presses_up_draws_its_tips_in_and_sideways_leaves_them(sprin
 def test_pin_adds_its_own_weight(springs):
     housing = default_housing(Design(tips=Tips(socket="pin")))
     pinned = replace(springs, fitted=fitted_housing(housing, springs.fitted.stiffness))
-    steel = housing.pin_side**2 * (housing.pin_out + housing.pocket_depth)
-    plastic = housing.pin_side**2 * housing.pocket_depth
+    steel = housing.pin.side**2 * (housing.pin.outside + housing.pin.pocket_depth)
+    plastic = housing.pin.side**2 * housing.pin.pocket_depth
     grams = 7.85 * steel - PETG.density_g_per_cm3 * plastic
     rows = zip(weight_sag(pinned, "down"), weight_sag(springs, "down"), pinned.fitted.stiffness.K, strict=True)
     for sag, bare, K in rows:

@@ -6,7 +6,7 @@ import cattrs
 import pytest
 
 from pipeline.storage.plain import strict_converter
-from pipeline.storage.told import as_data, as_line, structure_hook
+from pipeline.storage.told import as_data, as_line, structure_hook, told_fields, told_value
 from sensor.quantity import InputError, report_field
 
 
@@ -76,6 +76,12 @@ class Kept:
     hidden: object = field(default=None, metadata={"told": False})
 
 
+@dataclass(frozen=True, kw_only=True)
+class Pin:
+    side: float = report_field("mm", "a size", key="pin_side")
+    is_round: bool = report_field("", "a shape", key="pin_round")
+
+
 CONVERTER = strict_converter()
 CONVERTER.register_structure_hook_factory(is_dataclass, lambda kind: structure_hook(kind, CONVERTER))
 
@@ -91,6 +97,42 @@ def test_data_are_read_back(kept):
     data = as_data(kept)
     assert data["share_percent"] == 25.0
     assert CONVERTER.structure(data, Kept) == kept
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sizes:
+    size: float = report_field("mm", "a size", key="b_size")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    a: float = report_field("mm", "a size")
+    pin: Pin | None = report_field("", "no key of its own", default=None, flat=True, told=False)
+    has_b: Sizes | None = report_field("", "whether there is one", default=None, flat=True)
+
+
+BARE = {"a": 1.0, "pin_side": 0.0, "pin_round": False, "has_b": False, "b_size": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("block", "data"),
+    [
+        (Block(a=1.0), BARE),
+        (Block(a=1.0, pin=Pin(side=0.5, is_round=True)), BARE | {"pin_side": 0.5, "pin_round": True}),
+        (Block(a=1.0, has_b=Sizes(size=2.0)), BARE | {"has_b": True, "b_size": 2.0}),
+    ],
+)
+def test_keys_of_a_flat_record_stand_beside_the_others_and_are_read_back(block, data):
+    assert list(as_data(block).items()) == list(data.items())
+    assert CONVERTER.structure(data, Block) == block
+    assert {key: told_value(block, key) for key in told_fields(Block)} == data
+
+
+@pytest.mark.parametrize("changed", [{"pin_side": "x"}, {"pin_round": 1}, {"b_size": ...}, {"has_b": "yes"}])
+def test_flat_record_that_is_damaged_is_refused(changed):
+    data = BARE | changed
+    with pytest.raises((cattrs.BaseValidationError, InputError, TypeError)):
+        CONVERTER.structure({key: value for key, value in data.items() if value is not ...}, Block)
 
 
 @pytest.mark.parametrize("changed", [{"share_percent": None}, {"share": 0.25}, {"hidden": 1}, {"a": ...}])

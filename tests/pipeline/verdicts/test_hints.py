@@ -6,6 +6,7 @@ from string import Formatter
 import pytest
 from stand_ins import GOOD, result_of, springs_of
 
+from cad.parts.housing import Pin
 from pipeline.find.changes import MOVES, sweeps
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
 from pipeline.verdicts.hints import CONTACT_SIZES, PARTS, SEARCH, hint, shorter_travel, tolerance_hint, with_hints
@@ -27,9 +28,9 @@ LINE = load_design(
 LIMIT = MADE.printable["low"].strain_limit
 _STRAINED = dataclasses.replace(MADE.springs["low"], root_strain=1.1 * LIMIT, root_strain_error=0.1 / 1.1)
 BENT = dataclasses.replace(MADE, springs=MADE.springs | {"low": _STRAINED})
-_PINS = {"pin_side": 0.3, "pin_out": 1.0, "pocket_side": 0.4, "pocket_depth": 0.5}
+_PIN = Pin(side=0.3, is_round=False, outside=1.0, pocket_side=0.4, pocket_depth=0.5)
 GLUED = dataclasses.replace(
-    MADE, fitted=dataclasses.replace(MADE.fitted, housing=dataclasses.replace(MADE.fitted.housing, **_PINS))
+    MADE, fitted=dataclasses.replace(MADE.fitted, housing=dataclasses.replace(MADE.fitted.housing, pin=_PIN))
 )
 WIDE = {"limit": 900.0, "tolerance": 0.001, "relative": True, "error": 9.0, "passed": None}
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from random_designs import ROUGH, random_designs
 
+from cad.parts.pin import pin_compliance
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.fitted_springs import FittedSprings, springs_for
 from pipeline.springs.leaf_lengths import DEFAULT, HousingSolver, add_pin_compliance
@@ -29,7 +30,7 @@ def compared(springs: FittedSprings) -> tuple[np.ndarray, np.ndarray]:
     E, poisson = springs.process.E_MPa, springs.process.poisson
     solver = HousingSolver(E, poisson)
     feet = DEFAULT.judged(housing, solver.solve(housing, DEFAULT.fine), solver.solve(housing, DEFAULT.coarse))
-    fine = add_pin_compliance(feet, housing, E, poisson)
+    fine = feet if housing.pin is None else add_pin_compliance(feet, pin_compliance(housing.pin, E, poisson))
     of_K = np.abs(np.array(rough.K) / fine.K - 1.0) / rough.error
     of_strain = np.abs(np.array(rough.strain_per_N) / fine.strain_per_N - 1.0) / rough.strain_error
     return of_K, of_strain
