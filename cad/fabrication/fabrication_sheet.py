@@ -1,7 +1,6 @@
 """The sheet for the maker, fabrication.md: how to make, finish, measure, wire and mount a sensor."""
 
 import math
-import shlex
 from collections.abc import Sequence
 
 from cad.drawing.measuring_table import PIN_FIT, STEP_MM
@@ -32,6 +31,20 @@ _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupo
 _SLICED = (0.99, 1.04)  # of a solid mass: what slicers count at 100 % infill; see the template for its source
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
 _K_ERROR = 0.01  # of a stiffness (95 %), what rounded readings of a calibration may make of it
+_STOCK = {  # the same for every sensor: sizes [mm], and the fit of a pin
+    "cover": COVER_MM,
+    "cover_plate": PLATE_MM,
+    "cover_rim": RECESS_MM,
+    "ledge": LEDGE_MM,
+    "bracket": BRACKET_MM,
+    "flange_circle": FLANGE_CIRCLE_MM,
+    "nut": NUT_MM,
+    "washer": WASHER_MM,
+    "dowel": DOWEL_MM,
+    "pin_fit": PIN_FIT,
+    "plate_gap": GAP_MM,
+    "step": STEP_MM,
+}
 
 
 def last_digit(full: float) -> float:
@@ -75,53 +88,32 @@ def _jig_press(spring: SpringToRead, bench: Bench | None) -> dict[str, str | flo
 def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLine], read_out: SpringReadOut) -> str:
     """Return the sheet in Markdown: dimensions, the bill, and how the springs are read.
 
-    The text is that of `fabrication_sheet.md.jinja`, which has the values below by name: lengths in mm.
+    The text is that of `fabrication_sheet.md.jinja`, which has the objects below by name: lengths in mm.
     """
     process = title.process
-    housing = sensor.housing
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()
     return render_template(
         "fabrication_sheet.md.jinja",
         title=title,
-        process=process,
-        housing=housing,
-        names=sensor.tips.names,
-        tip_accuracy=tip_accuracy_mm(sensor.tips, process),
-        takes_ball=shown_by_ball(sensor.fruit, sensor.tips),
+        sensor=sensor,
         bill=bill,
+        read_out=read_out,
+        stock=_STOCK,
+        probe=PROBE,
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,
         sliced=_SLICED,
-        slicer_settings=slicer_settings(process, housing),
-        plate_gap_mm=GAP_MM,
-        coupon_leaves=[_coupon_leaf(arm, process) for arm in housing.arms],
-        step_mm=STEP_MM,
+        slicer_settings=slicer_settings(process, sensor.housing),
+        tip_accuracy=tip_accuracy_mm(sensor.tips, process),
+        takes_ball=shown_by_ball(sensor.fruit, sensor.tips),
+        coupon_leaves=[_coupon_leaf(arm, process) for arm in sensor.housing.arms],
         cover_sizes=cover_sizes(sensor),
         bracket_sizes=bracket_sizes(sensor),
-        cover_mm=COVER_MM,
-        cover_plate_mm=PLATE_MM,
-        cover_rim_mm=RECESS_MM,
-        nut_mm=NUT_MM,
-        bracket_mm=BRACKET_MM,
-        flange_circle_mm=FLANGE_CIRCLE_MM,
         screw=screw_name(mounted_grip(sensor)),
         bare_screw=screw_name(grip(sensor)),
-        bare_grip_mm=grip(sensor),
-        torque=_TORQUE_N_M,
-        washer=WASHER_MM,
-        dowel=dowel_length(housing),
-        pin_fit=PIN_FIT,
-        dowel_diameter=DOWEL_MM,
-        travel_mm=sensor.press.travel_mm,
-        springs=read_out.springs,
-        signal=read_out.signal,
-        fastest_s=read_out.fastest_s,
-        turn_deg=sensor.tips.tip_layout.turn_deg,
-        folder=shlex.quote(read_out.folder),
-        seats=sensor.seats,
-        probe=PROBE,
-        ledge_mm=LEDGE_MM,
-        bench=read_out.bench,
+        bare_grip=grip(sensor),
+        torque_N_m=_TORQUE_N_M,
+        dowel_length=dowel_length(sensor.housing),
         jig_presses=[_jig_press(spring, read_out.bench) for spring in read_out.springs],
         K_percent=100.0 * _K_ERROR,
         gravity=STANDARD_GRAVITY,
