@@ -9,9 +9,10 @@ from functools import partial
 
 import numpy as np
 
+from benchmarks.bars.truths import TRUTHS
 from benchmarks.calculix import StepResult
 from benchmarks.deck import SkfemMesh, contact_deck
-from benchmarks.harness import OURS, Bench, Measurement, Reference, Solved, print_measurements, timed
+from benchmarks.harness import OURS, Bench, Measurement, Solved, print_measurements, timed
 from benchmarks.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
 from pipeline.storage.deck import LinearStep
 from reference.direct_fruit import MIDDLE, SIDE, Held, direct_compliance, mesh_compliance
@@ -23,18 +24,13 @@ from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
 from solve.fruit.split import LARGEST_ERROR, LEVELS, footprint_compliance, split_compliance
 
-S11, S12 = 0.766603, 0.010526
 SPLIT, DIRECT = "split", "direct P2 tets"
 BENCH = Bench(
     name="contact",
     scene="The paper's block of 20 x 20 x 12 mm, nu 0.3, tips of side 1 mm, 8 mm apart.",
     values=("s11 - s12", "s11"),
     unit="/mm",
-    reference=Reference(
-        values=(S11 - S12, S11),
-        errors=(4e-6, 2e-6),
-        source="split with spectral elements and, independently, hp finite elements of order 5 to 7",
-    ),
+    reference=TRUTHS["paper's block"],
 )
 FRUIT, TIPS = Fruit(), Tips()
 FOOTPRINTS = (Footprint(-4.0, 0.0, 1.0), Footprint(4.0, 0.0, 1.0))

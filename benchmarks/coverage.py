@@ -10,10 +10,10 @@ import statistics
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks.hard.contact import compliance_checks
-from benchmarks.hard.flexure import process_checks
-from benchmarks.hard.press import press_checks
-from benchmarks.hard.reference_check import REFUSALS, ReferenceCheck
+from benchmarks.bars.check import REFUSALS, ReferenceCheck
+from benchmarks.bars.contact import compliance_checks
+from benchmarks.bars.press import press_checks
+from benchmarks.bars.springs import process_checks
 from benchmarks.harness import percent, section, write_section
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES

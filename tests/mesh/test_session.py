@@ -9,12 +9,12 @@ import gmsh
 import numpy as np
 import pytest
 from deadline import DEADLINE_S
-from scenes import SMALL_HOUSING
 
 from mesh.housing.blocks import counts
 from mesh.housing.frame import housing_blocks
 from mesh.housing.profile import meshed_profile
 from mesh.session import OPTIONS, gmsh_session, stage
+from reference.flexure_reference import SMALL_HOUSING
 from sensor.machine_error import MachineError
 
 ROOT = Path(__file__).parents[2]

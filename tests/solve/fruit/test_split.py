@@ -2,13 +2,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from bars import bars, holds
 
+from benchmarks.bars.truths import TRUTHS
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from sensor.quantity import InputError
 from solve.fruit.footprints import Footprint, level_compliance
 from solve.fruit.split import (
-    LARGEST_ERROR,
     LEAST_STEP,
     LEVELS,
     NODE_ERROR,
@@ -29,10 +30,6 @@ from solve.linear import SolveError
 BLOCK = Fruit(length_mm=20.0, width_mm=20.0, height_mm=12.0, poisson=0.3)
 TIPS = Tips(side_mm=1.0, spacing_mm=8.0)
 PAIR = (Footprint(-4.0, 0.0, 1.0), Footprint(4.0, 0.0, 1.0))
-# s11, s12 [1/mm] of the paper's block, two independent methods (half-space split with spectral elements, hp finite
-# elements extrapolated) to 2e-6; nu 0.45 from the former alone, to 2e-5
-REFERENCE = {0.3: (0.766603, 0.010526, 2e-6), 0.45: (0.67325, 0.00874, 2e-5)}
-GOAL = 1e-4
 
 
 def paired(S):
@@ -40,37 +37,9 @@ def paired(S):
     return 0.5 * (S[0][0] + S[1][1]) - S[0][1]
 
 
-@pytest.mark.parametrize("poisson", REFERENCE)
-def test_reference_block_to_four_digits_and_inside_the_error_bars(poisson):
-    s11, s12, uncertainty = REFERENCE[poisson]
-    found = split_compliance(dataclasses.replace(BLOCK, poisson=poisson), TIPS)
-    assert abs(found.S[0][0] / s11 - 1.0) < GOAL
-    assert abs(paired(found.S) / (s11 - s12) - 1.0) < GOAL
-    assert abs(found.S[0][0] - s11) < found.error_own * s11 + uncertainty
-    assert abs(paired(found.S) - (s11 - s12)) < found.error_pair * (s11 - s12) + 2.0 * uncertainty
-    assert max(found.error_pair, found.error_own) <= LARGEST_ERROR
-    assert found.info.method == "split"
-
-
-@pytest.mark.parametrize(
-    ("poisson", "length", "height", "side", "offset"),
-    [
-        pytest.param(0.4999, 20.0, 12.0, 1.0, 0.0, id="nearly incompressible", marks=pytest.mark.slow),
-        pytest.param(0.49, 24.0, 3.0, 3.0, 0.0, id="low", marks=pytest.mark.study),
-        pytest.param(0.3, 20.0, 12.0, 1.0, 3.9, id="off centre", marks=pytest.mark.study),
-        pytest.param(0.2, 16.0, 60.0, 1.0, 0.0, id="high", marks=pytest.mark.slow),
-        pytest.param(0.45, 20.0, 6.0, 1.0, 4.5, id="one side from an end", marks=pytest.mark.study),
-    ],
-)
-def test_error_bars_cover_the_step_to_a_finer_mesh(poisson, length, height, side, offset):
-    block = Fruit(length_mm=length, width_mm=12.0, height_mm=height, poisson=poisson)
-    tips = Tips(side_mm=side, spacing_mm=8.0, offset_mm=offset)
-    found = split_compliance(block, tips)
-    feet = (Footprint(offset - 4.0, 0.0, side), Footprint(offset + 4.0, 0.0, side))
-    finer = footprint_compliance(block, feet, LEVELS[1]).S
-    assert abs(paired(found.S) / paired(finer) - 1.0) < found.error_pair
-    assert np.abs(np.diag(found.S) / np.diag(finer) - 1.0).max() < found.error_own
-    assert max(found.error_pair, found.error_own) <= LARGEST_ERROR
+@pytest.mark.parametrize("name", bars("paper"))
+def test_error_bar_holds(name):
+    holds(name)
 
 
 def test_far_tips_superpose_on_the_half_space():
@@ -117,11 +86,11 @@ def test_a_scene_that_does_not_converge_is_refused(monkeypatch):
     ("tolerance", "grading"), [(0.02, ROUGH), (1e-3, LEVELS[0]), pytest.param(5e-5, LEVELS[1], marks=pytest.mark.slow)]
 )
 def test_the_coarsest_mesh_that_meets_the_tolerance_is_taken(tolerance, grading):
-    s11, s12, uncertainty = REFERENCE[0.3]
+    truth = TRUTHS["paper's block"]
     found = split_compliance(BLOCK, TIPS, tolerance)
-    error = abs(paired(found.S) / (s11 - s12) - 1.0)
+    error = abs(paired(found.S) / truth.values[0] - 1.0)
     assert found.info.dofs == mesh_dofs(BLOCK, PAIR, grading) == footprint_compliance(BLOCK, PAIR, grading).dofs
-    assert error < found.error_pair + 3.0 * uncertainty
+    assert error < found.error_pair + truth.relative_error
     assert found.error_pair <= tolerance
 
 

@@ -2,7 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import SMALL_HOUSING
+from bars import bars, holds
 
 from cad.parts.housing import Housing
 from mesh.housing.sweep import flexure_mesh
@@ -29,7 +29,6 @@ HOUSING = Housing(
 PETG = (2000.0, 0.38)
 ROUND_OFF = 1e-7  # of a solve whose leaves are 1e6 times softer than its frame
 BEAM = 0.15  # what a guided beam leaves out: fillets, frame, neck, width
-FINER = 0.5
 
 
 @pytest.fixture(scope="module")
@@ -47,24 +46,9 @@ def fine():
     return tip_compliance(flexure_mesh(HOUSING, 1.0), *PETG)
 
 
-@pytest.mark.study
-def test_error_bar_holds_the_difference_to_a_mesh_of_four_times_the_dofs(fine, coarse):
-    result = housing_stiffness(fine, coarse)
-    finer = tip_compliance(flexure_mesh(HOUSING, FINER), *PETG)
-    assert finer.dofs > 4 * fine.dofs
-    for K, truth, bar in zip(result.K, finer.K, result.error, strict=True):
-        assert abs(K / truth - 1.0) < bar
-        assert bar < 1e-3
-    for strain, truth, bar in zip(result.strain_per_N, finer.strain_per_N, result.strain_error, strict=True):
-        assert abs(strain / truth - 1.0) < bar
-
-
-def test_stiffness_is_that_of_curved_tetrahedra_on_the_solid_of_the_step_file():
-    """Quadratic, of 37662 and 61674 dofs, conforming and integrated in full: extrapolated at the rate 2.5 [N/mm]."""
-    found = housing_stiffness(*(tip_compliance(flexure_mesh(SMALL_HOUSING, scale), *PETG) for scale in (1.0, 2.0)))
-    truth = np.array([11.28092, 60.23851])
-    allowed = np.add(found.error, [0.0066, 0.0040])  # what the extrapolation added
-    assert (np.abs(found.K / truth - 1.0) <= allowed).all()
+@pytest.mark.parametrize("name", bars("springs", "mount"))
+def test_error_bar_holds(name):
+    holds(name)
 
 
 def test_errors_of_two_meshes():

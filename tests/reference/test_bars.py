@@ -1,14 +1,15 @@
-"""Hard cases: each ends in a right answer inside its error bar, or in a refusal that names the cause; nothing else."""
+"""Error bars: each case ends in a right answer inside its bar, or in a refusal that names the cause; nothing else."""
 
 import numpy as np
 import pytest
+from bars import bars, holds
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import solve.fruit.remainder
+from benchmarks.bars.check import ReferenceCheck, attempted, checks, ending
+from benchmarks.bars.table import CASES, MAY_BE_REFUSED
 from benchmarks.contact import pair_and_own
-from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks, ending
-from benchmarks.hard_cases import CASES
 from benchmarks.harness import Reference
 from mesh.session import MeshError
 from pipeline.response.contact import contact_compliance
@@ -17,18 +18,10 @@ from sensor.design.tips import Tips
 from sensor.quantity import InputError
 from solve.linear import SolveError
 
-QUICK = (
-    "level press: ", "press: tilt 21 deg", "paper: the default", "contact: tip 10 mm on the paper",
-    "design: E_max", "leaf: L/t 1.2", "clamp: ", "moved nodes: inner ones by 0.3",
-)  # fmt: skip
 
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name.startswith(QUICK) else pytest.mark.study) for name in CASES]
-)
-def test_a_hard_case_is_right_or_refused(name):
-    found = ending(*CASES[name])
-    assert found.verdict != "WRONG", found.reason
+@pytest.mark.parametrize("name", bars("contact beside direct elements", "level press", *MAY_BE_REFUSED))
+def test_a_case_is_right_or_refused(name):
+    holds(name)
 
 
 def check(**changed):
@@ -46,6 +39,7 @@ def check(**changed):
         ([check(reference=None), check(reference=2.0)], "WRONG"),
         ([check(error=0.0)], "WRONG"),
         ([check(error=0.2)], "WRONG"),
+        ([check(widest=0.9e-3)], "WRONG"),
         ([check(value=float("nan"))], "WRONG"),
     ],
 )

@@ -21,7 +21,8 @@ REFUSALS = (InputError, MeshError, SolveError)
 class ReferenceCheck:
     """A value with its error bar and a reference with its own, all in one unit; `source` says who judges.
 
-    `reference` is None where the computation that should judge refused; `source` is then the reason.
+    `reference` is None if the computation that should judge refused; `source` is then the reason. An error bar wider
+    than `widest` [1] counts as no answer.
     """
 
     name: str
@@ -30,6 +31,7 @@ class ReferenceCheck:
     reference: float | None
     reference_error: float
     source: str
+    widest: float = WIDEST_ERROR
 
     @property
     def relative_error(self) -> float:
@@ -47,7 +49,7 @@ class ReferenceCheck:
     @property
     def wrong(self) -> bool:
         """Say whether the value is off, or has no bar that tells anything; nan is wrong too."""
-        return not (0.0 < self.relative_error <= WIDEST_ERROR and self.excess <= 1.0)
+        return not (0.0 < self.relative_error <= self.widest and self.excess <= 1.0)
 
 
 @dataclass(frozen=True)

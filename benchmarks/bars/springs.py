@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from benchmarks import contact
+from benchmarks.bars.check import WIDEST_ERROR, ReferenceCheck, attempted, checks
 from benchmarks.flexure import BENCH, E_MPA, HOUSING, POISSON, stiffness_on
-from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks
 from benchmarks.harness import Reference
 from cad.parts.housing import Housing
+from cad.parts.layout import housing_for
 from mesh.housing.sweep import flexure_mesh
 from mesh.quality import check_quality
-from pipeline.options import RunOptions
+from pipeline.options import RunOptions, load_design
 from pipeline.response.contact import contact_compliance
 from pipeline.springs.fitted_springs import springs_for
 from pipeline.springs.leaf_lengths import DEFAULT, HousingSolver, MeshPair
@@ -22,18 +23,21 @@ from pipeline.springs.mounts import mount_layers
 from pipeline.springs.sizing import spring_sizing
 from reference.direct_fruit import direct_compliance
 from reference.element_study import element_basis
+from reference.flexure_reference import SMALL_HOUSING
 from reference.fruit_meshes import REFINEMENTS, fruit_mesh, solved_block
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print, Targets
 from sensor.design.tips import Tips
 from sensor.quantity import InputError
 from solve.elasticity import stiffness_matrix
-from solve.housing.stiffness import tip_compliance
+from solve.housing.stiffness import housing_stiffness, tip_compliance
 from solve.linear import factorise
 
 FINER = 0.5  # scale of the mesh that judges: over four times the dofs
 TARGET_TOLERANCE = 5e-3
 LEAST_QUALITY = 0.05
+WIDEST_STRAIN_ERROR = 0.15  # a strain is continued by that much to the edges of the elements
+NO_TRAVEL = (0.1, 0.1)  # [mm] of the springs: stops do not move a stiffness
 DIGITS = 1e-4  # relative: a tenth of what springs are made to
 BLOCK, TIPS, TARGETS = Fruit(), Tips(), Targets()
 
@@ -64,6 +68,34 @@ def leaf_checks(thickness: float, length: float, depth: float) -> tuple[Referenc
     high = dataclasses.replace(HOUSING.high, depth=depth)
     housing = dataclasses.replace(HOUSING, tip_side=min(HOUSING.tip_side, depth))
     return stiffness_checks(housing.with_flexures({"low": low, "high": high}), E_MPA, POISSON)
+
+
+def short_leaf_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
+    """Return the checks of a small housing [N/mm], whose meshes in other programs are small, by known stiffnesses."""
+    fine, coarse = (tip_compliance(flexure_mesh(SMALL_HOUSING, scale), E_MPA, POISSON) for scale in (1.0, 2.0))
+    stiffness = housing_stiffness(fine, coarse)
+    return checks(BENCH.values, stiffness.K, stiffness.error, truth)
+
+
+def mount_checks(preset: str, mount: str, lengths: Sequence[float]) -> tuple[ReferenceCheck, ...]:
+    """Return the checks of all that a housing in a mount is solved for, by a finer mesh; lengths of leaves in mm."""
+    design = load_design(preset, {"print.mount": mount})
+    low, high = lengths
+    housing = housing_for(design, design.process, (low, high), NO_TRAVEL)
+    E, poisson = design.process.E_MPa, design.process.poisson
+    found = stiffness_on(DEFAULT, housing, HousingSolver(E, poisson))
+    finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson, mount_layers(housing))
+    numbers = {
+        "K": (found.K, found.error, finer.K, DEFAULT.least_tolerance),
+        "strain": (found.strain_per_N, found.strain_error, finer.strain_per_N, WIDEST_STRAIN_ERROR),
+        "sag": (found.weight_sag, found.weight_sag_error, finer.weight_sag, WIDEST_ERROR),
+    }
+    every: list[ReferenceCheck] = []
+    for name, (values, errors, trues, widest) in numbers.items():
+        judge = Reference(values=trues, errors=(), source=f"finer mesh, {finer.dofs} dofs")
+        found_checks = checks((f"{name}_l", f"{name}_h"), values, errors, judge)
+        every += [dataclasses.replace(each, widest=widest) for each in found_checks]
+    return tuple(every)
 
 
 def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
@@ -101,8 +133,7 @@ def jittered_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
         check_quality(np.asarray(mesh.p), np.asarray(mesh.t), LEAST_QUALITY)
     compliance = direct_compliance(meshes, BLOCK.poisson)
     values = contact.pair_and_own(compliance.S)
-    reference = dataclasses.replace(contact.BENCH.reference, source="two independent methods")
-    return checks(contact.BENCH.values, values, contact.relative_errors(compliance), reference)
+    return checks(contact.BENCH.values, values, contact.relative_errors(compliance), contact.BENCH.reference)
 
 
 def _jittered(scale: float, fraction: float) -> Any:

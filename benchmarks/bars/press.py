@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from benchmarks.hard.reference_check import ReferenceCheck, attempted, checks
+from benchmarks.bars.check import ReferenceCheck, attempted, checks
 from benchmarks.harness import Reference
 from pipeline.response.contact import contact_compliance
 from sensor.arrays import Floats

@@ -1,0 +1,49 @@
+"""The change by the shape of a fruit with its error bar, against direct finite elements."""
+
+import functools
+from dataclasses import replace
+
+from benchmarks.bars.check import ReferenceCheck, checks
+from benchmarks.contact import BENCH, pair_and_own
+from benchmarks.harness import Reference
+from sensor.arrays import Floats
+from sensor.design.fruit import Fruit
+from sensor.design.tips import Tips
+from solve.fruit.body_lines import BodySteps
+from solve.fruit.curved_body import SAFETY, STEPS, ShapeChange, shape_change
+from solve.fruit.footprints import Footprint
+from solve.fruit.split import LEVELS, footprint_compliance, relative_changes, tip_footprints
+
+PAIR = tip_footprints(Tips())
+
+
+@functools.cache
+def change_on(fruit: Fruit, footprints: tuple[Footprint, ...], steps: BodySteps, along_normals: bool) -> ShapeChange:
+    """Return the change under footprints on a mesh, solved once for all that ask for it."""
+    return shape_change(fruit, footprints, steps, along_normals)
+
+
+def pair_change(fruit: Fruit, along_normals: bool = False) -> ShapeChange:
+    """Return the change under the paper's pair on the meshes of the product."""
+    return change_on(fruit, PAIR, STEPS, along_normals)
+
+
+@functools.cache
+def block_compliance(fruit: Fruit) -> Floats:
+    """Return the compliance of the block of a fruit under the paper's pair [1/mm]."""
+    return footprint_compliance(fruit.equivalent_block, PAIR, LEVELS[0]).S
+
+
+def relative_bars(found: ShapeChange, S: Floats) -> Floats:
+    """Return the error bars of a change [1], as `relative_changes` of the compliance S."""
+    return SAFETY * relative_changes(found.step, S) + relative_changes(found.bound, S)
+
+
+def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> tuple[ReferenceCheck, ...]:
+    """Return the check of s11 - s12 [1/mm] of a fruit; the truth is what its shape changes of its block."""
+    found, S = pair_change(fruit, along_normals), block_compliance(fruit)
+    block, _ = pair_and_own(S)
+    value, _ = pair_and_own(S + found.change)
+    bar = relative_bars(found, S)[0] * block / value
+    expected = replace(truth, values=(block + truth.values[0],))
+    return checks(BENCH.values[:1], (value,), (float(bar),), expected)

@@ -1,0 +1,66 @@
+"""Fruit under a skin with its error bar, against solids in which the skin is elements."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks.bars.check import ReferenceCheck, checks
+from benchmarks.harness import Reference
+from sensor.design.fruit import Fruit
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance
+from solve.fruit.curved_body import STEPS, shape_change
+from solve.fruit.footprints import Footprint
+from solve.fruit.skin import layer_on, skin_compliance
+from solve.fruit.split import LEVELS, footprint_compliance
+from solve.halfspace.layered import round_contact
+from solve.halfspace.punch import circle_punch, square_punch
+
+MODULI = (0.5, 1.0, 3.5)  # [MPa] of the flesh
+DOME = 10.0  # [mm]
+LARGEST_ERROR = 3e-3  # relative: the error bars of a skin are for all tips and layers, and are wider
+WIDEST_RADIUS = 6.0  # [mm] of a contact
+INFO = SolveInfo(method="", dofs=0, seconds=0.0, status="")
+
+
+def compliances(fruit: Fruit, footprint: Footprint) -> tuple[FruitCompliance, FruitCompliance]:
+    """Return the compliance of a fruit under one tip without its skin, and with it."""
+    change = np.zeros((1, 1))
+    if fruit.radius_mm is not None:
+        change = shape_change(fruit, [footprint], STEPS, along_normals=True).change
+    S = footprint_compliance(fruit.equivalent_block, [footprint], LEVELS[0]).S + change
+    bare = FruitCompliance(tips=("tip",), S=S, error_pair=0.0, error_own=0.0, info=INFO, shape_change=change)
+    return bare, skin_compliance(bare, fruit, [footprint], along_normals=True)
+
+
+def skin_checks(fruit: Fruit, radius: float, truth: Reference) -> Sequence[ReferenceCheck]:
+    """Return the checks of a round tip of a radius [mm] at three moduli of the flesh.
+
+    They are the stiffness of a flat circle over that without a skin [1], and the force of a dome that would touch as
+    far without a skin [N/MPa], under what the body adds to a layered half-space at the true force.
+    """
+    bare, skinned = compliances(fruit, Footprint(0.0, 0.0, 2.0 * radius, circle_punch))
+    curvature = 1.0 / DOME + (1.0 / fruit.radius_mm if fruit.radius_mm else 0.0)
+    depth = radius**2 * curvature
+    ratios, forces = [], []
+    for E, true_force in zip(MODULI, truth.values[len(MODULI) :], strict=True):
+        own = skinned.at(E).S[0, 0]
+        ratios.append(float(bare.S[0, 0] / own))
+        contact = round_contact(layer_on(fruit, E), WIDEST_RADIUS)
+        beside = own - 1.0 / contact.flat_stiffness(radius)
+        forces.append(float(contact.press(np.array((depth - beside * true_force) / curvature))[1]) * curvature)
+    names = [f"{what} at {E:g} MPa" for what in ("stiffness", "force") for E in MODULI]
+    return _checked(names, ratios + forces, skinned, truth)
+
+
+def cube_checks(fruit: Fruit, truth: Reference) -> Sequence[ReferenceCheck]:
+    """Return the checks of the stiffness of a cube of 1 mm over that without a skin [1], at three moduli."""
+    bare, skinned = compliances(fruit, Footprint(0.0, 0.0, 1.0, square_punch))
+    ratios = [float(bare.S[0, 0] / skinned.at(E).S[0, 0]) for E in MODULI]
+    return _checked([f"stiffness at {E:g} MPa" for E in MODULI], ratios, skinned, truth)
+
+
+def _checked(
+    names: Sequence[str], values: Sequence[float], skinned: FruitCompliance, truth: Reference
+) -> Sequence[ReferenceCheck]:
+    return checks(names, values, (min(skinned.error_own, LARGEST_ERROR),) * len(names), truth)

@@ -1,0 +1,63 @@
+"""Every case of bars.toml with the work that ends in its checks."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from benchmarks.bars.check import ReferenceCheck
+from benchmarks.bars.contact import compliance_checks, direct_checks, truth_checks
+from benchmarks.bars.curved_body import body_checks
+from benchmarks.bars.press import level_checks, press_checks
+from benchmarks.bars.skin import cube_checks, skin_checks
+from benchmarks.bars.springs import (
+    design_checks,
+    grounded_checks,
+    jittered_checks,
+    leaf_checks,
+    mount_checks,
+    short_leaf_checks,
+)
+from benchmarks.bars.truths import BARS, TRUTHS
+from sensor.design.fruit import Fruit
+from sensor.design.parameters import Targets
+from sensor.design.tips import Press, Tips
+
+CHECKS: dict[str, Callable[..., Sequence[ReferenceCheck]]] = {
+    "paper": truth_checks,
+    "contact": compliance_checks,
+    "contact beside direct elements": direct_checks,
+    "curved body": body_checks,
+    "skin": skin_checks,
+    "cube on a skin": cube_checks,
+    "level press": level_checks,
+    "press": press_checks,
+    "leaf": leaf_checks,
+    "springs": short_leaf_checks,
+    "mount": mount_checks,
+    "design": design_checks,
+    "moved nodes": jittered_checks,
+    "clamp": grounded_checks,
+}
+TABLES = {"fruit": Fruit, "tips": Tips, "press": Press, "targets": Targets}
+MAY_BE_REFUSED = ("contact", "press", "leaf", "design", "moved nodes", "clamp")
+
+
+def every_case() -> Iterator[tuple[str, Callable[[], Sequence[ReferenceCheck]], bool]]:
+    """Yield the name of each case, the work that ends in its checks, and whether an answer is promised."""
+    for group, check in CHECKS.items():
+        for what, changes in BARS[group].items():
+            yield f"{group}: {what}", partial(checked, check, changes), group not in MAY_BE_REFUSED
+
+
+def checked(check: Callable[..., Sequence[ReferenceCheck]], changes: Mapping[str, Any]) -> Sequence[ReferenceCheck]:
+    """Return the checks of a case; tables of a design may refuse its values, which is an end too."""
+    values = {key: TABLES[key](**value) if key in TABLES else value for key, value in changes.items()}
+    if "truth" in values:
+        values["truth"] = TRUTHS[values["truth"]]
+    widest = values.pop("bar", None)
+    found = check(**values)
+    return found if widest is None else [replace(each, widest=widest) for each in found]
+
+
+CASES = {name: (work, answerable) for name, work, answerable in every_case()}
