@@ -12,7 +12,7 @@ QUICK = (
 )  # fmt: skip
 SLOW = (
     "contact: 12 mm wide", "curved body: rigid tips,", "curved body: along the normals,", "curved body: solid egg",
-    "skin: ball",
+    "skin: ball", "press beside direct elements: ",
 )  # fmt: skip
 
 

@@ -70,7 +70,16 @@ def press_checks(
     if F.max() == 0.0:
         msg = f"off the fruit, P is null: the travel of {press.travel_mm:g} mm must reach the middle of a cell"
         raise InputError(msg)
-    reference = attempted(partial(_extrapolated, state, compliance))
+    return _of_touching_tips(F, error, attempted(partial(_extrapolated, state, compliance)))
+
+
+def direct_press_checks(press: Press, truth: Reference, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
+    """Return the checks of the forces on flesh of 2 MPa [N] by known ones; the body of a fruit is the block."""
+    state = State(scene=Scene(fruit=fruit, tips=TIPS, press=press), E=2.0, springs=SPRINGS)
+    return _of_touching_tips(*forces(state, contact_compliance(BLOCK, TIPS)), truth)
+
+
+def _of_touching_tips(F: Floats, error: float, reference: Reference) -> tuple[ReferenceCheck, ...]:
     every, least = checks(("F_l", "F_h"), F, (error,) * len(F), reference), ROUNDING * float(F.max())
     return tuple(check for check in every if check.value > 0.0 or (check.reference or 0.0) > least)
 

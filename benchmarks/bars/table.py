@@ -8,7 +8,7 @@ from typing import Any
 from benchmarks.bars.check import ReferenceCheck
 from benchmarks.bars.contact import compliance_checks, direct_checks, truth_checks
 from benchmarks.bars.curved_body import body_checks
-from benchmarks.bars.press import level_checks, press_checks
+from benchmarks.bars.press import direct_press_checks, level_checks, press_checks
 from benchmarks.bars.skin import cube_checks, skin_checks
 from benchmarks.bars.springs import (
     design_checks,
@@ -32,6 +32,7 @@ CHECKS: dict[str, Callable[..., Sequence[ReferenceCheck]]] = {
     "cube on a skin": cube_checks,
     "level press": level_checks,
     "press": press_checks,
+    "press beside direct elements": direct_press_checks,
     "leaf": leaf_checks,
     "springs": short_leaf_checks,
     "mount": mount_checks,

@@ -19,7 +19,9 @@ from sensor.quantity import InputError
 from solve.linear import SolveError
 
 
-@pytest.mark.parametrize("name", bars("contact beside direct elements", "level press", *MAY_BE_REFUSED))
+@pytest.mark.parametrize(
+    "name", bars("contact beside direct elements", "press beside direct elements", "level press", *MAY_BE_REFUSED)
+)
 def test_a_case_is_right_or_refused(name):
     holds(name)
 
