@@ -2,12 +2,15 @@
 
 import csv
 import io
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
+import cadquery as cq
+
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.fabrication.templates import EACH, render_template
-from cad.parts.assembly import dowel_length, grip, screw_length
+from cad.parts.assembly import dowel_length, grip, product_of, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
@@ -28,11 +31,12 @@ class BillLine:
 
 def bill_of_materials(
     sensor: SensorSolids,
+    assembly: cq.Assembly,
     process: Process,
     masses: Mapping[str, float],
     signal: SignalPath | None = None,
 ) -> tuple[BillLine, ...]:
-    """Return every line of the bill; `masses` are those of the printed parts by name [g].
+    """Return every line of the bill, counted in the assembly of the sensor; `masses` are of printed parts by name [g].
 
     With a signal path glue, wire and board are there too.
     """
@@ -43,8 +47,8 @@ def bill_of_materials(
         housing=housing,
         masses=masses,
         each=EACH,
+        count=Counter(map(product_of, assembly.children)),
         tips=len(sensor.tips.springs),
-        holes=len(housing.holes),
         screw=screw_name(mounted_grip(sensor)),
         bare_screw=screw_name(grip(sensor)),
         flange_screw_mm=FLANGE_SCREW_MM,

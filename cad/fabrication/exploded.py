@@ -8,10 +8,8 @@ import cadquery as cq
 
 from cad.drawing.view import edge_points, point_in_view, view_of
 from cad.fabrication.bill import BillLine
-from cad.fabrication.mount import mount_solid
 from cad.fabrication.templates import render_template
-from cad.parts.assembly import assembly_of, in_place
-from cad.parts.sensor import SensorSolids
+from cad.parts.assembly import in_place, product_of
 
 # From the front to the back: how the names of parts begin, and the part of the bill that they are.
 _STACK = {
@@ -44,9 +42,9 @@ class Balloon:
     at: tuple[float, float]
 
 
-def write_exploded(sensor: SensorSolids, bill: Sequence[BillLine], path: Path) -> None:
+def write_exploded(assembly: cq.Assembly, bill: Sequence[BillLine], path: Path) -> None:
     """Write the picture of a sensor with its bracket, taken apart, as SVG; raises OSError."""
-    groups = exploded(sensor)
+    groups = exploded(assembly)
     shapes = [in_place(part) for group in groups.values() for part in group]
     edges = view_of(cq.Compound.makeCompound(shapes), "corner")
     lines = sorted([(round(x, 2), round(y, 2)) for x, y in edge_points(edge)] for edge in edges)
@@ -54,10 +52,10 @@ def write_exploded(sensor: SensorSolids, bill: Sequence[BillLine], path: Path) -
     path.write_text(text, encoding="utf-8")
 
 
-def exploded(sensor: SensorSolids) -> dict[str, list[cq.Assembly]]:
+def exploded(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
     """Return the parts of a sensor but its fruit by their place in the stack [mm], moved apart; pins hang below."""
-    parts = assembly_of(sensor).add(mount_solid(sensor), name="mount").children
-    pins = [part for part in parts if "pin" in part.name.split("_")]
+    parts = assembly.children
+    pins = [part for part in parts if product_of(part) == "pin"]
     groups: dict[str, list[cq.Assembly]] = {}
     front = 0.0
     for place in _STACK:

@@ -16,6 +16,7 @@ from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl, print_shape, triangles_volume
 from cad.files.slicer_settings import slicer_settings
 from cad.files.stl import triangles
+from cad.parts.assembly import assembly_of
 from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
 from sensor.design.signal_path import SpringReadOut
@@ -42,7 +43,8 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     parts = {name: draw() for name, draw in maker_parts(sensor).items()}
     shapes = {"housing": sensor.part.shape} | {name: part.shapes[0] for name, part in parts.items()}
     masses = {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
-    bill = bill_of_materials(sensor, process, masses, read_out.signal)
+    assembly = assembly_of(sensor)
+    bill = bill_of_materials(sensor, assembly, process, masses, read_out.signal)
 
     drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]))
     paths = [*drawing.write(folder / "drawing")]
@@ -64,7 +66,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         paths.append(folder / "wiring.svg")
         write_wiring(paths[-1], sensor.tips.names, housing.plates, signal.board)
     paths.append(folder / "exploded.svg")
-    write_exploded(sensor, bill, paths[-1])
+    write_exploded(assembly.add(parts["mount"]), bill, paths[-1])
     texts = {
         "bom.csv": bill_csv(bill),
         "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),

@@ -12,6 +12,7 @@ import cadquery as cq
 import OCP
 
 from cad.files.file_date import file_date
+from cad.parts.assembly import product_of
 from sensor.machine_error import MachineError
 
 _WRITING = {"write.step.schema": "AP242DIS", "write.step.unit": "MM", "xstep.cascade.unit": "MM"}
@@ -68,8 +69,7 @@ def _document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
         shape = part.shapes[0]
         if shape not in products:
             products[shape] = shapes.AddShape(shape.wrapped, makeAssembly=False)
-            *_, name = part.name.rstrip("_0123456789").split("_")  # of `front_washer_1` washer
-            OCP.TDataStd.TDataStd_Name.Set_s(products[shape], _unicode(name))
+            OCP.TDataStd.TDataStd_Name.Set_s(products[shape], _unicode(product_of(part)))
             if part.color:
                 colours.SetColor(products[shape], part.color.wrapped, OCP.XCAFDoc.XCAFDoc_ColorSurf)
         if whole:

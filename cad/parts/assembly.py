@@ -150,6 +150,11 @@ def in_place(part: cq.Assembly) -> cq.Shape:
     return part.shapes[0].moved(part.loc)
 
 
+def product_of(part: cq.Assembly) -> str:
+    """Return what a part of an assembly is, whichever of its kind: a washer for `front_washer_1`."""
+    return part.name.rstrip("_0123456789").rpartition("_")[2]
+
+
 def colour_of(part: cq.Assembly) -> tuple[float, ...]:
     """Return red, green and blue of a part of an assembly, from 0 to 1; grey if it has no colour."""
     return (part.color or STEEL_COLOUR).toTuple()[:3]

@@ -12,6 +12,7 @@ from cad.drawing.sheet import Title
 from cad.fabrication import bill as bill_module
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
+from cad.parts.assembly import assembly_of
 from sensor.design.processes import PROCESSES
 from sensor.design.signal_path import SpringReadOut, SpringToRead
 
@@ -20,7 +21,7 @@ PETG = PROCESSES["fdm-petg"]
 
 
 def bill(sensor, process):
-    return bill_of_materials(sensor, process, MASSES)
+    return bill_of_materials(sensor, assembly_of(sensor), process, MASSES)
 
 
 def counts(rows):

@@ -18,6 +18,7 @@ from cad.files.sensor_files import write_sensor
 from cad.files.slicer_settings import slicer_settings
 from cad.files.stl import read_stl
 from cad.files.threemf import read_3mf
+from cad.parts.assembly import assembly_of
 from cad.parts.coupon import modulus_factor
 from cad.parts.hall_seats import hall_seats
 from sensor.design.bench import Bench
@@ -42,7 +43,7 @@ def springs_of(sensor):
 
 def sheet_of(sensor, title=TITLE, signal=None, folder="OUT", bench=None):
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
-    bill = bill_of_materials(sensor, title.process, masses)
+    bill = bill_of_materials(sensor, assembly_of(sensor), title.process, masses)
     read_out = SpringReadOut(springs=springs_of(sensor), signal=signal, bench=bench, folder=folder)
     return fabrication_sheet(sensor, title, bill, read_out)
 
