@@ -150,7 +150,8 @@ def test_a_peer_that_answers_well_is_heard(tmp_path, monkeypatch):
     assert (answer.dofs, answer.results[0].forces) == (3, GOOD["forces"])
 
 
-@pytest.mark.parametrize("name", [pytest.param("cheeks", marks=pytest.mark.slow), "one_press"])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["cheeks", "one_press"])
 def test_benchmark_that_takes_units_of_the_tests_starts_as_the_pages_say(name):
     """From the root of the project, where no test has put its own folder on the path."""
     command = [sys.executable, "-m", f"benchmarks.{name}", "--help"]

@@ -87,7 +87,7 @@ def statistical(values):
     [
         (Bench(balance_g=0.1, dial_mm=0.001), "balance"),
         pytest.param(Bench(balance_g=0.01, dial_mm=0.01), "dial", marks=pytest.mark.slow),
-        (Bench(balance_g=0.1, balance_max_g=20.0, dial_mm=0.01), "dial"),
+        pytest.param(Bench(balance_g=0.1, balance_max_g=20.0, dial_mm=0.01), "dial", marks=pytest.mark.slow),
     ],
     ids=["coarse balance", "coarse dial", "balance of a small load"],
 )

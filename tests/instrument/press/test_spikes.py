@@ -128,6 +128,7 @@ def test_one_bad_sample_moves_a_press_by_less_than_its_bar(name, presses, few, h
 
 @pytest.mark.parametrize(("presses", "few"), NUMBERS)
 @pytest.mark.parametrize("name", [pytest.param("paper", marks=pytest.mark.slow), "mango"])
+@pytest.mark.slow
 def test_clean_presses_lose_no_sample(name, presses, few, hands):
     """A sample is lost once in 1.7 million by normal noise: none is here, and every press is one.
 

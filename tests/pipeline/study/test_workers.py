@@ -96,6 +96,7 @@ with process_engine(processes=2) as engine:
     assert run.ended() == (0, f"{POINTS}\n", "")
 
 
+@pytest.mark.slow
 def test_scheduler_that_nobody_is_leaves_nothing_behind_its_one_line(start, written, tmp_path):
     """A client that is given up before it found one says so half a minute later, with a traceback."""
     pytest.importorskip("distributed")

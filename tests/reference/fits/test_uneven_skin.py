@@ -44,7 +44,7 @@ def wave(rng, wave_mm, amplitude):
 @pytest.mark.parametrize(
     ("E", "wave_mm"),
     [
-        (1.4, 4.0),
+        pytest.param(1.4, 4.0, marks=pytest.mark.slow),
         pytest.param(0.5, 2.0, marks=pytest.mark.slow),
         pytest.param(3.5, 8.0, marks=pytest.mark.slow),
         *(pytest.param(*each, marks=pytest.mark.study) for each in ((0.5, 4.0), (0.5, 8.0), (3.5, 2.0), (3.5, 4.0))),

@@ -114,6 +114,7 @@ def test_forces_are_the_slope_of_the_energy(rng):
     assert np.linalg.norm(change - matrix @ direction.ravel()) < 1e-6 * np.linalg.norm(change)
 
 
+@pytest.mark.slow
 def test_planted_coarse_mesh_has_a_wider_error():
     coarse = fitted_curve(ball_press(), 0.5)
     fine = fitted_curve(ball_press(), 1.5)

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from sensor.design.fruit import Fruit
 from solve.contact.fields import fruit_fields
@@ -21,6 +22,7 @@ def hertz(radius=0.1, largest=1.0, cells=24):
     )
 
 
+@pytest.mark.slow
 def test_stress_under_hertz_pressure_is_that_of_the_closed_form_at_every_depth():
     """On the axis, Johnson (1985), equations 3.45; largest, 0.62 p_0, at 0.48 a, between two nodes here."""
     a, nu = 0.1, 0.3
