@@ -8,11 +8,12 @@ from benchmarks.bars.table import CASES
 QUICK = (
     "level press: ", "press: tilt 21 deg", "paper: the default", "paper: nu 0.45", "contact: tip 10 mm on the paper",
     "curved body: rigid tips", "curved body: along the normals", "skin: block", "cube on a skin: ",
-    "leaf: L/t 1.2", "springs: ", "design: E_max", "clamp: ", "moved nodes: inner ones by 0.3",
+    "domes: ", "domes beside solids: ", "leaf: L/t 1.2", "springs: ", "design: E_max", "clamp: ",
+    "moved nodes: inner ones by 0.3",
 )  # fmt: skip
 SLOW = (
     "contact: 12 mm wide", "curved body: rigid tips,", "curved body: along the normals,", "curved body: solid egg",
-    "skin: ball", "press beside direct elements: ",
+    "skin: ball", "press beside direct elements: ", "compression: ",
 )  # fmt: skip
 
 

@@ -6,8 +6,10 @@ from functools import partial
 from typing import Any
 
 from benchmarks.bars.check import ReferenceCheck
+from benchmarks.bars.compression import ball_checks
 from benchmarks.bars.contact import compliance_checks, direct_checks, truth_checks
 from benchmarks.bars.curved_body import body_checks
+from benchmarks.bars.domes import dome_checks, solid_checks
 from benchmarks.bars.press import direct_press_checks, level_checks, press_checks
 from benchmarks.bars.skin import cube_checks, skin_checks
 from benchmarks.bars.springs import (
@@ -33,6 +35,9 @@ CHECKS: dict[str, Callable[..., Sequence[ReferenceCheck]]] = {
     "level press": level_checks,
     "press": press_checks,
     "press beside direct elements": direct_press_checks,
+    "domes": dome_checks,
+    "domes beside solids": solid_checks,
+    "compression": ball_checks,
     "leaf": leaf_checks,
     "springs": short_leaf_checks,
     "mount": mount_checks,

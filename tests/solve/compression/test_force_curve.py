@@ -2,41 +2,22 @@
 
 import numpy as np
 import pytest
+from bars import bars, holds
 from scipy.optimize import brentq
 
+from benchmarks.bars.compression import BALL, ball_press
 from sensor.theory.hertz import force_factor
 from sensor.theory.soft_tissue import FLESH_LAWS
 from solve.compression.body import HalfBody, Section
 from solve.compression.flesh_law import FleshLaw
-from solve.compression.force_curve import CompressionPress, fitted_curve, force_curve
+from solve.compression.force_curve import fitted_curve
 from solve.compression.press import press_forces
 from solve.linear import SolveError
 
-BALL = Section(half_height=35.0, radius=35.0)
-# F over Hertz's law of a ball between slippery plates at these travels of one plate over the radius: neo-Hooke, nu 0.3,
-# by contact at finite strain on unstructured meshes in another code, each to 0.3 %.
-INDEPENDENT = {0.01: 1.046, 0.02: 1.069, 0.05: 1.120, 0.10: 1.190}
-INDEPENDENT_ERROR = 0.003
 
-
-def ball_press(law="neo-hooke", poisson=0.3):
-    deepest = 0.15 * 35.0
-    return CompressionPress(
-        section=BALL,
-        law=FleshLaw(name=law, poisson=poisson),
-        deepest=deepest,
-        contact=(35.0 * deepest) ** 0.5,
-        exponent=1.5,
-    )
-
-
-@pytest.mark.slow
-def test_ball_between_plates_is_that_of_an_independent_code():
-    curve = force_curve(ball_press())
-    travels = 35.0 * np.array(list(INDEPENDENT))
-    ratios = curve.force(travels) / (force_factor(1.0 / 0.91, 35.0) * travels**1.5)
-    assert ratios == pytest.approx(list(INDEPENDENT.values()), rel=curve.error + INDEPENDENT_ERROR)
-    assert 0.0 < curve.error < 0.01
+@pytest.mark.parametrize("name", bars("compression"))
+def test_error_bar_holds(name):
+    holds(name)
 
 
 @pytest.mark.parametrize("poisson", [0.0, pytest.param(0.45, marks=pytest.mark.slow), 0.49])

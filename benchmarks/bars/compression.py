@@ -1,0 +1,28 @@
+"""The force of a ball between plates with its error bar, against an independent code."""
+
+import numpy as np
+
+from benchmarks.bars.check import ReferenceCheck, checks
+from benchmarks.harness import Reference
+from sensor.theory.hertz import force_factor
+from solve.compression.body import Section
+from solve.compression.flesh_law import FleshLaw
+from solve.compression.force_curve import CompressionPress, force_curve
+
+BALL = Section(half_height=35.0, radius=35.0)
+DEPTHS = np.array([0.01, 0.02, 0.05, 0.1])  # travel of one plate over the radius
+
+
+def ball_press() -> CompressionPress:
+    """Return the press of a neo-Hookean ball of Poisson's ratio 0.3 between slippery plates."""
+    deepest = 0.15 * BALL.radius
+    contact = (BALL.radius * deepest) ** 0.5
+    return CompressionPress(section=BALL, law=FleshLaw(poisson=0.3), deepest=deepest, contact=contact, exponent=1.5)
+
+
+def ball_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
+    """Return the checks of the force over that of Hertz [1] at each depth."""
+    curve = force_curve(ball_press())
+    travels = BALL.radius * DEPTHS
+    ratios = curve.force(travels) / (force_factor(1.0 / 0.91, BALL.radius) * travels**1.5)
+    return checks([f"F at {depth:g} R" for depth in DEPTHS], ratios, (curve.error,) * len(DEPTHS), truth)
