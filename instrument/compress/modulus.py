@@ -145,6 +145,7 @@ def measured_modulus(
         hint = "check the units of force and travel, and the radius"
         name = f"{specimen}: modulus"
         raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
+    # Errors by chance add as squares. Bounds by the law of flesh, friction and shape may have one sign, so they add.
     bounds = {}
     for name, others in law.others.items():
         bounds[name] = max(_moved_by(other, curve, chosen) for other in others)

@@ -75,7 +75,7 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
     """
     E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])
-    # The last bits of the ends would decide how a modulus half way between two numbers is rounded.
+    # The ends keep the last bits of a product, by which a modulus half way between two numbers is rounded below.
     E_max = next_multiple(float((E * (1.0 + u)).max()), 2, math.inf)
     E_min = next_multiple(float((E * (1.0 - u)).min()), 2, 0.0)
     moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)

@@ -475,7 +475,7 @@ class Touch:
         most = unit.most_slope
         variance = scale * max(line.variance_off(least), line.variance_off(most))
         noise = unit.largest_residual * math.sqrt(variance)
-        if line.spread > 0.0:
+        if line.spread > 0.0:  # the slope of the row by least squares; if it contradicts the range of moduli, it holds
             slope = line.moment / line.spread
             error = noise / math.sqrt(line.spread)
             least = max(least, slope - error)
@@ -483,6 +483,7 @@ class Touch:
             if least > most:
                 least = slope - error
                 most = slope + error
+        # The chord from the mean of the press before to the mean of the row; if it contradicts the row, it is left out.
         if self.released and line.whole != self.whole:
             chord = (line.contrast - self.contrast) / (line.whole - self.whole)
             distance = abs(line.whole - self.whole)

@@ -77,6 +77,7 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
     The press has the channels of the law. `lag` is the number of samples after which noise is independent. If no load
     seats the tips, or too few samples remain, the last load with a reading is used.
     """
+    # The load that seats the tips depends on the modulus and the lean read from it, so both are found in turn.
     seating = seating_of(sensor)
     load, (rise, found) = 0, _reading_from(sensor, law, press, lag, seating.least_forces[0])
     deepest = rise.forces[-1]

@@ -86,7 +86,7 @@ def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCu
     """Return a press of a unit on a fruit; raises InputError if it has no solution."""
     parts = np.arange(1, SOLVED + 1) / SOLVED
     times, travels = hand.press_s * parts, hand.travel * parts
-    if hand.hold_s:
+    if hand.hold_s:  # dense at the start of the hold, where the force falls fastest
         times = np.append(times, hand.press_s + hand.hold_s * (np.arange(1, HELD + 1) / HELD) ** 2)
         travels = np.append(travels, np.full(HELD, hand.travel))
     drift = np.multiply(fruit.drift, 1.0)

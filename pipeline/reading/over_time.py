@@ -112,6 +112,7 @@ def fall_by_twice_the_time(sensor: PressedSensor) -> float | None:
     if not _is_solvable(design):
         return None
     stated = design.fruit.relaxation
+    # Of a stated relaxation only the part counts by which fruits differ from it.
     flesh, part = (MAY_RELAX, 1.0) if stated is None else (Relaxation(stated), STATED_SPREAD)
     law = _contrast(sensor)
     first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))

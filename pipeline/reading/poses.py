@@ -96,7 +96,7 @@ def fruits_of(fruit: Fruit, reading: Reading) -> OccurringFruits:
             radius=reading.radius_mm,
             across=reading.radius_across_mm,
             thickness=reading.thickness_mm,
-            azimuths=(0.0, 45.0, 135.0),
+            azimuths=(0.0, 45.0, 135.0),  # along a radius, and between both, where the skin twists most under the tips
         )
     radius = None
     if reading.radius_spread:

@@ -156,7 +156,10 @@ class SaidUnits:
         return columns
 
     def _with_unit(self, column: Column, said: Sequence[Said], *, is_told: bool) -> Column:
-        """Return a column with its stated unit, or else the default, which is noted unless it `is_told`."""
+        """Return a column with its stated unit, or else with the default unit and a note that this is assumed.
+
+        `is_told` states that the numbers themselves show their unit, as a time of day does; then there is no note.
+        """
         quantity = column.quantity
         unit = told_unit(quantity, said) or needed_unit(column.place, quantity, quantity.default)
         if said or unit == "1" or is_told:
@@ -205,7 +208,7 @@ class SaidUnits:
         if name:
             if self._words.quantities[name].units and values:
                 yield name, values[0]
-        elif of in _SYSTEMS:
+        elif of in _SYSTEMS:  # as `Units: N, mm`, or `Unit system: Imperial`, which contradicts each assumed unit
             for text in filter(None, re.split(r"[\s,;]+", " ".join(values))):
                 names = [each for each, quantity in self._words.quantities.items() if unit_of(quantity, text)]
                 yield from ((each, text) for each in names or [""])

@@ -255,7 +255,10 @@ class TableReader:
             raise validation_error(place_of(source, row.line), row.text, "", bound, hint)
 
     def _opened(self, rows: Rows, above: list[Row], at: int | None, first: Row, feed: Iterator[Row]) -> FoundTable:
-        """Return the table whose first row of numbers is `first`."""
+        """Return the table whose first row of numbers is `first`; its rows are read until the table ends.
+
+        `at` is the index of its header in the lines above, None if it is not found yet.
+        """
         if at is None:
             at = self._place_of_header(above, first)
         header = above[at]
@@ -264,9 +267,10 @@ class TableReader:
         used = self.words.measured(header)
         below = [row for row in texts if not all(is_missing(row.cell(index)) for index in used)]
         columns = self.said.columns(rows.source, header, below, first)
-        if not self.alone:
+        if not self.alone:  # a file of several tables may have optional columns without numbers
             always = set(itertools.chain.from_iterable(self.needed))
             columns = [column for column in columns if column.name in always or _has_number(column.cell(first))]
+        # Lines of a serial monitor begin with its clock, which stands for a column of times that is missing.
         times = [name for name, quantity in self.quantities.items() if quantity.by_clock]
         if first.clock and times and not any(column.name in times for column in columns):
             columns.append(Column(index=-1, label="clock", name=times[0], quantity=self.quantities[times[0]], unit="s"))
