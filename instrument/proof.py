@@ -74,7 +74,7 @@ class ProvedDesign:
     seed: int = report_field("1", "seed of the draws")
     presses: int = report_field("1", "number of presses")
     outside: int = report_field("1", "readings beyond their 95 % bar without a flag")
-    most_outside: int = report_field("1", "so many may be: the 99 % point of a binomial distribution of 5 %")
+    most_outside: int = report_field("1", "most that may be outside: the 99 % point of a binomial distribution of 5 %")
     farthest: float = report_field(
         "1", "largest distance from the truth over the bar, of readings without a flag; at most 2"
     )

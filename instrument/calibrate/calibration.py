@@ -118,7 +118,9 @@ class Calibration:
         inline=lambda it: as_data(it.weighing),
     )
     press_s: float = report_field("s", "duration of a press")
-    stiffened: float = report_field("1", "stiffness in a press over that under a weight", key="K_press_over_weighed")
+    stiffened: float = report_field(
+        "1", "stiffness in a press over the stiffness under a weight", key="K_press_over_weighed"
+    )
     table: tuple[UnitRow, ...] = report_field(
         "",
         "for moduli over the range of the design: force of each tip, P, half width of the error bar of E, and error of "
@@ -142,19 +144,19 @@ class Calibration:
     )
     scale: ScaleFit | None = report_field(
         "",
-        "the scale as in unit.toml, how many fruit it is of, and the error of a fruit that is left out, one standard "
+        "the scale as in unit.toml, the number of its fruit, and the error of a fruit that is left out, one standard "
         "deviation, by each curve; left out without `--fruit`",
         left_out=True,
         default=None,
     )
     ball_presses: BallPresses | None = report_field(
         "",
-        "how many presses on the ball count, of how many, and the flags of the others; left out without `--ball`",
+        "number of presses on the ball that count, number of all, and flags of the others; left out without `--ball`",
         left_out=True,
         default=None,
     )
     assumed: list[str] = report_field("", "assumptions for values that were not given", told=False)
-    error_by: str = report_field("", "what the errors of the table count", told=False)
+    error_by: str = report_field("", "error sources in the table", told=False)
 
 
 @in_turn

@@ -65,7 +65,7 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
         return Weighing(forces=forces, after_s=after, creep=creep, own=False)
     if after_s is not None:
         bound = "left out beside a column t_s, which has the times"
-        raise validation_error("--after", after_s, "s", bound, "give one of both")
+        raise validation_error("--after", after_s, "s", bound, "give one of the two")
     _refuse_bad_times(table)
     loaded = forces != 0.0
     if not loaded.any():

@@ -40,7 +40,7 @@ class ScaleFit:
     """A scale, the number of fruits it is fitted to, and the standard deviation of left-out fruit by each curve [1]."""
 
     scale: FruitScale = report_field("", "the curve with its band", inline=lambda fit: as_data(fit.scale))
-    fruit: int = report_field("1", "how many fruit it is of")
+    fruit: int = report_field("1", "number of fruit that set the curve")
     left_out: Mapping[str, float] = report_field(
         "%",
         "error of a fruit that is left out, one standard deviation, by each curve",

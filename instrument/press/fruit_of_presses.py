@@ -62,7 +62,7 @@ class FruitAnswer:
         "its presses, each with the keys of a press",
         line=lambda it: f"{it.counted} of {len(it.presses)} presses",
     )
-    counted: int = report_field("1", "how many presses count in E; one that is much less certain does not")
+    counted: int = report_field("1", "number of presses that count in E; a much less certain press does not")
     turn: float | None = report_field(
         "deg",
         "angle by which to turn the sensor between presses. Low tips then stand where high ones stood, and a soft spot "
@@ -77,7 +77,7 @@ class FruitAnswer:
         line=lambda it: f"E {with_bar(it.E, it.u * it.E, 'MPa', in_percent=True)} (95 %)",
         absent="no modulus",
     )
-    reduced: float | None = report_field("MPa", "as of a press", key="E_over_1_minus_nu2_MPa", default=None)
+    reduced: float | None = report_field("MPa", "as for a press", key="E_over_1_minus_nu2_MPa", default=None)
     u: float | None = report_field(
         "%", "half width that holds the true E in 95 of 100 fruits", key="u_percent", times=100.0, default=None
     )
@@ -91,18 +91,18 @@ class FruitAnswer:
     )
     scatter: float | None = report_field(
         "%",
-        "standard deviation of E from press to press; none of one press",
+        "standard deviation of E from press to press; null for one press",
         key="scatter_percent",
         times=100.0,
         default=None,
         line=lambda it: f"scatter {100.0 * it.scatter:.2g} %",
     )
     ripeness: str | None = report_field(
-        "", "as of a press", key="class", default=None, line=lambda it: f"class {it.ripeness}"
+        "", "as for a press", key="class", default=None, line=lambda it: f"class {it.ripeness}"
     )
     firmness: Estimate | None = report_field(
         "N or MPa, %",
-        "as of a press",
+        "as for a press",
         key="`firmness_N` or `firmness_MPa`, `firmness_u_percent`",
         inline=lambda it: firmness_data(it.firmness),
         left_out=True,

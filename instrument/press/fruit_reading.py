@@ -82,7 +82,9 @@ class FruitReading:
         default=None,
         line=lambda it: f"t {it.t:.3f} s",
     )
-    samples: int | None = report_field("1", "how many samples of the press count in E", left_out="t", default=None)
+    samples: int | None = report_field(
+        "1", "number of samples of the press that count in E", left_out="t", default=None
+    )
     noise: float | None = report_field(
         "%",
         "the part of `u_percent` due to noise, which falls with the samples, and the rest; their squares add",
@@ -90,16 +92,16 @@ class FruitReading:
         inline=_noise_data,
         left_out="t",
         default=None,
-        line=lambda it: f"of it noise {100.0 * it.noise:.2g} % over {it.samples} samples",
+        line=lambda it: f"of which noise {100.0 * it.noise:.2g} % over {it.samples} samples",
     )
     bend: float = report_field(
         "%",
-        "the part of `u_percent` that is added for [lines that bend](#lines-that-bend); left out where none does",
+        "the part of `u_percent` that is added for [lines that bend](#lines-that-bend); left out if none bends",
         key="u_bend_percent",
         times=100.0,
         left_out=True,
         default=0.0,
-        line=lambda it: f"of it {100.0 * it.bend:.2g} % by bent channels and springs",
+        line=lambda it: f"of which {100.0 * it.bend:.2g} % by bent channels and springs",
     )
     E: float | None = report_field(
         "MPa",
@@ -125,18 +127,18 @@ class FruitReading:
     )
     tilt: float | None = report_field(
         "deg",
-        "how the sensor stood on the skin; of a line and a pair the tilt along the tips only",
+        "tilt of the sensor on the skin; for a line and a pair only along the tips",
         key="tilt_deg",
         default=None,
         line=_tilt_text,
     )
     direction: float | None = report_field(
-        "deg", "where its lower side points, from +x towards +y", key="tilt_direction_deg", default=None
+        "deg", "direction of the lower side of the sensor, from +x towards +y", key="tilt_direction_deg", default=None
     )
     offset: float | None = report_field(
         "mm",
-        "of a press by a square or a line: by how much the high tips stand nearer to the skin than the low ones, "
-        "beyond the design. A saddle of the skin does this, or heights that are off",
+        "only for a square or a line: how much nearer to the skin the high tips stand than the low ones, "
+        "beyond the design. A saddle of the skin or wrong heights of the tips cause it",
         key="offset_mm",
         left_out=True,
         default=None,
@@ -190,7 +192,7 @@ class FruitReading:
     )
     zero_left: float | None = report_field(
         "N",
-        "of springs that creep: the largest force that a tip shows a second after the lift",
+        "for springs that creep: the largest force that a tip shows a second after the lift",
         key="zero_left_N",
         left_out=True,
         default=None,
@@ -203,7 +205,7 @@ class FruitReading:
     press_s: float | None = report_field("s", "duration of the press, None if it is unknown", told=False, default=None)
     time_s: float = report_field("s", "standard deviation of the time of each channel", told=False, default=0.0)
     parts: HalfWidth | None = report_field(
-        "1", "the parts of `u`, of a press that several of a fruit share or not", told=False, default=None
+        "1", "the parts of `u`, by whether the presses of a fruit share them", told=False, default=None
     )
 
     @property

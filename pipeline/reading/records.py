@@ -56,10 +56,10 @@ class CalibrationLeft:
         "it shows",
     )
     typed: tuple[str, ...] = report_field(
-        "", "which of both percentages are those of the design, for which the bench does not count"
+        "", "which of the two percentages the design gives, so that the bench does not count"
     )
     worst_tip: str = report_field("", "the tip whose spring the bench shows least well")
-    by: str = report_field("", "what leaves most of it: `balance`, `dial` or `noise` of the channel")
+    by: str = report_field("", "the largest cause: `balance`, `dial` or `noise` of the channel")
 
     @property
     def largest_stiffness(self) -> float:

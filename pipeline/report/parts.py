@@ -108,7 +108,7 @@ class ContactReport:
     K_m_over_E_mm: float = report_field("mm", "stiffness of the fruit under one tip divided by E, 1 / (s11 - s12)")
     skin: SkinReport | None = report_field(
         "",
-        "the compliance with the skin, only for a fruit with a skin; `compliance_per_mm` is then that of "
+        "the compliance with the skin, only for a fruit with a skin; `compliance_per_mm` is then for "
         "the flesh without skin",
         default=None,
         left_out=True,
@@ -264,7 +264,7 @@ class ModulusReport:
     form_percent: tuple[float, ...] = report_field(
         "%",
         "move of E by one standard deviation of the form of the domes, with its sign: of their radius, then of caps of "
-        "each radius. It is that before a reference ball; reports before 0.3 do not have it",
+        "each radius. It is the move without a reference ball; reports before 0.3 do not have it",
         default=(),
         left_out=True,
     )
@@ -322,7 +322,7 @@ class ReadingReport:
     skin_pressure: tuple[SkinPressure, ...] = report_field("", "the pressure at each modulus of `fruit.E_MPa`")
     fruit: UnevenFruit | None = report_field(
         "",
-        "what uneven skin and flesh add to `uncertainty_percent`, which is that on an even fruit; given at the modulus "
+        "what uneven skin and flesh add to `uncertainty_percent`, which is for an even fruit; given at the modulus "
         "where it is most. Reports before 0.3 do not have it",
         default=None,
         left_out=True,
@@ -330,7 +330,7 @@ class ReadingReport:
 
     calibration: CalibrationLeft | None = report_field(
         "",
-        "what calibration on the bench of the design leaves in springs and gains. Reports before 0.3 do not have it",
+        "errors of springs and gains after calibration on the bench of the design. Reports before 0.3 do not have it",
         default=None,
         left_out=True,
     )

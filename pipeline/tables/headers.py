@@ -52,7 +52,7 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
     values = dict(zip(parts[::2], map(str.strip, parts[1::2]), strict=True))
     is_whole = not start and 0 < 2 * len(values) == len(parts) and all(values.values())
     if not is_whole or any(re.search(r",\s*\w+\s*=", value) for value in values.values()):
-        bound = f"NAME=TEXT parted by commas, each NAME once and one of {', '.join(names)}"
+        bound = f"NAME=TEXT separated by commas, each NAME once and one of {', '.join(names)}"
         raise validation_error(flag, text, "", bound, "write for instance force=Kraft, force=2 or force=kN")
     yield from values.items()
 

@@ -129,6 +129,6 @@ def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> s
                 odd.append((line, number.text))
     if odd:
         line, text = min(odd)
-        bound = "a number whose comma or point is surely decimal: commas may part thousands here"
+        bound = "a number whose comma or point is surely decimal: commas may separate thousands here"
         raise validation_error(place_of(source, line), text, "", bound, "export it with decimal points")
     return sign

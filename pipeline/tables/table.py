@@ -78,7 +78,7 @@ class FoundTable:
         if value is None or not math.isfinite(value):
             bound = "a finite number" if cell else "a number, and not an empty cell"
             if value is None and written is not None:
-                bound = "a number whose comma is surely decimal: commas may part thousands here"
+                bound = "a number whose comma is surely decimal: commas may separate thousands here"
             raise self._cell_error(row, column, cell, bound, "correct it, or leave the row out")
         beside = "" if column.unit_index is None else row.cell(column.unit_index)
         for unit, text in ((written.unit if written else "", cell), (beside, beside)):
@@ -229,7 +229,7 @@ class TableReader:
         if at is not None:
             bound = "a header with rows of numbers below it"
             raise validation_error(
-                place_of(source, above[at].line), above[at].text, "", bound, "take it away, or add its rows"
+                place_of(source, above[at].line), above[at].text, "", bound, "remove it, or add its rows"
             )
         for column in last.columns:
             column.refuse_other_unit(stated.get(column.name, []))
@@ -251,7 +251,7 @@ class TableReader:
         """Raise InputError for numbers that a blank line separates from their table."""
         if len(row.cells) > 1 and all(map(is_number, filter(None, row.cells))):
             bound = "a header, or the end of the file, after a blank line"
-            hint = "take the blank line away if no row is missing there"
+            hint = "remove the blank line if no row is missing there"
             raise validation_error(place_of(source, row.line), row.text, "", bound, hint)
 
     def _opened(self, rows: Rows, above: list[Row], at: int | None, first: Row, feed: Iterator[Row]) -> FoundTable:
@@ -378,7 +378,7 @@ def refuse_length(source: str, row: Row, columns: int) -> None:
     """Raise InputError for a row with more or fewer cells than columns."""
     if len(row.cells) != columns:
         bound = f"{columns} cells, like its header"
-        hint = "part cells by semicolons if numbers have decimal commas"
+        hint = "separate cells by semicolons if numbers have decimal commas"
         if len(row.cells) < columns:
             hint = "the line may be cut: complete it, or leave it out"
         raise validation_error(place_of(source, row.line), len(row.cells), "cells", bound, hint)

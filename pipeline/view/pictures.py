@@ -61,7 +61,7 @@ def pictures(folder: Path) -> list[Picture]:
         title = f"{report.design.name}: the sensor over its fruit"
         drawn.append(Picture(name="assembly", draw=partial(draw_assembly, parts=parts, title=title)))
     if len(parts) > _HOUSING_AND_FRUIT:
-        apart = partial(draw_apart, parts=parts, title=f"{report.design.name}: drawn apart")
+        apart = partial(draw_apart, parts=parts, title=f"{report.design.name}: exploded view")
         drawn.append(Picture(name="exploded", draw=apart, in_window=False))
     for scene in field_scenes(report, folder):
         drawn.append(Picture(name=scene.name, draw=partial(draw_scene, scene=scene)))

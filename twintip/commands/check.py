@@ -92,7 +92,9 @@ def _refuse_unsolvable(path: Path, named: str | None, held: Sequence["Place"], p
         raise validation_error("--solve", path.name, "", bound, "export the solid as STEP")
     if named is None and not (held and pressed):
         hint = "add --design NAME, or both --held X,Y,Z and --pressed X,Y,Z"
-        raise validation_error("--solve", path.name, "", "given with where the part is held and pressed", hint)
+        raise validation_error(
+            "--solve", path.name, "", "given with the places where the part is held and pressed", hint
+        )
     if named is not None and len(pressed) not in (0, TIPS):
         hint = "give the low tip first, then the high one, or leave both to the design"
         raise validation_error("--pressed", len(pressed), "", f"given {TIPS} times beside --design", hint)

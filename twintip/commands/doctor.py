@@ -104,7 +104,7 @@ def _imports(names: Sequence[str]) -> Iterator[Finding]:
             done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
         except subprocess.TimeoutExpired:
             for name in waiting:
-                remark = f"took more than {_IMPORT_SECONDS} s with those beside it"
+                remark = f"took more than {_IMPORT_SECONDS} s with the packages imported beside it"
                 yield Finding(f"import {name}", "fails", "wrong", remark)
             return
         imported = [name for name in waiting if f"{_IMPORTED} {name}" in done.stdout.splitlines()]

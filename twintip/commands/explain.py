@@ -23,7 +23,9 @@ def run(arguments: Namespace) -> Answer:
     if arguments.name is None:
         if folder is not None:
             bound = "left out without a NAME"
-            raise validation_error("--out", str(folder), "", bound, "name what its number is asked of")
+            raise validation_error(
+                "--out", str(folder), "", bound, "name the verdict, symbol or key whose number you want"
+            )
         lines = [_wrapped(f"{entry.name}: ", _first_sentence(entry.meaning)) for entry in entries()]
         return Answer(code=PASSED, data=[asdict(entry) for entry in entries()], text="\n".join(lines))
     entry = entry_of(arguments.name)

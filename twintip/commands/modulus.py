@@ -160,4 +160,4 @@ def _strains(text: str) -> tuple[float, ...]:
         return tuple(number(part) for part in text.split(","))
     except ValueError as error:
         hint = "write for instance --strain 5,2,10"
-        raise validation_error("--strain", text, "%", "numbers parted by commas", hint) from error
+        raise validation_error("--strain", text, "%", "numbers separated by commas", hint) from error

@@ -205,12 +205,16 @@ def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitRead
     for note in (signal.understood, *signal.notes):
         print_error(f"note: {note}")
     if not signal.timed and sensor.report.read_out.signal is None:
-        print_error("note: no time for each channel, and no [readout]: all channels of a line are taken as at once")
+        print_error(
+            "note: no time for each channel, and no [readout]: all channels of a line are taken as simultaneous"
+        )
     if not signal.counted:
         refuse_without_counts(arguments.counts_as, signal.source)
     if signal.names_fruit and arguments.fruit_presses is not None:
         bound = f"left out beside the column fruit of {signal.source}"
-        raise validation_error("--fruit-presses", arguments.fruit_presses, "", bound, "the column says which are one")
+        raise validation_error(
+            "--fruit-presses", arguments.fruit_presses, "", bound, "the column names the fruit of each press"
+        )
     readings = readings_of(sensor, signal, every_sample=arguments.each, counts_as=arguments.counts_as)
     of_fruit = arguments.fruit_presses is not None or (signal.names_fruit and not arguments.each)
     if not of_fruit:

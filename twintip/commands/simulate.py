@@ -207,7 +207,7 @@ def _unit(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Simul
         return unit_of_seed(report, arguments.seed) if of_bench else designed_unit(report)
     if of_bench:
         bound = f"left out beside {_flag(of_bench[0])}, which is of a unit that is drawn"
-        raise validation_error("--unit", str(arguments.unit), "", bound, "simulate one of both")
+        raise validation_error("--unit", str(arguments.unit), "", bound, "simulate one of the two")
     return given_unit(report, read_unit(arguments.unit, report))
 
 

@@ -75,7 +75,7 @@ def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
     from pipeline.find.fruit_range import fruit_range
 
     if named != DEFAULT_DESIGN:
-        hint = "give one of both: --fruit starts from the preset most like the fruit"
+        hint = "give one of the two: --fruit starts from the preset most like the fruit"
         raise validation_error("DESIGN", named, "", "left out beside --fruit", hint)
     is_preset = arguments.fruit in PRESETS
     fruit = fruit_of(load_design(arguments.fruit)) if is_preset else fruit_range(arguments.fruit)
