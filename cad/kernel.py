@@ -1,4 +1,4 @@
-"""Loads the CAD kernel, which takes a second: ahead of its use, without what nothing here needs, or for one solid."""
+"""Faster import of the CAD kernel, which takes a second: ahead of its use, and without unneeded modules."""
 
 import gc
 import importlib
@@ -10,9 +10,9 @@ from typing import NoReturn
 
 from cad.parts.housing import Housing, PartSize
 
-# Each of these imports all 140 modules of VTK to see whether there is any.
+# Each of these imports all 140 modules of VTK only to find out whether VTK is installed.
 _ASK_FOR_VTK = ("OCP.IVtk", "OCP.IVtkOCC", "OCP.IVtkTools", "OCP.IVtkVTK")
-# What CadQuery draws pictures, reads and writes DXF and places assemblies with, and trimesh searches, fits and loads.
+# Modules that CadQuery needs for pictures, DXF and constraints, and trimesh for searches, fits and other formats.
 _LEFT_OUT = (
     "PIL",
     "casadi",
@@ -36,10 +36,10 @@ _LEFT_OUT = (
 
 
 def load_kernel() -> None:
-    """Import all that draws, writes and checks a sensor, in a process that does nothing else.
+    """Import all modules that draw, write and check a sensor, in a worker that does nothing else.
 
-    What is imported stays to the end of the process. The garbage collector, which would search it again and again, is
-    told so: a third of the processor time of these imports was its.
+    The garbage collector is paused meanwhile and never visits the imported objects afterwards, because they stay until
+    the process ends. It took a third of the processor time of these imports.
     """
     gc.disable()
     try:
@@ -53,15 +53,15 @@ def load_kernel() -> None:
 
 
 def solid_size(housing: Housing) -> PartSize:
-    """Return volume, surface and areas of named faces of the solid of a housing [mm]."""
-    from cad.parts.housing_solid import housing_part  # a process that asks a worker for it needs no kernel
+    """Return the volume, the surface and the areas of named faces of the solid of a housing [mm]."""
+    from cad.parts.housing_solid import housing_part  # only the worker that runs this needs the kernel
 
     return housing_part(housing).size
 
 
 @contextmanager
 def _left_out() -> Iterator[None]:
-    """Let empty modules stand for those that are left out; who imports one afterwards gets the module itself."""
+    """Replace the modules of `_LEFT_OUT` by stand-ins inside the block; a later import loads the real module."""
     absent = [name for name in _LEFT_OUT if name not in sys.modules]
     sys.modules.update({name: _StandIn(name) for name in absent})
     try:
@@ -72,7 +72,7 @@ def _left_out() -> Iterator[None]:
 
 
 class _StandIn(ModuleType):
-    """A module, and whatever has a name in it: all can be imported, and none can be called."""
+    """A stand-in for a module and for every name in it, which can be imported but not called."""
 
     def __getattr__(self, name: str) -> "_StandIn":
         if name.startswith("__"):

@@ -1,1 +1,1 @@
-"""Verdicts on solids and files: measured on the geometry, not read from its dimensions."""
+"""Verdicts on solids and files, measured on their geometry instead of computed from the lengths of the design."""

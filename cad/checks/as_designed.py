@@ -1,4 +1,4 @@
-"""Whether the surface of a file is the surface of its design: the largest distance between both, and its place."""
+"""Comparison of a file with its design: the largest distance between both surfaces, its place and a likely cause."""
 
 from __future__ import annotations
 
@@ -24,25 +24,28 @@ from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
 
 NAME = "geometry.as_designed"
-OWN_MM = 0.02  # a file of this program may lie this much beside its design, and by the chord of its triangles
-FOREIGN_MM = 0.05  # another program has chosen the chord
+OWN_MM = 0.02  # largest distance of a file of this program, beside the chord of its triangles
+FOREIGN_MM = 0.05  # largest distance of a file of another program, which chose its own chord
 STEP_KINDS = (".step", ".stp")
 _STEP_ANGLE_RAD = 0.5  # largest angle between triangles of STEP files; the chord already bounds their distance
-_SAME_MM = 1e-4  # corners that round to the same multiple of it are one; an STL file holds 4e-6 mm at 60 mm
+_SAME_MM = 1e-4  # corners are equal if they round to the same multiple; an STL file resolves 4e-6 mm at 60 mm
 _SAME_SHARE = 1e-3  # relative accuracy of a distance, in addition to _SAME_MM
 _DIGITS = 4  # decimals of a distance [mm], as accurate as _SAME_MM
 _APART_MM = 0.4  # distance between rows of points on a triangle, and between points in a row
-_COVER_MM = math.sqrt(1.25) * _APART_MM  # no point of a triangle is farther from a point of its rows
-_NEAREST = (1, 8)  # numbers of the nearest points whose triangles are measured, first for all, then for the doubtful
-_AT_ONCE = 20_000  # points, so that a batch fits in the memory of a small machine
+_COVER_MM = math.sqrt(1.25) * _APART_MM  # largest distance of a point of a triangle from its nearest row point
+_NEAREST = (1, 8)  # sample points whose triangles are measured: the nearest for all points, eight for doubtful ones
+_AT_ONCE = 20_000  # points in a batch, which must fit in the memory of a small machine
 _TRIED = 300  # corners of a moved file that are measured before its whole surface
 UNITS = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0}
-_SAME_SIZE = 0.01  # relative, of a scale
-_SAME_DEG = 0.05  # largest turn that counts as none; turns are shown to a tenth
+_SAME_SIZE = 0.01  # relative tolerance of a scale
+_SAME_DEG = 0.05  # smallest turn that is reported; turns are shown to a tenth
 
 
 class Farthest(NamedTuple):
-    """The largest distance [mm] between two surfaces, and the point of which of them lies there."""
+    """The largest distance [mm] between two surfaces, the point [mm] where it is measured, and the owner of the point.
+
+    The owner is "file" or "design".
+    """
 
     distance: float
     point: Floats
@@ -52,10 +55,11 @@ class Farthest(NamedTuple):
 def as_designed_verdict(
     pairs: Mapping[str, tuple[trimesh.Trimesh, trimesh.Trimesh]], limit: float | None = None, against: str = ""
 ) -> Verdict:
-    """Return geometry.as_designed on triangles [mm] of files, by name, each with the triangles of its design.
+    """Return geometry.as_designed, the largest distance [mm] between files and their designs.
 
-    Without a limit [mm] each file has the limit of a file of this program. The verdict names the worst file, and what
-    of the design it was compared `against`.
+    `pairs` holds the triangles [mm] of each file and of its design, by the name of the file. Without a `limit` [mm]
+    each file gets the limit for files of this program. The verdict names the file that exceeds its limit most, and
+    `against`, the part of the design that it was compared with.
     """
     found = {}
     for name, (mesh, design) in pairs.items():
@@ -71,13 +75,13 @@ def as_designed_verdict(
         *(() if farthest.distance <= most else _explanations(mesh, design, most)),
         f"both ways between its surface{part}{place}",
     ]
-    change = round(enclosed_volume(mesh) - enclosed_volume(design), _DIGITS) + 0.0  # never -0
+    change = round(enclosed_volume(mesh) - enclosed_volume(design), _DIGITS) + 0.0  # + 0.0 turns -0 into 0
     reference.append(f"volume {change:+g} mm^3 beside the design's {enclosed_volume(design):.1f} mm^3")
     return judge(NAME, farthest.distance, f"{worst}: {'; '.join(reference)}", limit=most)
 
 
 def part_triangles(path: Path) -> trimesh.Trimesh:
-    """Return the triangles [mm] of a STEP, STL or 3MF file; raises ValueError for one that cannot be read."""
+    """Return the triangles [mm] of a STEP, STL or 3MF file; raises ValueError for an unreadable file."""
     kind = path.suffix.lower()
     if kind in STEP_KINDS:
         return shape_triangles(read_step(path), kind)
@@ -85,15 +89,15 @@ def part_triangles(path: Path) -> trimesh.Trimesh:
 
 
 def shape_triangles(shape: cq.Shape, kind: str) -> trimesh.Trimesh:
-    """Return the triangles [mm] by which a shape is compared with a file of a kind, 0.005 mm from it at most."""
+    """Return the triangles [mm] of a shape for a comparison with a file of a kind; they deviate by 0.005 mm at most."""
     return triangles(shape, _STEP_ANGLE_RAD) if kind in STEP_KINDS else triangles(shape)
 
 
 def largest_distance(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> Farthest:
-    """Return the largest distance of any point of the triangles of a file from its design's, or the other way [mm].
+    """Return the largest distance between the surfaces of a file and of its design, measured from both sides [mm].
 
-    Points lie 0.4 mm apart, on every corner too. What both have triangle for triangle is not measured: it lies within
-    1e-4 mm.
+    It is measured from points 0.4 mm apart and from every corner. Triangles that both surfaces share are left out,
+    because they are equal within 1e-4 mm.
     """
     return _largest_distance(_surface_of(mesh), _surface_of(design))
 
@@ -103,7 +107,8 @@ def _largest_distance(file: _Surface, designed: _Surface) -> Farthest:
     own, other = file.without(designed), designed.without(file)
     for owner, here, beside, there in (("file", own, other, designed), ("design", other, own, file)):
         points, _ = _points_on(here.corners)
-        # As written, they lie on what the other surface divides in other triangles: few points show that.
+        # Most often these points lie on unshared triangles of the other surface, which divides the same face
+        # differently. They are few, so this is tried before the whole surface.
         is_part = 0 < len(beside.corners) < len(there.corners)
         if len(points) and not (is_part and _farthest(points, beside)[0] == 0.0):
             found.append(Farthest(*_farthest(points, there), owner))
@@ -116,18 +121,18 @@ def _surface_of(mesh: trimesh.Trimesh) -> _Surface:
 
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """Triangles by their corners [mm], shape (n, 3, 3), and points on them that are drawn at the first query."""
+    """Triangles by their corners [mm], (n, 3, 3), with keys and sample points that are computed when first needed."""
 
     corners: Floats
 
     def without(self, other: _Surface) -> _Surface:
-        """Return the triangles that another surface does not have."""
+        """Return the triangles that another surface lacks."""
         is_shared = np.array([key in other.keys for key in self.keys_in_order])
         return _Surface(self.corners[~is_shared])
 
     @functools.cached_property
     def keys_in_order(self) -> list[bytes]:
-        """Return a key of each triangle, which another has with the same corners in any order."""
+        """Return a key for each triangle; triangles with the same corners in any order have equal keys."""
         rounded = np.round(self.corners / _SAME_MM).astype(np.int64)
         in_order = np.sort(rounded.view([("", np.int64)] * 3).reshape(-1, 3), axis=1)
         return [row.tobytes() for row in in_order]
@@ -139,16 +144,16 @@ class _Surface:
 
     @functools.cached_property
     def samples(self) -> tuple[cKDTree, npt.NDArray[np.int64]]:
-        """Return a tree of points on the triangles, and the number of the triangle of each."""
+        """Return a search tree of points on the triangles, and the number of the triangle of each point."""
         points, of_triangle = _points_on(self.corners)
         return cKDTree(points), of_triangle
 
 
 def _points_on(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Return points on triangles (n, 3, 3) in rows along their longest sides, and the triangle of each.
+    """Return points on triangles (n, 3, 3) in rows along their longest sides, and the triangle number of each point.
 
-    Rows lie 0.4 mm apart at most, and so do the points in a row. A point between two rows stands above the longer one,
-    as no angle at a longest side is obtuse: so it is within sqrt(1 + 1/4) x 0.4 mm of a point of that row.
+    Rows are at most 0.4 mm apart, and so are the points in a row. The angles at the longest side are acute, so every
+    point between two rows lies above the longer row. It is therefore within sqrt(1 + 1/4) x 0.4 mm of a point of it.
     """
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3
@@ -164,17 +169,20 @@ def _points_on(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
 
 
 def _spread(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
-    """Return the number of its set for each member of sets of these counts, and its place in it, evenly from 0 to 1."""
+    """Return the set number and the position of every member of consecutive sets with these counts.
+
+    The positions in a set are evenly spaced from 0 to 1.
+    """
     owner = np.repeat(np.arange(len(counts)), counts)
     place = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
     return owner, place / np.maximum(counts[owner] - 1, 1)
 
 
 def _farthest(points: Floats, surface: _Surface) -> tuple[float, Floats]:
-    """Return the largest distance of points (n, 3) from a surface, 0 below 1e-4 mm, and the point with it [mm].
+    """Return the largest distance of points (n, 3) from a surface [mm], 0 below 1e-4 mm, and its point.
 
-    From the largest bound on, distances are measured from all triangles that may be nearer, until none can be larger by
-    more than 0.1 % and 1e-4 mm.
+    Points are measured in the order of their upper bounds, each from all triangles that may be nearest. This ends when
+    no remaining bound exceeds the largest distance by more than 0.1 % and 1e-4 mm.
     """
     tree, of_triangle = surface.samples
     bounds = _bounds(points, surface)
@@ -190,10 +198,11 @@ def _farthest(points: Floats, surface: _Surface) -> tuple[float, Floats]:
 
 
 def _bounds(points: Floats, surface: _Surface) -> Floats:
-    """Return upper bounds of the distances of points (n, 3) from a surface [mm], close where they may be the largest.
+    """Return upper bounds of the distances of points (n, 3) from a surface [mm]; the largest bounds are close.
 
-    They are the distances from the triangles of the nearest sample points. A surface is nearer than its samples by no
-    more than these lie apart: so a point that is surely farther than others settles them.
+    A bound is the distance from the triangles of the nearest sample points. The true distance is at most `_COVER_MM`
+    smaller than the distance from the nearest sample. So the farthest point gives a lower bound of the result, and
+    points with bounds below it need no closer bound.
     """
     tree, of_triangle = surface.samples
     bounds = np.full(len(points), np.inf)
@@ -209,7 +218,10 @@ def _bounds(points: Floats, surface: _Surface) -> Floats:
 
 
 def _distances(points: Floats, corners: Floats) -> Floats:
-    """Return the distances of points (..., 3) from triangles (..., 3, 3) [mm]."""
+    """Return the distances of points (..., 3) from triangles (..., 3, 3) [mm].
+
+    A point above the face of a triangle has its height as distance; any other point is nearest to an edge.
+    """
     edges = np.roll(corners, -1, axis=-2) - corners
     from_corners = points[..., None, :] - corners
     squares = np.einsum("...i,...i->...", edges, edges)
@@ -224,7 +236,10 @@ def _distances(points: Floats, corners: Floats) -> Floats:
 
 
 def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) -> Iterator[str]:
-    """Yield what brings a file within the limit [mm] of its design: another unit, a place, a turn, a mirror."""
+    """Yield the changes that bring a file within the limit [mm] of its design: unit, position, rotation or mirror.
+
+    A person who exported a correct part in inches then reads the cause instead of only a distance.
+    """
     if not (enclosed_volume(mesh) > 0.0 and enclosed_volume(design) > 0.0):
         return
     scale = (enclosed_volume(design) / enclosed_volume(mesh)) ** (1.0 / 3.0)
@@ -245,9 +260,10 @@ def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) 
 
 
 def _motions(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list[Floats]:
-    """Return the matrices (4, 4) that may put a body on its design, those that turn it least first, mirrors last.
+    """Return candidate matrices (4, 4) that move a body onto its design: smallest rotation first, mirrors last.
 
-    The middle of the volume stays that of the body, and its principal axes of inertia stay such axes.
+    Each aligns the centres of mass; all but the first also align the principal axes of inertia. The axes have no sign,
+    so there are eight ways to align them.
     """
     own, designed = (np.asarray(each.principal_inertia_vectors) for each in (mesh, design))
     turns = [np.eye(3)]
@@ -262,7 +278,10 @@ def _motions(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list[Floats]:
 
 
 def _words(motion: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
-    """Yield how a file lies that a motion (4, 4) puts on its design; nothing for one in its place."""
+    """Yield a description of the position of a file, given the motion (4, 4) that puts it on its design.
+
+    Nothing is yielded for a file in its place.
+    """
     turn = motion[:3, :3]
     if np.linalg.det(turn) < 0.0:
         yield "the part is mirrored, else as designed"

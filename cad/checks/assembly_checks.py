@@ -1,4 +1,4 @@
-"""Verdicts on what is put together: a cover, made or read from a file, on its housing; the plates of a square."""
+"""Verdicts on assembled parts: a cover, made or read from a file, on its housing, and the two plates of a square."""
 
 import cadquery as cq
 
@@ -10,14 +10,15 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
 
-_TO_THE_STOP = (0.0, 0.5, 1.0)  # fractions of the way
+_TO_THE_STOP = (0.0, 0.5, 1.0)  # measured poses of an arm, as fractions of its way to the stop
 
 
 def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
-    """Return geometry.cover_clearance and _over_fruit [mm] of a back cover, made or read, and its turned copy.
+    """Return geometry.cover_clearance and geometry.cover_over_fruit [mm] for a cover on both faces of its housing.
 
-    A Hall read-out adds geometry.sensor_windows [mm]. Clearance is the least distance of a cover from shuttles, necks
-    and leaves, at rest, half way and at their stops. A plate of a square has a cover on its front alone.
+    `cover` is in the pose of the back cover; the front gets a turned copy. A plate of a square has only a front cover.
+    The clearance is the least distance of a cover from shuttles, necks and leaves, at rest, half way and at their
+    stops. A Hall read-out adds geometry.sensor_windows [mm].
     """
     front, back = cover_places(sensor.housing)
     covers = {} if sensor.housing.back_to_back else {"back": cover.moved(back)}
@@ -37,7 +38,10 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
 
 
 def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
-    """Return the arms of the first plate moved towards their stops, which is farther than any leaf of them goes."""
+    """Return the arms of the first plate, each named and moved by fractions of its way to the stop.
+
+    An arm moves as a rigid body, so its leaves move farther than they bend.
+    """
     plate = plate_places(sensor.housing)[0]
     poses = []
     for arm in sensor.housing.arms:
@@ -50,10 +54,10 @@ def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
 
 
 def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.plates [mm] of the two plates of a square; none for another sensor.
+    """Return geometry.plates [mm] for the two plates of a square, and nothing for other sensors.
 
-    Plates that run into each other, or whose pads do not meet, fail. Else the value is the least distance of what moves
-    in one plate, at rest, half way and at its stop, from the other.
+    Plates that intersect, or whose pads do not meet, fail. Else the value is the least distance of the moving parts of
+    one plate from the other plate, at rest, half way and at their stops.
     """
     if not sensor.housing.back_to_back:
         return ()

@@ -1,4 +1,4 @@
-"""Distances that must stay open: frame and necks from the fruit at full travel, moving parts from their stops."""
+"""Clearances: from frame and necks to the fruit at full travel, and from moving parts to their stops."""
 
 import itertools
 import math
@@ -18,20 +18,20 @@ from cad.parts.sensor import SensorSolids
 from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
 
-STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
-HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] from the high tip round to the side +y
-_REACH = 1.0  # [mm] beyond the plate, so that a cut leaves no skin
-_CHORD_MM = 2e-3  # of triangles that tell which headings come near
+STOP_SAFETY = 1.2  # least deflection at a stop, over the deflection at full travel; a judgement
+HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] side that a tilt lowers, from +x towards +y
+_REACH = 1.0  # [mm] extension of a cutting box beyond the plate, so that no thin skin remains
+_CHORD_MM = 2e-3  # largest distance between a face and the triangles that preselect headings
 _CHORD_ANGLE = 0.5  # rad
-_ON_SHUTTLE = (0.02, 0.5, 0.98)  # places that are measured, as shares of its width
-_ON_LEAF = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # and of the length from the wall
+_ON_SHUTTLE = (0.02, 0.5, 0.98)  # measured places on a shuttle, as shares of its width
+_ON_LEAF = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # measured places on a leaf, as shares of its length from the wall
 
 
 def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.frame_clearance and geometry.neck_clearance [mm]: smallest distance from the fruit.
+    """Return geometry.frame_clearance and geometry.neck_clearance [mm]: the smallest distances from the fruit.
 
-    The housing is lowered by the travel. The frame is tilted by 3 degrees, or the press's own tilt where that is more,
-    in 16 directions. The necks are tilted by the press's own tilt. The fruit is taken undeformed: it gives way.
+    The housing is lowered by the travel and tilted in 16 directions. The necks are tilted by the tilt of the press,
+    the frame by at least 3 degrees. The fruit is undeformed, which is safe, because a pressed fruit recedes.
     """
     housing = sensor.housing
     low, high = housing.arms
@@ -48,21 +48,27 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def fruit_clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape) -> Verdict:
-    """Return the smallest distance [mm] from the fruit of a shape in the sensor that moves with the frame."""
+    """Return the verdict on the distance [mm] from the fruit of a shape that moves with the frame.
+
+    The shape is in the sensor frame. It is tilted like the frame in `clearance_verdicts`.
+    """
     return _clearance(name, sensor, shape, largest_tilt(sensor.press))
 
 
 def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
-    """Return shuttle, neck, tip and leaves of one spring, cut from its wall at the roots [mm]."""
+    """Return shuttle, neck, tip and leaves of one spring, separated from the frame at the roots of the leaves [mm]."""
     across = (min(arm.wall, 0.0), max(arm.wall, 0.0))
     box = box_through(sensor.housing.depth, across, (-_REACH, sensor.housing.cavity_level))
     pieces = sensor.part.shape.intersect(box)
-    # The largest solid: the fillets of the cavity beside an arm stay with the frame.
+    # The box also cuts out fillets of the cavity, which belong to the frame; the arm is the largest solid.
     return max(pieces.Solids(), key=lambda solid: solid.Volume(), default=pieces)
 
 
 def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) -> Verdict:
-    """Return the smallest distance [mm] of a shape from the fruit at full travel, tilted by `tilt` [deg] any way."""
+    """Return the verdict on the smallest distance [mm] of a shape from the fruit at full travel.
+
+    The shape is tilted by `tilt` [deg] in every heading.
+    """
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()
     above_fruit = shape.moved(cq.Location(cq.Vector(0.0, 0.0, sensor.housing.beyond_face)))
@@ -77,10 +83,11 @@ def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) ->
 
 
 def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: float) -> tuple[float, ...]:
-    """Return the headings [deg] in which a shape may come nearest to a box, by the gaps of its triangles [mm].
+    """Return the headings [deg] in which a shape may come nearest to the box of a fruit.
 
-    A triangle is off its face by a chord's height at most: headings whose gaps differ by no more than twice that are
-    left to the kernel, and so are all where the triangles bound no body.
+    The kernel measures a distance slowly, so the gaps [mm] of triangles preselect headings. A triangle deviates from
+    its face by at most `_CHORD_MM`. A heading is kept if its gap exceeds the least gap by no more than twice this
+    deviation. All headings are kept if the triangles do not bound a body.
     """
     corners, triangles = _triangulated(shape)
     body = _bounded(corners, triangles)
@@ -93,13 +100,14 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
         matrix = location_matrix(pressed_pose(travel, tilt, heading))
         posed = corners @ matrix[:, :3].T + matrix[:, 3]
         of_corners = np.linalg.norm(np.maximum(0.0, np.maximum(bounds[0] - posed, posed - bounds[1])), axis=1)
-        gaps[heading] = body.transform(matrix).min_gap(box, of_corners.min() + _CHORD_MM)  # none is wider than this
+        # The nearest corner bounds the gap from above, and manifold searches only within such a bound.
+        gaps[heading] = body.transform(matrix).min_gap(box, of_corners.min() + _CHORD_MM)
     farthest = min(gaps.values()) + 2.0 * _CHORD_MM
     return tuple(heading for heading, gap in gaps.items() if gap <= farthest)
 
 
 def _triangulated(shape: cq.Shape) -> tuple[Floats, NDArray[np.uint64]]:
-    """Return the corners [mm] of the triangles of a shape, shape (n, 3), and their numbers, shape (m, 3)."""
+    """Return the corners [mm] of the triangles of a shape, (n, 3), and the corner numbers of each triangle, (m, 3)."""
     unmeshed = shape.copy()
     OCP.BRepMesh.BRepMesh_IncrementalMesh(unmeshed.wrapped, _CHORD_MM, isRelative=False, theAngDeflection=_CHORD_ANGLE)
     vertices, triangles = unmeshed.tessellate(_CHORD_MM, _CHORD_ANGLE)
@@ -108,14 +116,17 @@ def _triangulated(shape: cq.Shape) -> tuple[Floats, NDArray[np.uint64]]:
 
 
 def _bounded(corners: Floats, triangles: NDArray[np.uint64]) -> manifold3d.Manifold:
-    """Return the body that triangles bound, with a status where they bound none."""
+    """Return the body that triangles bound; its status is an error if they bound none."""
     mesh = manifold3d.Mesh64(corners, triangles)
     mesh.merge()
     return manifold3d.Manifold(mesh)
 
 
 def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
-    """Return the distance of a shape from the fruit, or minus the depth to which it reaches below the fruit's top."""
+    """Return the distance of a shape from the fruit [mm], negative if the shape enters the fruit.
+
+    A negative value is the level of its lowest point in the fruit, whose top is at 0.
+    """
     distance = shape.distance(fruit)
     if distance > 0.0:
         return float(distance)
@@ -124,10 +135,11 @@ def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
 
 
 def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple[Verdict, ...]:
-    """Return geometry.stops_low and _high: deflection [mm] at which shuttle or leaf first meets the frame.
+    """Return geometry.stops_* and geometry.deflected_gap_* [mm] for the low and the high arm.
 
-    The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above. With
-    them geometry.deflected_gap_low and _high [mm]: what is left between leaf and frame when the shuttle is stopped.
+    The first is the deflection at which shuttle or leaf first meets the frame. It must be at least 1.2 times the
+    deflection at full travel, which `deflections` [mm] holds for low and high spring. The second is the gap that
+    remains between leaf and frame when the shuttle is at its stop.
     """
     lines = solid_lines(sensor.part.shape)
     verdicts: list[Verdict] = []
@@ -137,10 +149,10 @@ def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple
 
 
 def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
-    """Return the verdicts on the stop of an arm beyond a deflection [mm], and on the gap above its leaf there.
+    """Return the verdicts on the stop of an arm and on the gap above its leaf at the stop.
 
-    The frame stops the shuttle, or first a point of the leaf, which moves by a fraction of the shuttle's deflection. A
-    guided leaf has the shape 3 s^2 - 2 s^3 over the fraction s of its length from the wall.
+    `deflection` [mm] is the deflection of the shuttle at full travel. The frame stops the shuttle or a point of the
+    leaf, whichever meets it first. A point of the leaf moves by `guided_share` of the deflection of the shuttle.
     """
     stops = f"geometry.stops_{arm.name}"
     gap = f"geometry.deflected_gap_{arm.name}"
@@ -149,7 +161,7 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     for fraction in _ON_SHUTTLE:
         x = arm.shuttle - arm.sign * fraction * housing.shuttle_width
         shuttle_stop = min(shuttle_stop, _gap_above(lines, (x, 0.0, housing.neck_level)))
-    leaf_gaps = {}  # of points of the upper leaf, by how much of the shuttle's deflection they move
+    leaf_gaps = {}  # gaps [mm] above points of the upper leaf, by their share of the deflection of the shuttle
     for fraction in _ON_LEAF:
         moved = guided_share(fraction)
         x = arm.wall + fraction * (arm.shuttle - arm.wall)
@@ -171,14 +183,18 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
 
 
 def guided_share(s: float) -> float:
-    """Return the share of the shuttle's deflection that a guided leaf has at a share s of its length from the wall."""
+    """Return the deflection of a guided leaf at the share s of its length from the wall, over that of the shuttle [1].
+
+    This is the cubic of a beam between two ends that do not rotate.
+    """
     return 3.0 * s**2 - 2.0 * s**3
 
 
 def _gap_above(lines: Lines, point: Vector) -> float:
-    """Return the open distance above the material around a point [mm]; infinite where there is no such, or none above.
+    """Return the open distance above the material around a point [mm].
 
-    A bar that touches the material is one with it.
+    It is infinite if the point is outside the material or nothing is above it. A second body that touches the material
+    is treated as one with it.
     """
     spans = lines(point, UP)
     for here, above in itertools.pairwise(spans):

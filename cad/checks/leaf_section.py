@@ -1,4 +1,4 @@
-"""Thickness of the leaves, measured by lines through a solid or a mesh."""
+"""Thickness of the leaves, measured along vertical lines through a solid or a mesh."""
 
 import itertools
 from collections.abc import Mapping
@@ -9,20 +9,21 @@ from sensor.verdict import Verdict, judge
 
 THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
 _ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # shares of the straight part of a leaf
-_BESIDE_MIDDLE = 0.03  # share of the depth, not on the plane of symmetry, where triangles share an edge
-_ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # shares of the depth
+_BESIDE_MIDDLE = 0.03  # share of the depth; a line in the plane of symmetry would run along edges of triangles
+_ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # shares of the depth, from its middle; two lie near the faces
 
 
 def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Verdict, ...]:
-    """Return geometry.leaf_thickness_low and _high: the thickness [mm] farthest from the declared one.
+    """Return geometry.leaf_thickness_low and _high: the measured thickness [mm] that differs most from the design.
 
-    The forms (solid, STEP, STL) stand in the sensor frame; every one is measured at 15 places on each leaf.
+    `forms` are the lines through the solid, the STEP and the STL, all in the sensor frame. Each leaf is measured at 15
+    places in every form.
     """
     return tuple(_leaf_thickness_verdict(housing, arm, forms) for arm in housing.arms)
 
 
 def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Lines]) -> Verdict:
-    """Return the verdict on both leaves of an arm; failed where a line meets no leaf at all."""
+    """Return the verdict on both leaves of an arm, which fails if a line meets no leaf."""
     name = f"geometry.leaf_thickness_{arm.name}"
     declared = arm.flexure.thickness
     worst = declared
@@ -41,7 +42,7 @@ def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Line
 
 
 def _leaf_points(housing: Housing, arm: Arm) -> list[Vector]:
-    """Return points [mm] on the middle planes of the straight parts of both leaves."""
+    """Return points [mm] on the middle planes of both leaves, in their straight parts between the fillets."""
     left, right = arm.roots
     start = left + arm.flexure.fillet
     straight = right - arm.flexure.fillet - start

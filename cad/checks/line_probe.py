@@ -1,4 +1,4 @@
-"""Where a straight line runs inside a solid: exact on a B-rep, by triangles on a mesh."""
+"""The spans of a straight line inside a part: exact on a B-rep, by triangles on a mesh."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from sensor.arrays import Floats
 
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
-_EDGE = 1e-9  # of a triangle: a line that passes by no more than this meets its edge
+_EDGE = 1e-9  # barycentric tolerance, so that a line through a shared edge meets both triangles
 
 
 class Chord(NamedTuple):
-    """Where a line enters the material and where it leaves it [mm along the line]."""
+    """The span of a line inside the material, from entry to exit [mm along the line]."""
 
     enter: float
     leave: float
 
 
-# The spans [mm along the unit direction] where the endless line through a start is inside a form of a part.
 Lines = Callable[[Vector, Vector], tuple[Chord, ...]]
+"""A function of a start [mm] and a unit direction that returns the spans of this infinite line inside a part."""
 
 
 def solid_lines(shape: cq.Shape) -> Lines:
-    """Return the spans of lines inside a B-rep solid [mm]."""
+    """Return the function that measures lines through a B-rep solid [mm]."""
     faces = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
     faces.Load(shape.wrapped, 1e-7)
 
@@ -43,9 +43,9 @@ def solid_lines(shape: cq.Shape) -> Lines:
 
 
 def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
-    """Return the spans of lines inside a closed mesh of triangles [mm].
+    """Return the function that measures lines through a closed mesh of triangles [mm].
 
-    T. Moller, B. Trumbore, J. Graphics Tools 2 (1997) 21; a line through an edge meets both of its triangles.
+    The method is T. Moller, B. Trumbore, J. Graphics Tools 2 (1997) 21.
     """
     corners = np.asarray(mesh.triangles)
     corner = corners[:, 0]
@@ -57,7 +57,7 @@ def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
         from_corner = np.array(start) - corner
         across = np.cross(unit, second)
         volume = np.einsum("ij,ij->i", first, across)
-        with np.errstate(divide="ignore", invalid="ignore"):  # of triangles along the line
+        with np.errstate(divide="ignore", invalid="ignore"):  # triangles parallel to the line
             u = np.einsum("ij,ij->i", from_corner, across) / volume
             along = np.cross(from_corner, first)
             v = along @ unit / volume
@@ -69,9 +69,9 @@ def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
 
 
 def _paired(crossings: Floats) -> tuple[Chord, ...]:
-    """Return spans from crossings, each pair an entry and an exit; an odd count has no spans.
+    """Return the spans between crossings [mm], which alternate between entry and exit; none for an odd count.
 
-    Two crossings very near each other are one edge that two faces share.
+    Crossings within `NEAR_MM` are merged, because a line through a shared edge crosses two faces at one point.
     """
     ordered = np.sort(crossings)
     is_new = np.diff(ordered, prepend=-np.inf) > NEAR_MM

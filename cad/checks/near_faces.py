@@ -1,4 +1,4 @@
-"""The least distance of bodies that stand apart, from the few pairs of faces whose boxes are near each other."""
+"""The least distance of separate bodies, measured only between faces whose bounding boxes are near each other."""
 
 from collections.abc import Mapping
 
@@ -7,16 +7,16 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-PLACE_TOLERANCE_MM = 1e-3  # of a distance or a wall that a limit bounds
-_ROUND_OFF = 1e-9  # [mm] of a box: a pair that is farther apart by this can be no nearer
+PLACE_TOLERANCE_MM = 1e-3  # tolerance of a distance or a wall against its limit
+_ROUND_OFF = 1e-9  # [mm] round-off of the gap between two boxes
 
 
 def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, float]:
-    """Return the name of the pair of shapes that stand nearest to each other, and their least distance [mm].
+    """Return the name of the pair of shapes that are nearest to each other, and their least distance [mm].
 
-    It is 0 where shapes cross or one lies in the other. Pairs of faces are measured from those whose boxes are nearest
-    on, until the next boxes are farther apart than the least distance of all so far. So the kernel measures every pair
-    that might count, whichever is nearest.
+    The distance is 0 if shapes cross or one lies in the other. The kernel measures pairs of faces in the order of the
+    gaps between their boxes. It stops when the next gap exceeds the least distance found, because the faces cannot be
+    nearer than their boxes.
     """
     faces = {shape: shape.Faces() for pair in pairs.values() for shape in pair}
     boxes = {shape: _boxes(of_shape) for shape, of_shape in faces.items()}
@@ -37,18 +37,18 @@ def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, f
 
 
 def _lies_in(shape: cq.Shape, other: cq.Shape) -> bool:
-    """Say whether a corner of a shape lies in a solid of another."""
+    """Return whether the first corner of a shape lies in a solid of another."""
     corner = shape.Vertices()[0].Center()
     return any(solid.isInside(corner) for solid in other.Solids())
 
 
 def _boxes(faces: list[cq.Face]) -> Floats:
-    """Return the least and the largest x, y and z of faces [mm], shape (faces, 2, 3)."""
+    """Return the bounding boxes of faces [mm], (faces, 2, 3): the least and the largest x, y and z."""
     boxes = [face.BoundingBox() for face in faces]
     return np.array([[(box.xmin, box.ymin, box.zmin), (box.xmax, box.ymax, box.zmax)] for box in boxes])
 
 
 def _gaps(boxes: Floats, others: Floats) -> Floats:
-    """Return the distances between boxes, both as `_boxes` gives them, shape (boxes, others) [mm]."""
+    """Return the gaps between two sets of boxes from `_boxes` [mm], (boxes, others); 0 for boxes that overlap."""
     beyond = np.maximum(others[None, :, 0] - boxes[:, None, 1], boxes[:, None, 0] - others[None, :, 1])
     return np.asarray(np.linalg.norm(np.maximum(beyond, 0.0), axis=2))

@@ -1,4 +1,4 @@
-"""Verdicts on one part of any origin: on a solid, on triangles, on a STEP, STL or 3MF file."""
+"""Verdicts on one part of any origin: a solid, triangles, or a STEP, STL or 3MF file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
 def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
-    """Return geometry.valid (count of faulty faces, edges, vertices) and geometry.one_solid (count of solids)."""
+    """Return geometry.valid (number of faulty faces, edges and vertices) and geometry.one_solid (number of solids)."""
     analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
     faulty = 0
     if not analyser.IsValid():
@@ -49,7 +49,7 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
 def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return every verdict on triangles [mm]: closed, one body, size, wall, gap, overhang.
 
-    Only what still has a meaning is measured on a mesh that is not closed.
+    Wall, gap and overhang are left out if the mesh is not closed, because they would have no meaning.
     """
     mesh = without_collapsed(mesh)
     closed = closed_verdicts(mesh)
@@ -62,8 +62,8 @@ def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) ->
 def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict, ...]:
     """Return every verdict on a STEP, STL or 3MF file of any origin, for a process.
 
-    An STL or a 3MF is taken in print pose, a STEP in the best of six poses. Raises OSError for a missing file,
-    InputError for another kind of file; a file that cannot be read fails geometry.readable.
+    An STL or 3MF file is assumed to be in print pose; a STEP file is judged in the best of six poses. Raises OSError
+    for a missing file and InputError for another kind of file. A file that cannot be read fails geometry.readable.
     """
     kind = path.suffix.lower()
     if kind not in KINDS:
@@ -82,7 +82,7 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
 
 
 def existing_file(path: Path) -> Path:
-    """Return the path of a file; raises FileNotFoundError where there is none."""
+    """Return the path of a file; raises FileNotFoundError if it does not exist."""
     if not path.is_file():
         msg = f"{path.name}: there is no such file; check the path"
         raise FileNotFoundError(msg)

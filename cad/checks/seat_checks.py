@@ -1,4 +1,4 @@
-"""Verdicts on the walls around the magnets and the sensors of a Hall read-out, by the lengths of its design."""
+"""Verdicts on the walls around the magnets and the Hall sensors, computed from the lengths of the design."""
 
 from collections.abc import Mapping
 
@@ -10,9 +10,9 @@ from sensor.verdict import Verdict, judge
 
 
 def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.magnet_pockets: the thinnest wall [mm] around a pocket for a magnet; none without a read-out.
+    """Return geometry.magnet_pockets: the thinnest wall [mm] around a magnet pocket; nothing without a Hall read-out.
 
-    Above and below both pockets of a shuttle the wall is some millimetres thick, whatever the design.
+    The walls above and below the two pockets of a shuttle are not judged: they are millimetres thick in every design.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None:
@@ -26,9 +26,9 @@ def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.sensor_windows: the thinnest wall [mm] under and between sensors; none without a read-out.
+    """Return geometry.sensor_windows: the thinnest wall [mm] of the cover under and between the Hall sensors.
 
-    It fails if the sensors have no room side by side.
+    Nothing is returned without a Hall read-out. The verdict fails if the sensors do not fit side by side.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None:
@@ -46,7 +46,7 @@ def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def _thinnest(name: str, walls: Mapping[str, float], limit: float) -> Verdict:
-    """Return a verdict on the thinnest of some walls [mm], named by their places."""
+    """Return the verdict on the thinnest of several walls [mm], which are named by their places."""
     place = min(walls, key=walls.__getitem__)
     reference = f"thinnest wall by the lengths of the design: {place}"
     return judge(name, walls[place], reference, limit=limit, tolerance=PLACE_TOLERANCE_MM)

@@ -1,4 +1,4 @@
-"""Geometry verdicts on a sensor together with the files written from it."""
+"""All geometry verdicts on a sensor and on the files written from it."""
 
 from pathlib import Path
 
@@ -18,8 +18,8 @@ from sensor.verdict import READABLE, Verdict, judge
 def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: Path) -> tuple[Verdict, ...]:
     """Return every geometry verdict on a sensor and on housing.step and housing.stl in a folder.
 
-    The deflections [mm] of low and high spring are those at full
-    travel. Raises FileNotFoundError; a file that cannot be read fails geometry.readable.
+    `deflections` [mm] are the deflections of low and high spring at full travel. Raises FileNotFoundError; a file that
+    cannot be read fails geometry.readable.
     """
     for name in ("housing.step", "housing.stl"):
         existing_file(folder / name)
@@ -31,7 +31,7 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
 
 
 def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: FormsRead) -> tuple[Verdict, ...]:
-    """Return every geometry verdict on a sensor and on what was read of its files, as `check_sensor`."""
+    """Return every geometry verdict on a sensor and on its files after reading; see `check_sensor`."""
     shape = sensor.part.shape
     step = read.step
     stl = sensor_pose(read.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back is not None)

@@ -1,4 +1,4 @@
-"""Verdicts on triangles of any origin: closed, thick enough, open enough, carried, of a plausible size."""
+"""Verdicts on triangles of any origin: closed surface, size, walls, gaps and overhangs."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from sensor.verdict import Verdict, judge
 Indices = npt.NDArray[np.int64]
 
 RAY_TOLERANCE_MM = 1e-3  # a mesh file holds single precision
-SHORTEST_MM = 5.0  # of a sensor or a coupon; a part in metres is 0.07 long
-LONGEST_MM = 1000.0  # likewise; a part in micrometres is 70000 long
+SHORTEST_MM = 5.0  # least longest side of a sensor or a coupon; one exported in metres measures 0.07
+LONGEST_MM = 1000.0  # largest longest side; one exported in micrometres measures 70000
 AS_IT_STANDS = "as it stands"
 POSES = {
     AS_IT_STANDS: (0.0, 0.0, 1.0), "upside down": (0.0, 0.0, -1.0), "+x up": (1.0, 0.0, 0.0),
@@ -25,15 +25,18 @@ POSES = {
 }  # fmt: skip
 _FACES_OF_AN_EDGE = 2
 _SAMPLES = 2000
-_OPPOSITE = -0.75  # cosine between two faces of one wall; the faces of a 45 degree wedge are no wall
+_OPPOSITE = -0.75  # largest cosine between the normals of a wall; the faces of a 45 degree wedge are not a wall
 _FARTHEST_MM = 16.0  # far more than any wall or gap that matters
-_OFF_SURFACE_MM = 1e-5  # so that a ray does not meet the triangle that it starts from
-_BED_MM = 0.05
-_SPREAD_DEG = 0.5  # a facet of a round or 45 degree face is this much off
+_OFF_SURFACE_MM = 1e-5  # start of a ray above its triangle, so that the ray does not meet it
+_BED_MM = 0.05  # height above the lowest point up to which a face lies on the print bed
+_SPREAD_DEG = 0.5  # angular error of a facet of a round or 45 degree face
 
 
 def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
-    """Return geometry.watertight (count of open edges; 1 inside out) and geometry.manifold (edges of 3 faces)."""
+    """Return geometry.watertight (number of open edges) and geometry.manifold (number of edges with 3 or more faces).
+
+    The value of geometry.watertight is 1 for a closed surface whose triangles face inward.
+    """
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     loose = edges[counts < _FACES_OF_AN_EDGE]
     shared = edges[counts > _FACES_OF_AN_EDGE]
@@ -50,7 +53,7 @@ def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
 
 
 def _first(mesh: trimesh.Trimesh, edges: Indices) -> str:
-    """Return where the first of some edges lies, in words; nothing where there is none."""
+    """Return the ends of the first edge as text; empty without edges."""
     if len(edges) == 0:
         return ""
     start, end = mesh.vertices[edges[0]]
@@ -62,7 +65,10 @@ def _point(point: Floats) -> str:
 
 
 def enclosed_volume(mesh: trimesh.Trimesh) -> float:
-    """Return the volume inside [mm^3], which may be 0: trimesh divides by it for a centre of mass that nobody asks."""
+    """Return the enclosed volume [mm^3].
+
+    For a flat mesh it is 0; then trimesh divides by 0 for a centre of mass, and its warnings are silenced.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(mesh.volume)
 
@@ -73,7 +79,7 @@ def body_verdict(mesh: trimesh.Trimesh) -> Verdict:
 
 
 def without_collapsed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return a mesh without its triangles that have two equal corners: a kernel writes some at the poles of a ball."""
+    """Return a mesh without triangles that have two equal corners, as CAD kernels write them at the poles of balls."""
     faces = np.asarray(mesh.faces)
     is_collapsed = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
     if not is_collapsed.any():
@@ -111,7 +117,7 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
 def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return geometry.min_wall, geometry.min_gap and geometry.overhang [mm] for a process.
 
-    The overhang is that of the best of the poses; a file in print pose has one, "as it stands".
+    The overhang is measured in each pose, and the least is judged. A file in print pose has one pose, "as it stands".
     """
     widths = {pose: widest_ledge(mesh, np.array(POSES[pose]), process.overhang_deg) for pose in poses}
     best_pose = min(widths, key=widths.__getitem__)
@@ -125,26 +131,27 @@ def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterab
 
 @dataclass(frozen=True, kw_only=True)
 class FacingDistance:
-    """The shortest distance [mm] between two faces that look at each other, and the point where it starts."""
+    """The shortest distance [mm] between two opposite faces, and the point where it starts [mm]."""
 
     length: float
     start: Floats
 
 
 def least_wall(mesh: trimesh.Trimesh) -> FacingDistance | None:
-    """Return the thinnest wall, or None where no two faces within 16 mm are opposite each other."""
+    """Return the thinnest wall, or None if no two faces within 16 mm are opposite."""
     return _least_distance(mesh, -1.0)
 
 
 def least_gap(mesh: trimesh.Trimesh) -> FacingDistance | None:
-    """Return the narrowest gap between two faces of the mesh, or None where there is none within 16 mm."""
+    """Return the narrowest gap between two faces of the mesh, or None if there is none within 16 mm."""
     return _least_distance(mesh, 1.0)
 
 
 def _least_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDistance | None:
-    """Return the shortest ray from the surface along its normal, or against it, to a face that looks back.
+    """Return the shortest ray from the surface to a face whose normal is opposite.
 
-    Rays start at random points, the same in each run, and in the middle of the largest triangle of each plane face.
+    A `sense` of 1 sends rays outward and -1 inward. Rays start at random points, with a fixed seed, and at the centre
+    of the largest triangle of each plane face.
     """
     random_points, random_faces = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
     of_planes = [facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets]
@@ -172,10 +179,10 @@ def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, 
 
 
 def widest_ledge(mesh: trimesh.Trimesh, up: Floats, limit_deg: float) -> float:
-    """Return the width [mm] of the widest patch of faces that hang over more than the limit [deg from the vertical].
+    """Return the width [mm] of the widest connected patch of faces that overhang.
 
-    The width of a patch is the short side of the smallest rectangle around it, seen from above. Faces on the
-    print bed carry themselves. Up is one of the six axes.
+    A face overhangs if it leans more than `limit_deg` from the vertical and does not lie on the print bed. The width of
+    a patch is the short side of the smallest rectangle around it in plan view. `up` is one of the six axes.
     """
     level = np.asarray(mesh.triangles) @ up
     is_steep = -(np.asarray(mesh.face_normals) @ up) > np.sin(np.radians(min(limit_deg + _SPREAD_DEG, 90.0)))
