@@ -182,7 +182,7 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     counted = [read[press] for press in that_count]
     turn = sensor.report.design.tips.tip_layout.turn_deg
     causes = {"few_presses": len(counted) < (asked or 2)}
-    answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn or None)
+    answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
     if counted:
         logs = [math.log(press.E) for press in counted if press.E is not None]
         E = math.exp(press_core.middle_of(logs))
@@ -214,7 +214,7 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     # A press outside of the range or of the scale does not flag a fruit that is inside.
     of_presses = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
     again = next((told for flag, told in PRESS_AGAIN.items() if flag in of_fruit), None)
-    hint = None if again is None else again.format(turn=TURN[turn > 0.0].format(turn=turn))
+    hint = None if again is None else again.format(turn=TURN[turn is not None].format(turn=turn))
     return replace(answer, flags=(*of_fruit, *of_presses), hint=hint)
 
 

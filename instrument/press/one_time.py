@@ -46,9 +46,11 @@ def at_one_time(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -
     samples = itertools.chain(ahead, iterator)
     if ahead and ahead[0].times:
         return Timing(lag=2), _interpolated(samples, source)
-    channels = sensor.report.read_out.channels
-    deviation = channels.time_deviation_s
-    if not any(channels.delays_s):
+    signal = sensor.report.read_out.signal
+    if signal is None:
+        return Timing(), samples
+    deviation = signal.time_deviation / signal.rate_Hz
+    if not any(signal.delay_ms):
         return Timing(deviation), samples
     intervals = [after.t - before.t for before, after in itertools.pairwise(ahead)]
     interval = statistics.median(intervals) if intervals else math.inf
@@ -56,9 +58,9 @@ def at_one_time(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -
         name = f"{source}: time from line to line"
         bound = "above 0 s, for the read-out converts one channel after the other"
         raise validation_error(name, interval, "s", bound, "write the time of each line")
-    if interval < CLOSEST * channels.period_s:  # uniform between two lines (JCGM 100:2008, 4.3.7)
+    if interval < CLOSEST * (1.0 / signal.rate_Hz):  # uniform between two lines (JCGM 100:2008, 4.3.7)
         return Timing(max(deviation, interval / math.sqrt(12.0))), samples
-    timed = (sample._replace(times=tuple(sample.t + delay for delay in channels.delays_s)) for sample in samples)
+    timed = (sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in signal.delay_ms)) for sample in samples)
     return Timing(deviation, lag=2), _interpolated(timed, source)
 
 

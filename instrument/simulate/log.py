@@ -34,11 +34,11 @@ def log_of(
 
     With a random generator, channels have noise, conversion times scatter, and zeros drift after the tare.
     """
-    channels = report.read_out.channels
+    signal = report.read_out.signal
     tips = len(unit.heights)
     delays = np.zeros(tips)
-    if channels.delays_s and rate * channels.period_s < 1.0 / AT_ONCE:
-        delays = np.array(channels.delays_s)
+    if signal is not None and signal.delay_ms and rate * (1.0 / signal.rate_Hz) < 1.0 / AT_ONCE:
+        delays = 1e-3 * np.array(signal.delay_ms)
     tare_s = max(TARE_S, TARE_SAMPLES / rate)
     begins, end = [], tare_s
     for press in presses:
@@ -47,7 +47,9 @@ def log_of(
     t = np.arange(int(np.ceil(end * rate)) + 1) / rate
     at = t[:, None] + delays
     if rng is not None:
-        at = at + np.sqrt(3.0) * channels.time_deviation_s * rng.uniform(-1.0, 1.0, tips)
+        late = rng.uniform(-1.0, 1.0, tips)
+        if signal is not None:
+            at = at + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * late
     deflections = np.zeros((len(t), tips))
     for begin, press in zip(begins, presses, strict=True):
         deflections += press.at(at - begin)

@@ -33,18 +33,13 @@ def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadChannels:
-    """The errors and times of the channels by the read-out, in the order of the tips.
+    """The errors of the channels by the read-out, in the order of the tips, and the counts at which they saturate.
 
-    Zeros and gains drift by at most `zero_drift_N` and `gain_drift_percent`. A channel is converted `delays_s` after
-    the first one of its sample, and `time_deviation_s` is the standard deviation of its time. `period_s` is the time
-    between two samples.
+    Zeros and gains drift by at most `zero_drift_N` and `gain_drift_percent`.
     """
 
     zero_drift_N: tuple[float, ...]
     gain_drift_percent: tuple[float, ...]
-    delays_s: tuple[float, ...] = ()
-    period_s: float = 0.0
-    time_deviation_s: float = 0.0
     saturation_counts: int = 2**23 - 1  # converter of 24 bits
 
 
@@ -126,10 +121,7 @@ class ReadingConstants(Record):
 
     @property
     def channels(self) -> ReadChannels:
-        """Return the errors and times of the channels.
-
-        Without a read-out, channels are simultaneous and do not drift.
-        """
+        """Return the errors of the channels, which do not drift without a read-out."""
         signal = self.signal
         if signal is None:
             none = (0.0,) * len(self.full_scale_N)
@@ -137,9 +129,6 @@ class ReadingConstants(Record):
         return ReadChannels(
             zero_drift_N=signal.zero_drift_N,
             gain_drift_percent=signal.gain_drift_percent,
-            delays_s=tuple(1e-3 * delay for delay in signal.delay_ms),
-            period_s=1.0 / signal.rate_Hz,
-            time_deviation_s=signal.time_deviation / signal.rate_Hz,
             saturation_counts=signal.saturation_counts,
         )
 

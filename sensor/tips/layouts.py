@@ -29,7 +29,7 @@ class Layout:
     choice. `outer` are the indices of the tips that `tips.outer_mm` makes protrude. `plates` is the number of equal
     plates: 2 back to back, 0 without a housing. A large distance of the two leaves of a flexure, `leaf_separation_mm`,
     keeps the tip from tilting, which a thin plate needs most. `turn_deg` is the turn about the press axis that puts low
-    tips in the places of high ones, or 0 if no turn does.
+    tips in the places of high ones, or None if no turn does.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Layout:
     leaf_separation_mm: float = 14.0
     shuttle_width_mm: float = 6.0
     top_bar_mm: float = 6.0
-    turn_deg: float = 0.0
+    turn_deg: float | None = None
 
     @property
     def is_pair(self) -> bool:

@@ -196,7 +196,7 @@ def test_channels_come_one_after_the_other_in_a_log_of_the_read_out(mango):
     slow, fast = (numbers_of(log_of(report, unit, [press], rate)) for rate in (42.0, 420.0))
     late = 1e3 * (np.interp(2.0, slow[:, 0], slow[:, 3]) - np.interp(2.0, fast[:, 0], fast[:, 3]))
     slope = 1e3 * np.gradient(fast[:, 3], fast[:, 0])[840]
-    assert late == pytest.approx(slope * report.read_out.channels.delays_s[2], rel=0.1)
+    assert late == pytest.approx(slope * 1e-3 * report.read_out.signal.delay_ms[2], rel=0.1)
 
 
 @pytest.mark.slow

@@ -24,4 +24,4 @@ def test_least_turn_that_exchanges_low_and_high_tips(layout):
     for order in layout.orders:
         exchanged = {place: "HL"["LH".index(spring)] for place, spring in turned(layout, order, 0.0).items()}
         turns = [degrees for degrees in range(15, 360, 15) if turned(layout, order, degrees) == exchanged]
-        assert layout.turn_deg == (min(turns) if turns else 0.0)
+        assert layout.turn_deg == min(turns, default=None)
