@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from benchmarks.bars.benches import bench_checks
 from benchmarks.bars.check import ReferenceCheck
 from benchmarks.bars.compression import ball_checks
 from benchmarks.bars.contact import compliance_checks, direct_checks, truth_checks
@@ -44,6 +45,7 @@ CHECKS: dict[str, Callable[..., Sequence[ReferenceCheck]]] = {
     "design": design_checks,
     "moved nodes": jittered_checks,
     "clamp": grounded_checks,
+    "bench": bench_checks,
 }
 TABLES = {"fruit": Fruit, "tips": Tips, "press": Press, "targets": Targets}
 MAY_BE_REFUSED = ("contact", "press", "leaf", "design", "moved nodes", "clamp")

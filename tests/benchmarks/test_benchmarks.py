@@ -1,6 +1,5 @@
 """The benchmarks: the product's rows inside their bars, peers on the same mesh agree, a peer that lies is refused."""
 
-import itertools
 import json
 import os
 import shutil
@@ -11,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bars import bars, holds
 from deadline import DEADLINE_S
 
 from benchmarks import calculix as calculix_module
-from benchmarks import contact, flexure, peers, unilateral
+from benchmarks import flexure, peers
 from benchmarks.calculix import calculix
 from benchmarks.deck import TETRAHEDRA
 from benchmarks.peers import FELUPE, PeerTask, peer_answer
@@ -50,19 +50,9 @@ def contact_scene():
     return mesh, Deck(elements=elements, sets=sets, E=1.0, poisson=FRUIT.poisson, steps=[step], asked="high_tip")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("bench", "rows", "count"),
-    [
-        (contact.BENCH, contact.split_rows, 4),
-        (unilateral.BENCH, unilateral.product_rows, 2),
-        (flexure.BENCH, flexure.product_rows, 3),
-    ],
-)
-def test_the_products_rows_are_inside_their_bars(bench, rows, count):
-    """The reference's own error counts."""
-    for row in itertools.islice(rows(), count):
-        assert abs(row.errors[0]) <= row.error_bar + bench.reference.relative_error
+@pytest.mark.parametrize("name", bars("bench"))
+def test_error_bar_of_the_products_rows_holds(name):
+    holds(name)
 
 
 def test_comparison_with_the_products_element_is_the_product(housing_mesh):
