@@ -73,7 +73,7 @@ class RunOptions:
         """Check each field, and refuse fields of a mesh together with a look."""
         check_fields(self, "options")
         if self.look and self.fields:
-            raise validation_error("--fields", "given", "", "left out beside --look", "ask for a whole run")
+            raise validation_error("--fields", "given", "", "left out if --look is given", "ask for a whole run")
 
     @property
     def command(self) -> str:

@@ -64,7 +64,7 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
         after = WEIGHED_AFTER_S if after_s is None else after_s
         return Weighing(forces=forces, after_s=after, creep=creep, own=False)
     if after_s is not None:
-        bound = "left out beside a column t_s, which has the times"
+        bound = "left out if a column t_s has the times"
         raise validation_error("--after", after_s, "s", bound, "give one of the two")
     _refuse_bad_times(table)
     loaded = forces != 0.0

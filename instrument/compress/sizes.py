@@ -57,7 +57,7 @@ def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
     for name in flags:
         if name in columns:
             place = place_of(table.source, table.header.line, columns[name].label)
-            bound = f"left out beside --{name.replace('_', '-')}"
+            bound = f"left out if --{name.replace('_', '-')} is given"
             raise validation_error(place, columns[name].label, "", bound, "give each size once")
     of_each: dict[tuple[str, str], dict[str, float]] = {}
     for row in table.rows:

@@ -120,9 +120,8 @@ def _completed(
 def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractContextManager[Engine]:
     """Return the cluster of a scheduler if one is named, else processes on this machine; raises InputError for both."""
     if processes is not None and scheduler is not None:
-        raise validation_error(
-            "--processes", processes, "", "left out beside --scheduler", "leave it out: the cluster has its own workers"
-        )
+        hint = "leave it out: the cluster has its own workers"
+        raise validation_error("--processes", processes, "", "left out if --scheduler is given", hint)
     return process_engine(processes) if scheduler is None else cluster_engine(scheduler)
 
 

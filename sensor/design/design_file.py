@@ -60,7 +60,7 @@ def refuse_typed_noise(reading: object) -> None:
     """Raise InputError for a noise that is set beside [readout], which computes the noise."""
     for key in _TYPED_NOISE:
         if isinstance(reading, Mapping) and key in reading:
-            bound = "left out beside [readout], which computes it"
+            bound = "left out if [readout] is given, because it computes the noise"
             name = f"reading.{key}"
             raise validation_error(name, reading[key], "", bound, "drop one of the two")
 

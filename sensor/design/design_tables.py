@@ -56,7 +56,9 @@ class DesignTables:
             if not isinstance(data["printer"], Mapping):
                 raise not_a_table("printer", data["printer"])
             if file_name is not None:
-                raise validation_error(_PROCESS_FILE, file_name, "", "left out beside [printer]", "keep one of the two")
+                raise validation_error(
+                    _PROCESS_FILE, file_name, "", "left out if [printer] is given", "keep one of the two"
+                )
             check_process_name(process)
             return cls(tables=tables, own={str(process): data["printer"]})
         if file_name is None:
@@ -155,7 +157,7 @@ class DesignTables:
             raise validation_error(_PROCESS, process, "", bound, "choose one whose numbers are known")
         for key, value in settings.items():
             name = f"printer.{key}"
-            bound = "left out beside a process that comes with the program"
+            bound = "left out for a process that comes with the program"
             raise validation_error(name, value, "", bound, "set print.E_MPa, or give a process of your own")
         return data
 

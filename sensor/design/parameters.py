@@ -305,7 +305,7 @@ class Design:
                     name, tilt, "deg", "0 if the design has [reading]", "reading.tilt_deg bounds the tilt of a press"
                 )
         if self.targets is not None and self.springs.given:
-            bound = "left out beside [springs] and [reading]"
+            bound = "left out if [springs] and [reading] are given"
             raise validation_error(
                 "targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]"
             )
@@ -398,7 +398,7 @@ class Design:
             bound = "left out without [reading]"
             raise validation_error("bench.balance_g", bench.balance_g, "g", bound, "drop [bench], or give [reading]")
         if reading.stiffness_percent is not None and reading.gain_percent is not None:
-            bound = "left out beside reading.stiffness_percent and reading.gain_percent, which replace it"
+            bound = "left out if reading.stiffness_percent and reading.gain_percent are given, because they replace it"
             raise validation_error("bench.balance_g", bench.balance_g, "g", bound, "drop [bench], or those two")
 
     @property

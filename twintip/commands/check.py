@@ -140,7 +140,7 @@ def _process(path: Path, name: str | None, design: str | None) -> Process | None
     """Return the process whose rules judge a file, None for a folder; raises InputError."""
     if name is not None and design is not None:
         raise validation_error(
-            "--process", name, "", "left out beside --design", "leave it out: the design names the process"
+            "--process", name, "", "left out if --design is given", "leave it out: the design names the process"
         )
     if path.is_dir():
         for flag, value in (("--process", name), ("--design", design)):

@@ -39,7 +39,7 @@ _REFUSALS = (
     _Refusal(
         flags=("--forces",),
         applies=lambda arguments, _: arguments.signal is not None,
-        bound="left out beside FILE.csv",
+        bound="left out if FILE.csv is given",
         hint="read one of the two",
     ),
     _Refusal(
@@ -57,7 +57,7 @@ _REFUSALS = (
     _Refusal(
         flags=("--each",),
         applies=lambda arguments, _: arguments.fruit_presses is not None,
-        bound="left out beside --fruit-presses",
+        bound="left out if --fruit-presses is given",
         hint="read presses as they grow, or fruits",
     ),
     _Refusal(
@@ -211,7 +211,7 @@ def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitRead
     if not signal.counted:
         refuse_without_counts(arguments.counts_as, signal.source)
     if signal.names_fruit and arguments.fruit_presses is not None:
-        bound = f"left out beside the column fruit of {signal.source}"
+        bound = f"left out if {signal.source} has a column fruit"
         raise validation_error(
             "--fruit-presses", arguments.fruit_presses, "", bound, "the column names the fruit of each press"
         )

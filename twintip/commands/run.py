@@ -138,7 +138,7 @@ def named_design(arguments: Namespace) -> str:
     if arguments.named is None:
         return str(arguments.design)
     if arguments.design != DEFAULT_DESIGN:
-        raise validation_error("--design", arguments.design, "", "left out beside DESIGN", "give the design once")
+        raise validation_error("--design", arguments.design, "", "left out if DESIGN is given", "give the design once")
     return str(arguments.named)
 
 

@@ -110,7 +110,7 @@ def _refuse_numbers(arguments: Namespace) -> None:
     for name in _DRAWN if arguments.prove is not None else ():
         value = getattr(arguments, name)
         if value not in (None, False):
-            bound = "left out beside --prove, which draws fruits, presses and units, and writes no file"
+            bound = "left out if --prove is given, which draws fruits, presses and units, and writes no file"
             raise validation_error(_flag(name), str(value), "", bound, "leave it out")
 
 
@@ -206,7 +206,7 @@ def _unit(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Simul
     if arguments.unit is None:
         return unit_of_seed(report, arguments.seed) if of_bench else designed_unit(report)
     if of_bench:
-        bound = f"left out beside {_flag(of_bench[0])}, which is of a unit that is drawn"
+        bound = f"left out if {_flag(of_bench[0])} is given, which draws a unit"
         raise validation_error("--unit", str(arguments.unit), "", bound, "simulate one of the two")
     return given_unit(report, read_unit(arguments.unit, report))
 

@@ -76,7 +76,7 @@ def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
 
     if named != DEFAULT_DESIGN:
         hint = "give one of the two: --fruit starts from the preset most like the fruit"
-        raise validation_error("DESIGN", named, "", "left out beside --fruit", hint)
+        raise validation_error("DESIGN", named, "", "left out if --fruit is given", hint)
     is_preset = arguments.fruit in PRESETS
     fruit = fruit_of(load_design(arguments.fruit)) if is_preset else fruit_range(arguments.fruit)
     return fruit, most_alike(fruit)
