@@ -1,7 +1,9 @@
-"""The drawing of a housing, which is its measuring sheet too [mm].
+"""The drawing of a housing, which is also its measuring sheet [mm].
 
-It shows the section, the view from the left, that from behind of a plate with pads, and the places of the read-out. It
-has every dimension once, and a table of those that decide K or the contact, with space for what was measured.
+It shows the section, the view from the left and, for a plate with pads, the view from behind. Every dimension is given
+once. Dimensions that determine K or the contact are in a table with empty cells for measured values.
+
+Distances between lines and texts are multiples of the text height, chosen by eye on printed sheets.
 """
 
 import math
@@ -24,20 +26,20 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 
-_BESIDE_BEHIND_MM = 20.0  # on paper, left of the view from behind, for its dimensions
-_ASIDE = 0.6  # from a short dimension line to the text beside it, in heights of the text
-_TITLE = 1.4  # height of the name of a view, in heights of the text
-_NAME = 0.8  # height of the name of a spring, likewise
-_ROOM_BEHIND_MM = 14.0  # on paper, above it for one row of them
-_NAME_BELOW_MM = 9.0  # on paper, from it to its name
-_SPOT_MM = 0.8  # on paper, radius of what marks the middle of a sensor
+_BESIDE_BEHIND_MM = 20.0  # space for dimensions to the left of the view from behind, on paper
+_ASIDE = 0.6  # distance from a short dimension line to the text beside it, in text heights
+_TITLE = 1.4  # letter height of the name of a view, in text heights
+_NAME = 0.8  # letter height of the name of a spring, in text heights
+_ROOM_BEHIND_MM = 14.0  # space for a row of dimensions above the view from behind, on paper
+_NAME_BELOW_MM = 9.0  # distance from the view from behind to its name, on paper
+_SPOT_MM = 0.8  # radius of the circle that marks a Hall sensor, on paper
 
 Measured = Mapping[str, MeasuredDimension]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Shown:
-    """What is drawn: the sensor, its section, what is seen of it, and its table."""
+    """Everything to be drawn: the sensor, sections of housing and pins, visible edges, and the measuring table."""
 
     sensor: SensorSolids
     cut: cq.Shape
@@ -52,9 +54,9 @@ class _Shown:
 
 
 def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
-    """Return the sheet of a housing: its section y = 0 seen along +y, to the right the view from its left.
+    """Return the sheet of a housing: the section y = 0 seen along +y, and to its right the view from the left.
 
-    A plate with pads is shown from behind below them.
+    A plate with pads is also shown from behind, below these views.
     """
     housing = sensor.housing
     pin = housing.pin
@@ -72,9 +74,9 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
 
 
 def _draw_views(canvas: Canvas, shown: _Shown) -> tuple[Table, list[Box]]:
-    """Draw all views; return the table of the sheet, and the box around each view [mm].
+    """Draw all views, and return the table of the sheet and the box of each view [mm].
 
-    The section is drawn first, since what is beside it is placed by its box.
+    The section is drawn first, because its box determines the places of the other views.
     """
     housing = shown.housing
     measured = shown.measured
@@ -94,7 +96,7 @@ def _draw_views(canvas: Canvas, shown: _Shown) -> tuple[Table, list[Box]]:
 
 
 def _draw_section(canvas: Canvas, shown: _Shown) -> None:
-    """Draw the section in the coordinates x, z of the housing, with the dimensions around and inside it."""
+    """Draw the section in the coordinates x, z of the housing, with its dimensions."""
     housing = shown.housing
     measured = shown.measured
     draw_section(canvas, shown.cut)
@@ -118,7 +120,10 @@ def _draw_section(canvas: Canvas, shown: _Shown) -> None:
 
 
 def _mark_holes(canvas: Canvas, housing: Housing, place: Callable[[float, float], Point]) -> None:
-    """Draw the centre lines of the holes for screws and dowels, each where a view has it."""
+    """Draw the centre lines of the holes for screws and dowels.
+
+    `place` maps x and z of the housing to the point in a view [mm].
+    """
     for hole in housing.holes:
         canvas.centre_mark(place(*hole), 0.5 * housing.hole_diameter)
     if housing.back_to_back:
@@ -127,7 +132,7 @@ def _mark_holes(canvas: Canvas, housing: Housing, place: Callable[[float, float]
 
 
 def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the lengths around the frame: outer sizes, walls, holes for screws, how far the tips stand out of it."""
+    """Return the lengths around the frame: outer sizes, walls, screw holes, and height of the tips below it."""
     low, high = housing.arms
     bottom_left = (housing.left, housing.protrusion)
     top_left = (housing.left, housing.top_level)
@@ -148,7 +153,7 @@ def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
 
 
 def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the levels of the leaves, and the length of those of each spring."""
+    """Return the levels of the leaves, and the leaf length of each spring."""
     high = housing.arms[1]
     lower_root = (high.wall, high.levels[0])
     upper_root = (high.wall, high.levels[1])
@@ -164,14 +169,15 @@ def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
 
 
 def _has_neck(housing: Housing) -> bool:
-    """Say whether the tips are smaller than the shuttles that they stand on."""
+    """Return whether the tips are narrower than their shuttles."""
     return max(housing.shuttle_width, housing.depth) - housing.tip_side > NEAR_MM
 
 
 def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the distance of the tips, and the widths and levels of tips and necks.
+    """Return the distance between the tips, and the widths and levels of tips, necks and pins.
 
-    A pin stands out of the tip, its foot; a tip as wide as its shuttle has no neck to be measured.
+    With pins, the printed tip is the foot from which the pin protrudes. A tip as wide as its shuttle has no neck, and
+    then the dimensions of the neck are left out.
     """
     low, high = housing.arms
     half_width = 0.5 * housing.shuttle_width
@@ -196,10 +202,10 @@ def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
 
 
 def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> None:
-    """Draw the thickness of the leaves and the name of the spring, in the window between its leaves.
+    """Draw the thickness of the leaves and the name of the spring in the window between its leaves.
 
-    The thickness is measured at the upper leaf near its left root, with the text below it; a short window has a short
-    name.
+    The dimension is at the upper leaf near its left root, with its text below. If the window is too narrow for the
+    whole name, a short one is written.
     """
     height = canvas.text_height
     left, right = arm.roots
@@ -221,7 +227,7 @@ def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimensi
 
 
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:
-    """Draw the gap over a shuttle, its text over the frame, on the side of its spring."""
+    """Draw the gap above a shuttle, which is its stop, with the text above the frame on the side of its spring."""
     height = canvas.text_height
     x = arm.centre
     shuttle = arm.top_level
@@ -233,10 +239,10 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDim
 
 
 def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension) -> None:
-    """Draw the radius of the fillets, and at the low spring's upper hole the diameter of those for screws.
+    """Draw the radius of the fillets and the diameter of the screw holes, each at one place.
 
-    `measured` is the row of the measuring table for the fillets. The dimension stands at one of them. That is the angle
-    between the low spring's wall and the upper side of its lower leaf.
+    The radius is drawn between the wall of the low spring and the upper side of its lower leaf. The diameter is drawn
+    at the upper hole beside the low spring. `measured` is the entry of the measuring table for the fillets.
     """
     height = canvas.text_height
     low, _ = housing.arms
@@ -251,17 +257,16 @@ def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension
 
 
 def _draw_magnet_pockets(canvas: Canvas, housing: Housing, seats: HallSeats) -> None:
-    """Draw the pockets in the front of the shuttles, before the plane of the section."""
+    """Draw the magnet pockets in the front of the shuttles; they lie in front of the plane of the section."""
     for arm in housing.arms:
         for below in seats.discs:
             canvas.circle((arm.centre, housing.top_level - below), 0.5 * seats.pocket_diameter, "NOTES")
 
 
 def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
-    """Draw both ends of the line A-A at x = `middle` through the view from the left, and the name of the view [mm].
+    """Draw both ends of the cutting line A-A at x = `middle` [mm] on the view from the left, and the name of the view.
 
-    An arrow on each end says where the section is looked at: along +y, which is to the left in this view. Sizes are in
-    heights of the text.
+    The arrows show the direction in which the section is seen: along +y, to the left in this view.
     """
     height = canvas.text_height
     for end, inwards in ((view.top, -1.0), (view.bottom, 1.0)):
@@ -269,16 +274,16 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
         canvas.line((middle, start), (middle, start - 2.0 * inwards * height))
         tip_x, tip_z = middle - 1.6 * height, start - inwards * height
         canvas.line((middle, tip_z), (tip_x, tip_z), "DIMENSIONS")
-        for side in (0.3, -0.3):  # the two strokes of the arrow's head
+        for side in (0.3, -0.3):  # the two strokes of the arrow head
             canvas.line((tip_x, tip_z), (tip_x + 0.8 * height, tip_z + side * height), "DIMENSIONS")
         canvas.words("A", (middle + height, tip_z), 1.2 * height)
     canvas.words("FROM THE LEFT", (middle, view.top + 5.0 * height), height)
 
 
 def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None:
-    """Draw the view from the left beside the section: its pad and its back to the left, its front to the right.
+    """Draw the view from the left to the right of the section, with pad and back to the left, front to the right.
 
-    The plane y = 0 of the housing is the upright line x = `middle` on the sheet; levels z are those of the section.
+    The plane y = 0 of the housing is the vertical line x = `middle` of the drawing. Levels z are as in the section.
     """
     housing = shown.housing
     measured = shown.measured
@@ -310,9 +315,10 @@ def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None
 
 
 def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle: float) -> list[Length]:
-    """Return the widths of pins and of tips across the plate, whose middle lies at x = `middle` [mm].
+    """Return the widths of pins and tips across the plate, whose middle plane is at x = `middle` [mm].
 
-    The letter of the table, `measured`, stands on what touches the fruit: the pins, or the faces of flat tips.
+    `measured` is the entry of the measuring table for the part that touches the fruit. Its letter is on the width of
+    the pins, or else of flat tips; the letter of domes is on their radius.
     """
     lengths = []
     if housing.pin:
@@ -328,7 +334,10 @@ def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle:
 
 
 def _hall_lengths(canvas: Canvas, housing: Housing, seats: HallSeats, front: float) -> list[Length]:
-    """Draw the pockets from their side, open to the front, and the sensor before them; return their places."""
+    """Draw magnet pockets and Hall sensor in the view from the left, and return the lengths that locate them.
+
+    The pockets are open to the front, which is at x = `front` [mm]; the sensor is in front of them.
+    """
     corner = (front, housing.top_level)
     lengths = []
     for below in seats.discs:
@@ -342,19 +351,19 @@ def _hall_lengths(canvas: Canvas, housing: Housing, seats: HallSeats, front: flo
 
 
 def _draw_from_behind(canvas: Canvas, shown: _Shown, back_to_back: BackToBack, above: Box) -> None:
-    """Draw the back of a plate of a square below the other views: its pads, and its holes for dowels from its edges.
+    """Draw the back of a plate of a square below the other views, with its pads and its dowel holes.
 
-    `above` is the box around the section [mm]. Seen from behind, +x of the housing points to the left.
+    `above` is the box of the section [mm]. Seen from behind, +x of the housing points to the left.
     """
     housing = shown.housing
     height = canvas.text_height
-    at = (  # of x = 0, z = 0
+    at = (  # origin of the housing in the drawing
         above.left + _BESIDE_BEHIND_MM / canvas.scale + housing.right,
         above.bottom - BETWEEN_MM / canvas.scale - housing.top_level - _ROOM_BEHIND_MM / canvas.scale,
     )
 
     def seen(x: float, z: float) -> Point:
-        """Return the place on the sheet of a point x, z of the housing [mm]."""
+        """Return the place in the drawing of a point x, z of the housing [mm]."""
         return at[0] - x, at[1] + z
 
     draw_view(canvas, shown.from_behind, at)
@@ -376,10 +385,10 @@ def _draw_from_behind(canvas: Canvas, shown: _Shown, back_to_back: BackToBack, a
 
 
 def _pad_lengths(housing: Housing, seen: Callable[[float, float], Point]) -> list[Length]:
-    """Return the width of the posts of a pad, the height of its bar, and how far its foot lies above the plate's.
+    """Return the width of the posts of a pad, the height of its bar, and the height of its foot above the plate's foot.
 
-    A pad is an upside-down U on the back of the frame: a post over each wall and a bar over the top. Its edges are set
-    back from the cavity, in which the arms move. `seen` gives the place on the sheet of a point of the housing [mm].
+    A pad is an upside-down U on the back of the frame: a post on each wall and a bar along the top. Its edges are set
+    back from the cavity, in which the arms move. `seen` maps a point of the housing to its place in the drawing [mm].
     """
     foot = max(housing.cover_level, housing.protrusion)
     post = housing.right - housing.wall_width + SETBACK_MM
@@ -394,7 +403,7 @@ def _pad_lengths(housing: Housing, seen: Callable[[float, float], Point]) -> lis
 
 
 def _notes(shown: _Shown, process: Process) -> list[str]:
-    """Return the notes of the sheet, a line each, from the uppermost on."""
+    """Return the notes of the sheet, one per line, from the top."""
     housing = shown.housing
     measured = shown.measured
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""

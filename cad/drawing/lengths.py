@@ -1,4 +1,4 @@
-"""Lengths in rows around a view: short ones near it, long ones outside, no text on another or on a line to one."""
+"""Dimensions in rows around a view: short ones inside, long ones outside, with no text on a text or a line."""
 
 import itertools
 from collections.abc import Sequence
@@ -9,28 +9,28 @@ from cad.drawing.canvas import LINE_TO_TEXT, MEASURED, Box, Canvas, DimensionTex
 
 Side = Literal["top", "bottom", "left", "right"]
 SIDES: tuple[Side, ...] = ("top", "bottom", "left", "right")
-_FIRST_MM = 8.0  # on paper, from the view to the first row
-_STEP_MM = 7.0  # on paper, between rows
+_FIRST_MM = 8.0  # distance from the view to the first row, on paper
+_STEP_MM = 7.0  # distance between rows, on paper
 
 
 class Interval(NamedTuple):
-    """A stretch along one side of a view [mm]."""
+    """An interval of the coordinate along one side of a view [mm]."""
 
     low: float
     high: float
 
     def holds(self, x: float) -> bool:
-        """Say whether a point lies within."""
+        """Return whether a coordinate [mm] lies inside."""
         return self.low < x < self.high
 
     def overlaps(self, interval: "Interval", gap: float = 0.0) -> bool:
-        """Say whether two stretches are nearer to each other than a gap [mm]."""
+        """Return whether two intervals overlap or are nearer to each other than a gap [mm]."""
         return self.low < interval.high + gap and interval.low < self.high + gap
 
 
 @dataclass(frozen=True)
 class Length:
-    """A length between two points of a view [mm] whose dimension shall stand on one of its sides."""
+    """A length between two points of a view [mm], with the side of the view for its dimension."""
 
     side: Side
     start: Point
@@ -39,14 +39,14 @@ class Length:
 
     @property
     def span(self) -> Interval:
-        """Return where it begins and ends along its side [mm]."""
+        """Return the interval between both ends along the side [mm]."""
         axis = 0 if self.side in ("top", "bottom") else 1
         return Interval(*sorted((self.start[axis], self.end[axis])))
 
 
 @dataclass(frozen=True)
 class _Placed:
-    """A length in a row, counted from the view, with the place of its text."""
+    """A length in a row, with the place of its text; row 0 is next to the view."""
 
     length: Length
     row: int
@@ -58,7 +58,11 @@ class _Placed:
         return Interval(min(span.low, self.text.low), max(span.high, self.text.high))
 
     def collides(self, placed: "_Placed", gap: float) -> bool:
-        """Say whether two dimensions touch: in one row, or the text of the inner one and a line to the outer one."""
+        """Return whether two dimensions collide.
+
+        In one row their lines or texts may overlap. In two rows an extension line of the outer one may cross the text
+        of the inner one. Texts keep a gap [mm].
+        """
         if self.row == placed.row:
             return self.extent.overlaps(placed.extent) or self.text.overlaps(placed.text, gap)
         inner, outer = (self, placed) if self.row < placed.row else (placed, self)
@@ -67,7 +71,7 @@ class _Placed:
 
 
 def draw_lengths(canvas: Canvas, lengths: Sequence[Length], view: Box) -> None:
-    """Draw the dimensions around a view [mm], each in the row nearest to the view that is free."""
+    """Draw the dimensions around a view [mm], from short to long, each in the nearest free row."""
     for side in SIDES:
         of_side = [length for length in lengths if length.side == side]
         of_side.sort(key=lambda length: (round(length.span.high - length.span.low, 6), length.span))
@@ -79,10 +83,10 @@ def draw_lengths(canvas: Canvas, lengths: Sequence[Length], view: Box) -> None:
 
 
 def _first_free(canvas: Canvas, length: Length, placed: Sequence[_Placed], later_ends: Sequence[float]) -> _Placed:
-    """Return a length in the row nearest to the view where it and its text meet no dimension that is placed.
+    """Return a length in the row nearest to the view in which it collides with no placed dimension.
 
-    `later_ends` [mm] are those of longer lengths, which will stand farther out: lines to them cross the rows inside.
-    Of the places for the text, the one that the fewest of these lines would cross is tried first.
+    `later_ends` [mm] are the ends of longer lengths, which get rows farther outside. Their extension lines cross this
+    row, so places for the text are tried in the order of the number of lines that would cross them.
     """
     texts = _text_places(canvas, length)
     texts.sort(key=lambda text: sum(text.holds(end) for end in later_ends))
@@ -91,11 +95,14 @@ def _first_free(canvas: Canvas, length: Length, placed: Sequence[_Placed], later
         candidate = _Placed(length, row, text)
         if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):
             return candidate
-    return _Placed(length, outside, texts[0])  # a line to it crosses a text of an inner row, and would in any row
+    return _Placed(length, outside, texts[0])  # its extension line crosses an inner text, and would from any row
 
 
 def _text_places(canvas: Canvas, length: Length) -> list[Interval]:
-    """Return where the text may stand along its side [mm]: in the middle where there is room, or beyond an end."""
+    """Return the possible places of the text along its side [mm]: in the middle if it fits there, or beyond an end.
+
+    The distances, 2 x and 1.2 x text height, leave room for arrows; they were chosen by eye.
+    """
     low, high = length.span
     width = canvas.label_width(length.label, high - low)
     beyond = 2.0 * canvas.text_height
@@ -110,7 +117,7 @@ def _text_places(canvas: Canvas, length: Length) -> list[Interval]:
 
 
 def _draw(canvas: Canvas, placed: _Placed, view: Box) -> None:
-    """Draw a length in its row beside the view [mm]."""
+    """Draw a placed length in its row beside the view [mm]."""
     length = placed.length
     out = (_FIRST_MM + placed.row * _STEP_MM) / canvas.scale
     level = {"top": view.top + out, "bottom": view.bottom - out, "left": view.left - out, "right": view.right + out}

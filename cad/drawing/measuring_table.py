@@ -1,9 +1,9 @@
-"""The table of the dimensions that decide K or the contact: what to measure, nominal, tolerance, what each moves.
+"""The table of the dimensions that determine K or the contact: nominal, tolerance, and effect of an error.
 
-A tolerance is the accuracy of a thin wall by the process, where the process gives it, else the general tolerance.
-What a dimension moves is a closed form. Two guided leaves have E w t^3 / L^3 each, and the force is proportional to the
-travel. The contact of a flat face follows its width, that of a ball the root of its radius. See K. L. Johnson, Contact
-Mechanics, 1985, 3.35 and 4.23.
+A tolerance is the accuracy of a thin wall in the process for leaves, and the general tolerance for most others. Effects
+are closed forms. Each guided leaf has the stiffness E w t^3 / L^3, and the force is proportional to the travel. The
+contact stiffness of a flat face is proportional to its width, and that of a ball to the root of its radius. See
+K. L. Johnson, Contact Mechanics, 1985, 3.35 and 4.23.
 """
 
 import math
@@ -17,20 +17,20 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.theory.leaf_spring import Flexure, pair_stiffness
 
-GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
+GENERAL_MM = 0.2  # general tolerance of a plastic print: the accuracy of a part in guides of print services
 PIN_FIT = "h8"  # 0 to -14 um up to 3 mm, -18 um up to 6 mm, ISO 286-2: contact is proportional to the width, to 1.4 %
-STEP_MM = 0.1  # for which the table says what it moves
+STEP_MM = 0.1  # error of a dimension whose effect the table shows
 HEADS = ("", "measure", "mm", "within", f"+{STEP_MM:g} moves")
-_LETTERS = "abcdefghjkmnpqrstuvwxyz"  # without those that look like a digit
-_LENGTHS_MM = {6.0: 0.1, 30.0: 0.2, 120.0: 0.3, 400.0: 0.5, 1000.0: 0.8}  # ISO 2768-1 m, table 1, up to a length
+_LETTERS = "abcdefghjkmnpqrstuvwxyz"  # without i, l and o, which look like digits
+_LENGTHS_MM = {6.0: 0.1, 30.0: 0.2, 120.0: 0.3, 400.0: 0.5, 1000.0: 0.8}  # ISO 2768-1 m, table 1, by largest length
 _RADII_MM = {3.0: 0.2, 6.0: 0.5, math.inf: 1.0}  # ISO 2768-1 m, table 2
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredDimension:
-    """A dimension to be measured [mm]: its letter on the drawing, and the places where it is, each a row.
+    """A dimension to be measured [mm]: its letter on the drawing, and its places, each with a row in the table.
 
-    `moves` says what 0.1 mm more of it moves.
+    `moves` is the effect of 0.1 mm more, as text.
     """
 
     places: tuple[str, ...]
@@ -45,7 +45,7 @@ class MeasuredDimension:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Return the dimension's rows of the table as texts, one for each of HEADS."""
+        """Return the rows of the table as texts, with one text for each of HEADS."""
         letters = [self.letter]
         if len(self.places) > 1:
             letters = [f"{self.letter}{number}" for number in range(1, len(self.places) + 1)]
@@ -54,7 +54,7 @@ class MeasuredDimension:
 
 
 def general_mm(process: Process, length: float, *, is_radius: bool = False) -> float:
-    """Return the general tolerance of a length [mm], plus or minus; under 0.5 mm it is the process's of a thin wall."""
+    """Return the general tolerance of a length, plus or minus [mm]; below 0.5 mm the process's accuracy of a wall."""
     if length < SMALL_MM:
         return process.accuracy_mm
     if not process.is_metal:
@@ -64,7 +64,7 @@ def general_mm(process: Process, length: float, *, is_radius: bool = False) -> f
 
 
 def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
-    """Return the characteristics of a housing by name, in the order of the table, with letters."""
+    """Return the dimensions to be measured on a housing by name, in the order of the table, with letters."""
     housing = sensor.housing
     found = {
         **_leaves(housing, process),
@@ -88,19 +88,19 @@ def _within(tolerance: float) -> str:
 
 
 def _plain(place: str, nominal: float, process: Process, moves: str = "-") -> MeasuredDimension:
-    """Return a characteristic of the general tolerance."""
+    """Return a dimension at one place with the general tolerance."""
     return MeasuredDimension(
         places=(place,), nominal=nominal, tolerance=_within(general_mm(process, nominal)), moves=moves
     )
 
 
 def _percent(name: str, ratio: float) -> str:
-    """Return the relative change of a quantity as text, from its ratio [1]."""
+    """Return the change of a quantity in per cent as text, from the ratio of its new to its old value [1]."""
     return f"{name} {100.0 * (ratio - 1.0):+.2g} %"
 
 
 def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
-    """Return the stiffness ratio [1] of a pair of leaves after a change of thickness or length [mm]."""
+    """Return the stiffness of a pair of leaves after a change of thickness or length [mm], over the one before [1]."""
     t, L, w = flexure.thickness, flexure.length, flexure.depth
     return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
 
@@ -108,13 +108,13 @@ def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 
 def _leaves(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
     """Return thickness and length of the leaves by spring, and the depth of the plate.
 
-    A thickness is measured at each of the two leaves of a spring, which carry half of its stiffness each.
+    The thickness is measured at both leaves of a spring, because each contributes half of its stiffness.
     """
     found = {}
     within = _within(process.accuracy_mm)
     for arm in housing.arms:
         flexure = arm.flexure
-        one_of_two = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))  # the other leaf is as it was
+        one_of_two = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))  # the other leaf is unchanged
         found[f"{arm.name} thickness"] = MeasuredDimension(
             places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
             nominal=flexure.thickness,
@@ -141,10 +141,10 @@ def _stops(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
 
 
 def _tips(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension]:
-    """Return spacing, heights and widths of the tips; radii where they are domes."""
+    """Return spacing, heights and widths of the tips; for domes radii instead of widths."""
     housing = sensor.housing
-    # Between springs that take all of the travel, where force ~ travel, and none of it, where Hertz's law holds
-    # for a dome: the larger counts.
+    # Very soft springs take all of the travel, and the force is proportional to it. Very stiff springs take none, and
+    # a dome follows Hertz's law. The larger power of both is shown.
     power = 1.5 if housing.dome else 1.0
     longer = _percent("force", (1.0 + STEP_MM / sensor.press.travel_mm) ** power)
     height = housing.protrusion + housing.beyond_face
@@ -165,7 +165,7 @@ def _tips(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension
 
 
 def _tip(sensor: SensorSolids, process: Process) -> MeasuredDimension:
-    """Return the characteristic of a tip: the radius of a dome, else the width of a face or of a pin."""
+    """Return the dimension of a tip that determines the contact: radius of a dome, width of a face, size of a pin."""
     housing = sensor.housing
     names = [arm.name for arm in housing.arms]
     if housing.dome:

@@ -1,4 +1,4 @@
-"""A drawing as a PDF file of one page: lines, curves and filled areas, at its true size.
+"""A drawing as a PDF file of one page with lines, curves and filled areas, at true size.
 
 Adobe, PDF Reference 1.7, 2006: operators of a page in appendix A, structure of a file in section 3.4.
 """
@@ -12,24 +12,28 @@ from ezdxf.addons.drawing.recorder import Recorder
 from ezdxf.math import Vec2
 from ezdxf.path.commands import Curve3To, Curve4To, MoveTo
 
-POINTS = 72.0 / 25.4  # of a millimetre
+POINTS = 72.0 / 25.4  # points per millimetre
 
 
 class PdfPage(Recorder):
-    """What draws a page in black, in place of recording what is drawn [mm]."""
+    """A page in black; it collects PDF operators for everything that ezdxf draws on it [mm]."""
 
     def __init__(self, corner: tuple[float, float], scale: float) -> None:
-        """Take the point of the drawing at the page's lower left corner, and mm of paper over those of the drawing."""
+        """Start an empty page.
+
+        `corner` is the point of the drawing [mm] at the lower left corner of the page; `scale` is a length on paper
+        over the same length in the drawing [1].
+        """
         super().__init__()
         self._corner = Vec2(corner)
         self._unit = scale * POINTS
         self._operators = ["1 J 1 j"]  # round ends and corners
 
     def file(self, width: float, height: float) -> bytes:
-        """Return the PDF file of the page, whose size is given [mm of paper].
+        """Return the PDF file of the page with this width and height [mm of paper].
 
-        A file is a header, numbered objects, a table of the byte at which each begins, and a trailer that says where
-        that table begins. Object 1 is the catalog, 2 the list of pages, 3 the page, 4 its content.
+        A file consists of a header, numbered objects, a table of their byte offsets, and a trailer with the offset of
+        the table. Object 1 is the catalog, 2 the list of pages, 3 the page, 4 its content.
         """
         content = zlib.compress("\n".join(self._operators).encode("ascii"), 9)
         size = f"/MediaBox [0 0 {width * POINTS:.2f} {height * POINTS:.2f}]".encode("ascii")
@@ -51,7 +55,7 @@ class PdfPage(Recorder):
         return file + head + table + end
 
     def draw_point(self, pos: Vec2, properties: BackendProperties) -> None:
-        """Draw a point."""
+        """Draw a point as a line of no length, which round ends make visible."""
         self.draw_line(pos, pos, properties)
 
     def draw_line(self, start: Vec2, end: Vec2, properties: BackendProperties) -> None:
@@ -64,11 +68,11 @@ class PdfPage(Recorder):
             self.draw_line(start, end, properties)
 
     def draw_path(self, path: BkPath2d, properties: BackendProperties) -> None:
-        """Draw a line of straight and of curved pieces."""
+        """Draw a path of straight and curved segments."""
         self._stroke(self._along(path), properties)
 
     def draw_filled_paths(self, paths: Iterable[BkPath2d], properties: BackendProperties) -> None:  # noqa: ARG002
-        """Fill what lies within an odd number of outlines."""
+        """Fill the points that lie inside an odd number of outlines, so that holes stay empty."""
         outlines = [f"{self._along(path)} h" for path in paths if len(path)]
         if outlines:
             self._operators.append(" ".join([*outlines, "f*"]))
@@ -80,7 +84,7 @@ class PdfPage(Recorder):
         self._operators.append(f"{self._at(first)} m {lines} h f")
 
     def _at(self, *points: Vec2) -> str:
-        """Return the page coordinates of points of the drawing."""
+        """Return the page coordinates of points of the drawing as text."""
         on_page = [self._unit * (Vec2(point) - self._corner) for point in points]
         return " ".join(f"{point.x:.2f} {point.y:.2f}" for point in on_page)
 
@@ -88,7 +92,7 @@ class PdfPage(Recorder):
         self._operators.append(f"{POINTS * properties.lineweight:.2f} w {path} S")
 
     def _along(self, path: BkPath2d) -> str:
-        """Return the operators along a path; a curve of one control point becomes one of two."""
+        """Return the operators for a path; a quadratic curve is written as the equal cubic, the only curve of PDF."""
         here = Vec2(path.start)
         drawn = [f"{self._at(here)} m"]
         for command in path.commands():

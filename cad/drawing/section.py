@@ -1,4 +1,4 @@
-"""The plane across the depth in which a solid is cut: its edges and its hatched faces, x to the right and z up."""
+"""The section of a solid in the middle of its depth: its edges and its hatched faces, x to the right and z up."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from OCP.TopAbs import TopAbs_Orientation
 from cad.drawing.canvas import Canvas, Point
 from cad.drawing.view import draw_edges, edge_points
 
-_WIDE = 4e3  # [mm] of the cutting plane, far beyond any part
+_WIDE = 4e3  # side of the cutting plane [mm], far larger than any part
 
 
 def section(shape: cq.Shape) -> cq.Shape:
-    """Return the section of a solid by the plane y = 0 [mm], laid into the plane z = 0."""
+    """Return the section of a solid by the plane y = 0 [mm], rotated into the plane z = 0 for drawing."""
     plane = cq.Face.makePlane(_WIDE, _WIDE, cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0))
     return plane.intersect(shape).rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), -90.0)
 
@@ -23,15 +23,15 @@ def draw_section(canvas: Canvas, cut: cq.Shape, layer: str = "PART") -> None:
 
 
 def hatch_section(canvas: Canvas, cut: cq.Shape) -> None:
-    """Hatch a section; texts that stand there already stay free."""
+    """Hatch a section around the texts that are already drawn on it."""
     for face in cut.Faces():
         canvas.hatch([_outline(wire) for wire in (face.outerWire(), *face.innerWires())])
 
 
 def _outline(wire: cq.Wire) -> list[Point]:
-    """Return points along a closed wire [mm], arcs as short straight lines."""
+    """Return points along a closed wire [mm]; arcs become short straight lines."""
     outline: list[Point] = []
-    for edge in wire:  # in the order of the wire, each perhaps against its own direction
+    for edge in wire:  # in the order of the wire; a reversed edge runs against its own direction
         along = edge_points(edge)
         outline += reversed(along) if edge.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else along
     return outline

@@ -1,4 +1,4 @@
-"""The sheet: its size, a standard scale at which the views fit, frame, title block, table and notes."""
+"""The sheet of a drawing: size and standard scale at which the views fit, frame, title block, table and notes."""
 
 import hashlib
 import itertools
@@ -14,12 +14,12 @@ from cad.files.file_date import given_date
 from sensor.design.processes import Process
 
 SCALES = {"2:1": 2.0, "1:1": 1.0, "1:2": 0.5, "1:5": 0.2}  # ISO 5455
-BETWEEN_MM = 14.0  # on paper, between the dimensions of one view and the next
-_NOTE_MM = 2.0  # height of a note
-_NOTE_STEP_MM = 4.0  # from one note to the next
-_NOTE_MARGIN_MM = 4.0  # from the frame to the notes
-_ROOM_MM = 4.0  # between views and frame
-_NEAR = 1e-6  # [mm] of round-off
+BETWEEN_MM = 14.0  # distance between the dimensions of neighbouring views, on paper
+_NOTE_MM = 2.0  # text height of a note
+_NOTE_STEP_MM = 4.0  # distance between lines of notes
+_NOTE_MARGIN_MM = 4.0  # distance from the frame to the notes, and between their columns
+_ROOM_MM = 4.0  # least distance between views and frame
+_NEAR = 1e-6  # round-off [mm]
 
 
 class Size(NamedTuple):
@@ -30,7 +30,8 @@ class Size(NamedTuple):
 
 
 SIZES = {"A4": Size(297.0, 210.0), "A3": Size(420.0, 297.0), "A2": Size(594.0, 420.0)}  # ISO 216, landscape
-_DIGEST_DECIMALS = 4  # of lengths [mm] in the digest of a drawing: round-off differs between processors
+_DIGEST_DECIMALS = 4  # decimals of lengths [mm] in the digest of a drawing, because round-off differs by processor
+# Sizes and scales in the order in which they are tried.
 _CHOICES = (
     ("A4", "2:1"),
     ("A3", "2:1"),
@@ -39,20 +40,20 @@ _CHOICES = (
     ("A2", "1:1"),
     *itertools.product(("A4", "A3", "A2"), ("1:2", "1:5")),
 )
-_MARGIN = Box(20.0, 10.0, 10.0, 10.0)  # of the frame from the edges of the sheet, ISO 5457
-_BLOCK = Size(124.0, 48.0)  # of the title block
-_ROW_MM = 5.0  # of the table on it
-_CELLS_MM = (7.0, 47.0, 12.0, 13.0, 23.0)  # widths of its cells before those for what is measured
-_MEASURED_MM = _BLOCK.width - sum(_CELLS_MM)
-_TABLE_LETTER_MM = 2.0
-_TITLE_LETTER_MM = 3.0  # of the texts in the title block
-_HEAD_LETTER_MM = 1.4  # of what a cell of it is called
-_UNDER_HEAD_MM = 3.8  # middle of a text under such a head, above the foot of the cell
+_MARGIN = Box(20.0, 10.0, 10.0, 10.0)  # margins between frame and edges of the sheet, ISO 5457
+_BLOCK = Size(124.0, 48.0)  # size of the title block
+_ROW_MM = 5.0  # height of a row in the table above the title block
+_CELLS_MM = (7.0, 47.0, 12.0, 13.0, 23.0)  # widths of the printed cells of a row
+_MEASURED_MM = _BLOCK.width - sum(_CELLS_MM)  # width of the empty cells of a row, for measured values
+_TABLE_LETTER_MM = 2.0  # text height in the table
+_TITLE_LETTER_MM = 3.0  # text height in the title block
+_HEAD_LETTER_MM = 1.4  # text height of the heads in the title block
+_UNDER_HEAD_MM = 3.8  # height of the middle of a text under a head above the foot of its cell
 
 
 @dataclass(frozen=True, kw_only=True)
 class Title:
-    """What stands in the corner of a drawing: the design, the process, and the mass of the housing [g]."""
+    """The contents of the title block: name of the design, print process, and mass of the housing [g]."""
 
     name: str
     process: Process
@@ -60,17 +61,20 @@ class Title:
 
     @property
     def general_tolerance(self) -> str:
-        """Return the tolerance of what no dimension says otherwise [mm]."""
+        """Return the tolerance for dimensions without their own, as text [mm]."""
         return "ISO 2768-1 m" if self.process.is_metal else f"±{GENERAL_MM:g}"
 
     @property
     def decimals(self) -> int:
-        """Return the decimals of lengths on the drawing: a plastic print keeps no more than its tolerance says."""
+        """Return the decimals of lengths on the drawing; for a plastic print no more than its tolerance justifies."""
         return DECIMALS if self.process.is_metal else 1
 
 
 class Table(NamedTuple):
-    """A table to be filled in: its heads, heads of the empty cells of each row, and the texts of the other ones."""
+    """A table to be filled in by hand.
+
+    `heads` and `rows` are printed texts; `to_fill` are the heads of the empty columns to their right.
+    """
 
     heads: Sequence[str]
     to_fill: Sequence[str]
@@ -84,7 +88,7 @@ class Table(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """A drawing on its sheet: size, scale, and the window that the sheet is [mm of the part]."""
+    """A drawing on its sheet: size, scale, and the area of the drawing that the sheet covers [mm of the part]."""
 
     canvas: Canvas
     size: str
@@ -92,7 +96,7 @@ class Sheet:
     window: Box
 
     def write(self, path: Path) -> tuple[Path, ...]:
-        """Write the sheet as DXF, as SVG and as PDF; return their paths; raises OSError."""
+        """Write the sheet as DXF, SVG and PDF, and return the paths; raises OSError."""
         dxf, svg, pdf = (path.with_suffix(suffix) for suffix in (".dxf", ".svg", ".pdf"))
         dxf.write_text(self.canvas.dxf(), encoding="utf-8", newline="")
         self.canvas.write_svg(svg, self.window)
@@ -101,10 +105,10 @@ class Sheet:
 
 
 def on_sheet(draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title) -> Sheet:
-    """Return the smallest sheet with the largest scale on which the views fit.
+    """Return the first sheet of `_CHOICES` on which the views fit, with frame, table, title block and notes.
 
-    `draw_views` draws them on a canvas; it returns the table and the boxes around the views [mm]. The table stands on
-    the title block in the right lower corner, the notes in the left one.
+    `draw_views` draws the views on a canvas and returns the table and the box of each view [mm]. The table is placed
+    on the title block in the lower right corner, and the notes in the lower left one.
     """
     laid = _first_layout_that_fits(draw_views, notes, title)
     canvas = laid.drawn.canvas
@@ -119,7 +123,7 @@ def on_sheet(draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes:
 
 
 class _Drawn(NamedTuple):
-    """What was drawn at a scale: the canvas, the table to stand beside it, and the boxes around its views [mm]."""
+    """The views drawn at one scale: their canvas, the table of the sheet, and the box of each view [mm]."""
 
     canvas: Canvas
     table: Table
@@ -127,9 +131,9 @@ class _Drawn(NamedTuple):
 
 
 class _Layout(NamedTuple):
-    """A sheet with views on it: its size and scale by name, the views, and where its lower left corner lies [mm].
+    """A sheet with views on it: names of size and scale, the views, and its lower left corner [mm of the part].
 
-    The corner is a place in the drawing: the sheet is laid around the views, which keep their coordinates.
+    The corner is in coordinates of the drawing: the sheet is placed around the views, which do not move.
     """
 
     size: str
@@ -141,7 +145,10 @@ class _Layout(NamedTuple):
 def _first_layout_that_fits(
     draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
 ) -> _Layout:
-    """Return the first of _CHOICES on which nothing overlaps; else the last one, with the views at its left edge."""
+    """Return the first layout of `_CHOICES` without overlaps.
+
+    If there is none, return the last one, with the views at its lower left corner.
+    """
     by_scale: dict[str, _Drawn] = {}
     for size, scale in _CHOICES:
         if scale not in by_scale:
@@ -155,9 +162,9 @@ def _first_layout_that_fits(
 
 
 def _revision(canvas: Canvas, title: Title) -> str:
-    """Return eight digits of a digest over all texts and lengths of a drawing: equal where two prints are the same.
+    """Return the revision of a drawing: eight digits of a digest of its texts and lengths.
 
-    Nobody counts the changes of a design, so a number of the change would have to be made up.
+    Equal drawings have equal revisions. A running number is impossible, because changes of a design are not counted.
     """
     texts = [text for text, _ in canvas.texts()]
     lengths = [round(float(length.get_measurement()), _DIGEST_DECIMALS) for length in canvas.dimensions()]
@@ -165,9 +172,10 @@ def _revision(canvas: Canvas, title: Title) -> str:
 
 
 def _corner_of(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None:
-    """Return the place in the drawing of a sheet's lower left corner [mm], or None where something must overlap.
+    """Return the lower left corner of a sheet in the drawing [mm], or None if the views overlap anything on it.
 
-    Three places of the views are tried. Boxes below are in mm of paper, from the lower left corner of the sheet.
+    Three positions of the views on the sheet are tried. Boxes are in mm of paper from the lower left corner of the
+    sheet.
     """
     scale = drawn.canvas.scale
     frame = _frame_of(paper)
@@ -183,9 +191,9 @@ def _corner_of(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None
     middle = 0.5 * (around.left + around.right)
     level = 0.5 * (around.bottom + around.top)
     shifts = (
-        # in the middle of the room over table and notes
+        # centred in the area above table and notes
         (0.5 * (free.left + free.right) - middle, 0.5 * (max(block.top, note_box.top) + free.top) - level),
-        # in the middle of the room beside the table
+        # centred in the area above the notes, left of the table
         (0.5 * (free.left + block.left) - middle, 0.5 * (note_box.top + free.top) - level),
         # in the upper left corner
         (free.left - around.left, free.top - around.top),
@@ -212,32 +220,32 @@ def _note_width(notes: Sequence[str]) -> float:
 
 
 def _note_columns(paper: Size, notes: Sequence[str]) -> tuple[int, int]:
-    """Return how many columns of notes stand beside the title block, at least one, and how many lines each has."""
+    """Return the number of columns of notes beside the title block, at least one, and the lines per column."""
     room = paper.width - _MARGIN.left - _MARGIN.right - _BLOCK.width
     columns = max(1, int(room // (_note_width(notes) + _NOTE_MARGIN_MM)))
     return columns, math.ceil(len(notes) / columns)
 
 
 def _around(boxes: Sequence[Box]) -> Box:
-    """Return the smallest box that holds all of these [mm]."""
+    """Return the smallest box that encloses all boxes [mm]."""
     left, bottom, right, top = zip(*boxes, strict=True)
     return Box(min(left), min(bottom), max(right), max(top))
 
 
 def _is_within(box: Box, room: Box) -> bool:
-    """Say whether a box lies within another one, but for round-off [mm]."""
+    """Return whether a box lies inside another one, except for round-off [mm]."""
     is_within_width = box.left >= room.left - _NEAR and box.right <= room.right + _NEAR
     return is_within_width and box.bottom >= room.bottom - _NEAR and box.top <= room.top + _NEAR
 
 
 def _overlap(box: Box, other: Box, gap: float = 0.0) -> bool:
-    """Say whether two boxes are nearer to each other than a gap [mm]."""
+    """Return whether two boxes overlap or are nearer to each other than a gap [mm]."""
     beside = box.left >= other.right + gap - _NEAR or other.left >= box.right + gap - _NEAR
     return not beside and box.bottom < other.top + gap - _NEAR and other.bottom < box.top + gap - _NEAR
 
 
 def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
-    """Draw the edge of the sheet, the frame, and the notes in its lower left corner."""
+    """Draw the edge of the sheet, its frame, and the notes in the lower left corner of the frame."""
     paper.rectangle(Box(0.0, 0.0, size.width, size.height), "NOTES")
     frame = _frame_of(size)
     paper.rectangle(frame, "SHEET")
@@ -250,7 +258,7 @@ def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
 
 
 class _Cell(NamedTuple):
-    """A cell of the title block or the table: what it is, what stands there, how wide it is [mm of paper]."""
+    """A cell of the title block or the table: its head, its text and its width [mm of paper]."""
 
     head: str
     text: str
@@ -258,7 +266,7 @@ class _Cell(NamedTuple):
 
 
 def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> None:
-    """Draw the title block: rows of cells, each with what it is above what stands in it."""
+    """Draw the title block: rows of cells, each with its head above its text, and the symbol of first angle."""
     row_height = _BLOCK.height / len(rows)
     for number, row in enumerate(reversed(rows)):
         _draw_row(paper, size, row, _MARGIN.bottom + number * row_height, row_height)
@@ -266,7 +274,7 @@ def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> N
 
 
 def _draw_table(paper: Canvas, size: Size, table: Table) -> None:
-    """Draw the table on the title block, its heads above."""
+    """Draw the table on the title block, with its heads on top."""
     widths = (*_CELLS_MM, *[_MEASURED_MM / len(table.to_fill)] * len(table.to_fill))
     empty = [""] * len(table.to_fill)
     rows = [[*table.heads, *table.to_fill], *([*row, *empty] for row in table.rows)]
@@ -276,9 +284,10 @@ def _draw_table(paper: Canvas, size: Size, table: Table) -> None:
 
 
 def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, row_height: float) -> None:
-    """Draw a row of cells from the level `base` on [mm of paper], as wide as the title block.
+    """Draw a row of cells above the level `base` [mm of paper], as wide as the title block.
 
-    A cell with a head has it small above its text; the text of a cell without stands in the middle of its height.
+    A head stands in small letters above the text. Without a head the text is centred in the height of the cell. Margins
+    of 1 to 2.5 mm were chosen by eye.
     """
     right = size.width - _MARGIN.right
     x = right - _BLOCK.width
@@ -287,7 +296,7 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
         paper.line((x, level), (right, level), "SHEET")
     for cell in cells:
         tallest = _TITLE_LETTER_MM if cell.head else _TABLE_LETTER_MM
-        height = min(tallest, (cell.width - 2.5) / text_width(cell.text or " ", 1.0))  # the text fits into its cell
+        height = min(tallest, (cell.width - 2.5) / text_width(cell.text or " ", 1.0))  # long texts get small letters
         paper.line((x, base), (x, top), "SHEET")
         if cell.head:
             paper.words(cell.head, (x + 1.0, top - 2.0), _HEAD_LETTER_MM, "NOTES", from_the_left=True)
@@ -298,7 +307,10 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
 
 
 def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Sequence[_Cell], ...]:
-    """Return the rows of the title block from above, with the data fields of ISO 7200; three are left to be signed."""
+    """Return the rows of the title block from the top, with the data fields of ISO 7200.
+
+    Three cells stay empty for signatures.
+    """
     date = given_date()
     to_sign = (
         _Cell("legal owner", "", 44.0),
@@ -328,7 +340,10 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
 
 
 def _draw_first_angle(paper: Canvas, x: float, y: float) -> None:
-    """Draw the symbol of first-angle projection, ISO 5456-2: a cone, and to its right its small end in front."""
+    """Draw the symbol of first-angle projection, ISO 5456-2, about a point [mm of paper].
+
+    It shows a truncated cone from the side, and to the right its two circles from the small end.
+    """
     small_top, small_foot = (x - 7.0, y + 1.3), (x - 7.0, y - 1.3)
     large_top, large_foot = (x - 2.0, y + 2.6), (x - 2.0, y - 2.6)
     outline = [small_foot, small_top, large_top, large_foot, small_foot]

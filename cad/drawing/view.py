@@ -1,6 +1,6 @@
-"""What is seen of a solid from one side, without what is hidden.
+"""Views of a solid: its visible edges from one side.
 
-The kernel removes hidden lines. A view is drawn in the plane z = 0, x to its right and y up.
+The CAD kernel removes hidden lines. A view lies in the plane z = 0, with x to the right and y up.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from OCP.HLRBRep import HLRBRep_Algo, HLRBRep_HLRToShape
 from cad.drawing.canvas import Canvas, Point
 
 Side = Literal["left", "behind", "corner"]
-# Towards the eye, and what is to the right, of a sensor whose tips lie along x and whose front is at -y.
+# Directions to the eye and to the right of the view, for a sensor whose tips lie along x and whose front is at -y.
 _EYES: dict[Side, tuple[gp_Dir, gp_Dir]] = {
     "left": (gp_Dir(-1.0, 0.0, 0.0), gp_Dir(0.0, -1.0, 0.0)),
     "behind": (gp_Dir(0.0, 1.0, 0.0), gp_Dir(-1.0, 0.0, 0.0)),
@@ -26,12 +26,12 @@ _EYES: dict[Side, tuple[gp_Dir, gp_Dir]] = {
     "corner": (gp_Dir(0.7849, -0.4532, 0.4226), gp_Dir(0.5, 0.8660, 0.0)),
 }
 _FULL_DEG = 360.0
-_STEPS = 24  # straight lines for a curve that is no arc of a circle
-_SAME_MM = 1e-3  # lines nearer to each other are one
+_STEPS = 24  # straight lines along an edge that is not straight
+_SAME_MM = 1e-3  # an edge is straight if it is longer than its chord by less than the square of this
 
 
 def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
-    """Return the edges of a solid that are seen from a side [mm], in the plane z = 0."""
+    """Return the visible edges of a solid from a side [mm], in the plane z = 0."""
     algorithm = HLRBRep_Algo()
     algorithm.Add(shape.wrapped)
     algorithm.Projector(HLRAlgo_Projector(_frame(side)))
@@ -40,32 +40,32 @@ def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
     lines = HLRBRep_HLRToShape(algorithm)
     edges: list[cq.Edge] = []
     for compound in (lines.VCompound(), lines.OutLineVCompound()):
-        if compound and not compound.IsNull():  # a solid with no line of a kind has no compound of them
+        if compound and not compound.IsNull():  # OCCT returns null instead of an empty compound
             BRepLib.BuildCurves3d_s(compound)
             edges += cq.Shape(compound).Edges()
     return edges
 
 
 def _frame(side: Side) -> gp_Ax2:
-    """Return the axes of a view from a side: its z towards the eye, its x to the right."""
+    """Return the coordinate system of a view: z towards the eye, x to the right."""
     towards, right = _EYES[side]
     return gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), towards, right)
 
 
 def point_in_view(point: cq.Vector, side: Side) -> Point:
-    """Return where a point [mm] is in the view from a side."""
+    """Return the coordinates of a point in the view from a side [mm]."""
     frame = _frame(side)
     x, y = (point.dot(cq.Vector(axis)) for axis in (frame.XDirection(), frame.YDirection()))
     return x, y
 
 
 def draw_view(canvas: Canvas, edges: Sequence[cq.Edge], at: Point) -> None:
-    """Draw a view, the origin of the solid at a point of the sheet [mm]."""
+    """Draw a view with the origin of the solid at a point of the sheet [mm]."""
     draw_edges(canvas, [edge.translate(cq.Vector(*at, 0.0)) for edge in edges])
 
 
 def draw_edges(canvas: Canvas, edges: Sequence[cq.Edge], layer: str = "PART") -> None:
-    """Draw edges in the plane z = 0: lines, arcs and circles as such, other curves by short lines."""
+    """Draw edges in the plane z = 0; curves other than circles and arcs become short lines."""
     for edge in edges:
         points = edge_points(edge)
         if edge.geomType() != "CIRCLE":
@@ -82,7 +82,7 @@ def draw_edges(canvas: Canvas, edges: Sequence[cq.Edge], layer: str = "PART") ->
 
 
 def edge_points(edge: cq.Edge) -> list[Point]:
-    """Return points along an edge [mm], no more than its ends where it is straight."""
+    """Return points along an edge [mm]; for a straight edge only its ends."""
     positions = [edge.positionAt(step / _STEPS) for step in range(_STEPS + 1)]
     points = [(position.x, position.y) for position in positions]
     straight = math.dist(points[0], points[-1])
