@@ -1,1 +1,1 @@
-"""What a workshop is given beside the files of the part: sheet, bill of materials, test piece, cover, mount."""
+"""Documents and parts for a workshop beside the files of the housing: sheet, bill, coupon, cover and bracket."""

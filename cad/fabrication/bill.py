@@ -1,4 +1,4 @@
-"""The bill of materials: what is printed, bought and wired, with counts, sizes and standards."""
+"""The bill of materials: printed, bought and wired parts with counts, sizes and standards."""
 
 import csv
 import io
@@ -20,7 +20,7 @@ from sensor.design.signal_path import SignalPath
 
 @dataclass(frozen=True)
 class BillLine:
-    """One line of the bill: how many of what, its size, its standard or file, and what it is for."""
+    """One line of the bill: count, kind of part, size, standard or file, and purpose."""
 
     count: int
     part: str
@@ -36,9 +36,9 @@ def bill_of_materials(
     masses: Mapping[str, float],
     signal: SignalPath | None = None,
 ) -> tuple[BillLine, ...]:
-    """Return every line of the bill, counted in the assembly of the sensor; `masses` are of printed parts by name [g].
+    """Return every line of the bill; the parts are counted in the assembly of the sensor.
 
-    With a signal path glue, wire and board are there too.
+    `masses` holds the masses of the printed parts by name [g]. With a signal path the bill has glue, wire and board.
     """
     housing = sensor.housing
     text = render_template(
@@ -61,13 +61,13 @@ def bill_of_materials(
 
 
 def screw_name(grip_mm: float) -> str:
-    """Return the screw that holds a grip [mm]."""
+    """Return the name of the shortest screw for a grip [mm]; a threaded rod if every screw is too short."""
     length = screw_length(grip_mm)
     return "M3 threaded rod, cut" if length is None else f"M3 x {length}"
 
 
 def bill_csv(rows: Sequence[BillLine]) -> str:
-    """Return the bill as CSV with a head line."""
+    """Return the bill as CSV with a header line."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([field.name for field in fields(BillLine)])

@@ -1,4 +1,4 @@
-"""The sensor taken apart along its screws, each kind of part with its number in the bill: exploded.svg."""
+"""The exploded view of a sensor, exploded.svg: its parts along the screws, with their numbers in the bill."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from cad.fabrication.bill import BillLine
 from cad.fabrication.templates import render_template
 from cad.parts.assembly import in_place, product_of
 
-# From the front to the back: how the names of parts begin, and the part of the bill that they are.
+# Prefixes of the names of parts, from the front to the back, each with its part in the bill.
 _STACK = {
     "screw": "screw",
     "front_washer": "washer",
@@ -25,17 +25,17 @@ _STACK = {
     "back_washer": "washer",
     "nut": "nut",
 }
-_GAP_MM = 9.0  # between neighbours in the stack, and between a pin and its foot
-_BEHIND_COVER_MM = 30.0  # of the gap behind a front cover, so that the springs are seen
-_HIDDEN = ("back_washer", "nut")  # the left ones stand behind the bracket
-_ROOM_MM = 7.0  # between the picture and its numbers
-_APART_MM = 11.0  # between the middles of two numbers
-_COARSE_MM = 0.5  # chord of the triangles among whose corners the highest one is searched
+_GAP_MM = 9.0  # gap between neighbours in the stack, and between a pin and its foot
+_BEHIND_COVER_MM = 30.0  # gap behind a front cover, so that the springs are visible
+_HIDDEN = ("back_washer", "nut")  # kinds whose left parts are hidden by the bracket
+_ROOM_MM = 7.0  # space between the picture and its numbers
+_APART_MM = 11.0  # distance between the middles of two numbers
+_COARSE_MM = 0.5  # chord height of the triangles that are searched for the highest point
 
 
 @dataclass(frozen=True)
 class Balloon:
-    """A number of the bill [1]: where it stands, and the point of its part, in the view [mm]."""
+    """A number of the bill in the view: its place x, and the point `at` of its part that a line leads to [mm]."""
 
     number: int
     x: float
@@ -43,7 +43,7 @@ class Balloon:
 
 
 def write_exploded(assembly: cq.Assembly, bill: Sequence[BillLine], path: Path) -> None:
-    """Write the picture of a sensor with its bracket, taken apart, as SVG; raises OSError."""
+    """Write the exploded view of a sensor with its bracket as SVG; raises OSError."""
     groups = exploded(assembly)
     shapes = [in_place(part) for group in groups.values() for part in group]
     edges = view_of(cq.Compound.makeCompound(shapes), "corner")
@@ -53,7 +53,10 @@ def write_exploded(assembly: cq.Assembly, bill: Sequence[BillLine], path: Path) 
 
 
 def exploded(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
-    """Return the parts of a sensor but its fruit by their place in the stack [mm], moved apart; pins hang below."""
+    """Return the parts of a sensor by their place in the stack, moved apart along y [mm].
+
+    The fruit is left out. Pins are moved down, out of the housing or plate that holds them.
+    """
     parts = assembly.children
     pins = [part for part in parts if product_of(part) == "pin"]
     groups: dict[str, list[cq.Assembly]] = {}
@@ -72,7 +75,10 @@ def exploded(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
 
 
 def balloons_of(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine]) -> list[Balloon]:
-    """Return a number for each group of parts [mm], over the highest point of one of them, in a row."""
+    """Return the numbers for the groups of parts, in one row above the picture [mm].
+
+    Each number is above the highest point of its group, or farther right if the number before it is too near.
+    """
     numbers: dict[str, int] = {}
     for number, row in enumerate(bill, start=1):
         numbers.setdefault(row.part, number)
@@ -90,7 +96,10 @@ def _moved(parts: Sequence[cq.Assembly], y: float, z: float = 0.0) -> list[cq.As
 
 
 def _pointed(place: str, group: Sequence[cq.Assembly]) -> tuple[float, float]:
-    """Return the highest point in the view [mm] of parts, of those on the right if others are hidden."""
+    """Return the highest point of a group of parts in the view [mm].
+
+    For groups that are partly hidden by the bracket only the parts on the right are searched.
+    """
     shapes = [in_place(part) for part in group]
     right = max(shape.BoundingBox().xmax for shape in shapes)
     seen = [shape for shape in shapes if place not in _HIDDEN or shape.BoundingBox().xmax > right - _COARSE_MM]

@@ -1,4 +1,4 @@
-"""What a maker needs beside the part: drawing, coupon, cover, bracket, bill of materials and sheet."""
+"""The files for a maker beside those of the housing: drawing, coupon, cover, bracket, bill of materials and sheet."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +24,7 @@ from sensor.design.signal_path import SpringReadOut
 
 @dataclass(frozen=True, kw_only=True)
 class MakerFiles:
-    """The paths that were written, and cover and bracket as their STEP files hold them [mm]."""
+    """The written paths, and cover and bracket after they were read back from their STEP files [mm]."""
 
     paths: tuple[Path, ...]
     cover: cq.Shape
@@ -32,11 +32,10 @@ class MakerFiles:
 
 
 def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path) -> MakerFiles:
-    """Write the drawing, coupon, cover, bracket, plate, exploded view, bill and sheet; return what was written.
+    """Write the drawing, coupon, cover, bracket, plate, exploded view, bill and sheet to a folder.
 
-    A signal path has its wiring plan, wiring.svg, too.
-
-    Raises OSError when a file cannot be written, ExportError when one read back has another volume.
+    With a signal path the wiring plan wiring.svg is written too. Raises OSError if a file cannot be written, and
+    ExportError if the volume read back from a file is wrong.
     """
     housing = sensor.housing
     process = title.process

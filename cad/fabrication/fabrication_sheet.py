@@ -27,11 +27,11 @@ from sensor.design.tips import shown_by_ball
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.straight_line import left_by_digits
 
-_COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupon may use
-_SLICED = (0.99, 1.04)  # of a solid mass: what slicers count at 100 % infill; see the template for its source
-_TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
-_K_ERROR = 0.01  # of a stiffness (95 %), what rounded readings of a calibration may make of it
-_STOCK = {  # the same for every sensor: sizes [mm], and the fit of a pin
+_COUPON_FRACTION = 0.5  # share of the strain limit that the largest weight on a coupon uses
+_SLICED = (0.99, 1.04)  # mass by slicers at 100 % infill over the solid mass; the template names the source
+_TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half the strength of the softest plastic here
+_K_ERROR = 0.01  # relative error of a stiffness (95 %) that rounded readings of a calibration may cause
+_STOCK = {  # sizes [mm] and the fit of a pin, equal for all sensors
     "cover": COVER_MM,
     "cover_plate": PLATE_MM,
     "cover_rim": RECESS_MM,
@@ -48,16 +48,16 @@ _STOCK = {  # the same for every sensor: sizes [mm], and the fit of a pin
 
 
 def last_digit(full: float) -> float:
-    """Return the coarsest power of ten to which readings up to a full one may be rounded, in its unit, for K to 1 %.
+    """Return the coarsest resolution, a power of ten, that determines K to 1 % from readings up to `full` [its unit].
 
-    95 % of 1 % is shared by force and deflection.
+    The 1 % is an expanded uncertainty (95 %), and force and deflection contribute equally to it.
     """
     largest = _K_ERROR / COVERAGE / math.sqrt(2.0) / left_by_digits(1.0, full, WEIGHED_AT)
     return 10.0 ** math.floor(math.log10(largest))
 
 
 def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
-    """Return the row of the sheet on a leaf of the coupon: its largest weight [g], and how far that bends it [mm]."""
+    """Return the row of the sheet on a leaf of the coupon, with its largest weight [g] and the sag under it [mm]."""
     factor = modulus_factor(arm.flexure)
     force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
     return {
@@ -70,9 +70,10 @@ def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
 
 
 def _jig_press(spring: SpringToRead, bench: Bench | None) -> dict[str, str | float]:
-    """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g].
+    """Return the row of the sheet on the calibration of a spring, with its largest deflection [mm] and weight [g].
 
-    The last digits of dial [mm] and balance [g] are those of the bench, or if there is none those that K to 1 % needs.
+    The resolutions of dial [mm] and balance [g] are taken from the bench. Without a bench they are the coarsest ones
+    that determine K to 1 %.
     """
     deflection = PRESSED * spring.deflection
     grams = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY
@@ -86,9 +87,9 @@ def _jig_press(spring: SpringToRead, bench: Bench | None) -> dict[str, str | flo
 
 
 def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLine], read_out: SpringReadOut) -> str:
-    """Return the sheet in Markdown: dimensions, the bill, and how the springs are read.
+    """Return the sheet in Markdown: dimensions, bill, and instructions to make, calibrate and read the springs.
 
-    The text is that of `fabrication_sheet.md.jinja`, which has the objects below by name: lengths in mm.
+    The text is in the template `fabrication_sheet.md.jinja`, which gets the objects below by name [mm].
     """
     process = title.process
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()

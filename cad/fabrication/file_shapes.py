@@ -1,4 +1,4 @@
-"""The shape that each file of a part holds by its design, in the pose of the file."""
+"""The shape that each file of a sensor must hold according to its design, in the pose of the file."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
 from sensor.verdict import Verdict
 
-_TOOL_COLOUR = cq.Color(0.45, 0.62, 0.35)  # of what is no part of a sensor
-_TINY = 1e-12  # replaces a volume or an area of zero
+_TOOL_COLOUR = cq.Color(0.45, 0.62, 0.35)  # colour of the coupon, which is not a part of a sensor
+_TINY = 1e-12  # replaces a volume or an area of 0 in a quotient
 HOUSING_FILES = ("housing.step", "housing.stl", "housing.3mf")
 RUN_FILES = (*HOUSING_FILES, "assembly.step")
-"""Files of solids that every run writes, but a quick one on coarse meshes."""
+"""Files of solids that every run writes, except a quick run on coarse meshes."""
 
 
 def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]:
-    """Return the functions that draw the parts which `pipeline design` adds, each with a STEP and an STL file."""
+    """Return the functions that draw the parts which `pipeline design` adds; each is written as STEP and as STL."""
     return {
         "coupon": lambda: cq.Assembly(coupon_part(sensor.housing).shape, name="coupon", color=_TOOL_COLOUR),
         "cover": lambda: cq.Assembly(cover_part(sensor.housing, sensor.seats).shape, name="cover", color=COVER_COLOUR),
@@ -39,7 +39,7 @@ def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]
 
 
 def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
-    """Return for each file of a part of a sensor the function that draws its shape [mm] in the pose of the file."""
+    """Return by name of file the functions that draw the shapes of a sensor [mm] in the poses of the files."""
     printed = functools.partial(print_shape, sensor)
     shapes: dict[str, Callable[[], cq.Shape]] = {
         "housing.step": lambda: sensor.part.shape,
@@ -64,7 +64,7 @@ def _in_print_pose(draw: Callable[[], cq.Assembly]) -> cq.Shape:
 
 
 def files_as_designed(sensor: SensorSolids, folder: Path, names: Iterable[str]) -> Verdict:
-    """Return geometry.as_designed on the named files of a folder; raises ValueError for one that cannot be read."""
+    """Return geometry.as_designed on the named files of a folder; raises ValueError for an unreadable file."""
     shapes = file_shapes(sensor)
 
     @functools.cache
@@ -77,10 +77,11 @@ def files_as_designed(sensor: SensorSolids, folder: Path, names: Iterable[str]) 
 
 
 def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
-    """Return geometry.as_designed on a file of any origin, against the part of the sensor that is most like it.
+    """Return geometry.as_designed on a file of any origin, compared with the most similar part of the sensor.
 
-    A STEP file is compared with what STEP files hold, an STL or a 3MF with parts in print pose. That is the part whose
-    volume and surface are nearest, in any unit. Raises ValueError for a file that cannot be read.
+    A STEP file is compared with the parts as STEP files hold them, and an STL or 3MF file with parts in print pose. The
+    most similar part is the one with the nearest volume and surface, in any unit. Raises ValueError for an unreadable
+    file.
     """
     mesh = part_triangles(path)
     kind = _kind(path.name)
@@ -90,12 +91,15 @@ def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
 
 
 def _kind(name: str) -> str:
-    """Return the kind of file whose triangles a named file is compared with; a 3MF has the triangles of an STL."""
+    """Return the kind of file that a named file is compared as: STEP, or STL for STL and 3MF files."""
     return ".step" if name.lower().endswith(STEP_KINDS) else ".stl"
 
 
 def _unlikeness(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> float:
-    """Return how unlike the volumes and surfaces of two bodies are [1], in the unit in which they are most alike."""
+    """Return the difference between the volumes and surfaces of two bodies [1], 0 for equal ones.
+
+    It is the sum of the logarithms of both ratios, in the unit of length in which it is least.
+    """
     volume = enclosed_volume(design) / max(enclosed_volume(mesh), _TINY)
     area = float(design.area) / max(float(mesh.area), _TINY)
     return min(abs(math.log(volume / scale**3)) + abs(math.log(area / scale**2)) for scale in (1.0, *UNITS.values()))

@@ -1,6 +1,7 @@
-"""The bracket that carries a sensor: an angle, bolted behind it, with the holes of a robot's flange above it.
+"""The bracket that carries a sensor: an angle behind the sensor with the holes of a robot flange above it.
 
-The flange is ISO 9409-1-50-4-M6: four M6 on a circle of 50 mm, about the axis of the press. Sensor frame, mm.
+The flange is ISO 9409-1-50-4-M6: four M6 screws on a circle of 50 mm about the axis of the press. All coordinates are
+in the sensor frame [mm].
 """
 
 import math
@@ -14,36 +15,36 @@ from cad.parts.sensor import SensorSolids
 
 FLANGE_CIRCLE_MM = 50.0  # ISO 9409-1-50-4-M6
 FLANGE_HOLE_MM = 6.6  # for M6, ISO 273 medium
-FLANGE_MM = 63.0
-FLANGE_SCREW_MM = 12.0  # through the bracket, and 7 mm into the flange
-PLATE_MM = 5.0
-HEAD_ROOM_MM = 8.0  # under the flange's screws, whose heads are 6 mm high: ISO 4762
-HEAD_MM = 10.0  # diameter of those heads
-_BESIDE_SENSOR = 1.0
-_ROOM_FOR_WIRES = 6.0  # of a window beyond the height of its sensors
-_BEHIND = 6.0  # of the plate behind the outermost hole of the flange
-_REACH = 1.0  # of a cut beyond what it opens, and between heads and what is near them
+FLANGE_MM = 63.0  # outer diameter of the flange, ISO 9409-1
+FLANGE_SCREW_MM = 12.0  # length of a flange screw, of which 7 mm are in the flange
+PLATE_MM = 5.0  # thickness of the bracket
+HEAD_ROOM_MM = 8.0  # height of the room for the heads of the flange screws, which are 6 mm high, ISO 4762
+HEAD_MM = 10.0  # diameter of the heads of the flange screws, ISO 4762
+_BESIDE_SENSOR = 1.0  # clearance between Hall sensors and the edges of a window
+_ROOM_FOR_WIRES = 6.0  # height of a window beyond the height of its sensors
+_BEHIND = 6.0  # material behind the rearmost hole of the flange
+_REACH = 1.0  # extension of a cut beyond the plate, and clearance of the screw heads
 
 
 def back_of(sensor: SensorSolids) -> float:
-    """Return the place y of the face behind cover or washers [mm], on which the bracket lies."""
+    """Return the coordinate y of the face behind cover or washers, against which the bracket is screwed [mm]."""
     return 0.5 * grip(sensor) + _washer_before_bracket(sensor)
 
 
 def _washer_before_bracket(sensor: SensorSolids) -> float:
-    """Return the thickness [mm] of the washers between frame and bracket: none where covers hold the frame."""
+    """Return the thickness of the washers between frame and bracket [mm]; 0 with covers, which need none."""
     return 0.0 if sensor.housing.mount == "covers" else WASHER_THICKNESS_MM
 
 
 def mounted_grip(sensor: SensorSolids) -> float:
-    """Return the grip of the four screws with the bracket, between the washers under their heads and nuts [mm]."""
+    """Return the thickness that the four screws of the sensor clamp with the bracket, end washers excluded [mm]."""
     return grip(sensor) + _washer_before_bracket(sensor) + PLATE_MM
 
 
 def flange_holes(sensor: SensorSolids) -> tuple[tuple[float, float], ...]:
-    """Return x and y of the holes for the flange's screws [mm].
+    """Return x and y of the holes for the flange screws [mm].
 
-    On the axes behind a thick sensor, else on the diagonals: so that the heads are clear of the upright plate.
+    The holes are on the axes if the sensor is thick, and else on the diagonals. So the heads clear the upright plate.
     """
     half = 0.5 * FLANGE_CIRCLE_MM
     if back_of(sensor) >= 0.5 * HEAD_MM + _REACH:
@@ -53,7 +54,7 @@ def flange_holes(sensor: SensorSolids) -> tuple[tuple[float, float], ...]:
 
 
 def mount_solid(sensor: SensorSolids) -> cq.Solid:
-    """Return the bracket in its place behind the sensor [mm]: an upright plate and a shelf, each with its holes."""
+    """Return the bracket in its place behind the sensor [mm]: an upright plate and a shelf, with their holes."""
     housing = sensor.housing
     back = back_of(sensor)
     through = PLATE_MM + 2.0 * _REACH
@@ -70,9 +71,9 @@ def mount_solid(sensor: SensorSolids) -> cq.Solid:
 
 
 def mount_part(sensor: SensorSolids) -> Part:
-    """Return the bracket in its place with the faces `seat`, on the sensor, and `flange`, and with those of its holes.
+    """Return the bracket in its place, with the named faces `seat`, `flange`, `mounting_holes` and `flange_holes`.
 
-    They are `mounting_holes` for the screws of the sensor and `flange_holes` for those of the flange.
+    The seat lies against the sensor, which is held by screws through the mounting holes.
     """
     faces: dict[str, FaceTest] = {
         "seat": on_plane(1, back_of(sensor)),
@@ -84,7 +85,10 @@ def mount_part(sensor: SensorSolids) -> Part:
 
 
 def window(sensor: SensorSolids) -> cq.Solid | None:
-    """Return the window of the upright plate for Hall sensors and their wires [mm]; None where none stand behind it."""
+    """Return the window of the upright plate for Hall sensors and their wires [mm].
+
+    Return None if no Hall sensor stands in front of the bracket. Only the back cover of a square has sensors there.
+    """
     housing, seats = sensor.housing, sensor.seats
     if seats is None or housing.mount != "covers" or not housing.back_to_back:
         return None
@@ -100,7 +104,10 @@ def _shelf_level(sensor: SensorSolids) -> float:
 
 
 def upright(sensor: SensorSolids) -> cq.Solid:
-    """Return the plate behind the sensor [mm] without its holes; its foot stays above the cover's in every tilt."""
+    """Return the plate behind the sensor without its holes [mm].
+
+    Its foot is so high that it stays above the foot of the cover in every tilt of the press.
+    """
     housing = sensor.housing
     back = back_of(sensor)
     rise = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
@@ -117,7 +124,7 @@ def shelf(sensor: SensorSolids) -> cq.Solid:
 
 
 def flange_heads(sensor: SensorSolids) -> cq.Shape:
-    """Return the heads of the flange's screws under the bracket [mm], as high as the room for them."""
+    """Return cylinders for the heads of the flange screws under the shelf [mm], as high as the room for them."""
     level = sensor.housing.top_level
     up = cq.Vector(0.0, 0.0, 1.0)
     heads = [

@@ -1,4 +1,4 @@
-"""Verdicts on the bracket, as it is read back from its file: it meets nothing that moves, and no fruit."""
+"""Verdicts on the bracket after it was read back from its file: its distances from moving parts and from the fruit."""
 
 import cadquery as cq
 
@@ -10,12 +10,12 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
 
-_WIDE = 1e3  # [mm], beyond any sensor
-_UNDER_SHELF_MM = 0.5  # the heads lie on the shelf: only what is below it may be near them
+_WIDE = 1e3  # [mm], larger than any sensor
+_UNDER_SHELF_MM = 0.5  # the screw heads rest on the shelf, so only parts below it can come close to them
 
 
 def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> tuple[Verdict, ...]:
-    """Return geometry.mount_clearance and _over_fruit [mm] of a bracket, made or read from a file."""
+    """Return geometry.mount_clearance and geometry.mount_over_fruit [mm] of a bracket, made or read from a file."""
     return (
         _clearance(sensor, mount, process),
         fruit_clearance_verdict("geometry.mount_over_fruit", sensor, mount),
@@ -23,7 +23,11 @@ def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> t
 
 
 def _clearance(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdict:
-    """Return the least distance [mm] of the bracket from what moves, at its stops, and of the flange's heads."""
+    """Return the verdict on the room around bracket and flange screws [mm].
+
+    It is the least of three distances: moving parts at their stops to the bracket, and the screw heads to the housing
+    and to the bracket below the shelf.
+    """
     housing = sensor.housing
     heads = flange_heads(sensor)
     under_heads = housing.top_level + HEAD_ROOM_MM - _UNDER_SHELF_MM

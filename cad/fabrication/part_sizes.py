@@ -1,4 +1,4 @@
-"""The sizes of cover and bracket as the fabrication sheet tells them."""
+"""The sizes of cover and bracket for the fabrication sheet."""
 
 from dataclasses import dataclass
 
@@ -15,14 +15,14 @@ _DIGITS = 2
 
 @dataclass(frozen=True)
 class SizeLine:
-    """A line of a table: what is measured, and its size in mm."""
+    """A line of a table: the name of a size, and its value as text [mm]."""
 
     what: str
     size: str
 
 
 def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
-    """Return the sizes of the cover as it lies in cover.stl: the rim up, the side of the tips towards the reader."""
+    """Return the sizes of the cover in the pose of cover.stl: rim up, side of the tips towards the reader."""
     housing, seats = sensor.housing, sensor.seats
     width, height = housing.right - housing.left, housing.top_level - housing.cover_level
     sizes = [
@@ -44,7 +44,7 @@ def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
 
 
 def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
-    """Return the sizes of the bracket as it is seen from the front of the sensor, the flange on top."""
+    """Return the sizes of the bracket, seen from the front of the sensor with the flange on top."""
     housing, opening = sensor.housing, window(sensor)
     plate, flange = upright(sensor).BoundingBox(), shelf(sensor).BoundingBox()
     sizes = [
@@ -76,7 +76,7 @@ def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
 
 
 def _screw_holes(housing: Housing, top: float) -> tuple[SizeLine, ...]:
-    """Return the lines on the holes for screws, from the left edge of the housing and from an upper edge [mm]."""
+    """Return the lines on the screw holes, measured from the left edge of the housing and from the level `top` [mm]."""
     places = [(x - housing.left, top - z) for x, z in housing.holes]
     return (
         SizeLine("holes for screws, diameter", f"{len(places)} x {_number(housing.hole_diameter)}"),

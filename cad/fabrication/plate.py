@@ -1,4 +1,4 @@
-"""All printed parts of a sensor on one print bed, plate.3mf."""
+"""All printed parts of a sensor on one print bed, in the file plate.3mf."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from cad.files.sensor_files import compare_volume
 from cad.files.threemf import read_3mf, write_3mf
 from sensor.quantity import Estimate
 
-GAP_MM = 6.0  # between parts, and from the corner of the bed, which is the origin
+GAP_MM = 6.0  # gap between parts, and between parts and the edges of the bed at x = 0 and y = 0
 _ROUND_OFF_MM = 1e-6
 
 
@@ -22,11 +22,11 @@ def write_plate(
     settings: Mapping[str, str],
     path: Path,
 ) -> None:
-    """Write the printed parts of a bill as often as it counts them, from their meshes in print pose [mm].
+    """Write the printed parts of a bill, each as often as the bill counts it, from their meshes in print pose [mm].
 
-    Each copy is an object of its own: PrusaSlicer gives the settings to the first copy of an object only. `volumes`
-    [mm^3] are those of the parts. Raises OSError where the file cannot be written, ExportError where it has another
-    volume when it is read back.
+    Every copy is a separate object, because PrusaSlicer applies settings only to the first copy of an object. `volumes`
+    [mm^3] are the volumes of the parts. Raises OSError if the file cannot be written, and ExportError if the volume
+    read back from it is wrong.
     """
     counts = {row.part: row.count for row in bill if row.part in meshes}
     write_3mf(on_plate(meshes, counts), path, settings)
@@ -37,7 +37,11 @@ def write_plate(
 
 
 def on_plate(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, int]) -> dict[str, trimesh.Trimesh]:
-    """Return each copy of parts [mm] in its place: upright in rows, the longest first, on the smallest square bed."""
+    """Return each copy of the parts in its place on the smallest square bed [mm].
+
+    The parts are in rows with their longer sides along y, the longest first. The width of a row is tried for every
+    number of parts in the first row.
+    """
     standing = {name: _upright(on_flange(meshes[name]) if name == "mount" else meshes[name]) for name in counts}
     names = sorted(counts, key=lambda name: -float(standing[name].extents[1]))
     copies = [
@@ -50,10 +54,10 @@ def on_plate(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, int]) -
 
 
 def _in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) -> dict[str, trimesh.Trimesh]:
-    """Return parts by their names in rows of a width with the gaps [mm], or of one part that is wider."""
+    """Return parts by name, placed in rows whose width with gaps is limited [mm]; a wider part gets its own row."""
     placed: dict[str, trimesh.Trimesh] = {}
     along = across = GAP_MM
-    depth = 0.0  # of the row
+    depth = 0.0  # depth of the row
     for name, mesh in copies:
         beside, behind, _ = mesh.extents.tolist()
         if along > GAP_MM and along + beside > width + _ROUND_OFF_MM:
@@ -67,12 +71,15 @@ def _in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) -> dic
 
 
 def _bed_side(placed: Mapping[str, trimesh.Trimesh]) -> float:
-    """Return the side of the smallest square bed from the origin on that holds parts [mm]."""
+    """Return the side of the smallest square bed, with a corner at the origin, that holds the parts [mm]."""
     return max(float(mesh.bounds[1, :2].max()) for mesh in placed.values())
 
 
 def on_flange(bracket: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return the triangles of a bracket [mm] from the pose of mount.stl turned on its flange, so that nothing hangs."""
+    """Return the triangles of a bracket [mm], turned from the pose of mount.stl onto its flange.
+
+    In this pose the bracket has no overhangs.
+    """
     turned = bracket.copy()
     turned.vertices = bracket.vertices[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
     turned.apply_translation((0.0, 0.0, -float(turned.bounds[0, 2])))
@@ -80,7 +87,7 @@ def on_flange(bracket: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def _upright(part: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return a part on the bed [mm] with its longer side along y: more of them stand in a row."""
+    """Return a part on the bed with its longer side along y [mm], so that more parts fit in a row."""
     width, height, _ = part.extents.tolist()
     if height >= width:
         return part

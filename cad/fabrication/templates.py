@@ -1,4 +1,4 @@
-"""Texts and pictures of this folder from their templates, `*.jinja` beside this file."""
+"""Texts and pictures of this folder from templates, which are the files `*.jinja` beside this one."""
 
 import math
 import re
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cad.templates import template_environment
 
-EACH = " each"  # after the mass of a printed part in the bill of materials
+EACH = " each"  # suffix of the mass of a printed part in the bill of materials
 
 
 def render_template(template: str, **values: object) -> str:
@@ -24,7 +24,7 @@ def _mm(length: float) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a text, which a printer's file may have given, so that Markdown shows it as it is."""
+    """Return a text escaped for Markdown; names from the file of a print process may hold any sign."""
     return re.sub(r"([\\`*_\[\]<>|&~])", r"\\\1", text)
 
 

@@ -1,4 +1,4 @@
-"""The wiring plan of a read-out as a picture, wiring.svg."""
+"""The wiring plan of a read-out as the picture wiring.svg."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,7 +8,10 @@ from sensor.design.readout import BOARDS
 
 
 def write_wiring(path: Path, names: Sequence[str], plates: int, board: str) -> None:
-    """Write the wiring plan of a sensor's tips, in the order of its channels, to a board as SVG; raises OSError."""
+    """Write the wiring plan from the tips of a sensor to a board as SVG; raises OSError.
+
+    `names` are the names of the tips in the order of the channels, plate by plate. `board` is a key of `BOARDS`.
+    """
     on_plate = len(names) // plates
     channels = [f"{name}, plate {1 + i // on_plate}" if plates > 1 else name for i, name in enumerate(names)]
     pins = BOARDS[board].pins

@@ -1,1 +1,1 @@
-"""Solids and drawings as files whose bytes depend on nothing but what they show."""
+"""Solids as files; equal solids give equal bytes on every machine."""

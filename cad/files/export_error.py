@@ -1,5 +1,5 @@
-"""The error of a file that was written wrong."""
+"""The error for a file that was written incorrectly."""
 
 
 class ExportError(ValueError):
-    """A file that does not hold what was written; the message is one line."""
+    """A file does not hold what was written to it; the message is one line."""

@@ -1,4 +1,4 @@
-"""Coloured bodies as GLB, the binary form of glTF 2.0, which browsers show: ISO/IEC 12113."""
+"""Coloured bodies as GLB for browsers: the binary form of glTF 2.0, ISO/IEC 12113."""
 
 import json
 import struct
@@ -14,21 +14,21 @@ from sensor.arrays import Floats
 Tree = dict[str, Any]  # a part of the JSON of glTF
 
 MOTION = "motion"
-"""Name of the one animation, of one second, in which every body moves from where it is."""
+"""Name of the animation, which lasts one second and moves every body from its place."""
 
 _MATERIAL = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.7}, "doubleSided": True}
-_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # glTF has y up: (x, z, -y)
-_METRE = 1e-3  # glTF counts in metres
-_COMPONENTS = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # glTF's number of each type of values
-_TOE = 0.04045  # below, colours of a screen are linear
+_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # y is up in glTF: (x, z, -y)
+_METRE = 1e-3  # metres per millimetre; glTF is in metres
+_COMPONENTS = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # code of each NumPy type in glTF
+_TOE = 0.04045  # sRGB values up to this are proportional to the linear ones
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GlbBody:
-    """A body: its name, vertices (n, 3) [mm], triangles (m, 3), and what the animation moves it by.
+    """A body: its name, vertices (n, 3) [mm], triangles (m, 3), colour, and displacement in the animation.
 
-    `colour` (red, green, blue from 0 to 1) and `moved` [mm] are one for the whole body, (3,), or one for each vertex,
-    (n, 3).
+    `colour` (red, green, blue from 0 to 1) and the displacement `moved` [mm] apply to the whole body, (3,), or to each
+    vertex, (n, 3).
     """
 
     name: str
@@ -39,18 +39,19 @@ class GlbBody:
 
 
 def glb_position(points: Floats) -> Floats:
-    """Return points (..., 3) [mm], z up, as glTF has them [m]."""
+    """Return points (..., 3) with z up [mm] in the coordinates of glTF, with y up [m]."""
     return np.asarray(_METRE * (points @ _UP.T))
 
 
 def glb_of(bodies: Sequence[GlbBody]) -> bytes:
-    """Return bodies as the bytes of a GLB file.
+    """Return the bytes of a GLB file with these bodies.
 
-    What moves a body is a morph target of its mesh. The weights of all targets go from 0 to 1 in one second.
+    The displacement of a body is a morph target of its mesh. The animation raises the weights of all targets from 0 to
+    1 in one second.
     """
     arrays = _Arrays()
     meshes = [_mesh(body, arrays) for body in bodies]
-    ramp = arrays.add(np.array([[0.0], [1.0]], dtype="<f4"), "SCALAR")  # times [s] and the weights at them
+    ramp = arrays.add(np.array([[0.0], [1.0]], dtype="<f4"), "SCALAR")  # times [s], and also the weights at these times
     numbers = range(len(bodies))
     motion = {
         "name": MOTION,
@@ -77,16 +78,19 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
 
 
 class _Arrays:
-    """The arrays of a file: their bytes, where they are in the buffer, and what they hold."""
+    """The arrays of a file: their bytes, their places in the buffer (views), and their types (accessors)."""
 
     def __init__(self) -> None:
         self.chunks: list[bytes] = []
         self.views: list[Tree] = []
         self.accessors: list[Tree] = []
-        self._length = 0  # of the buffer so far [bytes]
+        self._length = 0  # current length of the buffer [bytes]
 
     def add(self, values: NDArray[Any], kind: str, **more: object) -> int:
-        """Add an array (n, m) whose rows take a multiple of four bytes; return its number."""
+        """Add an array (n, m), and return the number of its accessor.
+
+        Its rows must occupy a multiple of four bytes, because glTF aligns arrays to four bytes.
+        """
         chunk = values.tobytes()
         accessor = {
             "bufferView": len(self.views),
@@ -104,9 +108,9 @@ class _Arrays:
 
 
 def _mesh(body: GlbBody, arrays: _Arrays) -> Tree:
-    """Return the mesh of a body, whose arrays are added."""
+    """Add the arrays of a body to `arrays`, and return the mesh that refers to them."""
     count = len(body.vertices)
-    colour = np.full((count, 4), 255, dtype=np.uint8)  # the last is opacity
+    colour = np.full((count, 4), 255, dtype=np.uint8)  # the fourth channel is opacity
     colour[:, :3] = _linear(body.colour)
     moved = np.broadcast_to(body.moved, (count, 3))
     primitive = {
@@ -122,6 +126,6 @@ def _mesh(body: GlbBody, arrays: _Arrays) -> Tree:
 
 
 def _linear(colour: Floats) -> NDArray[np.uint8]:
-    """Return colours of a screen as linear ones from 0 to 255, which vertices of glTF have: IEC 61966-2-1."""
+    """Return sRGB colours as linear colours from 0 to 255, which glTF requires at vertices: IEC 61966-2-1."""
     linear = np.where(colour <= _TOE, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
     return np.round(255.0 * linear).astype(np.uint8)

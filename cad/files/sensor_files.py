@@ -1,4 +1,7 @@
-"""The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose, each read back and compared; GLB."""
+"""The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose, and GLB for browsers.
+
+All files except the GLB are read back, and their volumes are compared with the design.
+"""
 
 import functools
 from collections.abc import Mapping
@@ -22,17 +25,17 @@ from cad.parts.sensor import SensorSolids
 from sensor.arrays import Floats
 from sensor.quantity import Estimate
 
-_STEP_TOLERANCE = 1e-9  # relative: Part 21 carries 15 digits
+_STEP_TOLERANCE = 1e-9  # relative error of a volume read from STEP, whose numbers have 15 digits
 _TURNED = ("SPHERE", "REVOLUTION")
-_INTEGRAL_TOLERANCE = 1e-8  # relative, of a volume within a ball or a surface of revolution
-_SHOWN_CHORD_MM = 0.1  # of what is only looked at
-_SHOWN_ANGLE = 0.5  # rad
-_SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
+_INTEGRAL_TOLERANCE = 1e-8  # relative tolerance of volumes that OCCT integrates numerically
+_SHOWN_CHORD_MM = 0.1  # chord height of triangles that are only looked at
+_SHOWN_ANGLE = 0.5  # largest angle between such triangles [rad]
+_SINGLE_PRECISION = 1e-6  # rounding of a coordinate in an STL, over the smallest side of a part
 
 
 @dataclass(frozen=True, kw_only=True)
 class FormsRead:
-    """What is read of a sensor's files [mm]: the solid of housing.step, and housing.stl in print pose."""
+    """The shapes read from the files of a sensor [mm]: the solid of housing.step, and housing.stl in print pose."""
 
     step: cq.Shape
     stl: trimesh.Trimesh
@@ -40,19 +43,19 @@ class FormsRead:
 
 @dataclass(frozen=True, kw_only=True)
 class SensorFiles:
-    """The paths that were written, and what was read back from those that are checked."""
+    """The written paths, and the shapes read back from the files that are checked later."""
 
     paths: tuple[Path, ...]
     forms: FormsRead
 
 
 def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str] | None = None) -> SensorFiles:
-    """Write housing.step, assembly.step and, marked, housing.stl and housing.3mf; pin.step where pins are the tips.
+    """Write the files of a sensor: housing (STEP, STL, 3MF), assembly (STEP, GLB), and pin (STEP) if it has pins.
 
-    housing.3mf carries the settings of a slicer. assembly.glb, to be looked at, has every body in its colour and an
-    animation that takes them apart.
+    housing.stl and housing.3mf are in print pose, with the engraved name; the 3MF holds `settings` for a slicer.
+    assembly.glb has coloured bodies and an animation that takes them apart.
 
-    Raises OSError when a file cannot be written, ExportError when one read back has another volume.
+    Raises OSError if a file cannot be written, and ExportError if the volume read back from a file is wrong.
     """
     housing_step = folder / "housing.step"
     step = export_step(cq.Assembly(sensor.part.shape, name="housing", color=PRINTED_COLOUR), housing_step)
@@ -82,19 +85,19 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
 
 
 def print_shape(sensor: SensorSolids) -> cq.Shape:
-    """Return the housing of a sensor, or a plate of a square, marked and in print pose [mm]."""
+    """Return the housing of a sensor, or a plate of a square, with its engraving and in print pose [mm]."""
     return print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back is not None)
 
 
 def read_forms(folder: Path) -> FormsRead:
-    """Return the shapes in those files of a sensor that are checked; raises ValueError for an unreadable file."""
+    """Return the shapes in the checked files of a sensor; raises ValueError for an unreadable file."""
     return FormsRead(step=read_step(folder / "housing.step"), stl=read_stl(folder / "housing.stl"))
 
 
 def shown_bodies(assembly: cq.Assembly) -> list[GlbBody]:
-    """Return the parts of an assembly as triangles to be looked at, which the animation moves outwards.
+    """Return the parts of an assembly as coarse triangles for a picture, with their outward moves in the animation.
 
-    Equal parts are divided into triangles once.
+    Equal parts share one triangulation.
     """
     meshes: dict[cq.Shape, tuple[Floats, NDArray[np.int64]]] = {}
     bodies = []
@@ -117,9 +120,9 @@ def shown_bodies(assembly: cq.Assembly) -> list[GlbBody]:
 
 
 def export_step(assembly: cq.Assembly, path: Path) -> cq.Shape:
-    """Write an assembly or a part [mm] as STEP and return what is read back.
+    """Write an assembly or a part [mm] as STEP, and return the shape read back.
 
-    Raises OSError when it cannot be written, ExportError when it has another volume.
+    Raises OSError if the file cannot be written, and ExportError if the volume read back is wrong.
     """
     write_step(assembly, path)
     shape_read = read_step(path)
@@ -128,7 +131,7 @@ def export_step(assembly: cq.Assembly, path: Path) -> cq.Shape:
 
 
 def volume_of(shape: cq.Shape) -> float:
-    """Return the volume of a shape [mm^3], each solid of which is measured once, wherever and how often it stands."""
+    """Return the volume of a shape [mm^3]; equal solids at several places are measured only once."""
     return sum(_volume_at_origin(solid.located(cq.Location())) for solid in shape.Solids())
 
 
@@ -136,13 +139,13 @@ def volume_of(shape: cq.Shape) -> float:
 def _volume_at_origin(solid: cq.Shape) -> float:
     """Return the volume of a solid [mm^3].
 
-    The kernel integrates balls and surfaces of revolution numerically, and to 1e-4 only where it is not asked for more.
+    OCCT integrates balls and surfaces of revolution numerically, to only 1e-4 unless a tolerance is given.
     """
     return float(solid.Volume(tol=_INTEGRAL_TOLERANCE) if _is_turned(solid) else solid.Volume())
 
 
 def step_volume(shape: cq.Shape) -> Estimate:
-    """Return the volume of a shape [mm^3], its error the tolerance of what is read back from STEP."""
+    """Return the volume of a shape [mm^3]; its error is the tolerance for the volume read back from STEP."""
     volume = volume_of(shape)
     relative = 2.0 * _INTEGRAL_TOLERANCE if _is_turned(shape) else _STEP_TOLERANCE
     return Estimate(volume, volume * relative, unit="mm^3")
@@ -153,15 +156,15 @@ def _is_turned(shape: cq.Shape) -> bool:
 
 
 def export_stl(shape: cq.Shape, path: Path) -> trimesh.Trimesh:
-    """Write a shape [mm] as STL and return what is read back.
+    """Write a shape [mm] as STL, and return the mesh read back.
 
-    Raises OSError when it cannot be written, ExportError when it has another volume.
+    Raises OSError if the file cannot be written, and ExportError if the volume read back is wrong.
     """
     return _export_stl(shape, path, triangles_volume(shape))
 
 
 def _export_stl(shape: cq.Shape, path: Path, expected: Estimate) -> trimesh.Trimesh:
-    """Write a shape [mm] as STL and return the mesh read back, compared with the expected volume; as `export_stl`."""
+    """Write a shape [mm] as STL like `export_stl`, for an expected volume that the caller knows already."""
     write_stl(shape, path)
     mesh = read_stl(path)
     compare_volume(path, mesh.volume, expected)
@@ -169,9 +172,9 @@ def _export_stl(shape: cq.Shape, path: Path, expected: Estimate) -> trimesh.Trim
 
 
 def triangles_volume(shape: cq.Shape) -> Estimate:
-    """Return the volume of a shape [mm^3], its error the tolerance of its triangles.
+    """Return the volume of a shape [mm^3]; its error is the tolerance for the volume of its triangles.
 
-    They are off by a chord's height over the area of the round faces.
+    Triangles deviate from curved faces by at most a chord height, and corners are rounded to single precision.
     """
     volume = float(shape.Volume())
     curved = sum(face.Area() for face in shape.Faces() if face.geomType() != "PLANE")
@@ -179,7 +182,7 @@ def triangles_volume(shape: cq.Shape) -> Estimate:
 
 
 def compare_volume(path: Path, volume_read: float, expected: Estimate) -> None:
-    """Raise ExportError when the volume [mm^3] read back from a file differs from the expected one beyond its error."""
+    """Raise ExportError if the volume [mm^3] read back from a file is not the expected one within its error."""
     if not abs(volume_read - expected.value) <= expected.error:
         msg = (
             f"{path.name}: volume read back = {volume_read:.9g} mm^3: must be {expected.value:.9g} within "

@@ -1,4 +1,4 @@
-"""Settings of PrusaSlicer that the stiffness of a print depends on, by its keys."""
+"""The settings of PrusaSlicer that determine the stiffness of a print."""
 
 import math
 
@@ -6,14 +6,14 @@ from cad.parts.housing import Housing
 from sensor.design.processes import FOOT_MM, Process
 
 _WIDTHS = ("external_perimeter", "perimeter", "infill", "solid_infill", "top_infill")
-_ROUND_OFF = 1e-6  # of a number of lines
+_ROUND_OFF = 1e-6  # round-off of a number of lines
 
 
 def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
-    """Return the settings that print a housing as it is solved: solid, of lines along its leaves.
+    """Return the settings, by PrusaSlicer's keys, for a housing as it is solved: solid, with lines along its leaves.
 
-    There are none for a process that prints no lines. Settings of printer and filament are left out, and so is the
-    height of the first layer, which PrusaSlicer has for the whole print only.
+    Processes that do not print lines have no settings. Settings of printer and filament are left to the profile. So is
+    the height of the first layer, which PrusaSlicer cannot set for one object.
     """
     width = process.line_width_mm
     if process.kind != "fdm" or width is None:
@@ -23,7 +23,7 @@ def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
         "layer_height": process.layer_mm,
         "extrusion_width": width,
         **{f"{name}_extrusion_width": width for name in _WIDTHS},
-        "perimeters": math.ceil(0.5 * lines - _ROUND_OFF),  # from both sides they fill a leaf
+        "perimeters": math.ceil(0.5 * lines - _ROUND_OFF),  # perimeters from both sides fill a leaf
         "fill_density": "100%",
         "fill_pattern": "rectilinear",
         "elefant_foot_compensation": FOOT_MM,

@@ -1,4 +1,4 @@
-"""STEP files (AP242, millimetres) of an assembly or of a part, with names and colours."""
+"""STEP files (AP242, millimetres) of assemblies and parts, with names and colours."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _READING = {"xstep.cascade.unit": "MM"}
 
 
 def write_step(assembly: cq.Assembly, path: Path) -> None:
-    """Write an assembly, or a part by itself [mm], to a STEP file dated `file_date`; raises OSError."""
+    """Write an assembly or a single part [mm] to a STEP file dated `file_date`; raises OSError."""
     with _settings(_WRITING):
         writer = OCP.STEPCAFControl.STEPCAFControl_Writer()
         transferred = writer.Transfer(_document(assembly), OCP.STEPControl.STEPControl_AsIs)
@@ -41,9 +41,10 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
 
 @contextmanager
 def _settings(values: Mapping[str, str]) -> Iterator[None]:
-    """Give OCCT's settings, which all of a process share, these values inside the block.
+    """Set OCCT's settings, which are global in a process, inside the block, and restore them afterwards.
 
-    They exist once a controller has been made. Raises MachineError for a setting or a value that OCCT does not know.
+    The settings exist only after a controller was initialized. Raises MachineError for a setting or a value that OCCT
+    does not know.
     """
     OCP.STEPCAFControl.STEPCAFControl_Controller.Init_s()
     before = {key: OCP.Interface.Interface_Static.CVal_s(key) for key in values}
@@ -59,7 +60,7 @@ def _settings(values: Mapping[str, str]) -> Iterator[None]:
 
 
 def _document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
-    """Return OCCT's document of an assembly, in which equal parts are instances of one product, or of a part."""
+    """Return OCCT's document of an assembly or a single part; equal parts of an assembly share one product."""
     document = OCP.TDocStd.TDocStd_Document(_unicode("XmlOcaf"))
     shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = OCP.XCAFDoc.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
@@ -81,10 +82,10 @@ def _document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
 
 
 def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]) -> None:
-    """Name the instances of an assembly in the order in which they were added; of one body there are none.
+    """Name the instances of an assembly in the order in which they were added; a single part has no instances.
 
-    OCCT names each for the first instance whose shape lies as it does. An instance that lies as its product was drawn
-    lies as any of them, so that it would take the name of another, which is left without one.
+    OCCT itself finds the name of an instance by its location. It confuses instances that lie where their product was
+    drawn, and then some names are wrong or missing.
     """
     entities = (model.Value(number + 1) for number in range(model.NbEntities()))
     kind = OCP.StepRepr.StepRepr_NextAssemblyUsageOccurrence
@@ -105,12 +106,12 @@ def _ascii(text: str) -> OCP.TCollection.TCollection_HAsciiString:
 def read_step(path: Path) -> cq.Shape:
     """Return the shape of a STEP file [mm], which may begin with a byte order mark.
 
-    Raises OSError for a file that cannot be read, ValueError for one that holds no shape.
+    Raises OSError for an unreadable file, and ValueError for a file without a shape.
     """
     with path.open("rb") as file:
         has_mark = file.read(len(codecs.BOM_UTF8)) == codecs.BOM_UTF8
         without_mark = io.BytesIO(file.read() if has_mark else b"")
-    # OCCT prints what it meets; the caller gets it as an error.
+    # OCCT prints its messages on the screen; the caller gets an error instead.
     OCP.Message.Message.DefaultMessenger_s().ChangePrinters().Clear()
     with _settings(_READING):
         reader = OCP.STEPControl.STEPControl_Reader()

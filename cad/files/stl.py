@@ -1,4 +1,4 @@
-"""Binary STL [mm], and STL of any origin: triangles with equal corners merged."""
+"""STL files [mm]: written in binary, read from any origin with equal corners merged."""
 
 from __future__ import annotations
 
@@ -10,17 +10,20 @@ import cadquery as cq
 import numpy as np
 import trimesh
 
-CHORD_MM = 0.005  # largest distance of a triangle from the face that it stands for
-ANGLE_RAD = 0.1  # a fillet of 0.5 mm then gets 16 facets a quarter turn
-_HEADER_BYTES = 84  # eighty of text, four of the count of triangles
+CHORD_MM = 0.005  # largest distance between a triangle and the face that it approximates
+ANGLE_RAD = 0.1  # largest angle between facets: 16 facets in a quarter turn of any fillet
+_HEADER_BYTES = 84  # 80 bytes of text and 4 bytes with the number of triangles
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _FACET_WORD = re.compile(rb"facet\s+normal\s", re.IGNORECASE)
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 
 
 def write_stl(shape: cq.Shape, path: Path, angle: float = ANGLE_RAD) -> None:
-    """Write a solid [mm] as binary STL, its facets turned by no more than an angle [rad]; raises OSError."""
-    unmeshed = shape.copy()  # triangles stay on a shape: an earlier, finer mesh of it would be written
+    """Write a solid [mm] as binary STL; raises OSError.
+
+    Neighbouring facets of a curved face differ by no more than `angle` [rad].
+    """
+    unmeshed = shape.copy()  # a shape keeps its triangles, and an earlier, finer mesh would be written
     unmeshed.exportStl(str(path), CHORD_MM, angle, relative=False, parallel=False)
     if not path.is_file():
         msg = f"STL: cannot write {path}; check that the folder exists and has room"
@@ -28,7 +31,7 @@ def write_stl(shape: cq.Shape, path: Path, angle: float = ANGLE_RAD) -> None:
 
 
 def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
-    """Return the triangles of a shape [mm]: those of its STL file, or with facets of another angle [rad]."""
+    """Return the triangles of a shape [mm], as its STL file holds them; `angle` [rad] as in `write_stl`."""
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         path = Path(folder) / "shape.stl"
         write_stl(shape, path, angle)
@@ -36,10 +39,10 @@ def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
 
 
 def read_stl(path: Path) -> trimesh.Trimesh:
-    """Return the triangles of an STL file [mm], binary or text; raises ValueError when it holds none.
+    """Return the triangles of an STL file [mm], binary or text; raises ValueError if it holds none.
 
-    A file is text where its size is not that of its count of triangles and it names facets, whatever its first word
-    is.
+    The first word of a file is not reliable. A file is binary if its size agrees with its number of triangles. Else it
+    is text if it contains `facet normal`.
     """
     data = path.read_bytes()
     is_exact = len(data) == _HEADER_BYTES + _FACET.itemsize * _count(data)
@@ -63,5 +66,5 @@ def read_stl(path: Path) -> trimesh.Trimesh:
 
 
 def _count(data: bytes) -> int:
-    """Return the count of triangles in the header of a binary file, 0 for a shorter file."""
+    """Return the number of triangles in the header of a binary file; 0 if the file is shorter than a header."""
     return int.from_bytes(data[_HEADER_BYTES - 4 : _HEADER_BYTES], "little")

@@ -1,6 +1,6 @@
-"""3MF [mm]: one named object a body; read by lib3mf, whose warnings are its faults.
+"""3MF files [mm]: written with one named object per body, and read by lib3mf, whose warnings are reported as faults.
 
-Settings of a print stand beside the objects as in a project of PrusaSlicer. Other programs pass them over.
+Print settings are stored beside the objects, as in a project of PrusaSlicer; other programs ignore them.
 """
 
 import zipfile
@@ -31,7 +31,7 @@ _MODEL = (
     f'{_XML}<model unit="millimeter" xml:lang="en-US" xmlns="{_MICROSOFT}/core/2015/02"><resources>\n'
     "{objects}\n</resources><build>{items}</build></model>\n"
 )
-# Settings of one object in PrusaSlicer: they replace those of the print profile, and printer and filament stay.
+# PrusaSlicer's settings of single objects, which replace settings of the print profile.
 _SETTINGS = "Metadata/Slic3r_PE_model.config"
 _SETTINGS_TYPE = '<Default Extension="config" ContentType="text/xml"/>'
 _UNKNOWN_ATTRIBUTE = 0x80A7  # lib3mf's NMR_ERROR_NAMESPACE_INVALID_ATTRIBUTE
@@ -43,12 +43,12 @@ _MILLIMETRES = {
     lib3mf.ModelUnit.Foot: 304.8,
     lib3mf.ModelUnit.Meter: 1e3,
 }
-_FIRST_ZIP_DAY = datetime(1980, 1, 1, tzinfo=UTC)  # before it no entry of an archive can be dated
+_FIRST_ZIP_DAY = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date that an entry of a ZIP archive can have
 
 
 @dataclass(frozen=True, kw_only=True)
 class Package:
-    """What a 3MF file holds: all its triangles [mm], the names of its objects, and what breaks the standard."""
+    """The content of a 3MF file: all its triangles [mm], the names of its objects, and violations of the standard."""
 
     mesh: trimesh.Trimesh
     names: tuple[str, ...]
@@ -56,10 +56,10 @@ class Package:
 
 
 def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mapping[str, str] | None = None) -> None:
-    """Write closed meshes [mm] with merged corners, each as the object of its name; raises OSError.
+    """Write closed meshes with merged corners [mm] as objects, by name; raises OSError.
 
-    `settings` are those of PrusaSlicer, by its keys, for all objects. The package is dated `file_date` and as plain as
-    can be, without extensions and 64-bit sizes, for old slicers.
+    `settings` are PrusaSlicer's settings for all objects, by its keys. The package is dated `file_date`. For old
+    slicers it has no extensions and no 64-bit sizes.
     """
     meshes = [_object_text(number, name, mesh) for number, (name, mesh) in enumerate(bodies.items(), start=1)]
     items = [f'<item objectid="{number}"/>' for number in range(1, len(bodies) + 1)]
@@ -72,12 +72,12 @@ def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mappi
         for name, text in parts.items():
             part = zipfile.ZipInfo(name, date)
             part.compress_type = zipfile.ZIP_DEFLATED
-            part.create_system = 0  # the same on every system
+            part.create_system = 0  # equal on all operating systems
             package.writestr(part, text)
 
 
 def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str, str]) -> str:
-    """Return the XML that gives each object its settings; PrusaSlicer wants the range of its triangles too."""
+    """Return the XML with the settings of each object and, as PrusaSlicer requires, the range of its triangles."""
     keys = "".join(
         f'  <metadata type="object" key={quoteattr(key)} value={quoteattr(value)}/>\n'
         for key, value in settings.items()
@@ -91,7 +91,7 @@ def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str,
 
 
 def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:
-    """Return the XML of an object; nine digits hold what an STL holds."""
+    """Return the XML of an object, with nine digits, which represent single precision exactly."""
     vertices = "\n".join('<vertex x="{:.9g}" y="{:.9g}" z="{:.9g}"/>'.format(*row) for row in mesh.vertices.tolist())
     triangles = "\n".join('<triangle v1="{}" v2="{}" v3="{}"/>'.format(*row) for row in mesh.faces.tolist())
     content = f"<mesh><vertices>\n{vertices}\n</vertices><triangles>\n{triangles}\n</triangles></mesh>"
@@ -99,9 +99,9 @@ def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:
 
 
 def read_3mf(path: Path) -> Package:
-    """Return the printed content of a 3MF file as lib3mf reads it; raises ValueError when it holds no triangles.
+    """Return the printed content of a 3MF file, read by lib3mf; raises ValueError if it holds no triangles.
 
-    Equal corners within one object are merged, which the standard wants of the file: more than one is a fault.
+    Equal corners of an object are merged and reported as a fault, because the standard requires merged corners.
     """
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
@@ -128,21 +128,21 @@ def read_3mf(path: Path) -> Package:
 
 
 def _bodies(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
-    """Yield the name of each object on the bed with its triangles in their place [mm]; raises ValueError.
+    """Yield name and triangles of each mesh on the bed, in its place [mm]; raises ValueError.
 
-    Supports and what is no part of the model are passed over.
+    Supports and other objects that are not of the type `model` are left out.
     """
     items = model.GetBuildItems()
     while items.MoveNext():
         item = items.GetCurrent()
-        # Transforms move by lengths in the unit of the file.
+        # Transforms are in the unit of the file too, so they are applied before the conversion to mm.
         for name, mesh in _placed(item.GetObjectResource(), _matrix(item.GetObjectTransform())):
             mesh.vertices *= _MILLIMETRES[model.GetUnit()]
             yield name, mesh
 
 
 def _placed(found: lib3mf.Object, placement: Floats) -> Iterator[tuple[str, trimesh.Trimesh]]:
-    """Yield the meshes of an object and of its components, each at `placement`, a matrix (4, 4)."""
+    """Yield the meshes of an object and of its components in the unit of the file; `placement` is a matrix (4, 4)."""
     if found.GetType() != lib3mf.ObjectType.Model:
         return
     if not found.IsMeshObject():
@@ -157,28 +157,28 @@ def _placed(found: lib3mf.Object, placement: Floats) -> Iterator[tuple[str, trim
             raise ValueError(msg)
         triangles = np.array([triangle.Indices[:] for triangle in found.GetTriangleIndices()])
         mesh = trimesh.Trimesh(corners, triangles, process=False)
-        mesh.apply_transform(placement)  # one that mirrors turns the triangles, as slicers do
+        mesh.apply_transform(placement)  # a mirrored mesh gets reversed triangles, as in slicers
         yield found.GetName(), mesh
 
 
 def _matrix(transform: lib3mf.Transform) -> Floats:
-    """Return the matrix (4, 4) of a transform, which has the images of the axes and of the origin as rows."""
+    """Return the matrix (4, 4) of a transform, whose rows in lib3mf are the images of the axes and of the origin."""
     matrix = np.eye(4)
     matrix[:3] = np.array([row[:] for row in transform.Fields]).T
     return matrix
 
 
 def _marked_printable(path: Path) -> int:
-    """Return how many items have the attribute `printable`, which slicers write and the standard does not have."""
+    """Return the number of items with the attribute `printable`, which slicers write although no standard has it."""
     with zipfile.ZipFile(path) as package:
         models = [name for name in package.namelist() if name.lower().endswith(".model")]
         return sum(package.read(name).count(b" printable=") for name in models)
 
 
 def _faults(reader: lib3mf.Reader, marked_printable: int) -> list[str]:
-    """Return the warnings of lib3mf on a file.
+    """Return the warnings of lib3mf on a file, without the ones about the attribute `printable`.
 
-    It warns of each item with `printable`, which the projects of slicers have and every slicer knows: no faults.
+    lib3mf warns once for each item with this attribute. It is not a fault, because all slicers write and read it.
     """
     faults = []
     for code, text in (reader.GetWarning(i) for i in range(reader.GetWarningCount())):
