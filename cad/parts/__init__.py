@@ -1,1 +1,1 @@
-"""The solids: housing, tips, fruit, cover, coupon, and how they stand together."""
+"""The solids: housing, tips, fruit, cover and coupon, and their places in the sensor."""

@@ -1,8 +1,8 @@
-"""How a sensor is put together over its fruit: a housing, or the two plates of a square, with all that holds them.
+"""The assembly of a sensor over its fruit: a housing, or the two plates of a square, with covers and fasteners.
 
-The plates of a square are equal. One stands on the side -y, its back to the middle. The other is that one turned half
-round the press axis. So low and high change sides, and springs of one kind stand on each diagonal. Their pads meet at y
-= 0. Sensor frame, mm.
+The plates of a square are equal. One stands on the side -y with its back to the centre; the other is the same plate
+rotated by 180 degrees about the press axis. So low and high change sides, and equal springs are on each diagonal. The
+pads meet at y = 0. All coordinates are in the sensor frame [mm].
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ STEEL_COLOUR = cq.Color(0.75, 0.77, 0.80)
 FRUIT_COLOUR = cq.Color(0.95, 0.66, 0.20)
 SCREW_MM = 3.0  # diameter of M3
 HEAD_MM = 5.5  # diameter of the head of M3, ISO 4762
-HEAD_HEIGHT_MM = 3.0  # of M3, ISO 4762
-NUT_ACROSS_FLATS_MM = 5.5  # of M3, ISO 4032
-NUT_MM = 2.4  # thickness of M3, ISO 4032
-WASHER_THICKNESS_MM = 0.5  # of M3, ISO 7089
-WASHER_HOLE_MM = 3.2  # of M3, ISO 7089
-SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # of M3, ISO 4762
-DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # of 3 mm, ISO 8734
-APART = 2.5  # how many times its distance across the sensor a body moves outwards
-_REACH = 1.0  # of a tool beyond what it cuts
+HEAD_HEIGHT_MM = 3.0  # height of the head of M3, ISO 4762
+NUT_ACROSS_FLATS_MM = 5.5  # M3 nut, ISO 4032
+NUT_MM = 2.4  # thickness of an M3 nut, ISO 4032
+WASHER_THICKNESS_MM = 0.5  # M3 washer, ISO 7089
+WASHER_HOLE_MM = 3.2  # M3 washer, ISO 7089
+SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # M3 screws, ISO 4762
+DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # dowels of 3 mm, ISO 8734
+APART = 2.5  # outward move of a body in pictures, over its distance from the plane y = 0
+_REACH = 1.0  # extension of a cut beyond the plate
 _HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)
 
 
 def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
-    """Return a housing as it is made: with domes, pockets for pins and magnets, and on a plate pads and holes."""
+    """Return the housing as manufactured: with domes, pockets for pins and magnets, and pads on a plate of a square."""
     part = cut_pin_sockets(cut_domes(housing_part(housing), housing), housing)
     if housing.back_to_back:
         part = named_housing(_with_pads(part.shape, housing, housing.back_to_back), housing)
@@ -49,7 +49,7 @@ def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
 
 
 def on_workplane(part: Part) -> cq.Workplane:
-    """Return a part [mm] on a workplane of CadQuery, to be cut and joined further, its named faces as tags."""
+    """Return a part [mm] as a workplane of CadQuery with its named faces as tags, to be edited with CadQuery."""
     plane = cq.Workplane(part.shape)
     every = part.shape.Faces()
     for name, places in part.faces.items():
@@ -72,10 +72,10 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
 
 
 def _with_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
-    """Return a plate with a pad on its back, and with holes for screws and dowels through both.
+    """Return a plate with a pad on its back, and with holes for screws and dowels through both [mm].
 
-    The pad is a frame that is open towards the tips. It lies on the posts and the bar, where the rim of a cover lies,
-    set back from what moves.
+    The pad is a frame that is open towards the tips. Like the rim of a cover it lies on the posts and the bar, set back
+    from the edges beside which something moves.
     """
     back = 0.5 * housing.depth
     height = pads.pad_height
@@ -97,7 +97,7 @@ def _with_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
     screw_holes = outside.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(through)
     dowel_holes = outside.pushPoints(list(housing.dowels)).circle(0.5 * pads.dowel_hole).extrude(through)
     plate = plate.cut(screw_holes.findSolid(), dowel_holes.findSolid())
-    return plate.clean()  # a hole through plate and pad is one face
+    return plate.clean()  # joins the two faces of a hole through plate and pad
 
 
 def plate_places(housing: Housing) -> tuple[cq.Location, ...]:
@@ -109,7 +109,7 @@ def plate_places(housing: Housing) -> tuple[cq.Location, ...]:
 
 
 def cover_places(housing: Housing) -> tuple[cq.Location, cq.Location]:
-    """Return the places of the front and the back cover in the sensor [mm]; a cover is drawn behind its plate."""
+    """Return the places of the front and the back cover in the sensor [mm], for a cover drawn behind its plate."""
     plates = plate_places(housing)
     about_middle = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0)) * _HALF_TURN
     front = plates[0] * about_middle
@@ -117,10 +117,10 @@ def cover_places(housing: Housing) -> tuple[cq.Location, cq.Location]:
 
 
 def assembly_of(sensor: SensorSolids) -> cq.Assembly:
-    """Return every part of a sensor before the press in its place [mm], with its name, its colour, and tags.
+    """Return the assembly of a sensor before the press [mm]; every part has a name, a colour, and tags on named faces.
 
-    They are housing or both plates, covers, pins, screws, dowels and fruit. Equal parts share one shape. A name has no
-    spaces: CadQuery finds no other in `front_cover?rim`.
+    The parts are housing or plates, covers, pins, screws, nuts, washers, dowels and fruit. Equal parts share one shape.
+    Names have no spaces, because CadQuery's selectors such as `front_cover?rim` do not allow them.
     """
     housing = sensor.housing
     plates = plate_places(housing)
@@ -151,7 +151,7 @@ def in_place(part: cq.Assembly) -> cq.Shape:
 
 
 def product_of(part: cq.Assembly) -> str:
-    """Return what a part of an assembly is, whichever of its kind: a washer for `front_washer_1`."""
+    """Return the product of which a part of an assembly is an instance, such as `washer` for `front_washer_1`."""
     return part.name.rstrip("_0123456789").rpartition("_")[2]
 
 
@@ -161,32 +161,32 @@ def colour_of(part: cq.Assembly) -> tuple[float, ...]:
 
 
 def outwards(part: cq.Assembly) -> float:
-    """Return how far a part moves across the sensor [mm], along y, in a picture that shows each apart."""
+    """Return the displacement of a part along y in exploded pictures [mm]."""
     box = in_place(part).BoundingBox()
-    if part.name.startswith("screw"):  # out of all that it holds, head first
+    if part.name.startswith("screw"):  # out of all clamped parts, head first
         return APART * float(box.ymin) - float(box.ylen)
     return APART * float(box.center.y)
 
 
 def grip(sensor: SensorSolids) -> float:
-    """Return the grip of the screws [mm]: the plate or both plates, and the covers."""
+    """Return the grip of the screws, which is the thickness of plates and covers together [mm]."""
     housing = sensor.housing
     return housing.stack + (2.0 * COVER_MM if housing.mount == "covers" else 0.0)
 
 
 def screw_length(grip_mm: float) -> int | None:
-    """Return the shortest M3 screw [mm] that holds a grip [mm], a nut and two washers; None where none is so long."""
+    """Return the length of the shortest M3 screw for a grip, a nut and two washers [mm]; None if all are too short."""
     least = grip_mm + NUT_MM + 2.0 * WASHER_THICKNESS_MM
     return next((length for length in SCREW_LENGTHS_MM if length >= least), None)
 
 
 def dowel_length(housing: Housing) -> int | None:
-    """Return the longest dowel [mm] that does not stand out of both plates; None where they are thinner."""
+    """Return the length of the longest dowel that fits into both plates [mm]; None if all are too long."""
     return max((length for length in DOWEL_LENGTHS_MM if length <= housing.stack), default=None)
 
 
 def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
-    """Add screws, nuts, washers and dowels, the heads of the screws on the side -y."""
+    """Add screws, nuts, washers and dowels to an assembly, with the heads of the screws on the side -y."""
     housing = sensor.housing
     screw_set = _screw_set(grip(sensor))
     for number, (x, z) in enumerate(housing.holes, start=1):
@@ -201,9 +201,9 @@ def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
 
 
 def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
-    """Return screw, nut and washers about the axis y, each with its place y; y = 0 in the middle of the grip [mm].
+    """Return screw, nut and washers about the y axis, each with its place y [mm]; the grip is centred on y = 0.
 
-    The head lies on the front, -y. For a grip that no screw is long enough for, the screw is a cut rod.
+    The head is on the front, at -y. If all standard screws are too short, a threaded rod of the exact length is drawn.
     """
     front = -0.5 * grip_mm
     back = 0.5 * grip_mm
@@ -213,7 +213,7 @@ def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
     head = _along_y(HEAD_MM, under_head - HEAD_HEIGHT_MM, HEAD_HEIGHT_MM)
     washer = _along_y(WASHER_MM, 0.0, WASHER_THICKNESS_MM).cut(_along_y(WASHER_HOLE_MM, 0.0, WASHER_THICKNESS_MM))
 
-    # A workplane XZ looks along -y: what it extrudes grows that way.
+    # The normal of a workplane XZ is -y, so extrusions grow towards -y.
     nut_back = cq.Workplane("XZ", origin=(0.0, back + WASHER_THICKNESS_MM + NUT_MM, 0.0))
     across_corners = NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)
     nut = nut_back.polygon(6, across_corners).circle(0.5 * SCREW_MM).extrude(NUT_MM)
@@ -226,5 +226,5 @@ def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
 
 
 def _along_y(diameter: float, start: float, length: float) -> cq.Solid:
-    """Return a cylinder about the axis y from `start` on [mm]."""
+    """Return a cylinder about the y axis from y = `start` [mm] towards +y."""
     return cq.Solid.makeCylinder(0.5 * diameter, length, cq.Vector(0.0, start, 0.0), cq.Vector(0.0, 1.0, 0.0))

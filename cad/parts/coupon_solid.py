@@ -1,4 +1,4 @@
-"""The solid of a coupon, in the frame of the housing with the middle of the clamped block at x = 0, z = 0."""
+"""The solid of a coupon in the axes of the housing, with the centre of the clamped block at x = 0, z = 0."""
 
 import cadquery as cq
 
@@ -18,8 +18,7 @@ from cad.parts.part import FaceTest, Part, is_hole, named_part, round_upright_ed
 def coupon_part(housing: Housing) -> Part:
     """Return the coupon of a housing as one solid with the faces clamp_holes, low_weight and high_weight.
 
-    From its block a leaf of each arm stands out to the side of that arm. At its end are a pad and the hole for a
-    weight.
+    The block carries one leaf of each arm, on the side of that arm. A pad at the end of a leaf has a hole for a weight.
     """
     depth = housing.depth
     half_block = 0.5 * BLOCK_WIDTH_MM

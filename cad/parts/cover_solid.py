@@ -1,7 +1,7 @@
-"""The cover that closes the frame: one flat plate with a rim, printed twice, for the front and for the back.
+"""The cover that closes the frame: a flat plate with a rim, printed twice, for the front and for the back.
 
-It is drawn as the back one, behind the face y = depth / 2 of the housing. Turned by half a turn about its upright
-middle line it is the front one. The rim lies on the frame alone, so nothing that moves can touch the plate.
+It is drawn as the back cover, behind the face y = depth / 2 of the housing. Rotated by 180 degrees about its vertical
+centre line it is the front cover. The rim keeps the plate at a distance from the moving parts.
 """
 
 import cadquery as cq
@@ -11,13 +11,13 @@ from cad.parts.hall_seats import LEDGE_MM, HallSeats
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
 
-_REACH = 1.0  # [mm] of a cut beyond the cover
+_REACH = 1.0  # extension of a cut beyond the cover [mm]
 
 
 def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`.
 
-    With a Hall read-out it has windows for the sensors, at their places where it is turned to the front.
+    With a Hall read-out it has windows for the sensors; they fit when the cover is turned to the front.
     """
     frame_face = 0.5 * housing.depth
     width = housing.right - housing.left
@@ -25,7 +25,7 @@ def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     corner = cq.Vector(housing.left, frame_face, housing.cover_level)
     plate = cq.Workplane(obj=cq.Solid.makeBox(width, COVER_MM, height, corner))
 
-    # The recess is open towards the tips; a cut reaches as far beyond the plate as it is deep.
+    # The recess inside the rim is open towards the tips; its cut extends beyond the plate by its own depth.
     post = housing.wall_width - SETBACK_MM
     below = housing.cover_level - RECESS_MM
     recess_corner = cq.Vector(housing.left + post, frame_face - RECESS_MM, below)
@@ -47,7 +47,10 @@ def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
 
 
 def _windows(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
-    """Return the boxes that cut the windows of a back cover: a pocket outside, and a slot between its ledges."""
+    """Return the boxes that cut the windows of a back cover: for each a pocket from outside, and a slot at its bottom.
+
+    The ledges above and below the slot hold the sensor.
+    """
     if seats is None:
         return []
     face = 0.5 * housing.depth

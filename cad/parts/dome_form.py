@@ -1,4 +1,4 @@
-"""How far printed domes are off their spheres: by their outline, their radius, and caps at the apex."""
+"""Form errors of printed domes: the errors of outline and radius, and flat caps at the apex."""
 
 import math
 
@@ -7,17 +7,17 @@ from sensor.design.processes import Process
 from sensor.design.tips import Tips
 
 CAPS = (2.0, 3.0)
-"""Radii of caps [mm] that are equally likely: a judgement, from five lines of a print to the width of a contact.
+"""Range of equally likely cap radii [mm]; a judgement, from five lines of a print to the width of a contact.
 
-A narrower cap lies beside the middle of a contact on a round fruit, where the law of a cap does not hold.
+A narrower cap is not centred in the contact with a round fruit, and then the law of a cap does not hold.
 """
 
 
 def form_deviations(tips: Tips, process: Process) -> tuple[float, float]:
-    """Return how far outlines of domes [mm] and, over itself, their radius [1] are off, one standard deviation each.
+    """Return the standard deviations of the outline [mm] and, relative, of the radius [1] of domes.
 
-    Outlines are off by half the accuracy of their process, or of ground steel. The radius is that of a round face whose
-    rim is off by as much. The tips are domes.
+    The outline error is half the accuracy of the process, or of ground steel for pins. The radius error follows from a
+    spherical face whose rim has this outline error. The tips must be domes.
     """
     outline = 0.5 * tip_accuracy_mm(tips, process)
     radius = tips.dome_radius_mm or math.inf

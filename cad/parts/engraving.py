@@ -1,8 +1,7 @@
-"""Marks on the frame, where nothing bends: L and H beside the springs and the design's name on the bar above.
+"""Engraved marks on the frame, which does not bend: L and H beside the springs, and the name on the bar above.
 
-They are engraved in the face that lies up in print pose, y = -depth / 2, and read from there. In a plate of a square
-they are in the pads of its back. Letters are made of straight strokes at 0, 45 or 90 degrees, so that no installed font
-has a say.
+They are in the face that is up in print pose, y = -depth / 2. In a plate of a square they are in the pads on its back.
+Letters consist of straight strokes at 0, 45 or 90 degrees, so they do not depend on installed fonts.
 """
 
 from __future__ import annotations
@@ -17,15 +16,15 @@ from cad.parts.housing import ENGRAVED_MM, SETBACK_MM, Housing, Point
 from cad.parts.housing_solid import named_housing
 from cad.parts.part import Part
 
-PEN_MM = 0.5  # the widest of the least gaps of the processes
-TALLEST_MM = 4.0  # of the letters
-SMALLEST_MM = 3.0  # smaller letters would leave walls under 0.8 mm between their strokes
-_EDGE_MM = 1.0  # left free around a text
-_PAD_EDGE_MM = 0.95  # the same on the bar of a pad: the widest of the least walls, and the corners of oblique strokes
+PEN_MM = 0.5  # width of a stroke: the largest `min_gap_mm` of all processes
+TALLEST_MM = 4.0  # largest height of letters
+SMALLEST_MM = 3.0  # least height of letters; smaller ones have walls under 0.8 mm between their strokes
+_EDGE_MM = 1.0  # free margin around a text
+_PAD_EDGE_MM = 0.95  # free margin on a pad: the largest `min_wall_mm`, and room for corners of oblique strokes
 
 
 class _Panel(NamedTuple):
-    """A rectangle on the frame for one text: its middle (x, z), width and height [mm]."""
+    """A rectangle on the frame for one text: its centre (x, z), width and height [mm]."""
 
     x: float
     z: float
@@ -34,9 +33,9 @@ class _Panel(NamedTuple):
 
 
 def engrave_name(part: Part, housing: Housing, name: str) -> Part:
-    """Return the housing with L, H and a name (letters, digits, - and _) engraved 0.3 mm deep; named faces stay.
+    """Return the housing with L, H and a name (letters, digits, - and _) engraved 0.3 mm deep.
 
-    A name that is too long is cut short; a panel that is too small for letters of 3 mm stays blank.
+    The named faces are kept. A name that is too long is truncated. A panel too small for letters of 3 mm stays blank.
     """
     panels = [(name, _bar(housing))]
     for letter, arm in zip(("L", "H"), housing.arms, strict=True):
@@ -55,7 +54,7 @@ def engrave_name(part: Part, housing: Housing, name: str) -> Part:
 
 
 def _bar(housing: Housing) -> _Panel:
-    """Return the bar over the springs, or the pad on it between the dowels."""
+    """Return the panel for the name: the bar above the springs, or its pad between the dowels."""
     foot = housing.cavity_level
     width = housing.right - housing.left - 2.0 * housing.wall_width
     height = housing.top_level - foot
@@ -67,10 +66,10 @@ def _bar(housing: Housing) -> _Panel:
 
 
 def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
-    """Return the tool that engraves an inked area, x and z about the middle of its panel, in the marked face [mm].
+    """Return the solid that is cut from the frame to engrave an area [mm].
 
-    In a plate of a square that is the back, where x is mirrored, to be read from there. The tool reaches as far out of
-    the face as into it.
+    `area` is in x and z from the centre of its panel. On the back of a plate of a square x is mirrored, so that the
+    text can be read from behind. The solid reaches as far out of the face as into it.
     """
     if housing.back_to_back:
         sign = -1.0
@@ -80,7 +79,7 @@ def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
         face = -0.5 * housing.depth
 
     def wire(ring: shapely.LinearRing) -> cq.Wire:
-        """Return a closed ring of points at the ground of the mark; its last point is the first again."""
+        """Return a wire at the bottom of the engraving; the last point of a shapely ring repeats the first."""
         points = [cq.Vector(panel.x + sign * x, face - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]
         return cq.Wire.makePolygon(points, close=True)
 
@@ -89,11 +88,11 @@ def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
 
 
 Stroke = tuple[Point, ...]
-_TALL = 6  # grid units from foot to top of a letter
-_GAP = 3  # between letters
-_STEP = 7  # from one letter to the next: a letter is 4 wide
+_TALL = 6  # height of a letter in grid units
+_GAP = 3  # gap between letters in grid units
+_STEP = 7  # advance from one letter to the next in grid units: a width of 4 and a gap
 
-# Each stroke is a row of two-digit points, x then y, on a grid 4 wide and 6 tall.
+# A letter has strokes between commas. A stroke has points of two digits, x and y on a grid 4 wide and 6 tall.
 _STROKES = {
     "A": "00 04 26 44 40, 02 42", "B": "00 06 36 45 44 33 03, 33 42 41 30 00", "C": "45 36 16 05 01 10 30 41",
     "D": "00 06 26 44 42 20 00", "E": "46 06 00 40, 03 33", "F": "46 06 00, 03 33",
@@ -111,9 +110,9 @@ _STROKES = {
 
 
 def strokes(text: str, height: float) -> Sequence[Stroke]:
-    """Return the strokes [mm] of a text in capitals of this height [mm], the whole centred on the origin.
+    """Return the strokes [mm] of a text in capitals of this height [mm], centred on the origin.
 
-    Raises KeyError for a sign that has no strokes.
+    Raises KeyError for a character without strokes.
     """
     unit = height / _TALL
     left = -0.5 * unit * (_STEP * len(text) - _GAP)
@@ -121,19 +120,19 @@ def strokes(text: str, height: float) -> Sequence[Stroke]:
     for index, letter in enumerate(text.upper()):
         start = left + index * _STEP * unit
         for stroke in _STROKES[letter].split(", "):
-            points = [(int(digits[0]), int(digits[1])) for digits in stroke.split(" ")]  # on the grid
+            points = [(int(digits[0]), int(digits[1])) for digits in stroke.split(" ")]  # grid units
             drawn.append(tuple((start + unit * x, unit * y - 0.5 * height) for x, y in points))
     return drawn
 
 
 def outlines(text: str, height: float, width: float) -> Sequence[shapely.Polygon]:
-    """Return the areas [mm] that a pen of the given width covers, from left to right."""
+    """Return the areas [mm] of a text drawn with a pen of this width [mm], from left to right."""
     lines = [shapely.LineString(stroke) for stroke in strokes(text, height)]
     inked = shapely.union_all([line.buffer(0.5 * width, cap_style="square", join_style="mitre") for line in lines])
     return sorted(shapely.get_parts(inked), key=lambda piece: piece.bounds)
 
 
 def letters_that_fit(text: str, height: float, room: float) -> str:
-    """Return a text cut short to the letters of this height that fit into a room [mm]."""
+    """Return the start of a text whose letters of this height fit into a width `room` [mm]."""
     unit = height / _TALL
     return text[: max(0, int((room + _GAP * unit) // (_STEP * unit)))]

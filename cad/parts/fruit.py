@@ -1,6 +1,7 @@
-"""The fruit with the outlines of the tips on its top: a block, or a piece of a sphere or an ellipsoid.
+"""The solid of a fruit, a block or a piece of a sphere or an ellipsoid, with the outlines of the tips on its top.
 
-x runs along the tips, y across, z along the press; the apex, or the middle of a block's top, is the origin. Units: mm.
+x runs along the tips, y across, and z against the press. The origin is the apex, or the centre of the top of a block.
+All lengths in mm.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from sensor.design.tips import Tips
 
 
 def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
-    """Return the fruit [mm], its apex or the middle of its top at the origin, with the outlines of a pair of tips."""
+    """Return the fruit [mm]; its top is divided by the outlines of the tips of a pair, so that a mesh follows them."""
     body = outer_box(fruit) if fruit.radius_mm is None else _curved_piece(fruit, fruit.radius_mm)
     if not tips.tip_layout.is_pair:
         return body
@@ -21,7 +22,10 @@ def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
 
 
 def footprint(tips: Tips, x: float) -> cq.Face:
-    """Return the outline of a tip: a square, or a circle of four arcs, so that a mesh has its extreme points."""
+    """Return the outline of a tip at x [mm] as a face in z = 0: a square or a circle.
+
+    A circle consists of four arcs, so that a mesh has nodes at its extreme points.
+    """
     middle = cq.Vector(x, 0.0, 0.0)
     if not tips.tip_shape.is_round:
         return cq.Face.makePlane(tips.side_mm, tips.side_mm, middle)
@@ -31,21 +35,21 @@ def footprint(tips: Tips, x: float) -> cq.Face:
 
 
 def outer_box(fruit: Fruit, top: float = 0.0) -> cq.Solid:
-    """Return the box of a fruit's length, width and depth below z = 0, and up to a level above its top [mm]."""
+    """Return the box around a fruit: its length, width and depth below z = 0, and up to the level `top` [mm]."""
     corner = cq.Vector(-0.5 * fruit.length_mm, -0.5 * fruit.width_mm, -fruit.depth_mm)
     return cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.depth_mm + top, corner)
 
 
 def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
-    """Return the piece of a curved fruit with its apex at the origin [mm]; `radius` is that along the tips.
+    """Return the piece of a curved fruit with its apex at the origin; `radius` is measured along the tips [mm].
 
-    Poles and seam of its surface lie away from the top, where the outlines of the tips will divide it.
+    Poles and seam of its surface are away from the top, because the outlines of the tips divide the top.
     """
     if fruit.radius_across_mm is None:
         sphere: cq.Shape = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)
         whole = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
     else:
-        half_width = (radius * fruit.radius_across_mm) ** 0.5  # the half axis across that has this radius of curvature
+        half_width = (radius * fruit.radius_across_mm) ** 0.5  # semi-axis with this radius of curvature
         whole = _ellipsoid(radius, half_width, beyond_equator=fruit.depth_mm > radius)
     lowered = whole.translate(cq.Vector(0.0, 0.0, -radius))
     if fruit.azimuth_deg:
@@ -54,10 +58,10 @@ def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
 
 
 def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shape:
-    """Return an ellipsoid of half axes `radius` along x and z and `across` along y [mm]: its upper half, or the whole.
+    """Return the upper half of an ellipsoid, or the whole, with semi-axes `radius` in x and z and `across` in y [mm].
 
-    Half an ellipse turns about y. The whole has two surfaces, which turn a spline. One surface all around, or one with
-    a pole where an ellipse starts, is read back wrong from a STEP file.
+    It is half an ellipse, revolved about y. The whole ellipsoid consists of two surfaces, revolved from a spline. Other
+    constructions, with one closed surface or with poles at the ends of an ellipse, are read back wrong from STEP files.
     """
     middle, axis = cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0)
     half = cq.Edge.makeEllipse(across, radius, middle, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
@@ -69,7 +73,7 @@ def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shap
 
 
 def _outline(piece: cq.Shape, tips: Tips, x: float) -> cq.Face:
-    """Return the part of the curved top of a piece that lies under a tip at x [mm]."""
+    """Return the face of the curved top of a piece that lies under the tip at x [mm]."""
     side = tips.side_mm
     far = piece.BoundingBox().DiagonalLength
     if tips.tip_shape.is_round:

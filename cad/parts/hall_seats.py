@@ -1,4 +1,4 @@
-"""Seats of a Hall read-out: pockets for the two magnets of a shuttle, and a window in the cover for their sensor."""
+"""Seats of a Hall read-out: pockets for two magnets in each shuttle, and windows in the cover for the sensors."""
 
 from dataclasses import dataclass
 
@@ -8,18 +8,19 @@ from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.design.tips import Press
 
-LEDGE_MM = 0.9  # height of both ledges under a sensor: under 1 mm, so that they need no support in print
-POINT_MM = 0.25  # radius of the flat end of a cone: a kernel divides no tip into triangles
+LEDGE_MM = 0.9  # height of each ledge that holds a sensor; under 1 mm it prints without support
+POINT_MM = 0.25  # radius of the flat end of a cone, because the CAD kernel cannot mesh a sharp apex
 
 
 @dataclass(frozen=True, kw_only=True)
 class HallSeats:
-    """Places and sizes of the seats [mm]; levels count from the upper edge of the frame downwards.
+    """Places and sizes of the seats [mm]; levels are measured down from the upper edge of the frame.
 
-    A pocket lies in the front y = -depth / 2 of the shuttle, over its tip. Where that face lies down in print, a cone
-    of 45 degrees closes the pocket but for its end. A window goes through the cover for each sensor, or one for both
-    where the wall between would be too thin. `windows` are their middles x. Ledges above and below hold the marked face
-    of a sensor at `face_out` before the front of the frame.
+    The pockets `upper_disc` and `lower_disc` are in the front of the shuttle, y = -depth / 2, above its tip. If this
+    face is down in print, a cone of 45 degrees closes the pocket without support (`is_pointed`).
+
+    The cover has a window for each sensor, or one for both if the wall between them would be too thin. `windows` are
+    the x of their centres. Ledges hold the marked face of a sensor at the distance `face_out` in front of the frame.
     """
 
     upper_disc: float
@@ -40,14 +41,15 @@ class HallSeats:
         return self.upper_disc, self.lower_disc
 
     def depth_at(self, radius: float) -> float:
-        """Return the depth [mm] of a pocket at a radius from its middle [mm]."""
+        """Return the depth of a pocket at a radius from its axis, including the cone [mm]."""
         return self.pocket_depth + (0.5 * self.pocket_diameter - max(radius, POINT_MM) if self.is_pointed else 0.0)
 
 
 def hall_seats(housing: Housing, press: Press, process: Process) -> HallSeats:
-    """Return the seats in a housing: the magnets midway between the leaves, the sensor half the travel above them.
+    """Return the seats in a housing, with the magnets midway between the leaves and the sensor half a travel above.
 
-    Pockets and windows are wider than what they hold by twice the accuracy of the process.
+    So the sensor is in the middle of the motion of the magnets. Pockets and windows are wider than magnets and sensors
+    by twice the accuracy of the process.
     """
     middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
     clearance = 2.0 * process.accuracy_mm

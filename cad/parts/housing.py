@@ -1,4 +1,4 @@
-"""The printable housing: frame, two flexures and two tips in one plate; its dimensions and its profile.
+"""The dimensions and the profile of the printable housing: a frame, two flexures and two tips in one plate.
 
 Sensor frame: x runs along the tips, low tip at -x. z runs against the press, both tip faces at z = 0. y runs across,
 and the plate lies in |y| <= depth / 2. All lengths in mm.
@@ -16,9 +16,9 @@ from sensor.theory.leaf_spring import Flexure
 
 Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]
-"""What holds the frame: what a design asks for, or in comparisons the walls of its holes, as no screw does."""
-SETBACK_MM = 1.0  # of what lies on the frame, a cover's rim or a pad, from every edge beside which something moves
-TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
+"""The parts that clamp the frame. A design has covers or washers; `holes`, fixed hole walls, is for comparisons."""
+SETBACK_MM = 1.0  # distance of the rim of a cover, or of a pad, from every edge beside which something moves
+TILT_DEG = 3.0  # largest tilt of a sensor that is held level by a hand or a gripper
 ENGRAVED_MM = 0.3  # depth of the marks on the frame
 DOWEL_MM = 3.0  # diameter of the dowels between the plates of a square, ISO 8734
 _HINT = "choose another process, other tips or other targets"
@@ -29,9 +29,10 @@ _POSITIVE = Bounds(above=0.0)
 class Arm:
     """One spring of the housing with its shuttle and its wall: places x and levels z [mm].
 
-    `sign` is the side on which it lies, -1 or 1. `centre` is the tip's, `wall` and `shuttle` are the roots of the
-    leaves, `outer` is the far side of the wall. `levels` has the middles of both leaves, the lower one first. The
-    post, from `post` to `outer`, is what the screws hold. It is the whole wall, but where a short arm's wall is wider.
+    `sign` is -1 for the arm on the left and 1 for the right. `centre` is the centre of the tip. `wall` and `shuttle`
+    are the roots of the leaves; `outer` is the far side of the wall. `levels` are the mid-planes of the lower and the
+    upper leaf. The screws hold the post, from `post` to `outer`. It is the whole wall, except in a plate of a square,
+    where the wall of the shorter arm is wider.
     """
 
     name: str
@@ -48,13 +49,13 @@ class Arm:
 
     @property
     def roots(self) -> tuple[float, float]:
-        """Return x of the ends of the leaves from left to right [mm]."""
+        """Return x of the left and the right end of the leaves [mm]."""
         return min(self.wall, self.shuttle), max(self.wall, self.shuttle)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Sized:
-    """Something that only some housings have: all its sizes are greater than 0."""
+    """A feature that only some housings have; all its sizes must be greater than 0."""
 
     HINT: ClassVar[str] = _HINT
 
@@ -79,25 +80,28 @@ class Pin(_Sized):
     pocket_depth: float = quantity("mm", _POSITIVE, meaning="depth of the pocket for a pin")
 
     def __post_init__(self) -> None:
-        """Refuse a pocket that is not wider than the pin, too."""
+        """Refuse also a pocket that is not wider than the pin."""
         super().__post_init__()
         if self.pocket_side <= self.side:
             raise _refusal("pocket_side", self.pocket_side, f"greater than {self.side:g} mm")
 
     @property
     def length(self) -> float:
-        """Return the length of the pin [mm], outside its foot and inside."""
+        """Return the whole length of the pin [mm], outside and inside its foot."""
         return self.outside + self.pocket_depth
 
     @property
     def share_of_square(self) -> float:
-        """Return area and perimeter of the cross section over those of a square [1]."""
+        """Return the area of the cross section over the area of a square of the same side [1].
+
+        The ratio of the perimeters is the same.
+        """
         return 0.25 * math.pi if self.is_round else 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class DomeCap(_Sized):
-    """The cap of a sphere to which a printed tip is cut; its apex is at z = 0 [mm]."""
+    """The spherical cap of a printed tip, with its apex at z = 0 [mm]."""
 
     radius: float = quantity(
         "mm", _POSITIVE, meaning="radius of the domes at the tips; 0 for flat tips", key="dome_radius"
@@ -106,9 +110,9 @@ class DomeCap(_Sized):
 
 @dataclass(frozen=True, kw_only=True)
 class BackToBack(_Sized):
-    """What a plate has because its twin, turned half round the press axis, stands behind it [mm].
+    """The features of a plate of a square [mm]; its twin is behind it, turned by 180 degrees about the press axis.
 
-    The pads of both plates, on their back faces y = depth / 2, touch each other. Two dowels align the plates.
+    The pads on the back faces, y = depth / 2, of both plates touch each other. Two dowels align the plates.
     """
 
     pad_height: float = quantity(
@@ -126,10 +130,10 @@ class BackToBack(_Sized):
 
 @dataclass(frozen=True, kw_only=True)
 class Housing:
-    """Every dimension of the housing [mm]; levels are heights z above the tip faces.
+    """Every dimension of the housing [mm]; levels are heights z above the printed tip faces.
 
-    If pins stand out, the tip is their foot: levels are heights above its face, below which the pins touch. A plate
-    that stands back to back with its twin has a frame of equal halves.
+    With pins, the printed tips are the feet of the pins, and the pins touch the fruit below z = 0. A plate that stands
+    back to back with its twin has a symmetric frame.
     """
 
     low: Flexure = report_field("", "leaves of the low spring")
@@ -159,7 +163,7 @@ class Housing:
     )
 
     def __post_init__(self) -> None:
-        """Refuse tips, shuttles and pockets for which a design leaves no room."""
+        """Refuse tips, shuttles and pockets that are too large for the housing."""
         widest_tip = min(self.depth, self.shuttle_width)
         if not 0.0 < self.tip_side <= widest_tip:
             raise _refusal("tip_side", self.tip_side, f"greater than 0 mm and at most {widest_tip:g} mm")
@@ -180,14 +184,17 @@ class Housing:
 
     @property
     def arms(self) -> tuple[Arm, ...]:
-        """Return the arms from left to right, the low spring's first."""
+        """Return the arms from left to right: low, high."""
         return (
             self._arm("low", -1.0, self.low, self.low_top_level),
             self._arm("high", 1.0, self.high, self.high_top_level),
         )
 
     def _arm(self, name: str, sign: float, flexure: Flexure, top_level: float) -> Arm:
-        """Return the arm on one side; in a plate of a square both posts are as far out as the longer leaf's."""
+        """Return the arm on the side `sign`.
+
+        In a plate of a square both posts are as far out as the longer leaf requires, so that the plates fit together.
+        """
         shuttle = sign * 0.5 * (self.spacing + self.shuttle_width)
         longest = max(self.low.length, self.high.length) if self.back_to_back else flexure.length
         post = shuttle + sign * longest
@@ -229,32 +236,32 @@ class Housing:
 
     @property
     def corner(self) -> float:
-        """Return the radius of the inner corners of the frame [mm], those at the roots of leaves too."""
+        """Return the radius of all inner corners [mm], including the roots of the leaves."""
         return self.low.fillet
 
     @property
     def touching_side(self) -> float:
-        """Return the side of what touches [mm], the pin or the printed tip."""
+        """Return the side of the pin, or else of the printed tip, that touches the fruit [mm]."""
         return self.tip_side if self.pin is None else self.pin.side
 
     @property
     def beyond_face(self) -> float:
-        """Return the distance from the printed face down to what touches [mm]; 0 if the face itself touches."""
+        """Return the distance from the printed face down to the face that touches [mm]; 0 without pins."""
         return 0.0 if self.pin is None else self.pin.outside
 
     @property
     def plates(self) -> int:
-        """Return how many plates a sensor has: two where they stand back to back."""
+        """Return the number of plates in a sensor: two if they stand back to back."""
         return 2 if self.back_to_back else 1
 
     @property
     def stack(self) -> float:
-        """Return the thickness of the plate, or of both plates back to back [mm]."""
+        """Return the thickness of the plate, or of both plates with the space between them [mm]."""
         return self.spacing + self.depth if self.back_to_back else self.depth
 
     @property
     def dowels(self) -> tuple[Point, ...]:
-        """Return the centres (x, z) of the holes for dowels [mm], in the pad on the bar; none in a single plate."""
+        """Return the centres (x, z) of the dowel holes in the pad on the bar [mm]; empty for a single plate."""
         if self.back_to_back is None:
             return ()
         level = 0.5 * (self.cavity_level + SETBACK_MM + self.top_level)
@@ -301,7 +308,7 @@ def largest_tilt(press: Press) -> float:
 
 
 def profile(housing: Housing) -> list[Point]:
-    """Return the corners (x, z) of the outline of the plate [mm], windows and holes left out."""
+    """Return the corners (x, z) of the outline of the plate [mm] without windows and holes."""
     left, right = housing.arms
     bottom, top = housing.protrusion, housing.top_level
     frame = [(right.outer, bottom), (right.outer, top), (left.outer, top), (left.outer, bottom)]
@@ -309,10 +316,10 @@ def profile(housing: Housing) -> list[Point]:
 
 
 def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
-    """Return the outline (x, z) of an arm [mm], from the foot of its wall round the arm to the corner of the cavity.
+    """Return the outline (x, z) of an arm [mm], from the foot of its wall to the corner of the cavity.
 
-    It runs along the underside of the lower leaf and round neck and tip. From there it runs up the inner side of the
-    shuttle, and back over the upper leaf. The window between the leaves is cut later.
+    It runs along the underside of the lower leaf, around neck and tip, up the inner side of the shuttle, and back along
+    the top of the upper leaf. The window between the leaves is cut later.
     """
     half_leaf = 0.5 * arm.flexure.thickness
     underside = arm.levels[0] - half_leaf
@@ -339,7 +346,7 @@ def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
 
 
 def fillet_corners(housing: Housing) -> list[Point]:
-    """Return the (x, z) of every corner that is rounded [mm]: eight a flexure and the two of the cavity."""
+    """Return (x, z) of every rounded corner [mm]: eight per flexure, and two in the cavity."""
     corners = [(arm.wall, housing.cavity_level) for arm in housing.arms]
     for arm in housing.arms:
         half_leaf = 0.5 * arm.flexure.thickness

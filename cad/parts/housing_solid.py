@@ -1,6 +1,6 @@
 """The solid of a housing with its named faces.
 
-A dome on a tip is left out of what is solved, whose tips are flat. As a bar it adds less than 5e-4 to 1 / K_h
+The solid for the analysis of stiffness has flat tips. As a bar, a dome would add less than 5e-4 to 1 / K_h
 (tests/cad/parts/test_domes.py).
 """
 
@@ -15,12 +15,12 @@ from cad.parts.hall_seats import POINT_MM, HallSeats
 from cad.parts.housing import Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, round_upright_edges
 
-_BALL_SHARE = 0.98  # of the radius, to which the cap of a whole half ball reaches: its poles lie beyond
-_REACH = 1.0  # [mm] that a cut reaches beyond the plate
-_BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip or a face
+_BALL_SHARE = 0.98  # largest height of a cap over its radius, so that the poles of the ball are beyond it
+_REACH = 1.0  # extension of a cut beyond the plate [mm]
+_BESIDE_TIP = 0.1  # extension of a cut beyond a tip or a face [mm]
 
 
-@functools.lru_cache(maxsize=1)  # its size is asked for before it is finished and written
+@functools.lru_cache(maxsize=1)  # a run needs its size first, and later the same part for the files
 def housing_part(housing: Housing) -> Part:
     """Return the housing as one solid with its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`."""
     back = cq.Workplane("XZ", origin=(0.0, 0.5 * housing.depth, 0.0))
@@ -43,7 +43,7 @@ def housing_part(housing: Housing) -> Part:
 
 
 def _beside_tips(housing: Housing) -> cq.Workplane:
-    """Return the tool that tapers the necks by 45 degrees on both sides of the plate, over both tips [mm]."""
+    """Return the solid to be cut from the plate so that both necks taper by 45 degrees over the depth [mm]."""
     face = 0.5 * housing.depth
     tip = 0.5 * housing.tip_side
     outside = face + _REACH
@@ -56,10 +56,10 @@ def _beside_tips(housing: Housing) -> cq.Workplane:
 
 
 def cut_domes(part: Part, housing: Housing) -> Part:
-    """Return the housing with its tips cut to caps of the dome's radius, their apexes at z = 0; as it is without domes.
+    """Return the housing with tips cut to spherical caps, whose apexes are at z = 0; unchanged without domes.
 
-    A tip stays square above its cap, for a round one would hang over in print: the round face lies inside the square.
-    The tool is a box around the end of the tip, less the ball: what it takes away lies outside the ball.
+    A tip stays square above its cap, because a round one would overhang in print. The cut body is a box around the end
+    of a tip, minus the ball.
     """
     if housing.dome is None:
         return part
@@ -67,7 +67,7 @@ def cut_domes(part: Part, housing: Housing) -> Part:
     width = housing.tip_side + 2.0 * _BESIDE_TIP
     depth = housing.depth + 2.0 * _BESIDE_TIP
     height = min(_BALL_SHARE * radius, housing.tip_height) + _BESIDE_TIP
-    poles_along_x = cq.Vector(1.0, 0.0, 0.0)  # away from the cap
+    poles_along_x = cq.Vector(1.0, 0.0, 0.0)  # so that the poles are not on the cap
     shape = part.shape
     for arm in housing.arms:
         around = cq.Solid.makeBox(width, depth, height, cq.Vector(arm.centre - 0.5 * width, -0.5 * depth, -_BESIDE_TIP))
@@ -78,9 +78,9 @@ def cut_domes(part: Part, housing: Housing) -> Part:
 
 
 def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) -> Part:
-    """Return the housing with the pockets for magnets in the fronts of its shuttles; as it is without a Hall read-out.
+    """Return the housing with magnet pockets in the fronts of its shuttles; unchanged without a Hall read-out.
 
-    They lie where the moment of a shuttle changes its sign: what is solved leaves them out.
+    The pockets are where the bending moment in a shuttle changes sign, so the analysis of stiffness leaves them out.
     """
     if seats is None:
         return part
@@ -99,9 +99,10 @@ def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) ->
 
 
 def named_housing(shape: cq.Shape, housing: Housing) -> Part:
-    """Return a solid of the housing, perhaps read from a file, with its faces found again by their place.
+    """Return the part for a solid of the housing, whose named faces are found by their geometry.
 
-    The side faces are the two that covers or washers press on. Raises ValueError when a name matches no face.
+    So the solid may have been cut, or read from a file. The side faces are the faces that covers or washers clamp.
+    Raises ValueError if a name matches no face.
     """
     on_level = on_plane(2, 0.0)
     on_front = on_plane(1, -0.5 * housing.depth)

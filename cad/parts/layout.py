@@ -1,4 +1,4 @@
-"""The layout rule: from a design and its springs to every dimension of the housing [mm]."""
+"""The layout rules: every dimension of the housing [mm] from a design and its springs."""
 
 import math
 from typing import NamedTuple
@@ -11,13 +11,13 @@ from sensor.design.tip_mount import pad_height, plate_depth, tip_mount
 from sensor.design.tips import Tips
 from sensor.theory.leaf_spring import Flexure
 
-LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest tip that prints without support
-CLEARANCE = 0.5  # frame above the fruit in the worst press
-STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
-POCKET_SIDES = 3.0  # depth of the pocket of a pin over its side
-BESIDE_BALL = 0.2  # by which a tip is wider than its half ball
-_LEAST_PROTRUSION = 0.1
-_BEYOND_LEAVES = 20.0  # more than shuttle and wall of an arm add to its leaf
+LEDGE = 1.0  # straight wall between a fillet and the next corner; also the longest tip that prints without support
+CLEARANCE = 0.5  # clearance of the frame above the fruit in the worst press
+STOP_MARGIN = 1.5  # gap at a stop over the deflection at full travel
+POCKET_SIDES = 3.0  # depth of the pocket for a pin over the side of the pin
+BESIDE_BALL = 0.2  # width of a tip beyond the diameter of its half ball
+_LEAST_PROTRUSION = 0.1  # least height of printed tips or feet below the frame
+_BEYOND_LEAVES = 20.0  # upper bound for the length of shuttle and wall beside the leaf of an arm
 
 
 def housing_for(
@@ -26,10 +26,11 @@ def housing_for(
     lengths: tuple[float, ...],
     deflections: tuple[float, ...],
 ) -> Housing:
-    """Return the housing with leaves of the given lengths, low then high, and stops above the given deflections [mm].
+    """Return the housing of a design for leaf lengths and deflections at full travel [mm], each low before high.
 
-    The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Levels are built up from
-    the tips: neck, lower leaf, upper leaf, cavity, bar. Raises InputError when a leaf is too short for its fillets.
+    The tips protrude from the frame so that the frame clears the fruit at full travel and 3 degrees of tilt. Levels
+    are stacked from the tips upwards: neck, lower leaf, upper leaf, cavity, bar. Stops are above the deflections.
+    Raises InputError if a leaf is too short for its fillets.
     """
     tips = design.tips
     layout = tips.tip_layout
@@ -45,7 +46,7 @@ def housing_for(
     neck = end.height + _taper(depth, shuttle, end.side)
     protrusion = max(_protrusion(design, lengths, depth) - end.beyond_face, _LEAST_PROTRUSION)
 
-    # A fillet and a ledge lie between a leaf and the next corner.
+    # A fillet and a straight ledge separate a leaf from the next corner.
     half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
     lower_leaf = max(neck, protrusion) + LEDGE + half_leaf
     low_stop, high_stop = (round(max(process.min_gap_mm, STOP_MARGIN * each), 2) for each in deflections)
@@ -75,14 +76,17 @@ def housing_for(
 
 
 def _back_to_back(process: Process) -> BackToBack:
-    """Return pads and holes of a plate of a square; dowels are never loose in holes that are too large by accuracy."""
+    """Return pads and dowel holes for a plate of a square.
+
+    The holes are smaller than the dowels by the accuracy of the process, so that dowels are never loose.
+    """
     return BackToBack(pad_height=pad_height(process), dowel_hole=round(DOWEL_MM - process.accuracy_mm, 3))
 
 
 class _ShuttleEnd(NamedTuple):
-    """What is printed at the end of a shuttle [mm]: a tip, or the foot of a pin, with a pocket for it.
+    """The printed end of a shuttle [mm]: a tip, or a foot with the pocket for a pin.
 
-    What touches lies `beyond_face` below what is printed.
+    `beyond_face` is the distance from the printed face down to the face that touches the fruit; 0 for printed tips.
     """
 
     side: float
@@ -92,7 +96,7 @@ class _ShuttleEnd(NamedTuple):
 
 
 def _pin(tips: Tips, end: _ShuttleEnd, deepest: float) -> Pin | None:
-    """Return the pin at the end of a shuttle, in a pocket of at most the given depth [mm]; None for a printed tip."""
+    """Return the pin at the end of a shuttle, in a pocket no deeper than `deepest` [mm]; None for a printed tip."""
     if end.pocket_side is None:
         return None
     return Pin(
@@ -105,7 +109,10 @@ def _pin(tips: Tips, end: _ShuttleEnd, deepest: float) -> Pin | None:
 
 
 def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
-    """Return the end of a shuttle in a plate of this depth [mm]: what touches stands out by 1.5 travels at least."""
+    """Return the end of a shuttle in a plate of this depth [mm].
+
+    A tip or pin protrudes by at least 1.5 travels, so that nothing else of the arm touches the fruit.
+    """
     tips = design.tips
     mount = tip_mount(design, process)
     standing_out = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
@@ -118,10 +125,10 @@ def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
 
 
 def _tip_side(tips: Tips, depth: float) -> float:
-    """Return the side of a printed tip [mm]: that of its face, for a dome with room beside it.
+    """Return the side of a printed tip [mm], which can exceed the side of the design for two reasons.
 
-    A whole half ball stands on a wider tip. In a plate of a square a tip that is nearly as deep fills it, for the
-    little step between them would print on air.
+    A half ball needs a wider tip. In a plate of a square, a tip nearly as deep as the plate gets the whole depth,
+    because the small step between them would be printed without support.
     """
     side = tips.side_mm
     if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - BESIDE_BALL:
@@ -130,24 +137,35 @@ def _tip_side(tips: Tips, depth: float) -> float:
 
 
 def _cap_height(tips: Tips, side: float) -> float:
-    """Return the height of the corners of a square tip above the apex of its dome, up to the next 0.1 mm; 0 without."""
+    """Return the height of the corners of a square tip above the apex of its dome [mm]; 0 without a dome.
+
+    It is rounded up to 0.1 mm.
+    """
     radius = tips.dome_radius_mm or 0.0
     corner = min(radius, math.sqrt(0.5) * side)
     return math.ceil(10.0 * (radius - math.sqrt(radius**2 - corner**2)) - 1e-9) / 10.0
 
 
 def _taper(depth: float, shuttle: float, tip: float) -> float:
-    """Return the height of a neck [mm]: 45 degrees over the depth, as it prints; a ledge where there is little step."""
+    """Return the height of a neck [mm], which tapers from plate and shuttle to the tip.
+
+    Over the depth it tapers by 45 degrees, as is printable. The height is at least a ledge, unless the step over the
+    depth is between half a ledge and a ledge.
+    """
     step = 0.5 * (depth - tip)
     return step if 0.5 * LEDGE <= step < LEDGE else max(step, 0.5 * (shuttle - tip), LEDGE)
 
 
 def _protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> float:
-    """Return how far the tips stand out of the frame [mm]: full travel, the drop of a tilted edge, a clearance."""
+    """Return the distance by which the tips must protrude below the frame [mm], rounded up to 0.1 mm.
+
+    It is the sum of the full travel, the drop of the frame's edge by a tilt, and a clearance. The edge counts only
+    where the fruit is below it.
+    """
     fruit = design.fruit
     tips = design.tips
     press = design.press
-    frame_length = 0.5 * tips.spacing_mm + max(lengths) + _BEYOND_LEAVES  # from the middle
+    frame_length = 0.5 * tips.spacing_mm + max(lengths) + _BEYOND_LEAVES  # measured from the centre
     along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), frame_length)
     frame_width = 0.5 * depth + 0.5 * tips.tip_layout.width * tips.spacing_mm
     across = min(0.5 * fruit.width_mm, frame_width)

@@ -1,4 +1,4 @@
-"""A solid together with the names of the faces that matter."""
+"""A solid with named faces, and tests that find faces by their geometry."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from cad.parts.housing import PartSize, Point
 FaceTest = Callable[["cq.Face"], bool]
 _NEAR_TURN = 1e-6  # [rad]
 NEAR_MM = 1e-6  # well under any length of a design, well over the tolerance of the geometry kernel
-_REACH_MM = 1.0  # of a cut beyond a plate
+_REACH_MM = 1.0  # extension of a cut beyond a plate
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A valid solid [mm] and its named faces; a face name travels on as gmsh group, mesh boundary and load case.
+    """A valid solid [mm] with named faces, whose names become gmsh groups, mesh boundaries and load cases.
 
-    Faces are held by their place in `shape.Faces()`: that order survives a BREP file, names do not.
+    Faces are stored as indices into `shape.Faces()`, because a BREP file preserves their order but no names.
     """
 
     name: str
@@ -34,7 +34,7 @@ class Part:
     faces: Mapping[str, tuple[int, ...]]
 
     def face_area(self, name: str) -> float:
-        """Return the area of a named face [mm^2]; raises KeyError that lists the known names."""
+        """Return the area of a named face [mm^2]; raises KeyError with the known names for an unknown one."""
         if name not in self.faces:
             msg = f"face {name!r} is unknown on part {self.name!r}; known faces: {', '.join(self.faces)}"
             raise KeyError(msg)
@@ -42,31 +42,31 @@ class Part:
         return sum(every[index].Area() for index in self.faces[name])
 
     def face_distance(self, name: str, other: str) -> float:
-        """Return the distance between the middles of two groups of named faces that lie nearest [mm]."""
+        """Return the least distance between the centres of faces of two names [mm]."""
         every = self.shape.Faces()
         middles = [[every[place].Center() for place in self.faces[group]] for group in (name, other)]
         return min((a - b).Length for a in middles[0] for b in middles[1])
 
     @property
     def size(self) -> PartSize:
-        """Return volume, surface and areas: what a mesh of the solid is compared with."""
+        """Return volume, surface and areas of named faces, with which a mesh of the solid is compared."""
         areas = {name: self.face_area(name) for name in self.faces}
         return PartSize(volume=float(self.shape.Volume()), surface=float(self.shape.Area()), areas=areas)
 
     def write_brep(self, path: Path) -> None:
-        """Write the solid as a BREP file [mm], which keeps the order of the faces; raises OSError when it cannot."""
+        """Write the solid as a BREP file [mm], which keeps the order of the faces; raises OSError."""
         if not self.shape.exportBrep(str(path)):
             msg = f"part {self.name!r}: cannot write {path}; check that the folder exists and has room"
             raise OSError(msg)
 
 
 def named_part(name: str, shape: cq.Shape, faces: Mapping[str, FaceTest]) -> Part:
-    """Return a part whose named faces are those that a test on each face picks.
+    """Return a part with named faces; `faces` holds for each name a test that picks its faces.
 
-    Raises ValueError when a name matches no face, or when two names match the same face.
+    Raises ValueError if a name matches no face, or if two names match the same face.
     """
     solids = shape.Solids()
-    if len(solids) == 1:  # what is left of a cut is a compound of it
+    if len(solids) == 1:  # CadQuery returns a cut solid as a compound
         shape = solids[0]
     every = shape.Faces()
     picked: dict[str, tuple[int, ...]] = {}
@@ -85,17 +85,17 @@ def named_part(name: str, shape: cq.Shape, faces: Mapping[str, FaceTest]) -> Par
 
 
 def box_through(depth: float, x: tuple[float, float], z: tuple[float, float]) -> cq.Solid:
-    """Return the box between two x and two z that cuts through a plate of a depth, 1 mm beyond both faces [mm]."""
+    """Return a box between two x and two z [mm] that reaches 1 mm beyond both faces of a plate of this depth."""
     whole = depth + 2.0 * _REACH_MM
     return cq.Solid.makeBox(x[1] - x[0], whole, z[1] - z[0], cq.Vector(x[0], -0.5 * whole, z[0]))
 
 
 def on_plane(axis: int, place: float) -> FaceTest:
-    """Return the test that picks the plane faces at a coordinate [mm] of the axis x, y or z, 0 to 2."""
+    """Return the test for plane faces normal to an axis (0 for x, 1 for y, 2 for z) at the coordinate `place` [mm]."""
 
     def belongs(face: cq.Face) -> bool:
         corner = TopExp_Explorer(face.wrapped, TopAbs_VERTEX)
-        if corner.More():  # most faces lie elsewhere, as one corner tells in a tenth of the time of a bounding box
+        if corner.More():  # one corner rules out most faces, in a tenth of the time of a bounding box
             coordinates = BRep_Tool.Pnt_s(TopoDS.Vertex_s(corner.Current()))
             if abs(coordinates.Coord(axis + 1) - place) > 2.0 * NEAR_MM:
                 return False
@@ -108,10 +108,10 @@ def on_plane(axis: int, place: float) -> FaceTest:
 
 
 def is_hole(face: cq.Face, diameter: float) -> bool:
-    """Say whether a face is a round hole of this diameter [mm]: a cylinder that closes, not a fillet."""
+    """Return whether a face is a round hole of this diameter [mm]: a full cylinder, in contrast to a fillet."""
     if face.geomType() != "CYLINDER":
         return False
-    # not its bounding box, which grows where the face has been divided into triangles
+    # The bounding box is not used, because it grows when the face is divided into triangles.
     surface = BRepAdaptor_Surface(face.wrapped)
     turn: float = surface.LastUParameter() - surface.FirstUParameter()
     radius: float = surface.Cylinder().Radius()
@@ -119,7 +119,10 @@ def is_hole(face: cq.Face, diameter: float) -> bool:
 
 
 def round_upright_edges(plate: cq.Workplane, corners: Sequence[Point], radius: float) -> cq.Workplane:
-    """Return a plate with the edges over its depth at corners (x, z) rounded [mm]; raises ValueError without them."""
+    """Return a plate whose edges along y at these corners (x, z) are rounded [mm].
+
+    Raises ValueError if there is not exactly one edge for each corner.
+    """
     edges = []
     for edge in plate.findSolid().Edges():
         box = edge.BoundingBox()

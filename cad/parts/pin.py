@@ -1,4 +1,4 @@
-"""The ground steel pin that is glued into a foot: how it gives way, and its mass."""
+"""The ground steel pin that is glued into a foot: its compliance and its mass."""
 
 from cad.parts.housing import Pin
 from sensor.design.processes import Process
@@ -6,27 +6,28 @@ from sensor.design.tips import Tips
 from sensor.quantity import Estimate
 
 STEEL_MPA = 206000.0  # modulus, typical of carbon steel
-STEEL_G_PER_CM3 = 7.85  # likewise
-GROUND_MM = 0.01  # by which ground steel bar is off, as dealers sell it: typical, not a fit
-GLUE_SHEAR_MPA = 1100.0  # of a hard epoxy, E 3 GPa; two thirds of it to twice are taken as possible
-_BONDED_SIDES = 3.0  # the gable leaves the fourth side of a pocket without glue
-# What the foot gives around a pin, over that of its whole face, times E side / (1 - nu^2): middle and half range over
-# processes and pins of 0.7 to 1.4 mm, by solids of foot, glue and pin less a solid foot.
+STEEL_G_PER_CM3 = 7.85  # density, typical of carbon steel
+GROUND_MM = 0.01  # tolerance of ground steel bar from dealers: typical, not a fit
+GLUE_SHEAR_MPA = 1100.0  # shear modulus of a hard epoxy with E = 3 GPa; possible values are 2/3 to 2 times as large
+_BONDED_SIDES = 3.0  # sides of a pin with glue; the gable of the pocket leaves the fourth without
+# Compliance of the foot around a pin beyond the compliance under its whole face, times E side / (1 - nu^2). The values
+# are the middle and the half range over processes and pins of 0.7 to 1.4 mm. They were found with solid models of foot,
+# glue and pin, minus the model of a solid foot.
 FOOT_GIVE = 0.01
 FOOT_SPREAD = 0.08
 
 
 def tip_accuracy_mm(tips: Tips, process: Process) -> float:
-    """Return the tolerance of a tip in side, edge and height [mm], two sigma: by its process, or as a ground pin."""
+    """Return the tolerance of a tip in side, edge and height [mm], two sigma, as printed or as a ground pin."""
     return GROUND_MM if tips.socket == "pin" else process.accuracy_mm
 
 
 def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
-    """Return the compliance of a pin against the foot it is glued in [mm/N, E in MPa].
+    """Return the compliance of a pin relative to the foot in which it is glued [mm/N], for a foot of modulus E [MPa].
 
-    The steel that stands out is a bar in compression, the glue a layer in shear on three sides of the pin. What the
-    foot gives differs little from what its whole face would, which is in the solve of the springs. A ball at the end
-    counts as a cylinder. The error holds half of what the glue gives and the range of the foot.
+    The protruding steel is a bar in compression, and the glue a layer in shear on three sides of the pin. The solution
+    for the springs contains the compliance of the foot under its whole face; the small rest is added here. A ball at
+    the end is treated as a cylinder. The error is half the compliance of the glue and the range of the foot.
     """
     side = pin.side
     bar = pin.outside / (STEEL_MPA * pin.share_of_square * side**2)
@@ -37,6 +38,9 @@ def pin_compliance(pin: Pin, E: float, poisson: float) -> Estimate:
 
 
 def pin_mass(pin: Pin, density: float) -> float:
-    """Return the mass of a glued pin less the mass that its pocket takes of the foot [mg from g/cm^3]."""
+    """Return the mass that a glued pin adds to a foot: the pin minus the plastic of its pocket [mg].
+
+    `density` is the density of the foot [g/cm^3].
+    """
     area = pin.share_of_square * pin.side**2
     return area * (STEEL_G_PER_CM3 * pin.length - density * pin.pocket_depth)

@@ -1,6 +1,6 @@
-"""Sockets: a pocket in the foot of each shuttle, and the ground steel pin that is glued into it.
+"""Pin sockets: a pocket in the foot of each shuttle, and the ground steel pin that is glued into it.
 
-A printed edge is round: 0.1 mm of it moves the force ratio by a tenth. A pin has the edges that its grinder gave it.
+Printed edges are rounded, and a radius of 0.1 mm changes the force ratio by 10 %. The edges of a ground pin are exact.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from cad.parts.part import NEAR_MM, Part
 from sensor.design.tips import Tips
 from sensor.tips.tip_shape import Arc, TipShape
 
-_REACH = 1.0  # [mm] of a cut beyond the face that it opens
+_REACH = 1.0  # extension of a cut beyond the face that it opens [mm]
 
 
 def cut_pin_sockets(part: Part, housing: Housing) -> Part:
-    """Return the housing with a pocket in each foot, closed above by a gable that prints without support.
+    """Return the housing with a pocket in each foot, closed on top in print by a gable that needs no support.
 
-    A housing without pins is returned as it is.
+    A housing without pins is returned unchanged.
     """
     if housing.pin is None:
         return part
     half = 0.5 * housing.pin.pocket_side
     eaves = gable_side(housing) * half
-    # The section across the press (x, y): a square, and on the side that lies up in print a ridge of 45 degrees.
+    # The section of a pocket in x, y: a square with a gable of 45 degrees on the side that is up in print.
     section = [(-half, -eaves), (half, -eaves), (half, eaves), (0.0, 2.0 * eaves), (-half, eaves)]
     shape = part.shape
     for arm in housing.arms:
@@ -38,12 +38,12 @@ def cut_pin_sockets(part: Part, housing: Housing) -> Part:
 
 
 def gable_side(housing: Housing) -> float:
-    """Return the sign [1] of the side y that lies up in print, to which the gable of a pocket points."""
+    """Return the sign of y on the side that is up in print, to which the gables of pockets point [1]."""
     return 1.0 if housing.back_to_back else -1.0
 
 
 def pin_places(housing: Housing) -> dict[str, cq.Location]:
-    """Return by name the places of the pins in a plate [mm], standing out of their feet; none for printed tips."""
+    """Return by name the places of the pins in a plate [mm]; empty for printed tips."""
     if housing.pin is None:
         return {}
     end = -housing.pin.outside
@@ -51,12 +51,12 @@ def pin_places(housing: Housing) -> dict[str, cq.Location]:
 
 
 def pin_solid(pin: Pin, tips: Tips) -> cq.Shape:
-    """Return one of the pins, which are all equal, standing on its touching face at z = 0 [mm]."""
+    """Return one of the equal pins, with the face that touches the fruit at z = 0 [mm]."""
     return tip_solid(tips.tip_shape, pin.length)
 
 
 def tip_solid(shape: TipShape, height: float) -> cq.Shape:
-    """Return a tip [mm] that stands on z = 0 with the face, or the point, that touches, and is at least so high.
+    """Return a tip of at least this height [mm], with the face or point that touches the fruit at z = 0.
 
     Raises ValueError for a square tip that `_square_solid` cannot draw.
     """
@@ -65,7 +65,7 @@ def tip_solid(shape: TipShape, height: float) -> cq.Shape:
 
 
 def _round_solid(shape: TipShape, top: float) -> cq.Shape:
-    """Return the body that the meridian of a round tip leaves when it turns about the axis, up to z = `top` [mm]."""
+    """Return the body of revolution of the meridian of a round tip, up to z = `top` [mm]."""
     outline = cq.Workplane("XZ").moveTo(0.0, 0.0)
     for piece in shape.meridian:
         if isinstance(piece, Arc):
@@ -80,10 +80,10 @@ def _round_solid(shape: TipShape, top: float) -> cq.Shape:
 
 
 def _square_solid(shape: TipShape, top: float) -> cq.Shape:
-    """Return a box whose lower edges are rounded by the radius of the meridian's arc, up to z = `top` [mm].
+    """Return a square tip up to z = `top` [mm]: a box whose lower edges are rounded by the arc of the meridian.
 
-    That is the tip where the meridian is a level face with, at most, a quarter circle at its edge. Raises ValueError
-    for any other one, such as the flank of a pyramid: no fillet of a box draws it.
+    The meridian must be a level face, with or without a quarter circle at its edge. Raises ValueError for any other
+    one, such as the flank of a pyramid, because a fillet of a box cannot represent it.
     """
     half = 0.5 * shape.side_mm
     solid: cq.Shape = cq.Solid.makeBox(2.0 * half, 2.0 * half, top, cq.Vector(-half, -half, 0.0))

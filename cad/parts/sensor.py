@@ -1,7 +1,7 @@
-"""What a sensor is put together of.
+"""The solids of a sensor.
 
-Sensor frame: x along the tips with their midpoint at 0, z against the press with both tip faces at z = 0,
-y across. The fruit waits below the tips by the gap. Units: mm, degrees.
+Sensor frame: x runs along the tips with their midpoint at 0, y across, and z against the press with both tip faces at
+z = 0. Before a press the fruit is below the tips by the gap. Units: mm, degrees.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from sensor.design.tips import Press, Tips
 
 @dataclass(frozen=True, kw_only=True)
 class SensorSolids:
-    """A housing with its solid, the fruit that it is pressed on, and the seats of a Hall read-out where it has one."""
+    """A housing with its solid, its fruit, tips and press, and the seats of a Hall read-out or None."""
 
     housing: Housing
     part: Part
@@ -33,20 +33,20 @@ class SensorSolids:
     seats: HallSeats | None = None
 
     def printed_part(self) -> Part:
-        """Return the part as the print files hold it: with L, H and the name engraved in the frame, if there is one.
+        """Return the part for the print files, with L, H and the name engraved in the frame if there is a name.
 
-        The engraving lies between the clamped holes, 0.3 mm deep: what is solved leaves it out.
+        The engraving is 0.3 mm deep and lies between the clamped holes, so the analysis of stiffness leaves it out.
         """
         return self._marked
 
     @cached_property
     def _marked(self) -> Part:
-        """Return the marked part, cut once."""
+        """Return the engraved part, cached."""
         return engrave_name(self.part, self.housing, self.name) if self.name else self.part
 
     def fruit_box(self) -> cq.Shape:
-        """Return the undeformed fruit as a plain box whose top is z = 0, below the tips of the sensor frame.
+        """Return a box around the undeformed fruit with its top at z = 0, at the offset of the tips [mm].
 
-        A curved fruit lies inside this box: it falls away from its apex.
+        A curved fruit lies inside this box, so distances from the box are safe for it.
         """
         return outer_box(self.fruit).translate(cq.Vector(-self.tips.offset_mm, 0.0, 0.0))
