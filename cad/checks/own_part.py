@@ -406,13 +406,14 @@ def _section_of(part: Part, turn: Floats) -> Extrusion | None:
             levels.append(level)
             caps[level] = caps.get(level, 0.0) + normals.area
         elif not normals.is_side(across):
+            levels += _levels_of(face)
             lines += [_line(edge) for edge in face.Edges() if edge.geomType() == "LINE"]
     if len(caps) < 2:  # noqa: PLR2004 - a sweep has two ends
         return None
     low, high = sorted(sorted(caps, key=lambda level: -caps[level])[:2])
     wide = 2.0 * max(box.xlen, box.zlen) + 2.0 * _BEYOND
-    middles = sorted({round(level, 6) for level in levels})
-    planes = [0.5 * (low + high), *(0.5 * (a + b) for a, b in itertools.pairwise(middles))]
+    apart = itertools.pairwise(sorted(levels))
+    planes = [0.5 * (low + high), *(round(0.5 * (a + b), 6) for a, b in apart if b - a > _STEP_MM)]
     sections = []
     for plane in dict.fromkeys(planes):
         centre = cq.Vector(box.center.x, plane, box.center.z)
@@ -425,6 +426,13 @@ def _section_of(part: Part, turn: Floats) -> Extrusion | None:
         return None
     long = tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
     return Extrusion(part=part, turn=turn, section=section.Faces()[0], lines=long, low=low, high=high, plane=plane)
+
+
+def _levels_of(face: cq.Face) -> list[float]:
+    """Return the levels y at which a slanted face begins, ends or turns [mm]: a bridge may lie between them."""
+    corners = [corner.Y for corner in face.Vertices()]
+    box = face.BoundingBox()
+    return corners if face.geomType() == "PLANE" else [*corners, box.ymin, box.ymax]
 
 
 def _beside(other: cq.Shape, level: float, section: cq.Shape, plane: float) -> float:

@@ -80,10 +80,16 @@ def test_a_ball_on_a_stick_is_not_swept():
     assert extrusion_of(own_part(solid, {})) is None
 
 
-def test_a_bridge_beside_the_section_is_not_swept():
-    """A plate on the front of a frame closes its window, in which the section through the middle has nothing."""
+BRIDGES = {
+    "on the front": cq.Workplane("XZ", origin=(0.0, -6.0, 0.0)).rect(4.0, 16.0).extrude(1.0),
+    "slanted": cq.Workplane("YZ").polyline([(-5.8, -7.0), (-5.2, -7.0), (-3.4, 7.0), (-4.0, 7.0)]).close().extrude(2.0),
+}
+
+
+@pytest.mark.parametrize("bridge", BRIDGES.values(), ids=BRIDGES)
+def test_a_bridge_beside_the_section_is_not_swept(bridge):
+    """It crosses the window of a frame, in which the section through the middle has nothing."""
     frame = PLATE.cut(cq.Workplane("XZ").rect(30.0, 10.0).extrude(6.0))
-    bridge = cq.Workplane("XZ", origin=(0.0, -6.0, 0.0)).rect(4.0, 16.0).extrude(1.0)
     assert extrusion_of(own_part(frame.val(), {})) is not None
     assert extrusion_of(own_part(frame.union(bridge).val(), {})) is None
 
