@@ -202,6 +202,19 @@ def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) ->
             raise validation_error(what, "a face", "", "free: it is held too", hint)
 
 
+def refuse_part(path: Path, points: Mapping[str, Sequence[Place]]) -> None:
+    """Raise InputError if a STEP file is not one part, or a point of a flag [mm] lies on no face of it.
+
+    It takes a second, and `file_stiffness` asks the same when the springs of a design are known.
+    """
+    from cad.checks.own_part import faces_at, read_own_solid
+
+    solid = read_own_solid(path)
+    for flag, places in points.items():
+        for place in places:
+            faces_at(solid, flag, [place])
+
+
 def file_stiffness(
     path: Path,
     material: tuple[float, float],

@@ -64,8 +64,9 @@ def _solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     _refuse_unsolvable(path, named, held, pressed)
     design = None if named is None else load_design(named)
     with showing_progress(f"solves {path.name}") as show:
-        from pipeline.springs.own_part import file_stiffness
+        from pipeline.springs.own_part import file_stiffness, refuse_part
 
+        refuse_part(path, {"--held": held, "--pressed": list(pressed.values())})  # before springs are solved
         springs = None if design is None else _springs(design)
         housing = None if springs is None or named is None else _made(springs, named)
         if springs is not None and pressed:

@@ -2,9 +2,11 @@
 
 import json
 
+import cadquery as cq
 import pytest
 
 from twintip.cli import main
+from twintip.commands import check
 
 REFUSED = {
     "triangles": ("housing.stl", ("--design", "paper"), "--solve"),
@@ -21,6 +23,23 @@ def test_what_cannot_be_solved_is_refused_in_one_line(case, tmp_path, capsys):
     error = capsys.readouterr().err
     assert error.startswith(f"pipeline: {field} = ")
     assert error.count("\n") == 1
+
+
+PLATE = cq.Workplane("XZ").rect(40.0, 20.0).extrude(6.0)
+WRONG = {
+    "two bodies": (PLATE.union(PLATE.translate((100.0, 0.0, 0.0))), (), "PART"),
+    "a point beside it": (PLATE, ("--held=0,0,30",), "--held"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_part_is_refused_before_the_springs_of_the_design_are_solved(case, tmp_path, capsys, monkeypatch):
+    shape, flags, field = WRONG[case]
+    path = tmp_path / "part.step"
+    cq.exporters.export(cq.Workplane(cq.Compound.makeCompound(shape.vals())), str(path))
+    monkeypatch.setattr(check, "_springs", None)
+    assert main(["check", str(path), "--design", "paper", *flags, "--solve"]) == 2
+    assert capsys.readouterr().err.startswith(f"pipeline: {field} = ")
 
 
 @pytest.mark.study
