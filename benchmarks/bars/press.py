@@ -111,7 +111,7 @@ def independent_forces(state: State, compliance: FruitCompliance, count: int) ->
     if not near.any():
         return np.zeros(len(rigid))
     system = cells.compliance[np.ix_(near, near)] + tips[near] @ rigid @ tips[near].T
-    pressed: Floats = state.E * (tips[near].T @ _complementary(system, interference[near]))
+    pressed: Floats = state.E * (tips[near].T @ complementary(system, interference[near]))
     return pressed
 
 
@@ -125,8 +125,11 @@ def _cells(scene: Scene, count: int) -> tuple[ContactCells, Floats]:
     return cells, np.asarray(travel - gap)
 
 
-def _complementary(system: Floats, interference: Floats) -> Floats:
-    """Return the forces f >= 0 of least energy f A f / 2 - b f: least squares on the Cholesky factor of A."""
+def complementary(system: Floats, interference: Floats) -> Floats:
+    """Return the forces f >= 0 of least energy f A f / 2 - b f: least squares on the Cholesky factor of A.
+
+    C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, 1974, chapter 23.
+    """
     lower, scale = cholesky(system, lower=True), float(interference.max())
     right = solve_triangular(lower, interference / scale, lower=True)
     return np.asarray(scale * nnls(lower.T, right, maxiter=100 * len(right))[0])
