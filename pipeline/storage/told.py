@@ -7,8 +7,8 @@ A field declares its key, unit and meaning with `report_field`, and optionally:
 - `left_out`: True to leave its key out if the field has its default, or the name of another field that decides;
 - `inline`: a function from the record to the keys that replace its own;
 - `told`: False for a field that is no key;
-- `flat`: True for a record or None whose keys stand beside those of this one. For None they are 0 or false. The key of
-  the field itself, if it is told, is whether there is a record;
+- `flat`: the type of a record, or None, whose keys stand beside those of this one. For None they are 0 or false. The
+  key of the field itself, if it is told, is whether there is a record;
 - `line`: a function from the record to the text of this field in a line;
 - `absent`: the text in its place if the field has its default.
 """
@@ -16,7 +16,7 @@ A field declares its key, unit and meaning with `report_field`, and optionally:
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
-from typing import Any, get_args, get_type_hints
+from typing import Any, get_type_hints
 
 import cattrs
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
@@ -55,7 +55,7 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
         for key, value in unstructure(record).items():
             item = by_key[key]
             if "flat" in item.metadata:
-                data |= _flat_data(kind, item, value)
+                data |= _flat_data(item, value)
                 continue
             left_out = item.metadata.get("left_out")
             decides = kind.__dataclass_fields__[left_out] if isinstance(left_out, str) else item
@@ -89,7 +89,7 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
                     msg = f"{name} is missing"
                     raise InputError(msg, field=name)
             for item in flat:
-                data = _with_record(data, kind, item, converter)
+                data = _with_record(data, item, converter)
         try:
             return structure(data, of_kind)
         except cattrs.ClassValidationError as error:
@@ -110,7 +110,7 @@ def told_fields(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN401
         if item.metadata.get("told", True):
             found[key_of(item)] = (item, bool if is_flat else hints[item.name])
         if is_flat:
-            found |= told_fields(_flat_kind(kind, item))
+            found |= told_fields(item.metadata["flat"])
     return found
 
 
@@ -123,32 +123,22 @@ def told_value(record: Any, key: str) -> Any:  # noqa: ANN401 - any record, and 
     return scaled(getattr(record, item.name), item.metadata.get("times", 1.0))
 
 
-def _flat_kind(kind: Any, item: Field[Any]) -> Any:  # noqa: ANN401 - any records
-    """Return the type of the record that a flat field of a record type holds, unless it is None."""
-    return next(one for one in get_args(get_type_hints(kind)[item.name]) if is_dataclass(one))
-
-
-def _flat_data(kind: Any, item: Field[Any], part: Plain | None) -> Plain:  # noqa: ANN401 - any record type
+def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
     """Return the data that a flat field adds, from the data of its record."""
     own = {item.name: part is not None} if item.metadata.get("told", True) else {}
-    absent = {key: key_kind() for key, (_, key_kind) in told_fields(_flat_kind(kind, item)).items()}
+    absent = {key: kind() for key, (_, kind) in told_fields(item.metadata["flat"]).items()}
     return own | (absent if part is None else part)
 
 
-def _with_record(
-    data: Mapping[str, Any],
-    kind: Any,  # noqa: ANN401 - any record type
-    item: Field[Any],
-    converter: cattrs.Converter,
-) -> Plain:
+def _with_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Converter) -> Plain:
     """Return data in which the record of a flat field stands for its keys: None if the data say that there is none."""
-    part_kind = _flat_kind(kind, item)
-    keys = told_fields(part_kind)
+    kind = item.metadata["flat"]
+    keys = told_fields(kind)
     part = {key: value for key, value in data.items() if key in keys}
     others = {key: value for key, value in data.items() if key not in keys}
     is_told = item.metadata.get("told", True)
     is_there = converter.structure(data[item.name], bool) if is_told else any(part.values())
-    return others | {item.name: converter.structure(part, part_kind) if is_there else None}
+    return others | {item.name: converter.structure(part, kind) if is_there else None}
 
 
 def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or records if the factor is 1

@@ -107,8 +107,8 @@ class Sizes:
 @dataclass(frozen=True, kw_only=True)
 class Block:
     a: float = report_field("mm", "a size")
-    pin: Pin | None = report_field("", "no key of its own", default=None, flat=True, told=False)
-    has_b: Sizes | None = report_field("", "whether there is one", default=None, flat=True)
+    pin: Pin | None = report_field("", "no key of its own", default=None, flat=Pin, told=False)
+    has_b: Sizes | None = report_field("", "whether there is one", default=None, flat=Sizes)
 
 
 BARE = {"a": 1.0, "pin_side": 0.0, "pin_round": False, "has_b": False, "b_size": 0.0}
