@@ -38,24 +38,36 @@ EVALUATED = (
 
 @in_turn
 def run(
-    design: Design, options: RunOptions | None = None, *, beside: bool = True, progress: Progress = silent
+    design: Design, options: RunOptions | None = None, *, beside: bool = True, progress: Progress | None = None
 ) -> SensorResult:
-    """Return the result of every stage; with `options.out` also write its files, all of them or none.
-
-    With files and `beside`, a separate process makes the solids in parallel with the solves. Raises InputError for an
-    unusable scene or folder, and MeshError or SolveError for an unreliable solution. `progress` is called with the
-    current stage.
+    """Solve a design and judge it; write all its files if `options.out` names a folder.
 
     Parameters
     ----------
     design : Design
-        What `load_design` returns.
+        The design, for instance from `load_design`.
     options : RunOptions, optional
-        The folder of the files, and the accuracy of the solution.
-    beside : bool
-        Whether a separate process makes the solids in parallel.
-    progress : callable
-        Called with the name of each stage when it begins.
+        The output folder, the accuracy, and further files. Without options, no file is written.
+    beside : bool, optional
+        Whether a separate process makes the solids while this one solves, if files are written.
+    progress : callable, optional
+        Function that is called with the name of each stage when it begins.
+
+    Returns
+    -------
+    SensorResult
+        Every number, verdict and error of the sensor. `passed` states whether all verdicts pass.
+
+    Raises
+    ------
+    InputError
+        If the scene cannot be solved, or the folder cannot be used.
+    MeshError, SolveError
+        If a mesh or a solution is unreliable. Both are a RuntimeError.
+    ExportError
+        If a file cannot be read back as it was written. It is a ValueError.
+    OSError, MemoryError, BrokenExecutor
+        If the machine fails, for instance because the disk is full. The folder is then as it was before.
 
     Examples
     --------
@@ -65,7 +77,7 @@ def run(
     True
     """
     options = options or RunOptions()
-    timed = Stopwatch(progress)
+    timed = Stopwatch(progress or silent)
     refuse_unmakeable(design, options)
     sensor = Sensor(design=design, options=options, timed=timed)
     if options.look:
@@ -118,17 +130,31 @@ def look(sensor: Sensor) -> SensorResult:
 
 
 @in_turn
-def evaluate(design: Design, options: RunOptions | None = None, *, progress: Progress = silent) -> SensorResult:
-    """Return every number, verdict and error of a design except the verdicts on its files; raises like `run`.
+def evaluate(design: Design, options: RunOptions | None = None, *, progress: Progress | None = None) -> SensorResult:
+    """Solve a design and judge it as `run` does, without solids, files and the verdicts on them.
 
     Parameters
     ----------
     design : Design
-        What `load_design` returns.
+        The design, for instance from `load_design`.
     options : RunOptions, optional
-        The accuracy of the solution.
-    progress : callable
-        Called with the name of each stage when it begins.
+        The accuracy of the solution. The folder is not used.
+    progress : callable, optional
+        Function that is called with the name of each stage when it begins.
+
+    Returns
+    -------
+    SensorResult
+        Every number, verdict and error of the sensor, except the verdicts on its files.
+
+    Raises
+    ------
+    InputError
+        If the scene cannot be solved.
+    MeshError, SolveError
+        If a mesh or a solution is unreliable. Both are a RuntimeError.
+    OSError, MemoryError
+        If the machine fails, for instance because its memory is short.
 
     Examples
     --------
@@ -137,7 +163,7 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
     >>> round(K_l.value / K_l.limit, 2)
     1.0
     """
-    result = evaluated(Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress)))
+    result = evaluated(Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress or silent)))
     return replace(result, report=report_data(report_of_result(result)))
 
 

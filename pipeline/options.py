@@ -44,12 +44,29 @@ DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """The options of a run besides its design.
+    """The options of a run besides its design: its folder, its accuracy, and further files.
 
-    `out` is the folder of the outputs; None writes nothing. `tolerance` is the allowed relative error [1] of the
-    stiffness of both springs. `fields` adds displacement and stress to the VTU files, and `fabrication` adds the files
-    for a maker. A folder with files of another origin is refused; with `force` they are kept as NAME.bak. A `look`
-    makes no solids and no files of parts.
+    Parameters
+    ----------
+    out : Path, optional
+        The folder of the outputs. Without one, no file is written.
+    fruit_stiffness : "contact" or "hayes", optional
+        Whether the springs are sized by the solved contact, or by the paper's formula for a flat round tip.
+    fields : bool, optional
+        Whether the VTU files have displacement and stress.
+    fabrication : bool, optional
+        Whether to write the files for a maker, as `pipeline design` does.
+    tolerance : float, optional
+        Allowed relative error of the stiffness of both springs [1].
+    force : bool, optional
+        Whether to keep files of another origin in the folder, as NAME.bak. Otherwise such a folder is refused.
+    look : bool, optional
+        Whether to leave out solids and files of parts.
+
+    Raises
+    ------
+    InputError
+        If an option is outside its bounds, or `fields` is given with `look`.
 
     Examples
     --------
@@ -139,19 +156,28 @@ def design_path(design: str | Path, name: str = "--design") -> Path:
 def load_design(
     design: str | Path = DEFAULT_DESIGN, settings: Mapping[str, object] | None = None, name: str = "--design"
 ) -> Design:
-    """Return the design of a preset or a file, with `table.key` settings on top: numbers, lists or their TOML text.
+    """Return the design of a preset or a design file, with changes to its keys.
 
-    A setting of None or "" unsets its key. A design without a name has the name of its file. Raises InputError, which
-    names the design `name`.
+    A design without a name has the name of its file.
 
     Parameters
     ----------
-    design : str or Path
-        A preset, such as "mango", or a design file.
+    design : str or Path, optional
+        The name of a preset, such as "mango", or the path of a design file.
     settings : mapping, optional
-        Values of `table.key`, as `{"targets.NL": 0.06}`.
-    name : str
-        The name of the design in errors.
+        New values of keys, as `{"targets.NL": 0.06}`: numbers, lists, or their text in TOML. None or "" removes a key.
+    name : str, optional
+        The name of the design in error messages.
+
+    Returns
+    -------
+    Design
+        The design, whose keys are all checked.
+
+    Raises
+    ------
+    InputError
+        If there is no such preset or file, a key is unknown, or a value is not allowed.
 
     Examples
     --------

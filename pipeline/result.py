@@ -35,13 +35,53 @@ class ReportData(Plain):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SensorResult(Record):
-    """A design with all results of its sensor, stage by stage.
+    """All results of a design, which `run` and `evaluate` return.
 
-    `pressed` is the sensor as it was pressed and read. `readings` and `tilted` are None for a design without readings,
-    and `over_time` for flesh that does not relax. `reached` are P_max and NL. `paper` are the verdicts on the paper's
-    own springs, None if fruit or tips differ from the paper's. `read_out` are the constants for reading a finished
-    sensor. `left_out` states what could not be solved or written after the verdicts. `seconds` are wall and processor
-    seconds by stage. `report` are the data of report.json, even if nothing was written.
+    Attributes
+    ----------
+    design : Design
+        The design that was solved.
+    options : RunOptions
+        The options of the run.
+    contact : FruitCompliance
+        Compliance of the fruit under the tips: the matrix S [1/mm] with its errors. S / E is the compliance [mm/N].
+    sizing : SpringSizing
+        The springs that the targets require.
+    springs : FittedSprings
+        The springs as fitted to the housing: leaves, stiffness and strain with errors; or why they cannot be made.
+    pressed : PressedSensor
+        The sensor as it is pressed and read: design, contact and springs together.
+    press : ScenePress
+        Forces [N] and force ratio P [1] over modulus and travel, with errors.
+    tilted : Presses or None
+        Forces at tilts along the tips [N]; None without `[reading]` or without a tilt.
+    readings : Readings or None
+        Errors and uncertainties of the modulus that is read; None without `[reading]`.
+    over_time : ReadingOverTime or None
+        A press and its hold over time; None if the flesh does not relax.
+    behaviour : SpringBehaviour or None
+        Tilt, stiffening, frequency and crosstalk of the fitted springs; None if no housing is made.
+    read_out : ReadingConstants
+        The constants that convert the forces of a sensor into a modulus.
+    reached : SceneTargets
+        P_max and NL [1] in the scene of the design, with those of a level sensor.
+    level : LevelTargets
+        P_max and NL [1] of a level sensor on a flat fruit.
+    paper : tuple of Verdict or None
+        Verdicts on the paper's own springs; None if fruit or tips are not the paper's.
+    verdicts : tuple of Verdict
+        All verdicts on the design.
+    passed : bool or None
+        Whether all verdicts pass; None if one is undecided and none failed.
+    errors : SensorErrors
+        Sources of the error of each number, the data of `response.csv` with its error bands, and with `fabrication` the
+        scatter of prints.
+    left_out : tuple of str
+        What could not be solved or written after the verdicts, each with its reason.
+    seconds : Seconds
+        Wall and processor time of each stage [s].
+    report : dict
+        The data of `report.json`, even if no file was written.
 
     Examples
     --------

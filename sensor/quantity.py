@@ -17,9 +17,16 @@ _LONGEST_VALUE = 500  # most characters of a value in a message; longer than any
 
 
 class InputError(ValueError):
-    """An input that cannot be used; the message is one line that states the error with value and bound, and the remedy.
+    """An input that cannot be used: one line with the value, its bound, and what to do.
 
-    `field`, `value` and `bound` hold the same for programs; they are empty if the error is not about a single field.
+    Attributes
+    ----------
+    field : str
+        Name of the key or argument; empty if the error is not about a single one.
+    value : object
+        The value that was given.
+    bound : str
+        What the value must be.
 
     Examples
     --------

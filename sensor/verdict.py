@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
+from sensor.attributes import with_attributes
 from sensor.quantity import Estimate, report_field
 
 Sense = Literal["at most", "at least"]
@@ -80,11 +81,12 @@ def row_of(name: str) -> VerdictRow:
     return _rows_by_name().get(name) or VerdictRow(name=name, group="files")
 
 
+@with_attributes
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One target or limit, the value found, and whether it passed; None if an error bar prevents a decision.
+    """One verdict: a target or a limit, the value that was found, and whether it passed.
 
-    It is also None if an earlier check failed, so that this one was not made.
+    A verdict is undecided if its error bar includes the limit, or if an earlier check failed.
 
     Examples
     --------
@@ -94,20 +96,20 @@ class Verdict:
     'N/m'
     """
 
-    name: str = report_field("", "name of the verdict, see [verdicts](words.md#verdicts)")
+    name: str = report_field("", "name of the [verdict](words.md#verdicts)")
     value: float | None = report_field("as in `unit`", "the number that is judged; null if there is no number")
     unit: str = report_field("", 'unit of value, limit and error; "1" for a plain number')
     limit: float | str | None = report_field("as in `unit`", "the target or the limit, a number or a text")
     tolerance: float | str | None = report_field(
         "as in `unit`",
-        "largest deviation of the value from the limit; a fraction of the limit if `relative` is true",
+        "largest deviation of the value from the limit; a fraction of the limit if `relative`",
     )
-    passed: bool | None = report_field("", "true, false, or null if the error bar does not decide")
+    passed: bool | None = report_field("", "whether the verdict passed; null if the error bar does not decide")
     reference: str = report_field(
         "", "what the value was compared with; why there is no number, or why the verdict did not pass"
     )
     error: float | None = report_field("as in `unit`", "half width of the value's error bar", default=None)
-    relative: bool = report_field("", "true if the tolerance is a fraction of the limit", default=False)
+    relative: bool = report_field("", "whether the tolerance is a fraction of the limit", default=False)
     remedy: str | None = report_field(
         "",
         "a change that would make the verdict pass, or the advice to run `pipeline suggest`; null if it "

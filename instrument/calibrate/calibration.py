@@ -41,6 +41,7 @@ from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
 from pipeline.tables.words import WORDS
+from sensor.attributes import with_attributes
 from sensor.design.reading import Reading
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, report_field, validation_error
 from sensor.theory.contrast_law import ReadingError
@@ -83,13 +84,12 @@ def _channels_data(calibration: "Calibration") -> Plain:
     return {"channels": {**as_data(calibration.channels), "gain_percent": [*calibration.unit.gain_percent]}}
 
 
+@with_attributes
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """The calibration of a printed unit: its readings over the range, verdicts on its targets, and trims.
+    """The calibration of a printed unit: the unit, verdicts on its targets, and trims of its leaves.
 
-    Each field but the last two is a key of the answer. `nominal` are the stiffnesses of the design [N/mm]. `trims` are
-    the lengths to add to the leaves of each tip to reach them [mm]. A trim is None if the error of the spring includes
-    its target. `assumed` lists assumptions, and `error_by` names the error sources in the table.
+    `pipeline calibrate` prints the same numbers. What JSON leaves out is None or empty here.
 
     Examples
     --------
@@ -101,14 +101,14 @@ class Calibration:
 
     unit: PrintedUnit = report_field(
         "",
-        "the springs of the unit, as in unit.toml; null where all lines are straight. `ball` is its correction by a "
-        "reference ball, left out without one",
+        "the unit, as in unit.toml; its bends are null if all lines are straight, and `ball` is left out without a "
+        "reference ball",
         key="`tips`, `method`, `K_N_per_m`, `K_percent`, `force_bend`, `force_bend_per_N`, `deflection_bend`, "
         "`deflection_bend_per_N`, `ball`",
         inline=_unit_data,
     )
     nominal: tuple[float, ...] = report_field(
-        "N/m", "stiffness of each spring in the design", key="design_K_N_per_m", times=1e3
+        "N/m", "stiffness of each spring in the design", key="design_K_N_per_m", times=1e3, attribute_unit="N/mm"
     )
     weighing: Weighing = report_field(
         "",
@@ -134,6 +134,7 @@ class Calibration:
         "for each tip, the change of length that gives its leaves the stiffness of the design; null if the error of "
         "K holds it",
         inline=_trims_data,
+        attribute_unit="mm",
     )
     channels: ChannelCalibration | None = report_field(
         "",
@@ -166,20 +167,28 @@ def calibrate(
     after_s: float | None = None,
     counts_as: Literal["unsigned", "offset"] | None = None,
 ) -> Calibration:
-    """Return the calibration of a printed unit from a table of weights, as `pipeline calibrate` does.
-
-    Raises InputError for a table that is no measurement of this design's springs.
+    """Return the calibration of a printed unit by a table of weights, as `pipeline calibrate` does.
 
     Parameters
     ----------
     report : Report
-        What `read_report` returns.
+        The report of the design, from `read_report`.
     weights : str or Path
-        A table of weights.
+        A table of weights on each tip and the deflections.
     after_s : float, optional
         Time from hanging a weight to its reading [s], if the table has no times.
     counts_as : "unsigned" or "offset", optional
-        How counts without signs are written, as in `read_press`.
+        How the table writes counts, as in `read_press`.
+
+    Returns
+    -------
+    Calibration
+        The unit, its verdicts, and the trims of its leaves.
+
+    Raises
+    ------
+    InputError
+        If the table does not measure springs of this design.
 
     Examples
     --------

@@ -29,8 +29,13 @@ class Plunger:
     ----------
     radius_mm : float
         Radius of the rod, or of the ball [mm].
-    ball : bool
+    ball : bool, optional
         Whether the end is a ball.
+
+    Raises
+    ------
+    InputError
+        If the radius is outside its bounds.
 
     Examples
     --------
@@ -110,7 +115,9 @@ class CompressedBody:
 
 @dataclass(frozen=True, kw_only=True)
 class Ellipsoid(CompressedBody):
-    """A ball, an ellipsoid or any convex fruit: two radii of curvature at the contact, the same above and below.
+    """A ball, an ellipsoid or any convex fruit, with two radii of curvature at each contact.
+
+    Above and below, the radii are the same.
 
     Parameters
     ----------
@@ -120,6 +127,11 @@ class Ellipsoid(CompressedBody):
         Radius of curvature at the contact, in one plane [mm].
     radius_across_mm : float
         Radius of curvature in the perpendicular plane [mm].
+
+    Raises
+    ------
+    InputError
+        If a length is outside its bounds.
 
     Examples
     --------
@@ -166,7 +178,7 @@ class Ellipsoid(CompressedBody):
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderOnSide(CompressedBody):
-    """A cylinder on its side between plates: plane strain, except at its free ends.
+    """A cylinder on its side between plates, in plane strain except at its free ends.
 
     Parameters
     ----------
@@ -174,6 +186,11 @@ class CylinderOnSide(CompressedBody):
         Radius [mm].
     length_mm : float
         Length along the plates [mm].
+
+    Raises
+    ------
+    InputError
+        If a length is outside its bounds.
 
     Examples
     --------
@@ -213,6 +230,11 @@ class CylinderOnEnd(CompressedBody):
     radius_mm : float
         Radius [mm].
 
+    Raises
+    ------
+    InputError
+        If a length is outside its bounds.
+
     Examples
     --------
     >>> twintip.CylinderOnEnd(height_mm=10.0, radius_mm=7.5).radius_mm
@@ -249,6 +271,11 @@ class RectangularBlock(CompressedBody):
         Width of its end [mm].
     length_mm : float
         Length of its end [mm].
+
+    Raises
+    ------
+    InputError
+        If a length is outside its bounds.
 
     Examples
     --------

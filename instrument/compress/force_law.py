@@ -29,13 +29,33 @@ _NOMINAL_PARTS = 3  # share of the work: it has a fine mesh too, and costs as mu
 
 @dataclass(frozen=True, kw_only=True)
 class TestGeometry:
-    """The body and the tools of a test.
+    """The body and the tools of a compression test.
 
-    Without a `plunger` a plate presses. `plates` is 2 for a body on a plate, and 1 for a body whose underside lies in a
-    rigid seat. `poisson_error` is the largest error of Poisson's ratio. `strains_percent` are the strains for secant
-    and tangent, relative to the height; the first one gives the paper's modulus. `compliance_um_per_N` is the
-    compliance of frame and load cell, by which the travel is corrected, and `compliance_error_um_per_N` its largest
-    error.
+    Parameters
+    ----------
+    body : Ellipsoid, CylinderOnSide, CylinderOnEnd or RectangularBlock
+        The body that is pressed.
+    plunger : Plunger, optional
+        The plunger in place of the upper plate.
+    plates : int, optional
+        2 for a body on a plate, 1 for a body whose underside lies in a rigid seat.
+    poisson : float, optional
+        Poisson's ratio of the flesh [1].
+    poisson_error : float, optional
+        Largest error of Poisson's ratio [1].
+    plate_area_mm2 : float, optional
+        Area of the plate [mm^2], by which the paper divides the force.
+    strains_percent : tuple of float, optional
+        Strains of the secant and tangent moduli, relative to the height [%]. The first one gives the paper's modulus.
+    compliance_um_per_N : float, optional
+        Compliance of frame and load cell [um/N], by which the travel is corrected.
+    compliance_error_um_per_N : float, optional
+        Largest error of this compliance [um/N].
+
+    Raises
+    ------
+    InputError
+        If a number is outside its bounds, or the body cannot be solved with these tools.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """The modulus of a fruit from one compression test, by its force law and by plate stress over strain."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from instrument.compress.phases import Loading, phases, without_frame
 from instrument.compress.range_choice import RangeFit, choose_range
 from instrument.compress.specimens import Specimen, read_specimens
 from pipeline.storage.stopwatch import Count, silent
+from sensor.attributes import with_attributes
 from sensor.design.fruit import USUAL_MODULI
 from sensor.quantity import Bounds, report_field, validation_error
 from sensor.turns import in_turn
@@ -40,12 +41,13 @@ class PlateModulus:
     u_tangent_percent: float
 
 
+@with_attributes
 @dataclass(frozen=True, kw_only=True)
 class CompressionResult:
-    """The moduli of one specimen with their errors at 95 %; each field but the last two is a key of the answer.
+    """The moduli of one specimen of a compression test, with their errors at 95 %.
 
     The errors from scatter, force curve and Poisson's ratio add as the root of their squares. The other shares are
-    bounds that a test may reach together, so they add linearly.
+    bounds that a test may reach together, so they add linearly. `pipeline modulus` prints the same numbers.
 
     Examples
     --------
@@ -89,8 +91,8 @@ class CompressionResult:
     relaxation: HeldRelaxation | None = report_field(
         "", "what [a hold](#how-flesh-relaxes) shows; left out for a curve without a hold", left_out=True, default=None
     )
-    curve: Loading = field(metadata={"told": False})
-    fit: LawFit = field(metadata={"told": False})
+    curve: Loading = report_field("", "travel [mm] and force [N] of the loading, up to failure", told=False)
+    fit: LawFit = report_field("", "the force law that was fitted, with its parameters", told=False)
 
     @property
     def name(self) -> str:
@@ -99,20 +101,29 @@ class CompressionResult:
 
 
 @in_turn
-def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count = silent) -> list[CompressionResult]:
-    """Return the modulus [MPa] of each specimen in the file of a compression test, as `pipeline modulus` does.
-
-    Raises InputError for a file that holds no force over travel, and for a curve that is no compression of a fruit.
-    Raises SolveError where the force of such a body cannot be solved.
+def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None = None) -> list[CompressionResult]:
+    """Return the moduli of all specimens in the file of a compression test, as `pipeline modulus` does.
 
     Parameters
     ----------
     file : str or Path
-        A table of force over travel.
+        A table of force over travel, a CSV file or a workbook.
     geometry : TestGeometry
-        What was pressed, and between what.
-    progress : callable
-        Called with the numbers of parts of the work on a specimen that are done, and of all.
+        The body that was pressed, and the tools.
+    progress : callable, optional
+        Function that is called with the numbers of finished parts and of all parts of the work on a specimen.
+
+    Returns
+    -------
+    list of CompressionResult
+        The moduli of each specimen, in the order of the file.
+
+    Raises
+    ------
+    InputError
+        If the file has no force over travel, or a curve is no compression of such a body.
+    SolveError
+        If the force of such a body cannot be solved. It is a RuntimeError.
 
     Examples
     --------
@@ -121,7 +132,7 @@ def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count = silen
     >>> round(test.E_MPa, 1)
     0.7
     """
-    return [measured_modulus(specimen, geometry, count=progress) for specimen in read_specimens(Path(file))]
+    return [measured_modulus(specimen, geometry, count=progress or silent) for specimen in read_specimens(Path(file))]
 
 
 def measured_modulus(

@@ -36,16 +36,24 @@ SETTLED = 1e-4  # largest change of the offset in the last step, relative to the
 
 @in_turn
 def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
-    """Return the read-out of a unit as a C99 header, as `pipeline read --c-header` writes it.
-
-    Raises InputError for a design with fruit.relaxation.
+    """Return the firmware of a unit as a C99 header, as `pipeline read --c-header` writes it.
 
     Parameters
     ----------
     report : Report
-        What `read_report` returns.
+        The report of the design, from `read_report`.
     unit : PrintedUnit, str or Path, optional
         A calibrated unit or its unit.toml, as in `read_press`.
+
+    Returns
+    -------
+    str
+        The text of the header.
+
+    Raises
+    ------
+    InputError
+        If the flesh of the design relaxes, or the unit is not of this design.
 
     Examples
     --------
@@ -59,16 +67,24 @@ def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> st
 
 @in_turn
 def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
-    """Return the read-out of a unit as a MicroPython module, as `pipeline read --micropython` writes it.
-
-    Raises InputError for a design with fruit.relaxation.
+    """Return the firmware of a unit as a MicroPython module, as `pipeline read --micropython` writes it.
 
     Parameters
     ----------
     report : Report
-        What `read_report` returns.
+        The report of the design, from `read_report`.
     unit : PrintedUnit, str or Path, optional
         A calibrated unit or its unit.toml, as in `read_press`.
+
+    Returns
+    -------
+    str
+        The text of the module.
+
+    Raises
+    ------
+    InputError
+        If the flesh of the design relaxes, or the unit is not of this design.
 
     Examples
     --------

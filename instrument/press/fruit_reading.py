@@ -7,6 +7,7 @@ from instrument.press.half_width import HalfWidth
 from instrument.press.measuring import MeasuringUnit
 from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
+from sensor.attributes import with_attributes
 from sensor.quantity import COVERAGE, Estimate, report_field
 from sensor.words import with_bar
 
@@ -58,13 +59,13 @@ def firmness_data(firmness: Estimate) -> Plain:
     return {f"firmness_{firmness.unit}": firmness.value, "firmness_u_percent": COVERAGE * firmness.percent}
 
 
+@with_attributes
 @dataclass(frozen=True, kw_only=True)
 class FruitReading:
-    """The reading of a fruit from forces: E [MPa] and its half width `u` [1], both None without a modulus.
+    """The reading of one press on a fruit: the modulus with its uncertainty, the tilt, and flags.
 
-    Each field is a key of the answer; fractions [1] are written in per cent. `others` are moduli [MPa] by other methods
-    from the same forces. `noise` is None if it is unknown, and `firmness` if the unit has no scale. `zero_left` belongs
-    to the tip whose zero error is the largest fraction of its least force of a touch.
+    `pipeline read` prints the same numbers. `docs/read-a-fruit.md` explains each flag. What JSON leaves out is None or
+    empty here.
 
     Examples
     --------
@@ -87,9 +88,10 @@ class FruitReading:
     )
     noise: float | None = report_field(
         "%",
-        "the part of `u_percent` due to noise, which falls with the samples, and the rest; their squares add",
+        "the part of `u_percent` due to noise, which falls with the samples; its square and that of the rest add",
         key="`u_noise_percent`, `u_left_percent`",
         inline=_noise_data,
+        attribute_unit="1",
         left_out="t",
         default=None,
         line=lambda it: f"of which noise {100.0 * it.noise:.2g} % over {it.samples} samples",
@@ -99,6 +101,7 @@ class FruitReading:
         "the part of `u_percent` that is added for [lines that bend](#lines-that-bend); left out if none bends",
         key="u_bend_percent",
         times=100.0,
+        attribute_unit="1",
         left_out=True,
         default=0.0,
         line=lambda it: f"of which {100.0 * it.bend:.2g} % by bent channels and springs",
@@ -123,6 +126,7 @@ class FruitReading:
         "half width that holds the true E in 95 of 100 readings; the same percentage holds for E/(1 - nu^2)",
         key="u_percent",
         times=100.0,
+        attribute_unit="1",
         default=None,
     )
     tilt: float | None = report_field(
@@ -148,7 +152,7 @@ class FruitReading:
         "mm", "half width of `offset_mm` at 95 %", key="offset_u_mm", left_out=True, default=None
     )
     flags: tuple[str, ...] = report_field(
-        "", "flags of the reading, each a reason to doubt it, in the next table", default=(), line=_flags_text
+        "", "flags of the reading, each a reason to doubt it", default=(), line=_flags_text
     )
     lines_left_out: tuple[int, ...] = report_field(
         "",

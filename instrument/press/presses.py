@@ -34,21 +34,28 @@ def read_press(
     unit: PrintedUnit | str | Path | None = None,
     counts_as: Literal["unsigned", "offset"] | None = None,
 ) -> list[FruitReading]:
-    """Return one reading for each press in a CSV file of forces or counts, as `pipeline read` does.
-
-    Without a unit the springs are as designed. Forces that determine no modulus give a reading with flags and without
-    E. Raises InputError for a file that is no signal of the sensor.
+    """Return one reading for each press in a table of forces or counts, as `pipeline read` does.
 
     Parameters
     ----------
     report : Report
-        What `read_report` returns.
+        The report of the design, from `read_report`.
     file : str or Path
-        A table of forces or counts.
+        The table, a CSV file or a workbook.
     unit : PrintedUnit, str or Path, optional
-        A calibrated unit or its unit.toml.
+        A calibrated unit or its unit.toml. Without one, the springs are those of the design.
     counts_as : "unsigned" or "offset", optional
-        How counts without signs are written.
+        How the table writes counts, if it writes them without signs.
+
+    Returns
+    -------
+    list of FruitReading
+        The readings in the order of their presses. If forces determine no modulus, their reading has flags and no E.
+
+    Raises
+    ------
+    InputError
+        If the table has no signal of this sensor, or the unit is not of this design.
 
     Examples
     --------

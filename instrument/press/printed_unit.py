@@ -43,24 +43,53 @@ _PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # the text is written into comme
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedUnit:
-    """The springs, tips and channels of one unit in the order of its tips, with their standard deviations.
+    """A calibrated unit: its springs, tips and channels in the order of its tips, as in unit.toml.
 
-    `design_sha256` is the digest of the design that was printed. The reading of a channel [N] times its `gain` is the
-    force, and `gain_percent` is the error of the gain. For a unit `calibrated_by` a hard plate it is the error of the
-    deflection. `classes` are ripeness classes such as `ripe:0.8,unripe`, empty for none. `method` states how the
-    numbers were found.
+    Attributes
+    ----------
+    design, design_sha256 : str
+        Name and digest of the design that was printed.
+    tips : tuple of str
+        Names of the tips.
+    method : str
+        How the numbers were found.
+    K_N_per_m : tuple of float
+        Stiffness of each spring [N/m].
+    K_percent : tuple of float
+        Standard deviation of each stiffness [%].
+    gain : tuple of float
+        Factor from the reading of each channel [N] to its force [N].
+    gain_percent : tuple of float
+        Standard deviation of each gain [%]; for a unit calibrated by a plate, that of the deflection.
+    newtons_per_count : tuple of tuple of float
+        Matrix (tips, channels) from counts above tare to the forces of the tips [N]; empty without counts.
+    zero_counts : tuple of float
+        Tare of each channel at the calibration.
+    saturation_counts : int
+        Counts from which a channel is refused.
+    calibrated_by : "weights" or "plate"
+        What the unit was calibrated by.
+    classes : str
+        Ripeness classes, such as `ripe:0.8,unripe` with limits in MPa; empty for none.
+    weighed_after_s : float
+        Time from hanging a weight to its reading [s], for which stiffnesses and gains hold.
+    creep_per_decade, creep_error : float or None
+        Measured growth of the compliance per decade of time, and its standard deviation [1]. None means the creep of
+        the process.
+    force_bend, force_bend_per_N : tuple of float or None
+        Relative error of the slope of force over counts at zero force [1], and its change with the force [1/N]. None
+        means straight lines.
+    deflection_bend, deflection_bend_per_N : tuple of float or None
+        The same for the compliances 1 / K.
+    ball : BallCorrection or None
+        Correction by a reference ball.
+    scale : FruitScale or None
+        Scale from the modulus to the firmness of another instrument.
 
-    If counts were calibrated, `newtons_per_count` (tips, channels) times the counts above tare are the forces of all
-    tips [N]. `zero_counts` are the tare of the calibration. Counts of `saturation_counts` or more are refused.
-
-    Stiffnesses and gains hold for weights that were read `weighed_after_s` after they were hung. `creep_per_decade` is
-    the measured growth of the compliance per decade of time, and `creep_error` its standard deviation [1]. Both are
-    None if they were not measured; the creep of the process applies then.
-
-    `force_bend` is the relative error of the slope of force over counts [1] at zero force, and `force_bend_per_N` its
-    change with the force. `deflection_bend` describes the compliances 1 / K in the same way. They are None if all
-    lines are straight. `ball` is the correction by a reference ball, None without one. `scale` converts the modulus to
-    the firmness of another instrument, None without one.
+    Raises
+    ------
+    InputError
+        If a number is not allowed, or a list does not have one number for each tip.
 
     Examples
     --------

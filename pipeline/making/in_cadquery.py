@@ -19,16 +19,25 @@ if TYPE_CHECKING:
 
 @in_turn
 def housing(result: SensorResult) -> cq.Workplane:
-    """Return the housing of a result [mm] on a CadQuery workplane.
+    """Return the housing of a result [mm] as a CadQuery workplane.
 
-    It is the solid of housing.step; a square has two equal plates, of which it is one. The axis x runs along the tips,
-    whose faces lie at z = 0, and z points away from the fruit. Its faces `low_tip`, `high_tip`, `mounting_holes` and
-    `side_faces` are tags. Raises InputError if the springs are not made.
+    It is the solid of housing.step, in the frame of the sensor. The axis x runs along the tips, whose faces lie at
+    z = 0, and z points away from the fruit. A square has two equal plates, of which this is one.
 
     Parameters
     ----------
     result : SensorResult
-        What `run` or `evaluate` returned.
+        The result of `run` or `evaluate`.
+
+    Returns
+    -------
+    cadquery.Workplane
+        The housing. The faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces` are tags.
+
+    Raises
+    ------
+    InputError
+        If the springs of the design cannot be made.
 
     Examples
     --------
@@ -42,15 +51,25 @@ def housing(result: SensorResult) -> cq.Workplane:
 
 @in_turn
 def cover(result: SensorResult) -> cq.Workplane:
-    """Return the cover behind the housing of a result [mm] on a CadQuery workplane, in the frame of `housing`.
+    """Return the cover behind the housing of a result [mm] as a CadQuery workplane.
 
-    It is the solid of cover.step, which is printed twice; the front cover is turned by half a turn. Its faces `rim` and
-    `mounting_holes` are tags. Raises InputError if the springs are not made.
+    It is the solid of cover.step, in the frame of `housing`. It is printed twice: the front cover is the same part,
+    turned by half a turn.
 
     Parameters
     ----------
     result : SensorResult
-        What `run` or `evaluate` returned.
+        The result of `run` or `evaluate`.
+
+    Returns
+    -------
+    cadquery.Workplane
+        The cover. The faces `rim` and `mounting_holes` are tags.
+
+    Raises
+    ------
+    InputError
+        If the springs of the design cannot be made.
 
     Examples
     --------
@@ -64,15 +83,24 @@ def cover(result: SensorResult) -> cq.Workplane:
 
 @in_turn
 def mount(result: SensorResult) -> cq.Workplane:
-    """Return the bracket that carries the sensor of a result [mm] on a CadQuery workplane, in the frame of `assembly`.
+    """Return the bracket that carries the sensor of a result [mm] as a CadQuery workplane.
 
-    It is the solid of mount.step. Its faces `seat` (on the sensor), `flange`, `mounting_holes` and `flange_holes` are
-    tags. Raises InputError if the springs are not made.
+    It is the solid of mount.step, in the frame of `assembly`.
 
     Parameters
     ----------
     result : SensorResult
-        What `run` or `evaluate` returned.
+        The result of `run` or `evaluate`.
+
+    Returns
+    -------
+    cadquery.Workplane
+        The bracket. The faces `seat` (on the sensor), `flange`, `mounting_holes` and `flange_holes` are tags.
+
+    Raises
+    ------
+    InputError
+        If the springs of the design cannot be made.
 
     Examples
     --------
@@ -87,14 +115,21 @@ def mount(result: SensorResult) -> cq.Workplane:
 def assembly(result: SensorResult) -> cq.Assembly:
     """Return the sensor of a result over its fruit [mm], before the press, as a CadQuery assembly.
 
-    Its parts are those of assembly.step: `housing` or `plate_1` and `plate_2`, `front_cover`, `screw_1`, `fruit`. Each
-    has its place, `loc`, and equal parts share one shape. Faces of housing and covers are tags. Raises InputError if
-    the springs are not made.
-
     Parameters
     ----------
     result : SensorResult
-        What `run` or `evaluate` returned.
+        The result of `run` or `evaluate`.
+
+    Returns
+    -------
+    cadquery.Assembly
+        The parts of assembly.step: `housing` or `plate_1` and `plate_2`, `front_cover`, `screw_1`, `fruit` and others.
+        Each has its place `loc`, and equal parts share one shape. The faces of housing and covers are tags.
+
+    Raises
+    ------
+    InputError
+        If the springs of the design cannot be made.
 
     Examples
     --------

@@ -36,6 +36,7 @@ from pipeline.springs.spring import Spring
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.storage.told import as_data, structure_hook
+from sensor.attributes import with_attributes
 from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design
 from sensor.gone import REPORT_KEYS
@@ -71,11 +72,12 @@ class ListedFile:
         return inside and has_digest(path, self.sha256)
 
 
+@with_attributes
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Report(Record):
-    """All numbers of a run. Tips have the order of all forces and of the compliance.
+    """All numbers of a run: `report.json` as a typed tree, which `read_report` returns.
 
-    A study may request a field with `level`, which names what must be solved for it.
+    Tips have one order in all forces and in the compliance. `docs/report-json.md` lists the keys below each attribute.
 
     Examples
     --------
@@ -206,12 +208,22 @@ def report_data(report: Report) -> Plain:
 
 
 def read_report(folder: Path) -> Report:
-    """Return the report of an output folder; raises a one-line InputError unless it holds one as it was written.
+    """Return the report of an output folder.
 
     Parameters
     ----------
     folder : Path
         The output folder of a run.
+
+    Returns
+    -------
+    Report
+        Every number of the run.
+
+    Raises
+    ------
+    InputError
+        If the folder has no `report.json`, or it is not as the run wrote it.
 
     Examples
     --------

@@ -91,11 +91,31 @@ class PressedFace(Record):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class PartStiffness(Record):
-    """What a part gives under a force on each face that is pressed, by name, and how it was solved.
+    """The stiffness of each pressed face of a part, which `stiffness` returns.
 
-    `left_out_mm3` is the volume that the mesh has too much or too little, and `left_out_at` where most of it lies [mm].
-    `material` is the modulus [MPa] and Poisson's ratio. `curve` has unknowns, seconds and stiffnesses [N/m] of each
-    mesh of tetrahedra, and `not_swept` the reason for them.
+    Attributes
+    ----------
+    faces : mapping of str to PressedFace
+        For each pressed face by name: stiffness `K` [N/mm] and its relative error `K_error` [1]. `strain_per_N` [1/N]
+        is the largest strain at a round inner corner, if it is known.
+    material : tuple of float
+        Young's modulus [MPa] and Poisson's ratio [1].
+    method : str
+        How the part was solved.
+    held_by : str
+        What holds the part.
+    dofs : int
+        Number of unknowns of the finest mesh.
+    left_out_mm3 : float
+        Volume that the mesh has too much or too little [mm^3].
+    left_out_at : tuple of float or None
+        The place where most of this volume lies [mm]; None if nothing is left out.
+    seconds : float
+        Duration of the solution [s].
+    curve : tuple of tuple of float
+        Unknowns, seconds and stiffnesses [N/m] of each mesh of tetrahedra; empty for a part that was swept.
+    not_swept : str
+        The reason for tetrahedra; empty for a part that was swept.
 
     Examples
     --------
@@ -128,23 +148,35 @@ def stiffness(
     E_MPa: float,
     poisson: float = 0.38,
 ) -> PartStiffness:
-    """Return the stiffness of any part under a press on each of some faces, by finite elements.
+    """Return the stiffness of a part of your own, pressed at faces that you name, by finite elements.
 
-    Each face is pressed by itself with an even load against its outer normal, and moves by the mean over it. The error
-    bars cover meshes and what they leave out, and not the material. Raises InputError for a part that cannot be solved.
+    An even load against its outer normal presses each face, one at a time. The face moves by the mean over its area.
+    The error bars contain meshes and what they leave out, but not the error of the material.
 
     Parameters
     ----------
     solid : cadquery.Workplane or cadquery.Shape
         One closed body [mm].
     held : str or points
-        The faces that do not move: a tag of the workplane, or a point (x, y, z) [mm] on each, or a list of them.
+        The faces that do not move: a tag of the workplane, a point (x, y, z) [mm] on the face, or a list of points.
     pressed : mapping
         The faces that are pressed, each by a tag or a point, under names of your own.
     E_MPa : float
-        Young's modulus of the material.
-    poisson : float
-        Its Poisson's ratio.
+        Young's modulus of the material [MPa].
+    poisson : float, optional
+        Poisson's ratio of the material [1].
+
+    Returns
+    -------
+    PartStiffness
+        The stiffness of each pressed face with its error, and the method.
+
+    Raises
+    ------
+    InputError
+        If the solid is not one closed body, a face is not found, or the part would take too long.
+    MeshError, SolveError
+        If a mesh or a solution is unreliable. Both are a RuntimeError.
 
     Examples
     --------

@@ -6,6 +6,7 @@ A field declares its key, unit and meaning with `report_field`, and optionally:
 - `times`: the factor from the field's own unit to the unit of the key;
 - `left_out`: True to leave its key out if the field has its default, or the name of another field that decides;
 - `inline`: a function from the record to the keys that replace its own;
+- `attribute_unit`: the field's own unit for docstrings, if that is not the unit of its key;
 - `told`: False for a field that is no key;
 - `flat`: the type of a record, or None, whose keys stand beside those of this one. For None they are 0 or false. The
   key of the field itself, if it is told, is whether there is a record;

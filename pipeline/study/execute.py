@@ -24,9 +24,29 @@ _TASKS = 16  # least number of tasks per worker, so that the last ones end at ne
 
 @dataclass(frozen=True, kw_only=True)
 class StudySummary:
-    """The numbers of points of a study by outcome, the seconds of this run, and the number of points that it `solved`.
+    """The outcome of a study, which `run_study` returns.
 
     `table` and `best` read the folder each time, so that points need no memory.
+
+    Attributes
+    ----------
+    folder : Path
+        Folder of the results.
+    points : int
+        Number of points of the study.
+    done, refused, failed : int
+        Number of points by outcome.
+    solved : int
+        Number of points that this run solved.
+    seconds : float
+        Duration of this run [s].
+    best : dict or None
+        The point with the least number of the first wanted key, as a row of the table.
+
+    Methods
+    -------
+    table()
+        Return all points as columns for `pandas.DataFrame`: number, status, varied and wanted keys, error.
 
     Examples
     --------
@@ -67,20 +87,30 @@ class StudySummary:
 
 @in_turn
 def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> StudySummary:
-    """Solve every point of a study that its folder lacks, and return the outcomes of all points.
+    """Solve the points of a study that its folder does not have yet, and return the outcomes of all.
 
-    Raises InputError for an unusable folder; a point that is refused or fails is stored with its message.
+    A point that is refused or fails is stored with its message, and the study goes on.
 
     Parameters
     ----------
     study : Study
-        What `read_study` returns.
+        The study, from `read_study`.
     folder : Path
-        The folder of its store, which may hold some of its points.
+        The folder of its results, which may already have some of its points.
     engine : Engine
-        Where its points are solved: `process_engine`.
+        The engine that solves the points, from `process_engine`.
     progress : callable, optional
-        Called with the numbers of finished points and of all points.
+        Function that is called with the numbers of finished points and of all points.
+
+    Returns
+    -------
+    StudySummary
+        The number of points by outcome, and their table.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written, is in use, or has another study.
 
     Examples
     --------

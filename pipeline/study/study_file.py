@@ -136,7 +136,39 @@ class StudyFile(StudyKeys):
 
 @dataclass(frozen=True, kw_only=True)
 class Study(StudyKeys):
-    """A study with the tables of its base, which may need varied keys to be a design, and the rows of its points.
+    """A study: many designs around a base design, and the numbers that are wanted of each.
+
+    `docs/studies.md` explains the keys of a study file.
+
+    Attributes
+    ----------
+    name : str
+        Name of the study, from its file.
+    base : DesignTables
+        Tables of the base design. They may need the varied keys to be a whole design.
+    how : "sobol", "grid", "points", "search" or "sensitivity"
+        How points are drawn.
+    vary : dict of str to Variation
+        Range or list of values of each varied key.
+    rows : tuple of tuple
+        Values of each point that a file of points gives; empty for others.
+    wanted : tuple of str
+        Keys of report.json that are stored for each point.
+    samples : int
+        Number of points to draw.
+    seed : int
+        Seed of the random numbers.
+    tol : float
+        Allowed relative error of the springs [1].
+    level : "contact", "flexures" or "files"
+        The least that is solved for each point.
+    goal : Goal
+        What `pipeline optimise` minimises, and the verdicts that must pass.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed, or does not agree with another one.
 
     Examples
     --------
@@ -218,12 +250,22 @@ def front_number(value: object) -> object:
 
 
 def read_study(path: Path) -> Study:
-    """Return the study of a TOML file; raises InputError for an unknown key, which names the closest known one.
+    """Return the study of a study file.
 
     Parameters
     ----------
     path : Path
-        A study file.
+        The study file, in TOML.
+
+    Returns
+    -------
+    Study
+        The study, whose keys are all checked.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, a key is unknown, or a value is not allowed.
 
     Examples
     --------

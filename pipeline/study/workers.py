@@ -127,14 +127,24 @@ def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractConte
 
 @contextmanager
 def process_engine(processes: int | None = None) -> Iterator[Engine]:
-    """Yield an engine of processes on this machine, by default one for each core; each has one thread.
+    """Start the processes that solve the points of a study, for a `with` statement.
 
-    Raises InputError for an invalid number.
+    Each process has one thread. All of them end with the statement.
 
     Parameters
     ----------
     processes : int, optional
-        The number of processes; by default the number of cores.
+        The number of processes; by default one for each core.
+
+    Yields
+    ------
+    Engine
+        The engine for `run_study`, which may serve several studies.
+
+    Raises
+    ------
+    InputError
+        If the number of processes is less than 1 or too large.
 
     Examples
     --------

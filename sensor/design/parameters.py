@@ -185,10 +185,39 @@ _OF_HOUSING = ("press.attitude", "print.max_length_mm", "print.E_MPa", "print.mo
 
 @dataclass(frozen=True, kw_only=True)
 class Design:
-    """A whole design: the contents of `designs/*.toml` and of the design in `report.json`.
+    """A whole design: what the sensor must reach, its fruit, tips, press and print process.
 
-    Without targets, the springs are given, and P_max and NL are results. With a reading, the design is judged by the
-    modulus that it reads. `printer` is a process of the user's own, whose name must be `print.process`.
+    `docs/design-file.md` lists the keys of each table with their units and bounds.
+
+    Attributes
+    ----------
+    name : str
+        Name of the design, which its output shows.
+    targets : Targets or None
+        Force ratio P_max and nonlinearity NL that size the springs. Without targets both are results.
+    springs : GivenSprings
+        Spring stiffnesses [N/m] of a design without targets.
+    fruit : Fruit
+        Shape, size [mm] and moduli [MPa] of the fruit.
+    tips : Tips
+        Layout, shape and size [mm] of the tips.
+    press : Press
+        Travel [mm] and tilt of the press.
+    reading : Reading or None
+        Limits for the error of the modulus that the sensor reads, and the scatter of fruit and poses.
+    readout : Readout or None
+        Amplifier and board that measure the deflections.
+    bench : Bench or None
+        Weights and gauge for calibration.
+    print : Print
+        Print process, and dimensions of the print.
+    printer : Process or None
+        A process of your own, whose name is `print.process`.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed, or does not agree with another one.
 
     Examples
     --------

@@ -26,7 +26,7 @@ _STIFFEST = -14.0  # ln(K_m,max / K_h) of a practically rigid high spring
 
 @dataclass(frozen=True, kw_only=True)
 class Springs:
-    """The low and the high spring stiffness [N/mm].
+    """The stiffnesses of the low and the high spring.
 
     Parameters
     ----------
@@ -34,6 +34,11 @@ class Springs:
         Stiffness of the low spring [N/mm].
     K_h : float
         Stiffness of the high spring [N/mm].
+
+    Raises
+    ------
+    ValueError
+        If a stiffness is not greater than 0 and finite.
 
     Examples
     --------
@@ -78,7 +83,7 @@ def spring_give(K: float, K_m: FloatOrArray, travel: FloatOrArray) -> FloatOrArr
 
 
 def force_ratio(springs: Springs, K_m: float, stiffness_ratio: float = 1.0) -> float:
-    """Return P = F_h / F_l at fruit stiffness K_m [1], (3).
+    """Return the force ratio P = F_h / F_l of two springs on a fruit, by the paper's equation (3).
 
     Parameters
     ----------
@@ -86,8 +91,13 @@ def force_ratio(springs: Springs, K_m: float, stiffness_ratio: float = 1.0) -> f
         The two springs [N/mm].
     K_m : float
         Stiffness of the fruit under the low tip [N/mm].
-    stiffness_ratio : float
+    stiffness_ratio : float, optional
         Fruit stiffness under the high tip over that under the low tip [1].
+
+    Returns
+    -------
+    float
+        The force ratio [1].
 
     Examples
     --------
@@ -104,9 +114,9 @@ def series_ratio(K_l: float, K_h: float, K_m_low: float, K_m_high: float) -> flo
 
 
 def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) -> float:
-    """Return the fruit stiffness K_m at which the force ratio is P, (4), whether P is linear or not [N/mm].
+    """Return the stiffness of the fruit from the force ratio of two springs, by the paper's equation (4).
 
-    Raises ValueError unless stiffness_ratio < P < K_h / K_l, the range that the springs can show.
+    It holds for any NL: P need not be linear over the stiffness.
 
     Parameters
     ----------
@@ -114,8 +124,18 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
         The two springs [N/mm].
     P : float
         Force ratio F_h / F_l [1].
-    stiffness_ratio : float
+    stiffness_ratio : float, optional
         Fruit stiffness under the high tip over that under the low tip [1].
+
+    Returns
+    -------
+    float
+        The stiffness of the fruit under the low tip [N/mm].
+
+    Raises
+    ------
+    ValueError
+        Unless stiffness_ratio < P < K_h / K_l, the range of the springs.
 
     Examples
     --------
@@ -198,16 +218,14 @@ def size_springs(
     stiffness_ratio: float = 1.0,
     stiffening: Sequence[float] = (),
 ) -> Springs:
-    """Return the springs with force ratio P_max and nonlinearity NL at fruit stiffness K_m,max [N/mm].
+    """Return the springs for a force ratio P_max and a nonlinearity NL on the firmest fruit, in closed form.
 
-    Solves (7) and (10) of the paper. With r = K_m,max / K_h, for stiffness ratio 1, the nonlinearity is
+    They solve the paper's equations (7) and (10). With r = K_m,max / K_h, for stiffness ratio 1, the nonlinearity is
 
         NL = r / (4 + 2 r) at mid-range,    NL = (s - 1) / (s + 1) with s = sqrt(1 + r) at its largest.
 
-    Either gives r in closed form, and r gives K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`, as in
-    `nonlinearity`, r is found numerically: NL rises with r from its value under rigid springs, which the skin causes.
-    Raises ValueError outside P_max > stiffness_ratio, 0 < NL < 0.5, K_m_max > 0, and for an NL that a skin already
-    exceeds.
+    Either gives r in closed form, and r gives K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`, r is found
+    numerically: NL rises with r from its value under rigid springs, which the skin causes.
 
     Parameters
     ----------
@@ -217,12 +235,22 @@ def size_springs(
         Nonlinearity of P over the stiffness of the fruit [1].
     K_m_max : float
         Stiffness of the firmest fruit [N/mm].
-    definition : "mid-range" or "largest"
-        Where NL is taken.
-    stiffness_ratio : float
+    definition : "mid-range" or "largest", optional
+        Where NL is taken: at half of K_m_max, or where it is largest.
+    stiffness_ratio : float, optional
         Fruit stiffness under the high tip over that under the low tip [1].
-    stiffening : sequence of float
-        Stiffness of a fruit with a skin at several moduli, as in `nonlinearity`.
+    stiffening : sequence of float, optional
+        Stiffness over K_m_max [1] of a fruit with a skin, at nearly no modulus and at equal steps up to the largest.
+
+    Returns
+    -------
+    Springs
+        The low and the high spring.
+
+    Raises
+    ------
+    ValueError
+        Unless P_max > stiffness_ratio, 0 < NL < 0.5 and K_m_max > 0, or if the skin already causes a larger NL.
 
     Examples
     --------

@@ -1,0 +1,54 @@
+"""The section Attributes of a docstring in numpydoc form, from the unit and meaning that fields declare."""
+
+import dataclasses
+import inspect
+import re
+import textwrap
+from collections.abc import Iterator
+from typing import Any, TypeVar
+
+from sensor.quantity import key_of
+
+Kind = TypeVar("Kind", bound=type[Any])
+
+_EXAMPLES = "\n\nExamples\n--------\n"
+_WIDTH = 100
+_LINK = re.compile(r"\[([^]]+)\]\([^)]+\)")
+_FIRST_CLAUSE = re.compile(r"(?=; |\. )|$")
+_MODULE = re.compile(r"\b(?:\w+\.)+(?=\w)")
+
+
+def with_attributes(kind: Kind) -> Kind:
+    """Add the section Attributes to the docstring of a record, in front of its examples.
+
+    Each attribute has its type, and the unit and meaning of its field. A name in JSON that differs follows.
+    """
+    if kind.__doc__ is not None:  # Python leaves docstrings out if it is asked to
+        before, title, examples = inspect.cleandoc(kind.__doc__).partition(_EXAMPLES)
+        lines = [line for item in dataclasses.fields(kind) for line in _entry(item)]
+        kind.__doc__ = "\n".join([before, "", "Attributes", "----------", *lines]) + title + examples
+    return kind
+
+
+def _entry(item: dataclasses.Field[Any]) -> Iterator[str]:
+    """Yield the lines of one attribute: its name and type, and below them its meaning."""
+    data = item.metadata
+    kind = _type_name(item.type)
+    meaning = re.sub(r"\bnull\b", "None", _LINK.sub(r"\1", data["meaning"]))
+    unit = data.get("attribute_unit", data["unit"])
+    if unit and not kind.startswith("int"):  # a count needs none
+        meaning = _FIRST_CLAUSE.sub(f" [{unit}]", meaning, count=1)
+    text = f"{meaning[0].upper()}{meaning[1:]}."
+    key = key_of(item)
+    if key != item.name:
+        text += f" In JSON: {key if '`' in key else f'`{key}`'}."
+    yield f"{item.name} : {kind}"
+    yield from textwrap.wrap(text, _WIDTH, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
+
+
+def _type_name(kind: object) -> str:
+    """Return the annotation of a field in words, without the modules of its types."""
+    text = kind.__name__ if isinstance(kind, type) else str(kind)
+    text = _MODULE.sub("", text).replace(" | ", " or ")
+    text = re.sub(r"dict\[(\w+), (.+)\]", r"dict of \1 to \2", text)
+    return re.sub(r"(tuple|list)\[([^]]+?)(, \.\.\.)?\]", r"\1 of \2", text)
