@@ -13,6 +13,7 @@ DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent))
 
 
+from docs.docstrings import GROUPS, docstring, linked_pages, reference  # noqa: E402
 from instrument.calibrate.calibration import Calibration  # noqa: E402
 from instrument.compress.modulus import CompressionResult  # noqa: E402
 from instrument.press.fruit_of_presses import FruitAnswer  # noqa: E402
@@ -25,7 +26,12 @@ from sensor.design.fruits import FRUITS, RANGES  # noqa: E402
 from sensor.design.processes import PROCESSES, Process  # noqa: E402
 from twintip.commands.simulate import Simulation  # noqa: E402
 
-PAGES = ("design-file.md", "words.md", "report-json.md", "read-a-fruit.md", "modulus.md", "presets.md", "simulate.md")
+PAGES = (
+    *("design-file.md", "words.md", "report-json.md", "read-a-fruit.md", "modulus.md", "presets.md", "simulate.md"),
+    *("python.md", "python-names.md"),
+)
+NAMES_MARK = "<!-- public names -->\n"
+"""What stands in python-names.md before the first name."""
 _TABLE = re.compile(r"(<!-- (\w+): (.+) -->\n)(?:\|.*\n)*")
 
 Rows = Iterator[tuple[str, ...]]
@@ -34,7 +40,9 @@ Rows = Iterator[tuple[str, ...]]
 
 def page(name: str) -> str:
     """Return a page with its tables as they are now."""
-    return _TABLE.sub(table, (DOCS / name).read_text(encoding="utf-8"))
+    text = _TABLE.sub(table, (DOCS / name).read_text(encoding="utf-8"))
+    before, mark, _ = text.partition(NAMES_MARK)
+    return f"{before}{mark}\n{reference()}" if mark else text
 
 
 def table(found: re.Match[str]) -> str:
@@ -134,6 +142,14 @@ def keys_of_answer(command: str) -> Rows:
             yield key if "`" in key else f"`{key}`", item.metadata["unit"], item.metadata["meaning"]
 
 
+def public_names(package: str) -> Rows:
+    """Yield the public names of the package, each with the first line of its docstring."""
+    yield "name", "what it is"
+    for name in (name for names in GROUPS.values() for name in names):
+        link = f"[`{package}.{name}`](python-names.md#{package}{name.lower()})"
+        yield link, linked_pages(docstring(name).summary)
+
+
 TABLES: dict[str, Callable[[str], Rows]] = {
     "design": design_keys,
     "processes": processes,
@@ -141,6 +157,7 @@ TABLES: dict[str, Callable[[str], Rows]] = {
     "words": words,
     "keys": keys_of_report,
     "answer": keys_of_answer,
+    "names": public_names,
 }
 """What yields the table behind a comment, by the word before its colon."""
 

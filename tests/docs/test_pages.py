@@ -112,6 +112,7 @@ def test_every_generated_table_stands_on_a_page():
         "answer: prove",
         "answer: readings",
         "answer: simulate",
+        "names: twintip",
     }
     assert {comment for comment in told if not comment.startswith("keys: ")} == asked
 

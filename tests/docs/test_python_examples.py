@@ -9,6 +9,7 @@ import pytest
 from stand_ins import result_of
 
 import twintip
+from docs.docstrings import docstring
 from pipeline.report.outputs import write_outputs
 from sensor.quantity import STANDARD_GRAVITY
 
@@ -16,11 +17,6 @@ ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
 STIFFNESS = {"low": 1.0, "high": 22.0}  # [N/mm] of the printed springs
 RUNS, CUTS, READS, CALIBRATES, TESTS, FORMULAS = re.findall(r"(?ms)^```python\n(.+?)^```", PAGE)
-
-
-def attributes():
-    """Return the attributes in the page's table."""
-    return re.findall(r"^\| `(\w+)` \|", PAGE, flags=re.MULTILINE)
 
 
 def run_example(text, **names):
@@ -39,8 +35,9 @@ def test_example_runs(tmp_path, monkeypatch, capsys):
     assert printed[0] == "passed"
     (NL,) = (float(line.split()[1]) for line in printed if line.startswith("NL "))
     assert pytest.approx(0.06, abs=0.001) == NL
-    assert len(attributes()) > 5
-    assert [name for name in attributes() if not hasattr(result, name)] == []
+    attributes = docstring("SensorResult").sections["Attributes"]
+    assert len(attributes) > 5
+    assert [each.name for each in attributes if not hasattr(result, each.name)] == []
     assert [path.name for path in (tmp_path / "outputs").iterdir()] == ["mine"]
     assert (tmp_path / "outputs" / "mine" / "report.json").is_file()
 
