@@ -188,7 +188,8 @@ class FruitReading:
     )
     relaxation: float | None = report_field(
         "1",
-        "of [flesh that relaxes](#flesh-that-relaxes): the apparent modulus late in the hold over that at its start",
+        "for [flesh that relaxes](#flesh-that-relaxes): the apparent modulus late in the hold over its value at the "
+        "start",
         key="relaxation_ratio",
         left_out=True,
         default=None,

@@ -67,7 +67,7 @@ def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked, count: Count
     """Return the log of the presses on the fruit; `count` is called with the number of solved presses."""
     rng = asked.numbers(1)
     now = unit.in_other_air(report, rng) if asked.noise else unit
-    turn = report.design.tips.tip_layout.turn_deg or 0.0  # without one, presses are alike
+    turn = report.design.tips.tip_layout.turn_deg or 0.0  # without a turn, all presses stand in the same way
     hand = hand_of(report, asked.relaxation)
     presses = []
     for number in range(asked.presses):

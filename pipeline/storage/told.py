@@ -132,7 +132,7 @@ def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
 
 
 def _with_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Converter) -> Plain:
-    """Return data in which the record of a flat field stands for its keys: None if the data say that there is none."""
+    """Return data in which the record of a flat field replaces its keys; the record is None if the data deny it."""
     kind = item.metadata["flat"]
     keys = told_fields(kind)
     part = {key: value for key, value in data.items() if key in keys}
