@@ -1,8 +1,8 @@
 """A quarter of a curved fruit under a central pair of tips, in curved quadratic tetrahedra by gmsh.
 
-Nothing is shared with the bent mesh of the product. The geometry is CadQuery's, the mesh gmsh's, the elements are
-others, and the load has no closed form beside it. What these meshes miss of the tips is that of a block on a mesh of
-the same sizes. Its answer is known, and their difference counts.
+It shares nothing with the bent mesh of the product: the geometry is from CadQuery, the mesh from gmsh, the elements
+are different, and no closed form is added to the load. The discretisation error under the tips is nearly equal for a
+block on a mesh of the same sizes, whose solution is known. So only differences between fruit and block are used.
 """
 
 from dataclasses import replace
@@ -27,13 +27,13 @@ from solve.fruit.smooth_load import least_deviation
 from solve.fruit.split import tip_footprints
 from solve.linear import factorise
 
-FACETED = 0.05  # of a volume or an area, before the midpoints of the edges are moved to the skin
-NEAR = 1e-6  # [mm]
-NEAR_BOX_MM = 1e-3  # the box about a curved face is wider than it
+FACETED = 0.05  # relative error of volume or area while midpoints of edges are not yet moved to the skin
+NEAR = 1e-6  # tolerance of coordinates [mm]
+NEAR_BOX_MM = 1e-3  # margin by which the kernel's box around a curved face is larger than the face
 
 
 def is_curved(face: cq.Face) -> bool:
-    """Return whether a face is of the skin."""
+    """Return whether a face belongs to the skin."""
     return face.geomType() != "PLANE"
 
 
@@ -52,7 +52,7 @@ def curved_quarter(fruit: Fruit, tips: Tips) -> Part:
     whole = whole_fruit(fruit, tips)
     far = whole.BoundingBox().DiagonalLength
     quarter = whole.intersect(cq.Solid.makeBox(far, far, 2.0 * far, cq.Vector(0.0, 0.0, -far))).Solids()[0]
-    half_tip = 0.5 * tips.side_mm + 1e-3  # with room for the digits of the kernel
+    half_tip = 0.5 * tips.side_mm + 1e-3  # with a margin for the tolerance of the kernel
     start, end = tips.centres_mm[1] - half_tip, tips.centres_mm[1] + half_tip
 
     def under_tip(face: cq.Face) -> bool:
@@ -65,7 +65,7 @@ def curved_quarter(fruit: Fruit, tips: Tips) -> Part:
 
 
 def sizes(tips: Tips, scale: float, growth: float, largest: float) -> SizeField:
-    """Return the size field [mm]: `scale` as in mesh/fruit.py at the outline of the tip."""
+    """Return the size field [mm]; `scale` multiplies the size at the outline of the tip, as in `edge_size`."""
     smallest, cuts = edge_size(tips, scale), ("symmetry_x", "symmetry_y")
     return SizeField(smallest_mm=smallest, growth=growth, largest_mm=largest, faces=("high_tip",), cuts=cuts)
 
@@ -77,14 +77,14 @@ def block_mesh(fruit: Fruit, tips: Tips, size: SizeField) -> MeshTet2:
 
 
 def bent_by_height(mesh: MeshTet2, fruit: Fruit) -> MeshTet2:
-    """Return the mesh of a block, its columns shortened to those of a piece of fruit."""
+    """Return the mesh of a block, bent to a piece of fruit by shortening its vertical columns."""
     x, y, z = mesh.doflocs
     fall = np.vectorize(fruit.fall_mm)(x, y)
     return replace(mesh, doflocs=np.stack([x, y, -fall + z * (1.0 - fall / fruit.depth_mm)]))
 
 
 def curved_mesh(fruit: Fruit, tips: Tips, size: SizeField) -> MeshTet2:
-    """Return the mesh [mm] of a quarter of the solid, with the midpoints of its skin's edges on the ellipsoid."""
+    """Return the mesh [mm] of a quarter of the solid, with the midpoints of edges of the skin on the ellipsoid."""
     straight = volume_mesh(curved_quarter(fruit, tips), size, tolerance=FACETED)
     curved = MeshTet2.from_mesh(straight)
     skin = np.concatenate([straight.boundaries["top"], straight.boundaries["high_tip"]])
@@ -95,9 +95,9 @@ def curved_mesh(fruit: Fruit, tips: Tips, size: SizeField) -> MeshTet2:
 
 
 def _on_skin(places: np.ndarray, fruit: Fruit) -> np.ndarray:
-    """Return points near the skin of a fruit (3, n) [mm] moved onto its ellipsoid.
+    """Return points near the skin of a fruit (3, n) [mm], moved onto its ellipsoid.
 
-    Those of a whole fruit move towards its centre, but for points of its base, which stay at their height. Those of a
+    Points of a whole fruit move towards its centre, except for points of its base, which keep their height. Points of a
     piece move along z.
     """
     radius = fruit.radius_mm or 0.0  # a curved fruit has one
@@ -115,10 +115,10 @@ def _on_skin(places: np.ndarray, fruit: Fruit) -> np.ndarray:
 
 
 def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, plan: MeshTet1 | None = None) -> float:
-    """Return s11 - s12 [1/mm] under normal distributions as wide as rigid tips sink into a half-space.
+    """Return s11 - s12 [1/mm] under smooth loads, normal distributions with the half-space compliance of rigid tips.
 
-    Loads and answers are along the normals of a skin that falls by `slope` at the tips; 0 for the vertical. `plan` is
-    the mesh before it was bent by height, whose top is the plan over which the loads are spread.
+    Loads and displacements are along the normals of a skin that falls by `slope` at the tips, or vertical for 0. `plan`
+    is the mesh before bending by height; loads are then distributed over its flat top.
     """
     deviation, centre = least_deviation(tip_footprints(tips)[1]), tips.centres_mm[1]
     basis = vector_basis(mesh, ElementTetP2(), 4)
@@ -127,7 +127,7 @@ def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, 
     surface = FacetBasis(plan or mesh, ElementVector(ElementTetP2()), facets=skin, intorder=8)
 
     def density(x: np.ndarray, place: float) -> np.ndarray:
-        """Return the density of a unit load about a place on the x axis [1/mm^2], seen from above."""
+        """Return the density of a unit load around a place on the x axis, per area in plan [1/mm^2]."""
         square = (x[0] - place) ** 2 + x[1] ** 2
         return np.exp(-0.5 * square / deviation**2) / (2.0 * np.pi * deviation**2)
 
@@ -135,7 +135,7 @@ def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, 
 
     @LinearForm
     def opposed(v: Any, w: Any) -> Floats:
-        """Return the work of the load under one tip less that under the other; w.n[2] makes a plan of the surface."""
+        """Return the work of opposite loads under the tips; the factor w.n[2] projects the surface to its plan."""
         right, left = density(w.x, centre), density(w.x, -centre)
         return ((right - left) * up * v[2] + (right + left) * along * v[0]) * w.n[2]
 
@@ -147,10 +147,10 @@ def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, 
 
 
 def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
-    """Return the change of s11 - s12 along the normals by the shape of a piece [1/mm], from a mesh bent by height.
+    """Return the change of s11 - s12 along the normals by the curvature of a piece [1/mm], on a mesh bent by height.
 
-    It is under loads that are round along the skin. Those of the mesh are round as seen from above, on a slope s longer
-    by sqrt(1 + s^2) down it. This takes s^2 / 4 off their own compliance.
+    It is for loads that are round on the skin. The loads on the mesh are round in plan, so on a slope s they are longer
+    downhill by sqrt(1 + s^2). This reduces their own compliance by the share s^2 / 4, which is added again.
     """
     shape, place = CurvedShape(fruit, Plan(0.0, 0.0)), tips.centres_mm[1]
     sharper = LOG_OFFSET * shape.mean_curvature(place, 0.0) * log_coefficient(fruit.poisson, 0.0)
@@ -162,7 +162,7 @@ def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
 
 
 def solid_change(fruit: Fruit, tips: Tips, size: SizeField) -> float:
-    """Return the change of s11 - s12 from the equivalent block to the solid [1/mm], on meshes of the same sizes."""
+    """Return the change of s11 - s12 from the equivalent block to the curved solid [1/mm], on meshes of equal sizes."""
     shape, place = CurvedShape(fruit, Plan(0.0, 0.0)), tips.centres_mm[1]
     curvature = shape.mean_curvature(place, 0.0)
     sharper = LOG_OFFSET * curvature * log_coefficient(fruit.poisson, shape.slope(place, 0.0))

@@ -1,7 +1,7 @@
-"""A level sensor of two springs whose tips go deep: what it shows, and what the linear law reads from that.
+"""A level sensor with two springs at deep indentation: its force ratio, and the error of the linear law.
 
-The fruit under a tip carries K_m g(d) d, and its spring K (x - d). d is the indentation and g the factor of large
-strain at d over the tip's side. Lengths in mm, forces in N.
+The fruit under a tip carries K_m g(d) d, and its spring K (x - d). Here d is the indentation, x the travel, and g the
+factor of large strain, a function of d over the side of the tip. Lengths in mm, forces in N.
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from solve.fruit.split import split_compliance
 
 @dataclass(frozen=True, kw_only=True)
 class DeepPress:
-    """Two springs under tips of a side [mm] on flesh of a Poisson's ratio [1] and a law."""
+    """Two springs with tips of a side [mm], on flesh with a Poisson's ratio [1] and a law of large strain."""
 
     springs: Springs
     side: float
@@ -25,27 +25,27 @@ class DeepPress:
     law: FleshLawName = "neo-hooke"
 
     def force(self, K: float, K_m: float, travel: float) -> float:
-        """Return the force of a tip on a spring K and a fruit K_m [N/mm], at a travel [mm]."""
+        """Return the force of a tip between a spring K and a fruit K_m [N/mm], at a travel [mm]."""
         return K * (travel - self._depth(K, K_m, travel))
 
     def ratio(self, K_m: float, travel: float) -> float:
-        """Return P [1] on a fruit of stiffness K_m [N/mm] at a travel [mm]."""
+        """Return the force ratio P [1] on a fruit of stiffness K_m [N/mm] at a travel [mm]."""
         soft, stiff = (self.force(K, K_m, travel) for K in self.springs.stiffnesses)
         return stiff / soft
 
     def drift(self, K_m: float, travels: tuple[float, ...]) -> float:
-        """Return P at the last travel over P at the first, less 1 [1]; travels in mm."""
+        """Return the relative change of P from the first to the last travel [1]; travels in mm."""
         return self.ratio(K_m, travels[-1]) / self.ratio(K_m, travels[0]) - 1.0
 
     def bias(self, K_m: float, travel: float) -> float:
-        """Return how far the linear law (4) reads E off from P at a travel [mm], as a share of E [1].
+        """Return the relative error [1] of E when the linear law (4) reads it from P at a travel [mm].
 
-        Raises ValueError where P is out of the range that the springs can show.
+        Raises ValueError if P is outside the range of the springs.
         """
         return fruit_stiffness(self.springs, self.ratio(K_m, travel)) / K_m - 1.0
 
     def _depth(self, K: float, K_m: float, travel: float) -> float:
-        """Return the indentation [mm] at which spring and fruit carry the same."""
+        """Return the indentation [mm] at which spring and fruit carry equal forces."""
 
         def spring_bears_more(depth: float) -> bool:
             flesh = K_m * float(large_strain_factor(depth / self.side, self.poisson, self.law)) * depth
@@ -59,9 +59,10 @@ FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]
 
 
 def accuracy_rows() -> Iterator[str]:
-    """Yield the rows of the table in docs/measurements.md: what large strain does to the paper's press on 1 MPa.
+    """Yield the rows of the table in docs/measurements.md on the effect of large strain on the paper's press at 1 MPa.
 
-    For each Poisson's ratio and law: P, linear and large at both ends of the travel, its change, and the error of E.
+    Each row has a Poisson's ratio, a law, P by the linear law and at both ends of the travel, the change of P, and the
+    errors of E.
     """
     for poisson in POISSONS:
         K_m = split_compliance(Fruit(poisson=poisson), Tips(), 1e-3).K_m_over_E()

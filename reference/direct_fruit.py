@@ -1,6 +1,6 @@
 """Two rigid, flat, frictionless tips pressed on the fruit, solved directly by finite elements.
 
-Under a tip u_z is prescribed and the tangential displacement free; the base is clamped.
+Under a tip, u_z is prescribed and the tangential displacement is free. The base is clamped.
 """
 
 import time
@@ -17,17 +17,17 @@ from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import TIPS, FruitCompliance, MeshCompliance
 from solve.linear import SolveError, check_cost, factorise
 
-Held = Mapping[str, Sequence[str]]  # components of the displacement fixed at zero, by boundary
+Held = Mapping[str, Sequence[str]]  # components of the displacement that are fixed at 0, by boundary
 
-EDGE_RATE = 1.0  # u ~ r^1/2 at the edge of a sharp tip: strain energy converges at first order in the size there
-BALANCE_LIMIT = 1e-8
-# Quadratic tetrahedra stiffen as nu tends to 0.5: what three meshes leave of that, found against the split
-# by tests/reference/fits/test_fruit.py.
+EDGE_RATE = 1.0  # u ~ r^1/2 at the edge of a sharp tip, so the energy converges at first order in the size there
+BALANCE_LIMIT = 1e-8  # largest unbalanced reaction over the largest reaction
+# Quadratic tetrahedra lock as nu tends to 0.5. These are the largest nu, and the relative error that remains after
+# extrapolation from three meshes, fitted to the split solution by tests/reference/fits/test_fruit.py.
 LOCKS_TO = 0.4999
-LOCKING = (4e-4, 3.2e-3, 0.4)  # at nu 0.45, growth from there, power of 1 - 2 nu
-WIDEST_ERROR = 0.1  # relative: a compliance known no better than this tells nothing of ripeness
-MIDDLE = "symmetry_x"  # plane through the middle of the fruit
-SIDE = "symmetry_y"  # plane along both tips
+LOCKING = (4e-4, 3.2e-3, 0.4)  # error at nu = 0.45, factor of its growth, power of 1 / (1 - 2 nu)
+WIDEST_ERROR = 0.1  # largest relative error of a compliance that still distinguishes ripeness
+MIDDLE = "symmetry_x"  # plane of symmetry between the tips
+SIDE = "symmetry_y"  # plane of symmetry through both tips
 FACES = tuple(f"{name}_tip" for name in TIPS)
 METHOD = "direct finite elements, quadratic tetrahedra, extrapolated"
 
@@ -35,9 +35,9 @@ METHOD = "direct finite elements, quadratic tetrahedra, extrapolated"
 def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance:
     """Return the compliance [1/mm] extrapolated from three graded meshes [mm] of one family, coarse to fine.
 
-    The meshes are of the quarter x, y >= 0 (tips central), of the half y >= 0 or of the whole block, told by their
-    boundaries. Raises SolveError before it starts when the finest would take too much memory. Raises it later when a
-    solve, the balance of reactions or the reciprocity of the loads fails, or when the error exceeds 10 %.
+    The meshes are of the quarter x, y >= 0 (central tips), of the half y >= 0, or of the whole block; their boundaries
+    show which. Raises SolveError at once if the finest mesh would need too much memory. Raises it later if a solve, the
+    balance of reactions or the reciprocity of loads fails, or if the error exceeds 10 %.
     """
     start = time.perf_counter()
     locked = locking(poisson)
@@ -45,13 +45,14 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     check_cost(3 * (finest.p.shape[1] + finest.edges.shape[1]))
     solved = [mesh_compliance(mesh, poisson) for mesh in meshes]
 
-    # The compliance of each tip by itself is extrapolated to elements of no size at its edge.
+    # The compliance of each tip under its own force is extrapolated to zero element size at its edge.
     sizes = [outline_size(mesh) for mesh in meshes]
     diagonals = np.array([np.diag(each.S) for each in solved])
     limits = [richardson(values, sizes, EDGE_RATE) for values in diagonals.T.tolist()]
     worst = max(limits, key=lambda limit: limit.error)
 
-    # Crosstalk hardly sees the edges: it is the finest mesh's, which extrapolation would only make noisier.
+    # Crosstalk hardly depends on the size at the edges. It is taken from the finest mesh, because extrapolation would
+    # only add noise.
     between = ~np.eye(len(TIPS), dtype=bool)
     coarser = solved[-2].S
     S = 0.5 * (solved[-1].S + solved[-1].S.T)
@@ -71,7 +72,7 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
 
 
 def locking(poisson: float) -> float:
-    """Return the relative error [1] that locking may leave; raises SolveError where it is out of bounds."""
+    """Return the relative error by locking [1]; raises SolveError for a Poisson's ratio above `LOCKS_TO`."""
     if poisson > LOCKS_TO:
         msg = f"fruit.poisson = {poisson:.6g}: must be at most {LOCKS_TO:g} for direct elements; they lock beyond"
         raise SolveError(msg)
@@ -82,21 +83,21 @@ def locking(poisson: float) -> float:
 def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
     """Return the compliance on one mesh [mm] of a quarter, a half or the whole block.
 
-    Each mode of it is at most the true one, for prescribed displacements overestimate the stiffness. Raises SolveError
-    as `direct_compliance` does.
+    Each mode of the compliance is at most the true one, because finite elements with prescribed displacements
+    overestimate the stiffness. Raises SolveError like `direct_compliance`.
     """
     basis = vector_basis(mesh, ElementTetP2(), order=2)
     K = stiffness_matrix(basis, 1.0, poisson)
     held: Held = {"base": ("u^1", "u^2", "u^3")}
-    fraction = 1.0  # of the force that the meshed part carries
+    fraction = 1.0  # share of the force of a tip that the meshed part carries
     if SIDE in mesh.boundaries:
         held = {**held, SIDE: ("u^2",)}
         fraction = 0.5
     if MIDDLE not in mesh.boundaries:
         stiffness = tip_stiffness(basis, K, held, FACES)
         return MeshCompliance(fraction * np.asarray(np.linalg.inv(stiffness), dtype=np.float64), int(basis.N))
-    # In a quarter one tip stands for both: the plane x = 0 says whether they press alike or against each other. The
-    # compliance of two equal tips is the half sum and the half difference of both modes.
+    # A quarter has one tip. The conditions on the plane x = 0 decide whether the other tip presses equally or
+    # oppositely. The compliances of two equal tips are half the sum and half the difference of these two modes.
     alike = tip_stiffness(basis, K, {**held, MIDDLE: ("u^1",)}, FACES[1:])[0, 0]
     against = tip_stiffness(basis, K, {**held, MIDDLE: ("u^2", "u^3")}, FACES[1:])[0, 0]
     even = 0.5 * fraction / alike
@@ -105,10 +106,10 @@ def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
 
 
 def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[str]) -> Floats:
-    """Return the stiffness of the tips over E [mm], shape (faces, faces), from the stiffness matrix K of the fruit.
+    """Return the stiffness of the tips over E [mm], (faces, faces), from the stiffness matrix K of the fruit.
 
-    Entry ij is the reaction on face i as face j is pressed in by 1 and the others are held. `held` names the
-    displacement components fixed at zero on each boundary. Raises SolveError when reactions do not balance or the loads
+    Entry ij is the reaction on face i when face j is pressed in by 1 and the others are held. `held` names the
+    displacement components that are fixed at 0 on each boundary. Raises SolveError if reactions do not balance or loads
     are not reciprocal.
     """
     under_tips = [basis.get_dofs(face).all("u^3") for face in faces]
@@ -125,9 +126,9 @@ def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[s
 
 
 def check_balance(stiffness: Floats, support: Floats) -> None:
-    """Raise SolveError unless the faces' reactions (faces, faces) balance the supports' (faces,), and are reciprocal.
+    """Raise SolveError unless the forces on faces (faces, faces) balance the supports (faces,) and are reciprocal.
 
-    Reciprocity is Betti's theorem: the force on one face from a press of another is the same when they change places.
+    Reciprocity is Betti's theorem: the stiffness is a symmetric matrix.
     """
     scale = float(np.abs(stiffness).max())
     unbalanced = float(np.abs(stiffness.sum(axis=0) + support).max())
@@ -147,7 +148,7 @@ def check_balance(stiffness: Floats, support: Floats) -> None:
 
 
 def outline_size(mesh: Mesh) -> float:
-    """Return the mean length [mm] of the mesh edges along the outline of the tips' footprints."""
+    """Return the mean length of the mesh edges along the outlines of the tips [mm]; planes of symmetry are left out."""
     tip_facets = [mesh.boundaries[face] for face in FACES if face in mesh.boundaries]
     edges, count = np.unique(mesh.f2e[:, np.concatenate(tip_facets)], return_counts=True)
     outline = edges[count == 1]

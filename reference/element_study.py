@@ -1,6 +1,6 @@
-"""Stiffness of both flexures with elements other than the product's, so that its choice can be measured.
+"""Stiffness of both flexures with other elements than in the product, to compare its choice with alternatives.
 
-It shares assembly and solver with `solve/flexure.py`, not the element, the integration or the loads.
+Assembly and linear solver are shared with the product; elements, integration and loads are not.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.stiffness import SPRINGS, tip_face, tip_stiffnesses
 from solve.linear import factorise
 
-# Element, and the degree that its quadrature integrates: in a hexahedron 3 means 2^3, 5 means 3^3 Gauss points.
+# Elements, with the degree that their quadrature integrates; in a hexahedron 3 means 2^3, and 5 means 3^3 Gauss points.
 CHOICES = {
     "hex 20, reduced": (ElementHexS2, 3),
     "hex 20, full": (ElementHexS2, 5),
@@ -36,16 +36,16 @@ CHOICES = {
 
 @dataclass(frozen=True, kw_only=True)
 class ElementStiffness:
-    """Stiffness of each tip [N/mm] on one mesh with one element, and its dofs."""
+    """Stiffness of each tip [N/mm] on one mesh with one kind of element, and the number of dofs."""
 
     K: tuple[float, ...]
     dofs: int
 
 
 def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> ElementStiffness:
-    """Return the stiffnesses of the housing, or of its half where a boundary `symmetry` says so [N/mm from MPa, mm].
+    """Return the stiffnesses of a housing [N/mm] from a mesh [mm] of it, or of its half with a boundary `symmetry`.
 
-    Raises InputError for an unknown choice of element, SolveError when a solve is not exact.
+    E is in MPa. Raises InputError for an unknown element, and SolveError if a solve is not accurate.
     """
     basis = element_basis(mesh, choice)
     half = "symmetry" in (mesh.boundaries or {})
@@ -58,7 +58,7 @@ def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> Elem
 
 
 def element_basis(mesh: Mesh, choice: str) -> CellBasis:
-    """Return the displacement basis of a choice of element; raises InputError for an unknown one."""
+    """Return the displacement basis for an element of `CHOICES`; raises InputError for an unknown one."""
     if choice not in CHOICES:
         raise validation_error("element", choice, "", f"one of {', '.join(CHOICES)}", "choose one of these")
     element, order = CHOICES[choice]
@@ -68,7 +68,7 @@ def element_basis(mesh: Mesh, choice: str) -> CellBasis:
 def face_mean(basis: CellBasis, name: str) -> Floats:
     """Return the vector (dofs,) whose product with displacements is the mean of u_z over a face.
 
-    It is also the load of 1 N that is spread evenly over the face.
+    It is also the load vector of 1 N that is uniform over the face.
     """
     face = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundaries[name], intorder=4)
     total = np.zeros(basis.N)

@@ -1,22 +1,22 @@
-"""The limit of a number on meshes without size, estimated from three meshes (Richardson)."""
+"""Richardson extrapolation: the limit of a number at zero mesh size, estimated from three meshes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from scipy.optimize import brentq
 
-RATE_BAND = (0.5, 2.0)  # of the expected rate: outside, the meshes are not yet in the range where the rate holds
-_SEARCH = (0.05, 10.0)  # of the expected rate: where an observed rate is looked for
-_WIDE = 3.0  # factor where the observed rate is not sane; P. J. Roache, J. Fluids Eng. 116, 1994
-_LEAST = 0.15  # of the last correction: twice the scatter of limits over families of unstructured meshes
-_SAME = 1e-12  # relative: differences under this are round-off of the solve
+RATE_BAND = (0.5, 2.0)  # observed over expected rate; outside, the meshes are not in the asymptotic range
+_SEARCH = (0.05, 10.0)  # range of the search for the observed rate, over the expected rate
+_WIDE = 3.0  # safety factor if the observed rate is outside the band; P. J. Roache, J. Fluids Eng. 116, 1994
+_LEAST = 0.15  # least error over the last correction: twice the scatter of limits over families of meshes
+_SAME = 1e-12  # relative difference below which values differ only by round-off
 
 
 @dataclass(frozen=True, kw_only=True)
 class Extrapolated:
-    """A limit value, the half width of its error bar [unit of the value], the observed rate and how it was found.
+    """A limit, the half width of its error bar [unit of the value], the observed rate, and a sentence on the method.
 
-    `rate` is None where none was observed.
+    `rate` is None if no rate was observed.
     """
 
     value: float
@@ -28,8 +28,8 @@ class Extrapolated:
 def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: float) -> Extrapolated:
     """Return the limit of values on three meshes, coarse to fine, at size zero [unit of the values].
 
-    Their error is C h^rate. The value is the limit at the expected rate; the observed rate must be sane, and the bar
-    holds its limit too. Without a sane observed rate the error is wide and the status says so.
+    The error of a value is assumed to be C h^rate. The limit uses the expected rate, and its bar includes the limit at
+    the observed rate. If the observed rate is outside `RATE_BAND`, the bar is wide and the status says so.
     L. F. Richardson, Phil. Trans. R. Soc. A 226, 1927; P. J. Roache, J. Fluids Eng. 116, 1994.
     """
     coarse, middle, fine = values
@@ -46,13 +46,14 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
     correction = last_step / (last_ratio**expected_rate - 1.0)
     limit = fine + correction
     rate = _observed_rate(first_step / last_step, sizes, expected_rate)
-    # How far the limits at the observed and at the expected rate lie apart.
+    # The difference between the limits at the observed and at the expected rate.
     spread = 0.0 if rate is None else abs(last_step / (last_ratio**rate - 1.0) - correction)
 
     low = RATE_BAND[0] * expected_rate
     high = RATE_BAND[1] * expected_rate
     if rate is not None and low <= rate <= high:
-        # The scatter of unstructured meshes moves the limit at the observed rate several times as far as the other one.
+        # The limit at the expected rate is used, because the scatter of unstructured meshes changes the limit at the
+        # observed rate several times as much.
         status = f"extrapolated from three meshes at rate {expected_rate:g} (observed {rate:.2f})"
         return Extrapolated(value=limit, error=max(spread, _LEAST * abs(correction)), rate=rate, status=status)
     observed = "no rate was observed" if rate is None else f"the observed rate {rate:.2f} is not {low:g} to {high:g}"
@@ -65,13 +66,13 @@ def _observed_rate(step_quotient: float, sizes: Sequence[float], expected_rate: 
     """Return the rate [1] that explains the first step between three meshes over the last one.
 
     `step_quotient` is (middle - coarse) / (fine - middle), `sizes` the three sizes of elements from coarse to fine.
-    None where no rate from 0.05 to 10 times the expected one does.
+    Return None if no rate from 0.05 to 10 times the expected one fits.
     """
     first_ratio = sizes[0] / sizes[1]
     last_ratio = sizes[1] / sizes[2]
 
     def excess(rate: float) -> float:
-        """Return the quotient of the steps that a rate predicts, less the one that was seen."""
+        """Return the quotient of the steps that a rate predicts, minus the observed quotient."""
         return float((first_ratio**rate - 1.0) / (1.0 - last_ratio**-rate) - step_quotient)
 
     slowest = _SEARCH[0] * expected_rate

@@ -1,4 +1,4 @@
-"""Tetrahedra and triangles of second order, and neo-Hookean flesh at finite strain in them, in the tensor form."""
+"""Tetrahedra and triangles of second order, and neo-Hookean flesh at finite strain in tensor form."""
 
 from collections.abc import Sequence
 
@@ -6,11 +6,14 @@ import numpy as np
 
 from sensor.arrays import Floats, Ints
 
-EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))  # of the nodes 4 to 9 of a tetrahedron of gmsh
+EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))  # ends of the edges with nodes 4 to 9 in gmsh's tetrahedron
 
 
 def shapes(points: Floats, edges: Sequence[tuple[int, int]]) -> tuple[Floats, Floats]:
-    """Return the functions of second order of a simplex and their slopes, (nodes, points) and (nodes, points, dim)."""
+    """Return the quadratic shape functions of a simplex, (nodes, points), and their gradients, (nodes, points, dim).
+
+    `points` (dim, points) are local coordinates; `edges` are the corners at the ends of the edges with midpoints.
+    """
     dim, count = points.shape
     corners = np.concatenate([1.0 - points.sum(axis=0, keepdims=True), points])
     steep = np.concatenate([-np.ones((1, dim)), np.eye(dim)])[:, None] * np.ones((count, 1))
@@ -23,10 +26,11 @@ def shapes(points: Floats, edges: Sequence[tuple[int, int]]) -> tuple[Floats, Fl
 
 
 def flesh(u: Floats, solid: Ints, slope: Floats, weight: Floats, poisson: float) -> tuple[Floats, Floats]:
-    """Return the forces at the nodes of neo-Hookean elements and their stiffness, (m, 30) and (m, 30, 30), E = 1.
+    """Return nodal forces (m, 30) and tangent stiffness (m, 30, 30) of neo-Hookean elements with E = 1.
 
-    `u` (n, 3) are displacements, `solid` (10, m) the elements. At their points they have slopes of their functions
-    `slope` (m, points, 10, 3) and volumes `weight` (m, points). Raises ArithmeticError where one is turned inside out.
+    `u` (n, 3) are displacements of nodes, and `solid` (10, m) the elements. `slope` (m, points, 10, 3) are gradients of
+    shape functions and `weight` (m, points) volumes at quadrature points, both in the undeformed state. Raises
+    ArithmeticError if an element is inverted.
     """
     mu = 0.5 / (1.0 + poisson)
     lam = poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
@@ -36,7 +40,7 @@ def flesh(u: Floats, solid: Ints, slope: Floats, weight: Floats, poisson: float)
     if J.min() <= 0.0:
         raise ArithmeticError(J.min())
     log = np.log(J)
-    now = slope @ np.linalg.inv(F)  # slopes over the places where the flesh is now
+    now = slope @ np.linalg.inv(F)  # gradients in the deformed state
     P = mu * slope @ F.swapaxes(-1, -2) + (lam * log - mu)[..., None, None] * now
     forces = np.einsum("eq,eqni->eni", weight, P).reshape(-1, 30)
     flat = now.reshape(*J.shape, 30)

@@ -19,13 +19,16 @@ SMALL_HOUSING = Housing(
     tip_side=1.0, tip_height=1.0, spacing=6.0, shuttle_width=4.0, neck_level=2.5, lower_leaf_level=4.7,
     low_top_level=15.0, high_top_level=15.2, cavity_level=15.5, top_level=20.0, protrusion=1.0, wall_width=6.0,
 )  # fmt: skip
-"""Short leaves, so that meshes of other programs are small."""
-RATE = 2.5  # seen on meshes of 100 to 350 thousand dofs: 2 to 3 for the low tip, 1 to 2.5 for the high one
+"""A housing with short leaves, so that meshes for other programs are small."""
+RATE = 2.5  # rate of convergence; on meshes of 100 to 350 thousand dofs 2 to 3 (low tip) and 1 to 2.5 (high tip)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceStiffness:
-    """Stiffness of the low and the high tip [N/mm], extrapolated, with the spread [%]; `K_meshes` coarse to fine."""
+    """Extrapolated stiffness of the low and the high tip [N/mm], with the correction by extrapolation [%].
+
+    `K_meshes` [N/mm] and `dofs` are of the single meshes, coarse to fine.
+    """
 
     K: Pair
     spread_percent: Pair
@@ -35,9 +38,9 @@ class ReferenceStiffness:
 
 
 def reference_stiffness(meshes: Sequence[Mesh], sizes: Sequence[float], E: float, poisson: float) -> ReferenceStiffness:
-    """Return the stiffness extrapolated from two meshes of these relative sizes, coarse to fine.
+    """Return the stiffness extrapolated from two meshes with these relative sizes, coarse to fine.
 
-    Raises SolveError when a solve fails.
+    Raises SolveError if a solve fails.
     """
     start = time.perf_counter()
     found = tuple(element_stiffness(mesh, "tet P2", E, poisson).K for mesh in meshes)

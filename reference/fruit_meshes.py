@@ -1,4 +1,4 @@
-"""Meshes of the fruit graded to the edges of the tips, three in a family whose error falls at a known rate."""
+"""Meshes of the fruit, graded to the edges of the tips, in families of three whose error falls at a known rate."""
 
 from collections.abc import Mapping, Sequence
 
@@ -15,21 +15,21 @@ HALF = ("symmetry_y",)
 QUARTER = ("symmetry_x", "symmetry_y")
 MIRROR_PLANES = {"symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
 
-# Under a sharp tip u ~ r^1/2, so the energy error is first order in the size h at the edge; away from it
-# quadratic elements give h^4. Growth and largest size scaled with h^1/4 let both fall together, at rate 1 in h.
+# Under a sharp tip u ~ r^1/2, so the energy error is of first order in the size h at the edge. Away from it, quadratic
+# elements have an error h^4. Growth and largest size are scaled by h^1/4, so that both errors are of order h.
 REFINEMENTS = (1.0, 0.5, 0.25)
-_EDGE_SIZE = 0.1  # of the side of a tip, on the coarsest mesh
-_GROWTH = 0.5  # of the size with the distance from an edge, on the coarsest mesh
+_EDGE_SIZE = 0.1  # size at the edge of a tip over the side of the tip, on the coarsest mesh
+_GROWTH = 0.5  # growth of the size per distance from an edge, on the coarsest mesh
 # Largest size on the coarsest mesh: a third of the shortest side of the block, but at least a sixtieth of the longest.
 _ACROSS = 3.0
 _ALONG = 60.0
 
 
 def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
-    """Return the block [mm] with the faces base, top, low_tip and high_tip, or the part that stands for the whole.
+    """Return the block [mm], or a half or quarter of it, with the faces base, top, low_tip and high_tip.
 
-    `mirrors` name its planes of symmetry, which are faces of the part too. "symmetry_x" leaves x >= 0, which has no low
-    tip, and "symmetry_y" leaves y >= 0. Raises InputError when a tip stands beyond the fruit.
+    `mirrors` names planes of symmetry, which become faces of the part. "symmetry_x" keeps x >= 0, which has no low tip,
+    and "symmetry_y" keeps y >= 0. Raises InputError if a tip reaches beyond the fruit.
     """
     check_tips_on_fruit(fruit, tips)
     right = 0.5 * fruit.length_mm
@@ -49,14 +49,15 @@ def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
 
 
 def tip_centres(tips: Tips) -> dict[str, float]:
-    """Return x of the centre of each footprint by face name [mm]."""
+    """Return x of the centre of each tip by the name of its face [mm]."""
     return dict(zip(("low_tip", "high_tip"), tips.centres_mm, strict=True))
 
 
 def top_faces(tips: Tips, centres: Mapping[str, float], on_top: FaceTest, near: float) -> dict[str, FaceTest]:
-    """Return the tests that pick by name the faces of the top: each one under a tip, and as "top" all others.
+    """Return by name the tests for the faces of the top: the face under each tip, and "top" for all others.
 
-    `centres` are x of the tips by name, `on_top` picks the whole top; a face may be `near` wider than its tip [mm].
+    `centres` holds x of the tips by name, and `on_top` picks the whole top. The box of a face may be wider than its tip
+    by `near` on each side [mm].
     """
     reach = 0.5 * tips.side_mm + near
 
@@ -72,31 +73,31 @@ def top_faces(tips: Tips, centres: Mapping[str, float], on_top: FaceTest, near: 
 
 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:
-    """Return the part of a block that is solved [mm]: the quarter x, y >= 0 under central tips, else y >= 0."""
+    """Return the part of a block to be solved [mm]: the quarter x, y >= 0 for central tips, else the half y >= 0."""
     return fruit_block(fruit, tips, QUARTER if tips.offset_mm == 0.0 else HALF)
 
 
 def fruit_meshes(fruit: Fruit, tips: Tips) -> tuple[MeshTet1, ...]:
-    """Return three meshes [mm], coarse to fine: of the quarter when the tips are central, else of the half y >= 0.
+    """Return three meshes [mm], coarse to fine: of the quarter for central tips, else of the half y >= 0.
 
-    Raises MeshError when a mesh cannot be made, InputError when a tip stands beyond the fruit.
+    Raises MeshError if a mesh cannot be generated, and InputError if a tip reaches beyond the fruit.
     """
     part = solved_block(fruit, tips)
     return tuple(fruit_mesh(part, fruit, tips, scale) for scale in REFINEMENTS)
 
 
 def fruit_mesh(part: Part, fruit: Fruit, tips: Tips, scale: float) -> MeshTet1:
-    """Return the mesh [mm] of one part of the fruit; `scale` times the coarsest size at the edges of the tips."""
+    """Return the mesh [mm] of a part of the fruit; `scale` multiplies the coarsest size at the edges of the tips."""
     return volume_mesh(part, fruit_size(part, fruit, tips, scale))
 
 
 def edge_size(tips: Tips, scale: float) -> float:
-    """Return the element size at the edges of the tips [mm]."""
+    """Return the element size at the edges of the tips [mm]; `scale` is 1 on the coarsest mesh."""
     return _EDGE_SIZE * tips.side_mm * scale
 
 
 def fruit_size(part: Part, fruit: Fruit, tips: Tips, scale: float) -> SizeField:
-    """Return the size field [mm] of one mesh: `scale` times the family's coarsest size at the edges of the tips."""
+    """Return the size field [mm] of one mesh; `scale` multiplies the coarsest size at the edges of the tips."""
     lengths = (fruit.length_mm, fruit.width_mm, fruit.height_mm)
     smooth = scale**0.25
     smallest = edge_size(tips, scale)

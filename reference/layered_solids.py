@@ -1,7 +1,8 @@
-"""A skinned body of revolution under a round tip in its middle, and a skinned block under a cube, as solids.
+"""Solid models of fruit with skin: a body of revolution under a central round tip, and a block under a cube.
 
-Nothing of a layered half-space is in them: the skin is elements of another modulus. The elements are quadratic, graded
-to the edge of the contact. The tip is rigid and frictionless, the base held, lengths in mm, the modulus of the flesh 1.
+They do not use the theory of a layered half-space: the skin consists of elements with another modulus. The elements
+are quadratic and graded to the edge of the contact. The tip is rigid and frictionless, and the base is clamped. Lengths
+are in mm, and the modulus of the flesh is 1.
 """
 
 import itertools
@@ -17,16 +18,19 @@ from skfem.helpers import ddot, grad, sym_grad, trace
 
 from sensor.arrays import Flags, Floats, Ints
 
-Line = tuple[Any, Any, Any]  # sparse matrices of elements along a line: masses, stiffness, and slopes times values
+Line = tuple[Any, Any, Any]  # sparse matrices of elements along a line: mass, stiffness, and derivative times value
 
-BEYOND = 1.4  # each step over the one before, away from the contact
-FAST = 1.8  # the same in three dimensions
-ON = 1e-9  # [mm]
-MOST_SETS = 60  # of touching nodes
+BEYOND = 1.4  # ratio of neighbouring element sizes away from the contact, in bodies of revolution
+FAST = 1.8  # the same ratio in three dimensions
+ON = 1e-9  # tolerance of coordinates [mm]
+MOST_SETS = 60  # most active sets that are tried
 
 
 def lines(edge: float, end: float, cells: int, growth: float, beyond: float = BEYOND) -> Floats:
-    """Return lines from 0 to an end, finest on both sides of an edge, so many before it."""
+    """Return coordinates of mesh lines from 0 to `end`, finest on both sides of `edge`, with `cells` cells before it.
+
+    Sizes grow by the factor `growth` per cell from the edge to 0, and by `beyond` outside.
+    """
     steps = growth ** np.arange(cells)
     steps *= edge / steps.sum()
     outside = [steps[0]]
@@ -37,19 +41,19 @@ def lines(edge: float, end: float, cells: int, growth: float, beyond: float = BE
 
 
 def depths(skin: float, end: float, cells: int, beyond: float = BEYOND) -> Floats:
-    """Return lines down from the surface, so many equal cells in the skin."""
+    """Return depths of mesh lines from the surface to `end`, with `cells` equal cells in the skin."""
     under = lines(skin / cells, end - skin, 1, 1.0, beyond)[1:] + skin
     return np.concatenate([[0.0], np.cumsum(np.full(cells, skin / cells)), under])
 
 
 def lame(w: Any) -> tuple[float, float]:
-    """Return Lame's lambda and mu of a form's Poisson's ratio, E = 1."""
+    """Return the Lame parameters lambda and mu for the Poisson's ratio of a form, with E = 1."""
     return w["poisson"] / ((1.0 + w["poisson"]) * (1.0 - 2.0 * w["poisson"])), 0.5 / (1.0 + w["poisson"])
 
 
 @BilinearForm
 def of_revolution(u: Any, v: Any, w: Any) -> Floats:
-    """Return the energy density of a body of revolution, times 2 pi r and its modulus."""
+    """Return the bilinear form of elasticity for a body of revolution, per area of its meridian."""
     lam, mu = lame(w)
     hoop_u = u[0] / w.x[0]
     hoop_v = v[0] / w.x[0]
@@ -59,9 +63,9 @@ def of_revolution(u: Any, v: Any, w: Any) -> Floats:
 
 
 def of_line(lines: Floats, modulus: float | Floats = 1.0) -> Line:
-    """Return the integrals of elements of second order along a line, each over its modulus.
+    """Return the matrices of quadratic elements along a line, each element multiplied by its relative modulus.
 
-    They are int N_i N_j (masses), int N_i' N_j' (stiffness) and int N_i' N_j (slopes).
+    They are int N_i N_j (mass), int N_i' N_j' (stiffness) and int N_i' N_j (slopes).
     """
     step = np.diff(lines)
     first = 2 * np.arange(len(step))
@@ -80,10 +84,10 @@ def of_line(lines: Floats, modulus: float | Floats = 1.0) -> Line:
 
 
 def of_box(x: Line, y: Line, z: Line, poisson: float) -> Any:
-    """Return the stiffness of bricks over three lines; its dofs are all along x, then y, then z.
+    """Return the stiffness matrix of bricks over three lines; its dofs are all displacements along x, then y, then z.
 
-    Bricks of second order are products of lines, and so are all integrals over them: a modulus may change along z. The
-    block of directions i and j is lambda d_i d_j + mu d_j d_i, and on the diagonal mu of all axes too.
+    Quadratic bricks are tensor products of lines, and so are all integrals over them, even if the modulus changes along
+    z. The block of directions i and j is lambda d_i d_j + mu d_j d_i; on the diagonal, mu d_k d_k is added for all k.
     """
     lam = poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
     mu = 0.5 / (1.0 + poisson)
@@ -91,13 +95,13 @@ def of_box(x: Line, y: Line, z: Line, poisson: float) -> Any:
     blocks = [[None] * 3 for _ in range(3)]
     for i, j in itertools.product(range(3), range(3)):
         if i == j:
-            # For each axis its stiffness, times the masses of the other two.
+            # The stiffness of each axis, times the masses of the other two.
             terms = []
             for k in range(3):
                 factor = lam + 2.0 * mu if k == i else mu
                 terms.append((factor, [parts[axis][1 if axis == k else 0] for axis in range(3)]))
         else:
-            # Masses of the third axis, times slopes along i and j.
+            # The mass of the third axis, times the slopes along i and j.
             terms = [(lam, [parts[axis][0] for axis in range(3)]), (mu, [parts[axis][0] for axis in range(3)])]
             terms[0][1][i], terms[0][1][j] = parts[i][2], parts[j][2].T
             terms[1][1][i], terms[1][1][j] = parts[i][2].T, parts[j][2]
@@ -106,10 +110,13 @@ def of_box(x: Line, y: Line, z: Line, poisson: float) -> Any:
 
 
 class ByLines:
-    """The inverse of the stiffness of bricks without what couples the directions: exact in the modes of three lines."""
+    """A preconditioner for bricks: the exact inverse of the stiffness without the coupling between directions.
+
+    Without coupling the stiffness is a sum of tensor products, which the eigenmodes of the three lines diagonalise.
+    """
 
     def __init__(self, x: Line, y: Line, z: Line, poisson: float) -> None:
-        """Find the modes of each line for displacements along each direction, and the stiffness of their products."""
+        """Find the eigenmodes of each line for each direction of displacement, and the stiffness of their products."""
         self.shape = tuple(line[0].shape[0] for line in (x, y, z))
         stretched = 2.0 * (1.0 - poisson) / (1.0 - 2.0 * poisson)  # lam + 2 mu over mu
         shear = 0.5 / (1.0 + poisson)
@@ -118,7 +125,7 @@ class ByLines:
             modes = []
             stiffness = np.zeros((1, 1, 1))
             for axis, (masses, rates, _) in enumerate((x, y, z)):
-                # Nodes that move: symmetry holds the first across its plane, the base holds the last down.
+                # Free nodes: symmetry fixes the first one against motion across its plane, the base fixes the last one.
                 kept = slice(1 if axis == direction < 2 else 0, -1 if axis == 2 else None)
                 values, vectors = eigh(rates.toarray()[kept, kept], masses.toarray()[kept, kept])
                 modes.append((kept, vectors))
@@ -127,7 +134,7 @@ class ByLines:
             self.parts.append((modes, stiffness))
 
     def __call__(self, forces: Floats) -> Floats:
-        """Return displacements under forces, both of all dofs."""
+        """Return displacements under forces, both for all dofs; held dofs get 0."""
         moved = np.zeros((3, *self.shape))
         for (modes, stiffness), force, of_one in zip(self.parts, forces.reshape(moved.shape), moved, strict=True):
             (i, X), (j, Y), (k, Z) = modes
@@ -138,9 +145,9 @@ class ByLines:
 
 @dataclass(frozen=True, kw_only=True)
 class SkinnedBlock:
-    """A square block of a width and a height [mm] on a held base, under a skin.
+    """A square block with a skin on a clamped base, under a cube with this side in its centre [mm].
 
-    `side` is that of a cube in its middle.
+    `skin` is the thickness of the skin.
     """
 
     side: float
@@ -151,10 +158,10 @@ class SkinnedBlock:
 
 
 def cube_stiffness(block: SkinnedBlock, ratio: float, cells: int) -> float:
-    """Return the stiffness of a block under the cube, over the modulus of the flesh [mm].
+    """Return the stiffness of a block under its cube, over the modulus of the flesh [mm].
 
-    `ratio` is the modulus of the skin over that of the flesh, `cells` the elements in half a side of the cube. A
-    quarter of the block is solved, by conjugate gradients.
+    `ratio` is the modulus of the skin over the modulus of the flesh, and `cells` the number of elements in half a side
+    of the cube. A quarter of the block is solved by conjugate gradients.
     """
     across = lines(0.5 * block.side, 0.5 * block.width, cells, 1.3, FAST)
     down = depths(block.skin, block.height, max(2, cells // 2), FAST)
@@ -172,7 +179,7 @@ def cube_stiffness(block: SkinnedBlock, ratio: float, cells: int) -> float:
     by_lines = ByLines(flat, flat, layered, block.poisson)
 
     def near(forces: Floats) -> Floats:
-        """Return displacements of the free dofs under forces on them, without what couples the directions."""
+        """Return the preconditioned forces: displacements of the free dofs without coupling between directions."""
         whole = np.zeros(len(u))
         whole[free] = forces
         return by_lines(whole)[free]
@@ -190,7 +197,10 @@ def cube_stiffness(block: SkinnedBlock, ratio: float, cells: int) -> float:
 
 @dataclass(frozen=True)
 class RoundSolid:
-    """A cylinder, or a piece of a ball, of a radius and height under a contact of radius `edge`; its skin."""
+    """A cylinder with a skin, or a piece of a ball with the radius `ball`, under a contact of radius `edge` [mm].
+
+    `skin` is its thickness, `radius` and `height` are of the cylinder, and `cells` is the number of elements in `edge`.
+    """
 
     edge: float
     skin: float
@@ -201,7 +211,10 @@ class RoundSolid:
     cells: int = 12
 
     def surface_compliance(self, ratio: float) -> tuple[Floats, Floats]:
-        """Return radii of the nodes within 1.6 edges and the sinking of each under forces on each, (n, n)."""
+        """Return the radii (n,) of the surface nodes within 1.6 edges, and the compliance between them (n, n).
+
+        `ratio` is the modulus of the skin over the modulus of the flesh.
+        """
         flat = MeshQuad.init_tensor(
             lines(self.edge, self.radius, self.cells, 1.25), depths(self.skin, self.height, self.cells // 2)
         )
@@ -213,7 +226,7 @@ class RoundSolid:
         K = asm(of_revolution, basis, modulus=modulus, poisson=self.poisson)
 
         def dofs_on(nodes: Flags) -> Ints:
-            """Return both dofs of nodes and of the edges between them, (2, n)."""
+            """Return the radial and axial dofs of nodes and of the edges between them, (2, n)."""
             edges = np.flatnonzero(np.isin(mesh.facets, np.flatnonzero(nodes)).all(axis=0))
             return np.concatenate([basis.nodal_dofs[:, nodes], basis.facet_dofs[:, edges]], axis=1)
 
@@ -232,9 +245,9 @@ class RoundSolid:
         return r[near], sunk[top[1, near]]
 
     def _bent(self, s: Floats, down: Floats) -> Floats:
-        """Return r and z (2, n) [mm] of nodes s from the axis and down from the surface of a cylinder.
+        """Return r and z (2, n) [mm] for nodes at the radius `s` and the depth `down` in the cylinder.
 
-        On a piece of a ball the skin keeps its thickness along the normal, and the base is flat.
+        In a piece of a ball the skin has constant thickness along the normal, and the base is flat.
         """
         if self.ball is None:
             return np.stack([s, -down])
@@ -246,13 +259,16 @@ class RoundSolid:
         return top + np.minimum(down / self.skin, 1.0) * (under_skin - top) + deep * (base - under_skin)
 
     def flat(self, ratio: float) -> float:
-        """Return the stiffness under a flat circle of radius `edge`."""
+        """Return the stiffness under a flat round tip of radius `edge`, over the modulus of the flesh [mm]."""
         r, sinking = self.surface_compliance(ratio)
         under = r < self.edge + ON
         return float(np.linalg.solve(sinking[under][:, under], np.ones(under.sum())).sum())
 
     def dome(self, ratio: float, curvature: float, depth: float) -> float:
-        """Return the force of a paraboloid of a curvature against the surface at a depth, by an active set."""
+        """Return the force on a paraboloid over the modulus of the flesh [mm^2], by an active set of touching nodes.
+
+        `curvature` [1/mm] is relative to the surface, and `depth` [mm] is the indentation.
+        """
         r, sinking = self.surface_compliance(ratio)
         gap = depth - 0.5 * curvature * r**2
         on = gap > 0.0

@@ -1,8 +1,8 @@
-"""Whole bodies between tools at finite strain, by finite elements that share nothing with the product.
+"""Whole bodies compressed between tools at finite strain, by finite elements that share nothing with the product.
 
-The nodes are those of Gauss and Lobatto, of fourth order, with all points integrated, so that flesh of nu 0.49 does not
-lock. The tangent is found by differences of the stress. Contact is held by penalty at the integration points of both
-ends of the whole body, with Coulomb's friction. The body is one of revolution, or of 1 mm length in plane strain.
+The elements are of fourth order with Gauss-Lobatto nodes and full integration, so that flesh with nu = 0.49 does not
+lock. The tangent is computed by finite differences of the stress. Contact with Coulomb friction is enforced by a
+penalty at integration points on both ends. The body is a body of revolution, or in plane strain with unit length.
 Lengths are in half heights.
 """
 
@@ -19,33 +19,33 @@ from scipy.sparse.linalg import splu
 
 from sensor.arrays import Flags, Floats, Ints
 
-ORDER = 4  # of the nodes along an element
-END_POINTS = 12  # of Gauss's rule, along an element at an end
+ORDER = 4  # polynomial order of the elements
+END_POINTS = 12  # Gauss points along an element at an end
 PENALTY = 1e5  # pressure over penetration [E / half height]
-ROUGH = 2  # first steps may raise the residual
-MOST_STEPS = 60
-STICK = 1e5  # friction over the way slid, of tools that never slide
-SLID = 5e-4  # half heights, over which friction comes up to its limit
-GROWTH = (0.0, 0.04, 0.1, 0.18, 0.28, 0.4, 0.65, 1.0)  # lines of a round section from the axis or the top
-PARTS = (0, 2, 4, 6, 8)  # rr, rz, hoop, zr, zz of F in rows
-EVEN = tuple(np.linspace(0.0, 1.0, 6) ** 0.7)  # lines of a rectangle outwards
+ROUGH = 2  # number of first Newton steps that may raise the residual
+MOST_STEPS = 60  # most Newton steps
+STICK = 1e5  # friction over sliding distance, for tools that stick
+SLID = 5e-4  # sliding distance in which friction nearly reaches its limit [half heights]
+GROWTH = (0.0, 0.04, 0.1, 0.18, 0.28, 0.4, 0.65, 1.0)  # mesh lines of a round section, from the axis or the top
+PARTS = (0, 2, 4, 6, 8)  # indices of rr, rz, hoop, zr and zz in the nine components of F, row by row
+EVEN = tuple(np.linspace(0.0, 1.0, 6) ** 0.7)  # mesh lines of a rectangle, from the axis outwards
 
 
 def shapes(nodes: Floats, points: Floats) -> tuple[Floats, Floats]:
-    """Return Lagrange's functions of nodes and their slopes at points, (points, nodes) each."""
+    """Return the Lagrange polynomials of nodes and their derivatives at points, each (points, nodes)."""
     identity = np.eye(len(nodes))
     interpolator = BarycentricInterpolator(nodes, identity)
     return interpolator(points), interpolator.derivative(points)
 
 
 def lobatto(order: int) -> Floats:
-    """Return the nodes of Gauss and Lobatto on (-1, 1), ends among them, shape (order + 1,)."""
+    """Return the Gauss-Lobatto nodes on [-1, 1], including the ends, (order + 1,)."""
     inner = legendre.Legendre.basis(order).deriv().roots()
     return np.concatenate([[-1.0], np.real(inner), [1.0]])
 
 
 def stress(F: Floats, law: str, nu: float) -> Floats:
-    """Return P (points, 3, 3) at F (points, 3, 3), E = 1, from the principal stretches."""
+    """Return the first Piola-Kirchhoff stress at F, both (points, 3, 3), with E = 1, by principal stretches."""
     mu = 0.5 / (1.0 + nu)
     lam = nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     squares, N = np.linalg.eigh(np.swapaxes(F, 1, 2) @ F)
@@ -62,14 +62,17 @@ def stress(F: Floats, law: str, nu: float) -> Floats:
 
 @dataclass
 class Tool:
-    """A plate, a ball of a radius, or a flat plunger of a radius, with Coulomb's friction."""
+    """A tool with Coulomb friction: a plate, a ball with the radius `ball`, or a flat plunger with the radius `flat`.
+
+    Infinite friction makes a tool stick.
+    """
 
     friction: float = 0.0
     ball: float = inf
     flat: float = inf
 
     def rise(self, r: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return how far the tool's face lies behind its tip at r, its slope and curvature."""
+        """Return the distance of the face behind the tip of the tool at radii r, its slope and its curvature."""
         if self.ball == inf:
             return np.zeros_like(r), np.zeros_like(r), np.zeros_like(r)
         root = np.sqrt(np.maximum(self.ball**2 - r**2, 1e-3 * self.ball**2))
@@ -77,7 +80,10 @@ class Tool:
 
 
 def lines_about_edge(near: float) -> tuple[Floats, Floats]:
-    """Return lines across and upward [1], close to each other about the edge of a flat plunger."""
+    """Return mesh lines across, from 0 to 1, and upwards, from 0 to 1, refined at the edge of a flat plunger.
+
+    `near` is the radius of the plunger over the half width of the body.
+    """
     ladder = np.array([0.0, 0.03, 0.12, 0.4, 1.0])
     inner = near * (1.0 - ladder[::-1])
     outer = [near * (1.0 + step) for step in ladder]
@@ -93,7 +99,7 @@ def lines_about_edge(near: float) -> tuple[Floats, Floats]:
 
 
 def refined(lines: Floats, base: Floats) -> Floats:
-    """Return the nodes of elements between lines."""
+    """Return the coordinates of the nodes of elements between mesh lines; `base` are the nodes on [-1, 1]."""
     values = [lines[0]]
     for a, b in itertools.pairwise(lines):
         values += (0.5 * (a + b) + 0.5 * (b - a) * base[1:]).tolist()
@@ -102,11 +108,11 @@ def refined(lines: Floats, base: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class End:
-    """One end of a body: its parts from the axis outwards, and the table of its integration points.
+    """One end of a body: its parts from the axis outwards, with their integration points.
 
-    A part has the nodes of one element and the areas that belong to its points. `r` (points of all parts,) is where
-    these lie without load. `sign` is 1 for the upper and -1 for the lower end. `values` (points, nodes) are the shape
-    functions of an element along the end.
+    A part has the nodes of one element and the areas of its integration points. `r` (points of all parts,) are the
+    radii of these points without load. `sign` is 1 for the upper and -1 for the lower end. `values` (points, nodes) are
+    the shape functions of an element along the end.
     """
 
     parts: list[tuple[Ints, Floats]]
@@ -116,16 +122,20 @@ class End:
 
 
 class Body:
-    """A section of half height 1: an ellipse or a rectangle of a half width.
+    """The mesh of a section with half height 1: an ellipse or a rectangle.
 
-    `x` (nodes, 2) are r and z. At the integration points of the elements, `w` (elements, points) are the volumes. `B`
-    (elements, points, 5, dofs) turns displacements into the `PARTS` of F. `dofs` (elements, dofs) numbers them.
+    `x` (nodes, 2) are r and z. `w` (elements, points) are volumes at integration points. `B` (elements, points, 5,
+    dofs) maps displacements to the `PARTS` of F - 1, and `dofs` (elements, dofs) are the numbers of the displacements.
+    `held` are the radial dofs of the axis.
     """
 
     def __init__(
         self, shape: str, half_width: float, *, plane: bool = False, edge: float | None = None, order: int = ORDER
     ) -> None:
-        """Place the nodes, about the edge of a flat plunger where one is given, and set up strains and ends."""
+        """Place the nodes, refined at the edge of a flat plunger if `edge` is given, and set up strains and ends.
+
+        `shape` is "round" or a rectangle; with `plane` the body is in plane strain.
+        """
         self.plane = plane
         round_ = shape == "round"
         across = np.array(GROWTH if round_ else EVEN)
@@ -151,11 +161,14 @@ class Body:
         nodes = np.array(blocks)
         self.w, self.B = self._strains(nodes, base)
         self.dofs = (2 * nodes[..., None] + np.arange(2)).reshape(len(nodes), -1)
-        self.held = 2 * index[0]  # the axis, across
+        self.held = 2 * index[0]  # the radial dofs of the axis
         self.ends = [self._end(index[:, -1], 1.0, base), self._end(index[:, 0], -1.0, base)]
 
     def _strains(self, nodes: Ints, base: Floats) -> tuple[Floats, Floats]:
-        """Return volumes and strain operator at Gauss's points, given the nodes of elements and those of a line."""
+        """Return volumes and strain operator at Gauss points, as `w` and `B` of the class.
+
+        `nodes` are the nodes of the elements, and `base` the nodes on [-1, 1].
+        """
         count = len(base)
         gauss, weight = legendre.leggauss(count)
         N, dN = shapes(base, gauss)
@@ -168,7 +181,7 @@ class Body:
         r = np.einsum("qn,en->eq", value, X[..., 0])
         w = np.linalg.det(jac) * np.outer(weight, weight).ravel() * (1.0 if self.plane else 2.0 * pi * r)
         if self.plane:
-            w = 2.0 * w  # the other half
+            w = 2.0 * w  # includes the mirrored half r < 0
         B = np.zeros((*w.shape, 3, 3, nodes.shape[1], 2))
         B[..., 0, 0, :, 0] = grad[..., 0]
         B[..., 0, 2, :, 0] = grad[..., 1]
@@ -179,7 +192,7 @@ class Body:
         return w, np.ascontiguousarray(B.reshape(*w.shape, 9, -1)[:, :, PARTS])
 
     def _end(self, row: Ints, sign: float, base: Floats) -> End:
-        """Return the end whose nodes from the axis outwards are a row."""
+        """Return the end whose nodes, from the axis outwards, are `row`."""
         points, weights = legendre.leggauss(END_POINTS)
         values, slopes = shapes(base, points)
         order = len(base) - 1
@@ -195,12 +208,12 @@ class Body:
 
 
 Tools = tuple[Tool, Tool]  # upper, lower
-Touched = list[Floats]  # of both ends: r of the points that a tool held last
+Touched = list[Floats]  # for both ends, r of each point at its last first touch, from which sliding is measured
 
 
 @dataclass(frozen=True)
 class Setup:
-    """A body of a law of flesh and a Poisson's ratio between two tools."""
+    """A body between two tools, with a law of flesh and a Poisson's ratio."""
 
     body: Body
     tools: Tools
@@ -210,7 +223,7 @@ class Setup:
 
 @dataclass
 class Balance:
-    """Forces out of balance (dofs,), and the entries of their slope: values, rows and columns."""
+    """The residual forces (dofs,), and the entries of their derivative: values, rows and columns."""
 
     R: Floats
     entries: list[tuple[Floats, Ints, Ints]]
@@ -220,8 +233,9 @@ class Balance:
 class Contact:
     """Contact at the points (q,) of one part of an end.
 
-    `touches` says where, `push` is the pressure, `gradient` (2, q) that of the penetration over r and z. `curve` is the
-    curvature of the tool's face, `slid` is how far a point has slid outwards since it was touched.
+    `touches` marks the points in contact, `push` is the pressure, and `gradient` (2, q) the derivative of the
+    penetration over r and z. `curve` is the curvature of the tool's face. `slid` is the outward sliding distance of a
+    point since it was touched.
     """
 
     touches: Flags
@@ -231,7 +245,7 @@ class Contact:
     slid: Floats
 
     def friction(self, friction: float) -> tuple[Floats, Floats]:
-        """Return the friction outwards (q,) and its slope over r and z (2, q), for a coefficient of friction."""
+        """Return the friction (q,) and its derivative over r and z (2, q), for a coefficient of friction."""
         force = np.zeros_like(self.push)
         slope = np.zeros((2, len(self.push)))
         if friction == inf:
@@ -248,7 +262,7 @@ class Contact:
 def pressed(body: Body, tools: Tools, travels: Sequence[float] | Floats, law: str, nu: float) -> Floats:
     """Return the force [E x half height^2] at travels of the upper tool [half heights]; tools are (upper, lower).
 
-    Where no equilibrium is found at a travel, one half as far from the last is tried.
+    If no equilibrium is found at a travel, the step from the last one is halved. Raises RuntimeError for tiny steps.
     """
     setup = Setup(body, tools, law, nu)
     u = np.zeros(body.x.size)
@@ -279,9 +293,9 @@ def pressed(body: Body, tools: Tools, travels: Sequence[float] | Floats, law: st
 
 
 def newton(setup: Setup, travel: float, start: Floats, touched: Touched) -> tuple[Floats, float, Touched] | None:
-    """Return displacements, force and touched points in equilibrium at a travel; None where none is found.
+    """Return displacements, force and touched points in equilibrium at a travel; None if none is found.
 
-    A step that raises the residual is halved, for nodes go in and out of contact.
+    A step that raises the residual is halved, because points may enter or leave the contact in a full step.
     """
     size = setup.body.x.size
     u = start.copy()
@@ -310,16 +324,16 @@ def newton(setup: Setup, travel: float, start: Floats, touched: Touched) -> tupl
         largest = np.abs(move).max()
         if not np.isfinite(largest):
             return None
-        length = min(1.0, 0.2 / largest)  # at first no node moves farther than a fifth of the half height
+        length = min(1.0, 0.2 / largest)  # no node moves more than a fifth of the half height
         base = u[free]
         u[free] = base + length * move
     return None
 
 
 def flesh_balance(setup: Setup, u: Floats) -> Balance | None:
-    """Return the forces of the flesh at displacements and their slope; None where an element is turned inside out.
+    """Return the forces of the flesh at displacements and their derivative; None if an element is inverted.
 
-    The slope of the stress is taken by central differences over each part of F.
+    The derivative of the stress is a central difference over each component of F.
     """
     body = setup.body
     elements, points = body.w.shape
@@ -348,7 +362,7 @@ def flesh_balance(setup: Setup, u: Floats) -> Balance | None:
 def add_contact(
     balance: Balance, setup: Setup, travel: float, u: Floats, touched: Touched
 ) -> tuple[float, list[Floats]]:
-    """Add the contact of both ends to a balance; return the force of the upper tool and the points now touched."""
+    """Add the contact at both ends to a balance, and return the force on the upper tool and the new touched points."""
     force = 0.0
     touched_now = []
     for tool, end, before in zip(setup.tools, setup.body.ends, touched, strict=True):
@@ -374,7 +388,7 @@ def add_contact(
 
 
 def _add_part(balance: Balance, contact: Contact, friction: float, part: tuple[Ints, Floats], values: Floats) -> None:
-    """Add the contact of one part of an end, by the energy 1/2 k depth^2 and friction, to a balance."""
+    """Add the contact of one part of an end to a balance: the penalty energy 1/2 k depth^2 and friction."""
     at, area = part
     gradient = contact.gradient
     sideways, sideways_slope = contact.friction(friction)

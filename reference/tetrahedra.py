@@ -1,6 +1,6 @@
-"""The half y >= 0 of any housing solid in curved quadratic tetrahedra, for the independent check of its stiffness.
+"""Meshes of the half y >= 0 of any housing solid in curved quadratic tetrahedra, for an independent check of stiffness.
 
-Nothing is shared with the swept mesh but the names: the solid may come from a STEP file.
+They share only the names of faces with the swept mesh of the product; the solid may come from a STEP file.
 """
 
 import tempfile
@@ -19,15 +19,15 @@ from cad.parts.part import Part
 from mesh.quality import compare
 from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
 
-_NEAR = 1e-5  # [mm]
-_VOLUME = 1e-4  # relative
-_STRETCH = 3.0  # of the elements over the depth
-_UNFOLDINGS = 3
+_NEAR = 1e-5  # tolerance of coordinates [mm], and relative tolerance of areas
+_VOLUME = 1e-4  # relative tolerance of the volume
+_STRETCH = 3.0  # length of the elements along the depth over their size in the plane of the plate
+_UNFOLDINGS = 3  # passes that straighten folded elements
 _FRAME = 3.0  # size away from the leaves [mm], at size 1
 _LEAF = 0.6  # size in a leaf over its thickness, at size 1
 _ROOT = 0.4  # size at a leaf root over its fillet, at size 1
-_REACH = 6.0  # over which the size grows to it [mm]
-_AROUND = 14.0  # elements around a full circle, at size 1: coarser ones fold when they are curved
+_REACH = 6.0  # distance over which the size grows from a box to the frame [mm]
+_AROUND = 14.0  # elements around a full circle, at size 1; fewer fold when they are curved
 _PAIRS = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))  # ends of the edge nodes 4 to 9 of gmsh's tetrahedron
 
 
@@ -40,7 +40,7 @@ class Box:
 
 
 def fine_boxes(housing: Housing, size: float) -> list[Box]:
-    """Return boxes around leaves, their roots and the tips; `size` is in leaf thicknesses."""
+    """Return boxes of small elements around leaves, roots and tips; `size` scales all element sizes [1]."""
     boxes = []
     for arm in housing.arms:
         t, r, roots = arm.flexure.thickness, arm.flexure.fillet, arm.roots
@@ -56,13 +56,13 @@ def fine_boxes(housing: Housing, size: float) -> list[Box]:
 
 
 def tetrahedra(part: Part, boxes: Sequence[Box], size: float) -> MeshTet2:
-    """Return the mesh [mm] of the half y >= 0 with the part's face names and `symmetry`.
+    """Return the mesh [mm] of the half y >= 0 of a part, with boundaries for its named faces and for `symmetry`.
 
-    `size` scales the elements away from the boxes. Raises MeshError with the stage that failed.
+    `size` scales the elements outside the boxes [1]. Raises MeshError with the stage that failed.
     """
     with gmsh_session():
         with stage("size", "check the sizes"):
-            # Two nodes of an edge on an arc, its midpoint on it too: gmsh curves the edges, scikit-fem takes them over.
+            # Second order puts the midpoints of edges on arcs too; `_read` copies them to scikit-fem's mesh.
             gmsh.option.setNumber("Mesh.ElementOrder", 2.0)
             gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _AROUND / size)
         names = _halved(part)
@@ -76,7 +76,7 @@ def tetrahedra(part: Part, boxes: Sequence[Box], size: float) -> MeshTet2:
 
 
 def _halved(part: Part) -> dict[str, list[int]]:
-    """Read the part into gmsh, cut it at y = 0, return the surface tags by name."""
+    """Load the part into gmsh, keep its half y >= 0 flattened along y, and return the surface tags by face name."""
     occ = gmsh.model.occ
     box = part.shape.BoundingBox()
     with tempfile.TemporaryDirectory() as folder, stage("import", "check that the solid is valid"):
@@ -87,14 +87,15 @@ def _halved(part: Part) -> dict[str, list[int]]:
         keep = occ.addBox(box.xmin - 1.0, 0.0, box.zmin - 1.0, *extent)
         occ.intersect(solid, [(3, keep)])
         occ.synchronize()
-        # Area and centre of each surface, before it is flattened.
+        # Areas and centres are taken before the half is flattened.
         surfaces = {tag: (occ.getMass(2, tag), occ.getCenterOfMass(2, tag)) for _, tag in gmsh.model.getEntities(2)}
-        # Meshed flattened and stretched back: the fields change slowly over the depth.
+        # The mesh of the flattened half is stretched back later. Its elements are long over the depth, along which the
+        # displacements change slowly.
         occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, 1.0, 1.0 / _STRETCH, 1.0)
         occ.synchronize()
     found = {}
     for name, indices in part.faces.items():
-        if name != "side_faces":  # side faces are not cut in two: one lies in the half, the other does not
+        if name != "side_faces":  # the plane y = 0 does not halve side faces; one of the two is in this half
             found[name] = [_half_face(part, index, surfaces) for index in indices]
     in_plane = [tag for tag, (_, centre) in surfaces.items() if abs(centre[1]) < _NEAR]
     if not in_plane:
@@ -103,7 +104,10 @@ def _halved(part: Part) -> dict[str, list[int]]:
 
 
 def _half_face(part: Part, index: int, surfaces: dict[int, tuple[float, tuple[float, float, float]]]) -> int:
-    """Return the surface of the half that is half a face of the part: same x and z of the centre, half the area."""
+    """Return the tag of the surface that is half of a face of the part: equal x and z of the centre, half the area.
+
+    `surfaces` holds area [mm^2] and centre [mm] by tag. Raises MeshError unless exactly one surface matches.
+    """
     face = part.shape.Faces()[index]
     place, area = face.Center(), face.Area()
     hits = [
@@ -118,7 +122,7 @@ def _half_face(part: Part, index: int, surfaces: dict[int, tuple[float, tuple[fl
 
 
 def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
-    """Set the size field of gmsh: the smallest of all boxes, each growing to the size of the frame away from it."""
+    """Set the element sizes in gmsh: the least of all boxes, where the size of each grows to the size of the frame."""
     field = gmsh.model.mesh.field
     depth = part.shape.BoundingBox().ymax
     with stage("size", "check the sizes"):
@@ -137,13 +141,13 @@ def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
 
 
 def _read(names: dict[str, list[int]]) -> MeshTet2:
-    """Return the mesh that gmsh has made, stretched back, with the named surfaces as boundaries."""
+    """Return the mesh generated by gmsh, stretched back to the true depth, with named surfaces as boundaries."""
     tags = element_nodes("Tetrahedron", 2)
     corners, edges = used_nodes(tags[:4]), used_nodes(tags[4:])
     stretch = np.array([[1.0], [_STRETCH], [1.0]])
     straight = MeshTet1(corners.points * stretch, np.ascontiguousarray(corners.index[tags[:4]]))
     mesh = MeshTet2.from_mesh(straight)
-    # gmsh's middles of edges, to where scikit-fem has those of the same ends.
+    # Midpoints of edges are moved from gmsh's numbering to scikit-fem's by the ends of the edges.
     ends = np.concatenate([corners.index[tags[list(pair)]] for pair in _PAIRS], axis=1)
     place = index_by_nodes(straight.edges, ends).reshape(len(_PAIRS), -1)
     curved = mesh.doflocs.copy()
@@ -157,7 +161,7 @@ def _read(names: dict[str, list[int]]) -> MeshTet2:
 
 
 def _unfolded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
-    """Return the mesh with the edges of the few folded elements straight again."""
+    """Return the mesh with straight edges on folded elements; curving may fold a few of them."""
     for _ in range(_UNFOLDINGS):
         folded = _folded(curved)
         if not len(folded):
@@ -171,13 +175,13 @@ def _unfolded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
 
 
 def _folded(mesh: MeshTet2) -> Ints:
-    """Return the elements whose Jacobian changes its sign or vanishes, at corners and points of quadrature."""
+    """Return the elements whose Jacobian determinant changes its sign or vanishes at corners or quadrature points."""
     jacobian = mesh.mapping().detDF(np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]]))
     return np.flatnonzero(jacobian.min(axis=1) * jacobian.max(axis=1) <= 0.0)
 
 
 def _check(mesh: MeshTet2, part: Part) -> None:
-    """Raise MeshError when an element is folded or twice the volume is not the part's."""
+    """Raise MeshError if an element is folded, or if the volume of the mesh is not half the volume of the part."""
     folded = len(_folded(mesh))
     if folded:
         raise MeshError("quality", f"{folded} curved tetrahedra are folded", "take smaller elements")
