@@ -39,7 +39,7 @@ from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 from tests.deadline import DEADLINE_S
 
-C_FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
+C_FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O0")  # quickly compiled: tests of clients optimise
 READ_IN_C = """
 #include <stdio.h>
 #include "unit.h"
