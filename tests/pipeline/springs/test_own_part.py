@@ -51,7 +51,14 @@ def test_a_cantilever_is_as_stiff_as_a_beam(plain):
     assert found.left_out_mm3 == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("turn", [((1.0, 0.0, 0.0), 90.0), ((0.0, 0.0, 1.0), 90.0), ((1.0, 1.0, 1.0), 33.0)])
+@pytest.mark.parametrize(
+    "turn",
+    [
+        pytest.param(((1.0, 0.0, 0.0), 90.0), marks=pytest.mark.slow),
+        pytest.param(((0.0, 0.0, 1.0), 90.0), marks=pytest.mark.slow),
+        ((1.0, 1.0, 1.0), 33.0),
+    ],
+)
 def test_a_turned_part_is_as_stiff(plain, turn):
     axis, angle = turn
     rotate = lambda shape: shape.rotate(cq.Vector(), cq.Vector(*axis), angle)  # noqa: E731
@@ -81,6 +88,7 @@ def test_a_pocket_is_left_out_and_bounded(plain):
     assert face.K_error > plain[0].K_error
 
 
+@pytest.mark.slow
 def test_a_narrow_cut_is_in_the_bar(plain, monkeypatch):
     """A cut of 0.05 mm, 4 of 6 mm deep, is a thousandth of the leaf, and takes 36 % of its stiffness by tetrahedra."""
     monkeypatch.setattr(own_part, "MOST_SECONDS", 0.0)
