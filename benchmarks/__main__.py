@@ -1,4 +1,4 @@
-"""Speed against error: contact, unilateral contact and flexures beside peers, and the cost of the whole command.
+"""Speed against error: contact, unilateral contact and flexures compared with peers, and the cost of the whole command.
 
 `python -m benchmarks` writes docs/measurements.md and docs/benchmarks.svg.
 """

@@ -1,4 +1,4 @@
-"""Each preset on three benches: what calibration leaves of its springs, and of a modulus.
+"""The calibration of each preset on three benches: uncertainties of springs and of a modulus that remain.
 
 `python -m benchmarks.benches` writes docs/measurements.md.
 """
@@ -25,7 +25,7 @@ OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 
 
 def row_of(name: str, bench: str) -> list[str]:
-    """Return the row of a preset on a bench, which a run may refuse."""
+    """Return the row of a preset on a bench, even if a run refuses the bench."""
     design = load_design(name, BENCHES[bench])
     sensor = Sensor(design=design, options=RunOptions(), springs_as="sized")
     readings = sensor.readings

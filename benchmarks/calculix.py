@@ -1,6 +1,6 @@
-"""CalculiX run on a deck.
+"""Runs of CalculiX on a deck.
 
-It ends with exit code 0 on some failures, so its text is read and its reactions must balance.
+Some failures end with exit code 0, so its output is read, and its reactions must balance.
 """
 
 import re
@@ -18,28 +18,28 @@ from sensor.arrays import Floats
 from solve.linear import SolveError
 
 CALCULIX = "CalculiX (ccx)"
-BALANCE_LIMIT = 1e-5  # CalculiX prints seven digits
+BALANCE_LIMIT = 1e-5  # largest unbalanced force over the applied one; CalculiX prints seven digits
 _TABLE = re.compile(r"^ *(total force|displacements) .*for set (\S+) and time.*$", re.MULTILINE)
 
 
 @dataclass(frozen=True, kw_only=True)
 class StepResult:
-    """Totals of force z by node set [N], and u_z (nodes,) [mm], 0 at nodes that the deck does not print."""
+    """Total forces along z by node set [N], and u_z (nodes,) [mm], which is 0 at nodes that the deck does not print."""
 
     forces: dict[str, float]
     displacements: Floats
 
 
 def is_installed() -> bool:
-    """Say whether CalculiX can be called."""
+    """Return whether CalculiX is installed."""
     return shutil.which("ccx") is not None
 
 
 def calculix(deck: Deck) -> tuple[list[StepResult], float]:
     """Return CalculiX's answer to each step of a deck [N, mm from MPa], and its CPU seconds [s].
 
-    Nodes are numbered as in the deck, with its ground and its means. Raises SolveError when the program is absent,
-    stops, prints an error, or its reactions do not balance.
+    Nodes are numbered as in the deck, including its ground nodes and mean nodes. Raises SolveError if the program is
+    absent, stops, prints an error, or its reactions do not balance.
     """
     program = shutil.which("ccx")
     if program is None:
@@ -63,7 +63,7 @@ def _refusal(reason: str) -> str:
 
 
 def _checked_results(text: str, deck: Deck) -> list[StepResult]:
-    """Return the results of each step from the text of a .dat file, where displacements follow the forces."""
+    """Return the results of each step from the text of a .dat file, in which displacements follow the forces."""
     results: list[StepResult] = []
     forces: dict[str, float] = {}
     displacements = np.zeros(deck.node_count)
@@ -85,7 +85,7 @@ def _checked_results(text: str, deck: Deck) -> list[StepResult]:
 
 
 def check_balance(program: str, forces: Mapping[str, float], step: LinearStep) -> None:
-    """Raise SolveError unless the support carries what presses in the answer of a program: forces [N] by set."""
+    """Raise SolveError unless the support balances the applied forces in the answer of a program; forces [N] by set."""
     support = sum(value for name, value in forces.items() if name.startswith("support"))
     pressed = float(step.loads.sum()) + sum(forces[name] for name in step.pressed)
     if not (np.isfinite(pressed) and pressed != 0.0 and abs(pressed + support) <= BALANCE_LIMIT * abs(pressed)):

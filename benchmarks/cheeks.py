@@ -1,9 +1,9 @@
-"""Random presses of a square, with forces that share nothing with the product's law, read by a calibrated unit.
+"""Random presses of a square, with forces from independent models, read by a calibrated unit.
 
-`python -m benchmarks.cheeks DESIGN [--by solids|elements] [--count 27] [--seed 1] [--skip 0]` prints a table row
-by row. It exits with 1 where the error of a reading is more than 6 % or than twice its bar. Forces have no noise, and
-springs are as designed. Forces are from solids at finite strain over a stone (`reference/pressed_solids.py`, some
-75 CPU seconds each), or from boundary elements on a half-space (`solve/presses`, a second each).
+`python -m benchmarks.cheeks DESIGN [--by solids|elements] [--count 27] [--seed 1] [--skip 0]` prints a table row by
+row. It exits with 1 if the error of a reading exceeds 6 % or twice its bar. Forces have no noise, and springs are as
+designed. Forces are from solids at finite strain over a stone (`reference/pressed_solids.py`, about 75 CPU seconds
+each), or from boundary elements on a half-space (`solve/presses`, a second each).
 """
 
 import argparse
@@ -23,15 +23,15 @@ from solve.presses import pressing
 from solve.presses.bodies import EllipsoidFruit
 from tests.measured_units import MeasuredDesign
 
-SOLVED = 10  # samples of a press
-READ = 40  # samples that are read, between those that are solved
-LARGEST = 0.06
+SOLVED = 10  # solved samples of a press
+READ = 40  # samples for the reading, interpolated between solved ones
+LARGEST = 0.06  # largest relative error of a reading
 HEADS = "  E MPa    R1    R2 azimuth  tilt flesh   read  error %  bar %  gamma mm      s"
 
 
 @dataclass(frozen=True)
 class DrawnPress:
-    """A fruit under a sensor, the thickness of its flesh [mm], and the drift of the slope in the press, (2,) [rad]."""
+    """A fruit under a sensor, the thickness of its flesh [mm], and the change of the slope in the press, (2,) [rad]."""
 
     fruit: EllipsoidFruit
     thickness: float
@@ -39,13 +39,13 @@ class DrawnPress:
 
 
 def in_disc(rng, radius):
-    """Return a point of a disc, evenly by area."""
+    """Return a random point of a disc about the origin, uniform in area."""
     angle = rng.uniform(0.0, 2.0 * math.pi)
     return radius * math.sqrt(rng.uniform()) * np.array([math.cos(angle), math.sin(angle)])
 
 
 def drawn_press(design, rng):
-    """Return a press on a random fruit of a design's ranges; moduli are drawn evenly by their logarithm."""
+    """Return a press on a random fruit within the ranges of a design; moduli are uniform in their logarithm."""
     asked = design.reading
     tilt = in_disc(rng, asked.tilt_deg)
     fruit = EllipsoidFruit(
@@ -62,7 +62,7 @@ def drawn_press(design, rng):
 
 
 def press_forces(by, design, sensor, drawn):
-    """Return the forces of a press from where all tips touch to the whole travel, (READ, tips) [N]."""
+    """Return the forces of a press from the touch of all tips to the full travel, (READ, tips) [N]."""
     travels = pressed_solids.rising_travels(sensor, drawn.fruit, design.press.travel_mm, SOLVED)
     if by == "solids":
         piece = pressed_solids.Piece(plan=design.fruit.length_mm, thickness=drawn.thickness)
@@ -70,7 +70,7 @@ def press_forces(by, design, sensor, drawn):
     else:
         forces = pressing.press(sensor, drawn.fruit, travels, drift=drawn.drift)
     touching = (forces > 0.0).all(axis=1)
-    # F^(2/3) is nearly straight in the travel
+    # F^(2/3) is nearly linear in the travel, so it is interpolated instead of F.
     between = CubicSpline(travels[touching], forces[touching] ** (2.0 / 3.0))
     return np.maximum(between(np.linspace(travels[touching][0], travels[-1], READ)), 0.0) ** 1.5
 
@@ -81,7 +81,7 @@ def reading_of(unit, forces):
 
 
 def main() -> int:
-    """PressSamples, read, and print the table."""
+    """Press, read, and print the table; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("design")
     parser.add_argument("--by", choices=("solids", "elements"), default="solids")

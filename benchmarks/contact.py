@@ -1,6 +1,7 @@
-"""Work and precision of the contact compliance on the paper's block: split, direct FE, a peer on the same mesh.
+"""Work and precision of the contact compliance on the paper's block: split, direct FE, and peers on the same meshes.
 
-Run as a program it prints its measurements as JSON: a fresh interpreter on one thread, imports not counted.
+As a program it prints its measurements as JSON, so that they come from a fresh interpreter on one thread. Imports are
+not counted.
 """
 
 import itertools
@@ -36,7 +37,7 @@ FRUIT, TIPS = Fruit(), Tips()
 FOOTPRINTS = (Footprint(-4.0, 0.0, 1.0), Footprint(4.0, 0.0, 1.0))
 TOLERANCES = (0.02, 1e-3, 1e-4, 5e-5)
 SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # compliance [mm/N]
-# Order, and levels of refinement by a factor towards the edges of the tip; sizes of elements [mm].
+# Polynomial orders, each with the number of refinements towards the edges of the tip. Then the block for these [mm].
 HIGH_ORDERS = ((3, 2), (4, 3), (5, 4))
 HIGH_ORDER_BLOCK = {
     "factor": 0.125,
@@ -52,21 +53,21 @@ MODULI, TRAVELS = np.linspace(0.5, 3.5, 7).tolist(), 0.6 * np.arange(1, 14) / 13
 
 
 def pair_and_own(S: Floats) -> tuple[float, float]:
-    """Return the mean compliance of a tip less the mean crosstalk, and s11 [1/mm]; S has shape (tips, tips) [1/mm]."""
+    """Return the mean compliance of a tip minus the mean crosstalk, and s11 [1/mm], from S (tips, tips) [1/mm]."""
     tips, own = len(S), float(np.trace(S))
     return own / tips - (float(S.sum()) - own) / (tips * (tips - 1)), float(S[0, 0])
 
 
 def relative_errors(compliance: FruitCompliance) -> tuple[float, float]:
-    """Return the error bars that the product states for the values of `pair_and_own`, relative [1]."""
+    """Return the product's relative error bars for the values of `pair_and_own` [1]."""
     return compliance.error_pair, compliance.error_own
 
 
 def split_rows() -> Iterator[Measurement]:
-    """Yield the split as the product calls it, with the bar it states, and on each of its meshes alone."""
+    """Yield the rows of the split: as the product calls it, with its error bar, and on each of its single meshes."""
     for tolerance in TOLERANCES:
         compliance, cpu = timed(partial(split_compliance, FRUIT, TIPS, tolerance))
-        # One mesh without a coarser partner has a bar by the largest error over random scenes.
+        # A single mesh without a coarser partner gets the largest error over random scenes as its bar.
         meshes = "its error pair" if tolerance <= LARGEST_ERROR else "one rough mesh"
         yield _product_row(f"{OURS}split, {meshes}", f"to {100.0 * tolerance:g} %", compliance, cpu)
     for grading in LEVELS:
@@ -81,7 +82,7 @@ def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float
 
 
 def direct_rows() -> Iterator[Measurement]:
-    """Yield direct finite elements on each mesh of the family, CalculiX on the same meshes, and the extrapolation."""
+    """Yield the rows of direct finite elements and of peers on each mesh of the family, and of the extrapolation."""
     part = solved_block(FRUIT, TIPS)
     meshes = []
     total_meshing = 0.0
@@ -109,13 +110,16 @@ def _deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solver: S
 
 
 def _pair_and_own_of(results: Sequence[StepResult]) -> tuple[float, float]:
-    """Return s11 - s12 and s11 [1/mm] of the quarter, pressed by 1 mm: alike with its mirror image, and against it."""
+    """Return s11 - s12 and s11 [1/mm] from the two results of a quarter that is pressed by 1 mm.
+
+    In the first the mirror image is pressed equally, in the second oppositely.
+    """
     alike, against = (0.5 / result.forces["high_tip"] for result in results)
     return against, 0.5 * (alike + against)
 
 
 def high_order_rows() -> Iterator[Measurement]:
-    """Yield NGSolve by its own means, where it is installed: high order, its mesh refined to the edges of the tip."""
+    """Yield the rows of NGSolve, if installed, with high order and its own mesh, refined to the edges of the tip."""
     if NGSOLVE.interpreter is None:
         return
     held: Held = {"base": (1, 2, 3), SIDE: (2,)}

@@ -1,7 +1,7 @@
-"""Do the error bars hold: random contact scenes, presses and springs, each against a finer or an independent solve.
+"""Coverage of the error bars: random contact scenes, presses and springs, compared with finer or independent solves.
 
-`python -m benchmarks.coverage [--count 100] [--seed 1]` writes docs/measurements.md, and exits with 1 where
-fewer than 95 % of the numbers lie inside their bars.
+`python -m benchmarks.coverage [--count 100] [--seed 1]` writes docs/measurements.md, and exits with 1 if fewer than
+95 % of the numbers lie inside their bars.
 """
 
 import argparse
@@ -47,7 +47,7 @@ def random_press(rng: random.Random) -> Sequence[ReferenceCheck]:
 
 
 def random_springs(rng: random.Random) -> Sequence[ReferenceCheck]:
-    """Return the checks of both springs of random targets in a random process."""
+    """Return the checks of both springs for random targets in a random process."""
     return process_checks(rng.choice(sorted(PROCESSES)), P_max=rng.uniform(3.0, 8.0), NL=rng.uniform(0.03, 0.1))
 
 
@@ -56,11 +56,11 @@ KINDS: dict[str, tuple[Callable[[random.Random], Sequence[ReferenceCheck]], int]
     "forces of a tilted press": (random_press, 4),
     "stiffness of springs": (random_springs, 8),
 }
-"""What is drawn, and the fraction of the count that its cost allows: one of so many."""
+"""The random kinds, each with the divisor of the count that its cost requires."""
 
 
 def drawn_checks(kind: str, count: int, seed: int) -> tuple[list[ReferenceCheck], int]:
-    """Return the checks of a number of random scenes of a kind that have a reference, and how many were refused."""
+    """Return the checks with a reference for `count` random scenes of a kind, and the number of refused scenes."""
     draw, _ = KINDS[kind]
     checks: list[ReferenceCheck] = []
     refused = 0
@@ -76,7 +76,7 @@ def drawn_checks(kind: str, count: int, seed: int) -> tuple[list[ReferenceCheck]
 
 
 def main() -> int:
-    """Draw the scenes and write the table."""
+    """Draw the scenes and write the table; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)

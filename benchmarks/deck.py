@@ -17,26 +17,26 @@ HELD_HALF = {"mounting_holes": (1, 2, 3), "symmetry": (2,)}
 
 
 def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: float) -> Deck:
-    """Return the deck of the half housing y >= 0 [mm], its holes held, E [MPa], with half a newton on each tip in turn.
+    """Return the deck of half of a housing, y >= 0 [mm], with held holes and half a newton on each tip in turn.
 
-    `choice` names the element of `reference.element_study` whose nodes and loads are taken, `kind` that of
-    CalculiX. The product's own deck has its element and its mount only. Raises SolveError where they do not fit.
+    E is in MPa. `choice` names the element in `reference.element_study`, which gives nodes and loads, and `kind` the
+    element of CalculiX. (The product's own deck has only its own element and mount.) Raises SolveError if they differ.
     """
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)
     means = {mean_of(spring): elements.of_dofs(basis, face_mean(basis, tip_face(spring))) for spring in SPRINGS}
     sets = boundary_sets(elements, basis, tuple(HELD_HALF))
     sets["tips"] = np.flatnonzero(np.any(list(means.values()), axis=0))
-    # Half the force on half the part.
+    # Half of the part carries half of the force.
     steps = [LinearStep(held=HELD_HALF, loads=0.5 * mean) for mean in means.values()]
     return Deck(elements=elements, sets=sets, E=E, poisson=poisson, steps=steps, means=means, asked="tips")
 
 
 def contact_deck(mesh: SkfemMesh, E: float, poisson: float, shift: float) -> Deck:
-    """Return the deck of the fruit [mm] under its rigid flat tips, whose u_z is prescribed [mm], E [MPa].
+    """Return the deck of the fruit [mm] under rigid flat tips, whose u_z is `shift` [mm]; E in MPa.
 
-    The mesh is of the quarter x, y >= 0, of the half y >= 0 or of the whole, told by its boundaries. On a quarter the
-    tips press alike in the first step, and against each other in the second; else one tip presses in each step.
+    The mesh is of the quarter x, y >= 0, of the half y >= 0 or of the whole; its boundaries show which. On a quarter,
+    the tips are pressed equally in the first step and oppositely in the second. Else one tip is pressed in each step.
     """
     boundaries = mesh.boundaries or {}
     tips = tuple(name for name in FACES if name in boundaries)

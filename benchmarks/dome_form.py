@@ -1,8 +1,8 @@
-"""Units whose domes are off as their process makes them, before and after a reference ball, by independent presses.
+"""Readings of units with form errors of their domes, before and after calibration on a reference ball.
 
-`python -m benchmarks.dome_form [DESIGN] [--count 60] [--seed 1]` prints how many readings are inside their bars. Each
-unit has another radius of its domes and another cap on them, alike under all tips. Forces are those of boundary
-elements, which share nothing with the law. Springs are known, and forces have no noise.
+`python -m benchmarks.dome_form [DESIGN] [--count 60] [--seed 1]` prints the number of readings inside their bars. Each
+unit has another radius of its domes and another cap, equal on all tips, with the errors of its process. Forces come
+from boundary elements, which share nothing with the law. Springs are known, and forces have no noise.
 """
 
 import argparse
@@ -18,27 +18,27 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.simulate.unit import drawn_form
 from solve.presses.bodies import EllipsoidFruit
 
-NEAR = 0.02  # of E, on a fruit of the radius of the ball
+NEAR = 0.02  # relative error of E that is also counted on a fruit with the radius of the ball
 HEADS = ["presses", "inside the bar", "rms error %", "farthest, in bars"]
 
 
 class Unit:
-    """A bench whose domes are off in radius and in their caps."""
+    """A bench with form errors of its domes: of their radius and of their caps."""
 
     def __init__(self, bench: Bench) -> None:
-        """Draw the form, by half the accuracy of the process as one standard deviation of outlines."""
+        """Draw the form errors; half the accuracy of the process is one standard deviation of outlines."""
         self.bench = bench
         self.sensor = drawn_form(bench.design, bench.sensor, bench.rng)
 
     def error(self, fruit: EllipsoidFruit, by: MeasuringUnit) -> tuple[float, float]:
-        """Return the error and the bar of a reading of a fruit by a unit [1]."""
+        """Return the relative error and the bar of a reading of a fruit by a unit [1]; infinite without a reading."""
         self.bench.unit = by
         found = self.bench.read(fruit, self.sensor)
         return (math.inf, 0.0) if found.E is None or found.u is None else (found.E / fruit.E - 1.0, found.u)
 
 
 def row_of(name: str, found: list[tuple[float, float]], limit: float | None = None) -> list[str]:
-    """Return a row of errors and bars; a limit takes the place of the bars."""
+    """Return a row of the table from errors and bars [1]; a limit replaces the bars."""
     errors = np.abs([error for error, _ in found])
     bars = np.array([bar if limit is None else limit for _, bar in found])
     inside = f"{int((errors <= bars).sum())} of {len(found)}"
@@ -53,7 +53,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     bench = Bench(arguments.design, arguments.seed)
-    # The skin and the flesh of these fruits are even: bars of uneven ones would hide what the domes do.
+    # The fruits are even, because bars for uneven ones would hide the effect of the domes.
     rows_of_report = tuple(replace(row, fruit=None) for row in bench.unit.report.moduli)
     known = replace(bench.before_ball, report=replace(bench.unit.report, moduli=rows_of_report))
     bench.before_ball = known

@@ -1,8 +1,8 @@
-"""Whole runs of random extreme designs: each ends in verdicts or in one line, with finite numbers.
+"""Whole runs of random extreme designs: each must end in verdicts with finite numbers, or in a refusal of one line.
 
-`python -m benchmarks.extremes [--count 200] [--seed 1]` writes docs/measurements.md, and exits with 1 where a
-run ends otherwise. Ctrl-C ends it with the designs that were run. `--rough` runs them to a tolerance of 0.1, for what
-ends them; it writes no page.
+`python -m benchmarks.extremes [--count 200] [--seed 1]` writes docs/measurements.md, and exits with 1 if a run ends
+otherwise. After Ctrl-C it reports the finished runs. `--rough` runs the designs to a tolerance of 0.1, only to see
+their outcomes, and writes no page.
 """
 
 import argparse
@@ -23,9 +23,9 @@ from pipeline.options import load_design
 from sensor.design.processes import PROCESSES
 from sensor.quantity import InputError
 
-SECONDS = 300  # of wall time of a run, after which it is ended
-MOST_MIB = 4096  # of memory of a run
-OFTEN = 0.5  # chance of what a design may have
+SECONDS = 300  # wall time after which a run is killed
+MOST_MIB = 4096  # most memory of a run
+OFTEN = 0.5  # probability of an optional part of a design
 ROUGH_FLAGS = ("--tol", "0.1")
 REFUSED = 2
 OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", REFUSED: "refused in one line"}
@@ -56,7 +56,7 @@ class Outcome:
 
 
 def random_settings(rng: random.Random) -> dict[str, object]:
-    """Return settings of a design file, which may contradict each other."""
+    """Return random settings of a design file, which may contradict each other."""
     decades = partial(_decades, rng)
 
     def sometimes(chance: float, value: float) -> float:
@@ -107,12 +107,12 @@ def random_settings(rng: random.Random) -> dict[str, object]:
 
 
 def _decades(rng: random.Random, least: float, most: float) -> float:
-    """Return a number between two, evenly in its logarithm."""
+    """Return a random number between two bounds, uniform in its logarithm."""
     return least * (most / least) ** rng.random()
 
 
 def _of_tips(rng: random.Random, settings: dict[str, object], side: float) -> dict[str, object]:
-    """Return random keys that a cone, a dome or a line of tips has, of a side [mm]."""
+    """Return random values for the keys of cones, domes and lines of tips with this side [mm]."""
     found: dict[str, object] = {}
     if settings["tips.shape"] == "cone":
         found["tips.half_angle_deg"] = rng.uniform(45.0, 89.0)
@@ -128,7 +128,7 @@ def _of_tips(rng: random.Random, settings: dict[str, object], side: float) -> di
 
 
 def _of_flesh(rng: random.Random, E_max: float, side: float) -> dict[str, object]:
-    """Return random keys of a skin, of relaxation and of springs that are given, each in half of the designs."""
+    """Return random keys of a skin, of relaxation and of given springs, each in half of the designs."""
     found: dict[str, object] = {}
     if rng.random() < OFTEN:
         found["fruit.skin_mm"] = _decades(rng, 1e-3, 1.0) * side
@@ -171,13 +171,13 @@ def _of_reading(rng: random.Random) -> dict[str, object]:
             "readout.drift_K": rng.uniform(0.0, 50.0),
             "readout.tare_K": rng.uniform(0.0, 50.0),
         }
-    elif "reading.tilt_deg" in found:  # a read-out has a noise of its own
+    elif "reading.tilt_deg" in found:  # a read-out has its own noise
         found["reading.noise_percent"] = rng.uniform(0.0, 50.0)
     return found
 
 
 def random_design(seed: int, number: int) -> dict[str, str]:
-    """Return settings of the first design that the bounds of a design file allow, as the command line takes them."""
+    """Return the settings of the first random design within the bounds of a design file, as on the command line."""
     rng = random.Random(f"{seed} {number}")
     while True:
         drawn = random_settings(rng)
@@ -188,7 +188,7 @@ def random_design(seed: int, number: int) -> dict[str, str]:
 
 
 def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence[str] = ()) -> Outcome:
-    """Run one design in a process of its own on one thread, and look at what it left."""
+    """Run one design in its own process on one thread, and return its outcome with faults of the files that it left."""
     place = folder / str(number)
     temporary = place / "tmp"
     temporary.mkdir(parents=True)
@@ -203,7 +203,7 @@ def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence
 
 
 def fault_of(usage: ResourceUsage, out: Path, left: Sequence[str]) -> str:
-    """Return the fault of a run, or of its output folder, or the files left beside it; empty where goals are met."""
+    """Return the fault of a run, of its output folder, or of files `left` beside it; empty if all goals are met."""
     lines_of_errors = 1 if usage.exit_code == REFUSED else 0
     if usage.wall >= SECONDS:
         return f"took more than {SECONDS} s"
@@ -229,7 +229,7 @@ def _refuse_constant(name: str) -> float:
 
 
 def sections(outcomes: list[Outcome]) -> list[str]:
-    """Return the table of how runs ended with what they used, and that of the refusals by what they name."""
+    """Return two tables: the ends of runs with time and memory, and the refusals by the name in their message."""
     rows = []
     for code, words in OUTCOMES.items():
         ended = [one for one in outcomes if one.code == code and not one.fault]
@@ -247,7 +247,7 @@ def sections(outcomes: list[Outcome]) -> list[str]:
 
 
 def main() -> int:
-    """Run the designs, write and print the tables."""
+    """Run the designs, and write and print the tables; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=200, help="designs to run")
     parser.add_argument("--seed", type=int, default=1)

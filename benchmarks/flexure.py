@@ -1,6 +1,7 @@
-"""Work and precision of the flexures' stiffness on one housing: elements, integration, beam formulas, peers.
+"""Work and precision of the stiffness of the flexures of one housing: elements, integration, beam formulas, peers.
 
-Run as a program it prints its measurements as JSON: a fresh interpreter on one thread, imports not counted.
+As a program it prints its measurements as JSON, so that they come from a fresh interpreter on one thread. Imports are
+not counted.
 """
 
 import itertools
@@ -36,8 +37,7 @@ BENCH = Bench(
     # Reduced and full integration agree to 1.1e-4, the latter extrapolated from 111k dofs.
     reference=TRUTHS["default springs in PETG"],
 )
-# The default sensor in PETG: thickness, lengths and levels [mm] as its layout gives them, kept here so that the
-# reference stays valid.
+# The default sensor in PETG [mm], copied from its layout, so that the reference stays valid if the layout changes.
 HOUSING = Housing(
     low=Flexure(thickness=0.8, length=24.2, depth=10.0, separation=14.0, fillet=0.5),
     high=Flexure(thickness=1.2, length=12.1, depth=10.0, separation=14.0, fillet=0.5),
@@ -47,15 +47,15 @@ HOUSING = Housing(
 E_MPA, POISSON = 2000.0, 0.38
 HEXAHEDRA = ("hex 20, reduced", "hex 20, full", "hex 27, full", "hex 8")
 SCALES = (2.0, 1.0)
-FAMILY_ENDS = (4.0, 0.5)  # further scales, of the product's element
+FAMILY_ENDS = (4.0, 0.5)  # further scales for the element of the product
 PEER_KINDS = {"hex 20, reduced": "C3D20R", "hex 20, full": "C3D20"}
 ELEMENTS = {"C3D20R": "hex 20, reduced", "C3D20": "hex 20, full", "C3D10": "P2 tets"}
-TET_SIZES = (0.8, 0.4)  # [mm] at the outline of the leaves
+TET_SIZES = (0.8, 0.4)  # sizes of tetrahedra at the outline of the leaves [mm]
 SHEAR = 5.0 / 6.0  # shear coefficient of a rectangle, S. Timoshenko 1921
 
 
 def beam_rows() -> Iterator[Measurement]:
-    """Yield the closed formulas: Euler, Timoshenko, and Timoshenko with the plane-strain modulus of a wide leaf."""
+    """Yield the rows of closed formulas: Euler, Timoshenko, and Timoshenko with the plane-strain modulus."""
     wide = E_MPA / (1.0 - POISSON**2)
     for name, modulus, shear in (("Euler", E_MPA, 0.0), ("Timoshenko", E_MPA, 1.0), ("wide Timoshenko", wide, 1.0)):
         K = [beam_stiffness(arm.flexure, modulus, shear) for arm in HOUSING.arms]
@@ -63,14 +63,17 @@ def beam_rows() -> Iterator[Measurement]:
 
 
 def beam_stiffness(flexure: Flexure, modulus: float, shear: float) -> float:
-    """Return the stiffness of two guided leaves [N/mm from MPa, mm], with a fraction of the give of shear [1]."""
+    """Return the stiffness of two guided leaves [N/mm]; `shear` [1] is the included share of the shear compliance.
+
+    `modulus` is in MPa.
+    """
     bending = 1.0 / pair_stiffness(modulus, flexure.depth, flexure.thickness, flexure.length)
     G = 0.5 * E_MPA / (1.0 + POISSON)
     return 1.0 / (bending + shear * flexure.length / (2.0 * SHEAR * G * flexure.depth * flexure.thickness))
 
 
 def product_rows() -> Iterator[Measurement]:
-    """Yield the product's solver on the rough mesh, and on its pairs of meshes, with the error bars that it states."""
+    """Yield the rows of the product's solver, on the rough mesh and on pairs of meshes, with its error bars."""
     rough, cpu = timed(partial(rough_compliance, HOUSING, E_MPA, POISSON))
     yield BENCH.row(f"{OURS}hex 20, one rough mesh", "rough", _solved(rough_stiffness(HOUSING, rough), cpu))
     for pair in MESH_PAIRS:
@@ -79,7 +82,7 @@ def product_rows() -> Iterator[Measurement]:
 
 
 def stiffness_on(pair: MeshPair, housing: Housing, solver: HousingSolver) -> HousingStiffness:
-    """Return the stiffness of a housing as it is [N/mm] on a pair of meshes, with its error bars."""
+    """Return the stiffness of a housing [N/mm] on a pair of meshes, with its error bars."""
     return pair.judged(housing, solver.solve(housing, pair.fine), solver.solve(housing, pair.coarse))
 
 
@@ -88,7 +91,7 @@ def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:
 
 
 def element_rows() -> Iterator[Measurement]:
-    """Yield elements on one mesh each, without an error bar: hexahedra, tetrahedra, and the peers."""
+    """Yield the rows of elements on single meshes, without error bars: hexahedra, tetrahedra and peers."""
     for choice in HEXAHEDRA:
         for scale in (*SCALES, *(FAMILY_ENDS if choice == HEXAHEDRA[0] else ())):
             mesh, meshing = timed(partial(flexure_mesh, HOUSING, scale))
@@ -108,9 +111,10 @@ def element_rows() -> Iterator[Measurement]:
 
 
 def mesh_rows() -> Iterator[Measurement]:
-    """Yield other meshes of the product's element, of which none is 0.1 % right at two thirds of the cost of scale 1.
+    """Yield the rows of cheaper meshes for the product's element, to show that scale 1 is a good choice.
 
-    Each leaves elements out where scale 1 has them: in the frame, round the holes, in the necks, along the leaves.
+    Each has fewer elements in the frame, around the holes, in the necks or along the leaves. None reaches an error of
+    0.1 % at two thirds of the cost of scale 1.
     """
     own = counts(HOUSING, 1.0)
     wide = replace(own, frame_size=2.0**0.5 * own.frame_size, neck=3)
@@ -129,7 +133,7 @@ def mesh_rows() -> Iterator[Measurement]:
 
 
 def housing_half(housing: Housing) -> Part:
-    """Return the half y >= 0 [mm] with the faces of the whole, the plane symmetry, and low_leaves and high_leaves."""
+    """Return the half y >= 0 of a housing [mm], with its named faces, and symmetry, low_leaves and high_leaves."""
     width, height = housing.right - housing.left + 2.0, housing.top_level + 2.0
     box = cq.Solid.makeBox(width, housing.depth, height, cq.Vector(housing.left - 1.0, 0.0, -1.0))
     outside = named_housing(housing_part(housing).shape.intersect(box), housing)
@@ -140,7 +144,7 @@ def housing_half(housing: Housing) -> Part:
 
 
 def _leaf_test(arm: Arm) -> FaceTest:
-    """Return the test that picks the flat faces of the straight parts of both leaves, where strain is largest."""
+    """Return the test for the flat faces of the straight parts of both leaves, which need small elements."""
     half = 0.5 * arm.flexure.thickness
     surfaces = [on_plane(2, level + side) for level in arm.levels for side in (-half, half)]
     start, end = arm.roots
@@ -153,7 +157,7 @@ def _element_row(method: str, name: str, mesh: SkfemMesh, choice: str, meshing: 
 
 
 def peer_rows(name: str, mesh: SkfemMesh, choice: str, kind: str, meshing: float) -> Iterator[Measurement]:
-    """Yield the row of each peer that is installed, on a mesh [mm] that took `meshing` CPU seconds [s]."""
+    """Yield the row of each installed peer on a mesh [mm] that took `meshing` CPU seconds [s]."""
     for peer, solver in deck_solvers(kind).items():
         if peer != NGSOLVE.name:
             solve = partial(peer_stiffness, mesh, (choice, kind), (E_MPA, POISSON), solver)
@@ -163,10 +167,10 @@ def peer_rows(name: str, mesh: SkfemMesh, choice: str, kind: str, meshing: float
 def peer_stiffness(
     mesh: SkfemMesh, element: tuple[str, str], material: tuple[float, float], solver: Solver = calculix
 ) -> Solved:
-    """Return the stiffness of each spring of the half housing [N/mm from MPa, mm] by a peer.
+    """Return the stiffness of each spring [N/mm] by a peer, from a mesh of half of the housing [mm].
 
-    `element` names the one of `reference.element_study` whose nodes and loads are taken, and CalculiX's type of
-    it; `material` is E [MPa] and Poisson's ratio. Raises SolveError.
+    `element` is the name in `reference.element_study`, which gives nodes and loads, and CalculiX's type. `material` is
+    E [MPa] and Poisson's ratio. Raises SolveError.
     """
     deck = flexure_deck(mesh, *element, *material)
     results, cpu = solver(deck)

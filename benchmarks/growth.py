@@ -1,7 +1,7 @@
-"""How wall time, processor time and memory grow with the size of each kind of work.
+"""Growth of wall time, processor time and memory with the size of each kind of work.
 
-`python -m benchmarks.growth` writes docs/measurements.md; with the name of a work and a size it does that one
-and prints it.
+`python -m benchmarks.growth` writes docs/measurements.md. With the name of a work and a size it runs only this one and
+prints its cost.
 """
 
 import functools
@@ -47,7 +47,7 @@ Two exponents are above theory, because the work changes in a step:
 
 An exponent is below theory where a cost that does not grow with the size is still a large part of the whole."""
 HEADS = ["work", "size", "wall s", "CPU s", "MiB", "exponent", "theory, at most"]
-SPRINGS = {"springs.K_l_N_per_m": 906, "springs.K_h_N_per_m": 20800}  # of the paper's sensor, about
+SPRINGS = {"springs.K_l_N_per_m": 906, "springs.K_h_N_per_m": 20800}  # nearly the springs of the paper's sensor
 LAYOUTS: dict[int, dict[str, object]] = {
     2: {},
     3: {"tips.layout": "line", "tips.order": "LHL", "tips.spacing_mm": 6, **SPRINGS},
@@ -70,7 +70,7 @@ def contact_of_tips(count: int) -> None:
 
 
 def tilted_moduli(count: int) -> None:
-    """Press a tilted pair on fruits of a number of moduli, the compliance included."""
+    """Press a tilted pair on fruits with a number of moduli, including the solution for the compliance."""
     design = load_design("paper", {"press.tilt_deg": 1})
     contact = contact_compliance(design.fruit, design.tips)
     springs = springs_for(design, spring_sizing(design, contact, RunOptions()), "sized")
@@ -109,7 +109,7 @@ def study_points(count: int, engine: Callable[[], AbstractContextManager[Engine]
 
 
 def study_on_cluster(count: int, workers: int) -> None:
-    """Solve such a study on a Dask cluster of this machine, whose start is counted."""
+    """Solve the study on a Dask cluster on this machine; the start of the cluster is counted."""
     from distributed import LocalCluster
 
     cluster = LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None)
@@ -119,7 +119,7 @@ def study_on_cluster(count: int, workers: int) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """A kind of work over its size, and the largest exponent that theory allows its processor time."""
+    """A kind of work, its measured sizes, and the largest exponent of its processor time by theory."""
 
     work: Callable[[int], None]
     sizes: tuple[int, ...]
@@ -128,11 +128,11 @@ class Growth:
 
 POINTS = (100, 1000, 10000)
 GROWTHS = {
-    # A dense compliance of n loads is n solves with one factor, which does not grow; a square has more factors.
+    # A dense compliance for n loads needs n solves with one factor of constant size; a square needs more factors.
     "tips of a sensor": Growth(work=contact_of_tips, sizes=(2, 3, 4), theory=2.0),
     "moduli, tilted pair": Growth(work=tilted_moduli, sizes=(2, 20, 200), theory=1.0),
     "poses of domes": Growth(work=poses_of_domes, sizes=(1, 10, 100, 1000, 10000, 100000), theory=1.0),
-    # Bricks of a plate by nested dissection: n^1.5 to n^2 in two to three dimensions, errors fall with n^(4/3).
+    # Nested dissection of bricks in a plate costs n^1.5 to n^2, in two to three dimensions; errors fall as n^(-4/3).
     "1 / tolerance of springs": Growth(work=springs_to_digits, sizes=(50, 200, 1000, 10000), theory=1.0),
     "1 / tolerance of contact": Growth(work=contact_to_digits, sizes=(50, 1000, 10000, 20000), theory=1.3),
     **{
@@ -153,7 +153,7 @@ GROWTHS = {
 
 
 def print_cost(name: str, size: int) -> None:
-    """Do a work of one size and print its wall and CPU seconds [s] as JSON."""
+    """Run a work at one size, and print its wall and CPU seconds [s] as JSON; a small first call is not counted."""
     growth = GROWTHS[name]
     growth.work(growth.sizes[0])
     start, cpu = time.perf_counter(), _cpu()
@@ -162,13 +162,13 @@ def print_cost(name: str, size: int) -> None:
 
 
 def _cpu() -> float:
-    """Return the processor time of this process and of those that it has ended [s]."""
+    """Return the processor time of this process and of its finished children [s]."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(each.ru_utime + each.ru_stime for each in used)
 
 
 def rows() -> Iterator[list[str]]:
-    """Yield the row of each size of each work."""
+    """Yield a row for each size of each work; the last row of a work has the exponent."""
     for name, growth in GROWTHS.items():
         cpu_before = math.nan
         for index, size in enumerate(growth.sizes):

@@ -1,4 +1,4 @@
-"""What every benchmark shares: a program's cost, rows held against a reference, tables in Markdown."""
+"""Shared code of the benchmarks: the cost of a program, rows compared with a reference, and tables in Markdown."""
 
 import dataclasses
 import json
@@ -17,8 +17,8 @@ from solve.linear import SolveError
 T = TypeVar("T")
 ROOT = Path(__file__).parents[1]
 MEASUREMENTS = ROOT / "docs" / "measurements.md"
-OURS = "ours: "  # how the methods of the product begin
-LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors at which a winner is named
+OURS = "ours: "  # prefix of the methods of the product
+LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors for which the cheapest method is named
 WINNERS = """\
 The cheapest method that reaches each error. A row counts by its error, and also by its error bar where it states one;
 the product must state one."""
@@ -27,9 +27,9 @@ WINNER_HEADS = ["error at most", "cheapest", "the product", "cheapest other prog
 
 @dataclass(frozen=True, kw_only=True)
 class Reference:
-    """What should come out: values, how well they are known (errors, same unit), and who says so.
+    """Reference values with their errors in the same unit, and their source.
 
-    Without values nobody could say it, and `source` is the reason.
+    If no reference could be computed, there are no values, and `source` is the reason.
     """
 
     values: tuple[float, ...]
@@ -44,10 +44,10 @@ class Reference:
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """One method on one mesh: CPU seconds [s] after imports, relative errors of its values [1], signed, dofs.
+    """One method on one mesh: CPU seconds after imports [s], signed relative errors of its values [1], and dofs.
 
-    `error_bar` [1] is what the method itself states for its first value. A method that refused has no errors, and its
-    remark says why.
+    `error_bar` [1] is the error that the method itself states for its first value. A method that refused has no errors,
+    and its remark is the reason.
     """
 
     method: str
@@ -60,12 +60,12 @@ class Measurement:
 
     @property
     def worst(self) -> float:
-        """Return the largest error without its sign [1]; infinite for a method that refused."""
+        """Return the largest absolute error [1]; infinite for a method that refused."""
         return max((abs(error) for error in self.errors), default=math.inf)
 
     @property
     def cost(self) -> str:
-        """Return method, worst error, whether it states no bar, and CPU seconds in words."""
+        """Return method, worst error and CPU seconds as text, and a remark if there is no error bar."""
         bar = " without an error bar" if self.error_bar is None else ""
         return f"{self.method}: {percent(self.worst)}{bar}, {self.cpu:.2g} CPU s"
 
@@ -74,7 +74,7 @@ class Measurement:
 class Solved:
     """The answer of a method on a mesh: values in the unit of their bench, CPU seconds [s], dofs.
 
-    `error_bar` [1] is what the method itself states for its first value, None where it states nothing.
+    `error_bar` [1] is the error that the method itself states for its first value, or None.
     """
 
     values: Sequence[float]
@@ -102,7 +102,10 @@ class Bench:
         )
 
     def peer_row(self, method: str, mesh: str, meshing: float, solve: Callable[[], Solved]) -> Measurement:
-        """Return the row of a peer on a mesh that took some CPU seconds [s]; `solve` answers, or refuses."""
+        """Return the row of a peer on a mesh that took `meshing` CPU seconds [s].
+
+        If `solve` raises SolveError, the row has no errors and its message as a remark.
+        """
         try:
             solved = solve()
         except SolveError as refusal:
@@ -110,7 +113,7 @@ class Bench:
         return self.row(method, mesh, dataclasses.replace(solved, cpu=meshing + solved.cpu))
 
     def section(self, rows: Sequence[Measurement]) -> str:
-        """Return the table of error against work with its notes."""
+        """Return the table of errors and costs with its notes, and the table of the cheapest methods."""
         heads = ["method", "mesh", "dofs", "CPU s", *(f"error {value}" for value in self.values), "error bar", "remark"]
         cells = []
         for row in rows:
@@ -133,15 +136,18 @@ class Bench:
             yield f"Not installed, so not measured: {', '.join(absent)}."
 
     def _winners(self, rows: Sequence[Measurement]) -> str:
-        """Return the table of the cheapest method at each level that the reference can tell, with its introduction."""
+        """Return the table of the cheapest method at each level, with its introduction.
+
+        Levels below the error of the reference are left out.
+        """
         levels = [level for level in LEVELS if level >= self.reference.relative_error]
         winners = table(WINNER_HEADS, (self._winner(rows, level) for level in levels))
         return f"\n{WINNERS}\n\n{winners}\n"
 
     def _winner(self, rows: Sequence[Measurement], level: float) -> list[str]:
-        """Return who is cheapest within a relative error [1], and what the product and the cheapest peer take there.
+        """Return the row for a level: the cheapest method within a relative error [1], and the product and best peer.
 
-        Formulas, which have no dofs and take no time, have the last cell.
+        Formulas have no dofs and take no time; they are named in the last cell.
         """
         near = sorted((row for row in rows if self._is_within(row, level)), key=lambda row: row.cpu)
         meshed = [row for row in near if row.dofs]
@@ -158,9 +164,9 @@ class Bench:
         return [*cells, formulas or "-"]
 
     def _is_within(self, row: Measurement, level: float) -> bool:
-        """Say whether a row has a relative error [1]: by the reference, and by its error bar where it states one.
+        """Return whether the error of a row, and its error bar if it states one, are at most `level` [1].
 
-        The product must state one: what it does not vouch for may be luck.
+        The product must state an error bar, because without one a small error may be luck.
         """
         bar = row.error_bar
         if bar is None:
@@ -168,7 +174,7 @@ class Bench:
         return max(row.worst, bar) <= level
 
     def _outside(self, rows: Sequence[Measurement]) -> Iterator[str]:
-        """Say which answers are outside the error bar that they state, and whether the reference can tell."""
+        """Yield a note on each answer outside its own error bar, and whether the reference can judge it."""
         uncertainty = self.reference.errors[0] / abs(self.reference.values[0])
         for row in rows:
             if row.error_bar is None or not row.errors or abs(row.errors[0]) <= row.error_bar:
@@ -216,7 +222,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def write_section(title: str, introduction: str, sections: Sequence[str]) -> None:
-    """Write one section of docs/measurements.md in the place of the one of that title, and print it."""
+    """Replace the section with this title in docs/measurements.md, and print it; raises ValueError for a new title."""
     text = "\n".join([f"## {title}", "", introduction, "", *sections])
     page = MEASUREMENTS.read_text(encoding="utf-8")
     before, heading, rest = page.partition(f"## {title}\n")
@@ -228,10 +234,10 @@ def write_section(title: str, introduction: str, sections: Sequence[str]) -> Non
 
 
 def percent(value: float) -> str:
-    """Return a relative number [1] as a percentage of two digits."""
+    """Return a relative number [1] as a percentage with two digits."""
     return f"{100.0 * value:.2g} %"
 
 
 def signed_percent(value: float) -> str:
-    """Return a relative number [1] as a percentage of two digits with its sign."""
+    """Return a relative number [1] as a percentage with two digits and its sign."""
     return f"{100.0 * value:+.2g} %"

@@ -1,4 +1,4 @@
-"""The largest error of one reading by tilt, for each layout of tips on a round fruit.
+"""The largest error of a single reading by tilt, for each layout of tips on a round fruit.
 
 `python -m benchmarks.layouts` (a minute) writes the table of docs/presets.md.
 """
@@ -26,7 +26,7 @@ from solve.fruit.compliance import FruitCompliance
 MODULI = (0.5, 1.0, 3.5)
 TILTS = (0.0, 2.0, 4.0, 6.0, 8.0)
 DIRECTIONS = 8
-SAMPLES = 12  # over the travel, of a pair
+SAMPLES = 12  # samples over the travel of a pair
 RADIUS = 35.0
 FRUIT = Fruit(shape="sphere", radius_mm=RADIUS, thickness_mm=12.0, poisson=0.3)
 LINE = {"layout": "line", "spacing_mm": 2.5, "outer_mm": 2.5**2 / (2.0 * RADIUS)}
@@ -36,7 +36,7 @@ WIDE_DOME = {"shape": "dome", "dome_radius_mm": 10.0, "side_mm": 5.95}
 
 @dataclass(frozen=True)
 class Row:
-    """A layout, how it is read, its travel [mm] and the stiffness of its springs [N/mm]."""
+    """A row of the table: a layout, the method of its reading, its travel [mm] and spring stiffnesses [N/mm]."""
 
     name: str
     tips: Tips
@@ -71,7 +71,10 @@ ROWS = (
 
 
 def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float) -> Iterator[float]:
-    """Yield E read / E - 1 [1] at every modulus and direction of the tilt [deg]; nan where a tip is off."""
+    """Yield the relative error of E [1] at every modulus and direction of the tilt [deg].
+
+    It is nan if a tip does not touch.
+    """
     S = compliance.S
     hertz = 0.0
     if row.tips.tip_shape.obeys_hertz:
@@ -92,9 +95,12 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
 
 
 def pair_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float) -> Iterator[float]:
-    """Yield E read / E - 1 [1] of a pair at every modulus, tilted along either way [deg]; nan where a tip is off."""
+    """Yield the relative error of E [1] of a pair at every modulus, tilted both ways [deg].
+
+    It is nan if a tip does not touch.
+    """
     K_m_over_E = compliance.K_m_over_E()
-    for turn in {tilt, -tilt}:  # one way where it is level
+    for turn in {tilt, -tilt}:  # a set, so that a level pair is pressed once
         press = dataclasses.replace(scene.press, tilt_deg=turn)
         tilted = dataclasses.replace(scene, press=press)
         response = scene_response(tilted, compliance, row.C, MODULI, travels(row.travel, SAMPLES))

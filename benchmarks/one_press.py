@@ -1,10 +1,12 @@
-"""What one press cannot see: presses by independent boundary elements, read by a unit of a design.
+"""Errors that one press cannot detect: presses by independent boundary elements, read by a unit of a design.
 
-`python -m benchmarks.one_press [DESIGN] [--rows NAME ...] [--count N] [--seed 1]` prints, for each row, by how much E
-moves against the same press without the cause, the bar that was told and the flags. Rows of many presses print how
-many are inside their bar, how many are flagged, and the farthest one in bars. Before it stand those outside without a
-flag. Springs are those of the design, known to 1 %, forces have no noise, and domes end at their rims.
-A ball calibrates the unit, if the design says so.
+`python -m benchmarks.one_press [DESIGN] [--rows NAME ...] [--count N] [--seed 1]` prints rows for causes of error. A
+row has the change of E by the cause, the bar of the reading and its flags. A row of many presses has the numbers of
+presses inside their bars and of flagged ones, and the largest error in bars. Presses outside their bars without a flag
+are printed before it.
+
+Springs are as designed and known to 1 %, forces have no noise, and domes end at their rims. The unit is calibrated on a
+ball if the design says so.
 """
 
 import argparse
@@ -34,19 +36,19 @@ from solve.presses.pressing import Pressing, press
 from tests.measured_units import MeasuredDesign
 
 MODULI = (0.7, 2.5)  # MPa, well inside the range of the mango
-WAY = np.linspace(0.3, 1.0, 10)  # of the travel: 24 samples move E by 1 %
-CELLS = 20  # of a grid, each way: 32 move E by 0.1 %
-HOLLOW_CELLS = 32  # where a contact in a hollow reaches the rim of its dome, coarser grids do not come to fit it
-PRESS_S = 3.0
-FLESH = ((0.25, 5.0), (0.33, 120.0))  # relaxing flesh: 42 % are left, as of Tarocco oranges
-TURNS = (0.0, 90.0, 45.0)  # [deg] of three presses of a fruit
-LOW, HIGH = 0, 1  # tips
+WAY = np.linspace(0.3, 1.0, 10)  # samples as shares of the travel; with 24 samples E changes by 1 %
+CELLS = 20  # cells of a grid in each direction; with 32 cells E changes by 0.1 %
+HOLLOW_CELLS = 32  # cells for contacts in hollows, where coarser grids do not converge at the rim of a dome
+PRESS_S = 3.0  # duration of a press
+FLESH = ((0.25, 5.0), (0.33, 120.0))  # relaxation (share, time [s]) with 42 % left, as for Tarocco oranges
+TURNS = (0.0, 90.0, 45.0)  # rotations of the fruit between three presses [deg]
+LOW, HIGH = 0, 1  # indices of a low and a high tip
 BALL_RADIUS = 40.0  # mm
-HANDS = ((0.0, 0.0), (1.0, 40.0), (1.5, 200.0))  # tilts of the presses on the ball, and where they point to [deg]
+HANDS = ((0.0, 0.0), (1.0, 40.0), (1.5, 200.0))  # tilts of presses on the ball, and their azimuths [deg]
 
 
 class Read(NamedTuple):
-    """A reading against the modulus that it should have: error and bar [1], and flags."""
+    """A reading compared with the true modulus: relative error and bar [1], and flags."""
 
     error: float
     bar: float
@@ -54,15 +56,15 @@ class Read(NamedTuple):
 
     @property
     def inside(self) -> bool:
-        """Return whether the bar holds the error."""
+        """Return whether the error is within the bar."""
         return abs(self.error) <= self.bar
 
 
 class Bench:
-    """A unit of a design, and the sensor as the independent presses have it."""
+    """A unit of a design, and its sensor for the independent presses."""
 
     def __init__(self, name: str, seed: int) -> None:
-        """Solve the contact and the errors of the design."""
+        """Solve the contact and the errors of the named design; `seed` is for random fruits."""
         measured = MeasuredDesign(name)
         self.design = measured.design
         unit = measured.measuring(percent=1.0, gain_percent=0.1)
@@ -75,7 +77,10 @@ class Bench:
             self.unit = self.after_ball(self.sensor, self.design.reading.ball_percent)
 
     def after_ball(self, sensor: Sensor, percent: float) -> MeasuringUnit:
-        """Return the unit with the domes of a sensor, corrected by a ball of the middle E, known to some per cent."""
+        """Return the unit with the domes of a sensor, calibrated on a ball in the middle of the range of E.
+
+        The modulus of the ball is known to `percent`.
+        """
         known = self.before_ball
         rubber = (
             math.sqrt(math.prod(known.range_MPa)) * (1.0 - RUBBER_POISSON**2) / (1.0 - self.design.fruit.poisson**2)
@@ -88,13 +93,13 @@ class Bench:
         return replace(known, unit=replace(known.unit, ball=correction_of(found, ball, known, "the ball")))
 
     def fruit(self, E: float, **others: object) -> Fruit:
-        """Return the fruit of the design, level under the sensor and without bumps."""
+        """Return the mean fruit of the design, level under the sensor and smooth, with changes of some fields."""
         asked = self.design.reading
         middle = [float(np.mean(both)) for both in (asked.radius_mm, asked.radius_across_mm)]
         return replace(Fruit(E=E, R1=middle[0], R2=middle[1], poisson=self.design.fruit.poisson), **others)
 
     def drawn(self, **others: object) -> Fruit:
-        """Return a fruit of the ranges of the design, in a pose of them."""
+        """Return a random fruit in a random pose within the ranges of the design, with changes of some fields."""
         asked, rng = self.design.reading, self.rng
         low, high = min(self.design.fruit.E_MPa), self.design.fruit.largest_E_MPa
         fruit = Fruit(
@@ -111,7 +116,10 @@ class Bench:
     def read(
         self, fruit: Fruit, sensor: Sensor | None = None, way: np.ndarray | None = None, t: np.ndarray | None = None
     ) -> FruitReading:
-        """Return the reading of a press; with times its flesh relaxes, and `way` is the part of the travel [1]."""
+        """Return the reading of a press; `way` are its samples as shares of the travel [1].
+
+        With times `t` [s] the flesh relaxes; else it is elastic.
+        """
         sensor = sensor or self.sensor
         part = WAY if way is None else way
         travels = self.design.press.travel_mm * part
@@ -125,19 +133,19 @@ class Bench:
         return press_reading(self.unit, PressSamples(channels=forces, tips=len(sensor.K), t=times, touched_s=0.0))
 
     def against(self, E: float, found: FruitReading) -> Read:
-        """Return a reading against the modulus that it should have."""
+        """Return a reading compared with the true modulus E [MPa]; the error is infinite without a modulus."""
         if found.E is None:
             return Read(math.inf, 0.0, found.flags)
         return Read(found.E / E - 1.0, found.u, found.flags)
 
 
 def of_tip(tip: int, value: float, otherwise: float) -> tuple[float, ...]:
-    """Return a value for one tip, and another one for the rest."""
+    """Return a tuple over the four tips with `value` for one tip and `otherwise` for the others."""
     return tuple(value if each == tip else otherwise for each in range(4))
 
 
 def waves(rng: np.random.Generator, rms: float, length: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Return a height map of an rms [mm] in waves of a length [mm] in all directions."""
+    """Return a height map with an rms [mm] of random waves with this length [mm] in all directions."""
     angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, 12))
     kx, ky = 2.0 * math.pi / length * np.array([np.cos(angle), np.sin(angle)])
 
@@ -151,7 +159,7 @@ def waves(rng: np.random.Generator, rms: float, length: float) -> Callable[[np.n
 
 
 def odd_shape(rng: np.random.Generator, most: float = 0.3) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Return terms of third and fourth order, each of up to `most` [mm] at 6 mm."""
+    """Return a height map with random terms of third and fourth order, each at most `most` [mm] at 6 mm."""
     third, fourth = rng.uniform(-most, most, 2)
     turned = rng.uniform(0.0, 2.0 * math.pi, 2)
     orders = rng.choice([1, 3]), rng.choice([0, 2, 4])
@@ -165,13 +173,13 @@ def odd_shape(rng: np.random.Generator, most: float = 0.3) -> Callable[[np.ndarr
 
 
 def turned(heights: Callable[[np.ndarray, np.ndarray], np.ndarray], degrees: float) -> Callable:
-    """Return a height map that is turned about the axis of the sensor."""
+    """Return a height map, rotated about the axis of the sensor."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     return lambda x, y: heights(c * x + s * y, c * y - s * x)
 
 
 def bruise(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield a bruise of half the modulus, of a radius of 6 or 3 mm."""
+    """Yield bruises with half the modulus and a radius of 6 or 3 mm."""
     for radius in (6.0, 3.0):
         for name, tip in (("low", LOW), ("high", HIGH)):
             soft = {"softness": of_tip(tip, 2.0, 1.0), "soft_radius": of_tip(tip, radius, math.inf)}
@@ -179,13 +187,13 @@ def bruise(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
 
 
 def soft_tip(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Flesh 20 % softer under one tip."""
+    """Yield flesh that is 20 % softer under one tip."""
     for name, tip in (("low", LOW), ("high", HIGH)):
         yield f"under a {name} tip", {"softness": of_tip(tip, 1.25, 1.0)}, bench.sensor
 
 
 def one_bump(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """One bump under a high tip."""
+    """Yield single bumps under a high tip."""
     x0, y0 = bench.sensor.positions[HIGH]
     for height, sigma in ((0.05, 0.8), (0.05, 1.5), (0.05, 3.0), (0.02, 0.8)):
 
@@ -196,14 +204,14 @@ def one_bump(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
 
 
 def uneven(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Skin of 0.016 mm rms in waves, three draws each."""
+    """Yield skins with waves of 0.016 mm rms, three draws for each length."""
     for length in (2.0, 4.0, 8.0):
         for draw in range(3):
             yield f"waves of {length:g} mm, {draw + 1}", {"bumps": waves(bench.rng, 0.016, length)}, bench.sensor
 
 
 def dome(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield the form of all domes: a cap of 1 mm flat or pointed by 0.02 mm, and the radius by 10 %."""
+    """Yield form errors of all domes: caps of 1 mm that are 0.02 mm flat or pointed, and radii changed by 10 %."""
     sensor = bench.sensor
     for name, height in (("cap flat by 0.02 mm", -0.02), ("cap pointed by 0.02 mm", 0.02)):
 
@@ -216,14 +224,14 @@ def dome(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
 
 
 def layers(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield the outer 2 mm twice or half as stiff as the core, whose modulus is the one to read."""
+    """Yield outer layers of 2 mm, twice or half as stiff as the core, whose modulus is to be read."""
     for stiffness in (2.0, 0.5):
         layer = Layer(2.0, stiffness, bench.design.fruit.poisson)
         yield f"{stiffness:g} times as stiff", {"layer": layer}, bench.sensor
 
 
 def cheeks(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Cheeks of radii beyond those of the design."""
+    """Yield cheeks with radii beyond the range of the design."""
     for radii in ((34.0, 80.0), (34.0, 180.0), (63.0, 80.0), (63.0, 180.0)):
         yield f"{radii[0]:g} by {radii[1]:g} mm", {"R1": radii[0], "R2": radii[1]}, bench.sensor
 
@@ -233,7 +241,10 @@ SINGLE["cheeks"] = cheeks
 
 
 def yields(bench: Bench) -> Iterator[tuple[str, Read]]:
-    """Flesh that yields at 0.8 or 1.1 of the largest mean pressure under a tip, without which it is elastic."""
+    """Yield presses of flesh that yields at 0.8 or 1.1 of the largest mean pressure under a tip.
+
+    They are compared with presses of elastic flesh.
+    """
     for E in MODULI:
         fruit = bench.fruit(E)
         elastic = Pressing(bench.sensor, fruit)
@@ -247,7 +258,7 @@ def yields(bench: Bench) -> Iterator[tuple[str, Read]]:
 
 
 def paused(at: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return parts of the travel and times [s] of a press that pauses at a part of its way."""
+    """Return shares of the travel and times [s] of a press that pauses at the share `at` for `seconds`."""
     way = np.linspace(0.1, 1.0, 19)
     t = PRESS_S * way
     stop = int(np.searchsorted(way, at))
@@ -257,13 +268,13 @@ def paused(at: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def changed(at: float, factor: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return parts of the travel and times [s] of a press that is slower by a factor from a part of its way on."""
+    """Return shares of the travel and times [s] of a press that is slower by a factor from the share `at` on."""
     way = np.linspace(0.1, 1.0, 19)
     return way, PRESS_S * (np.minimum(way, at) + factor * np.maximum(way - at, 0.0))
 
 
 def pace(bench: Bench) -> Iterator[tuple[str, Read]]:
-    """Paces on flesh that relaxes, against an even press of the same flesh."""
+    """Yield uneven paces on flesh that relaxes, compared with a steady press of the same flesh."""
     for E in MODULI:
         fruit = bench.fruit(E)
         even = bench.read(fruit, None, *changed(1.0, 1.0)).E
@@ -276,7 +287,7 @@ def pace(bench: Bench) -> Iterator[tuple[str, Read]]:
 
 
 def paces(bench: Bench, count: int) -> Iterator[Read]:
-    """Presses with pauses and changes of pace, on drawn fruit."""
+    """Yield presses with pauses and changes of pace on random fruit."""
     for number in range(count):
         fruit = bench.drawn()
         even = bench.read(fruit, None, *changed(1.0, 1.0)).E
@@ -288,7 +299,7 @@ def paces(bench: Bench, count: int) -> Iterator[Read]:
 
 
 def is_hollow(bench: Bench, fruit: Fruit) -> bool:
-    """Return whether a dome touches where the skin is hollow, of a mean curvature below 0, or with its rim."""
+    """Return whether a dome touches hollow skin, with a mean curvature below 0, or touches with its rim."""
     x, y = Pressing(bench.sensor, fruit).touch.T
     step = 0.05  # mm
     bumps = fruit.bumps(x, y)
@@ -299,7 +310,7 @@ def is_hollow(bench: Bench, fruit: Fruit) -> bool:
 
 
 def shapes(bench: Bench, count: int) -> Iterator[Read]:
-    """Presses on skins with terms of third and fourth order; those that are hollow under a tip are a row apart."""
+    """Yield presses on skins with terms of third and fourth order; skins hollow under a tip get a separate row."""
     hollow: list[Read] = []
     pressed = 0
     bench.cells = HOLLOW_CELLS
@@ -317,7 +328,7 @@ def shapes(bench: Bench, count: int) -> Iterator[Read]:
 
 
 def by_three(bench: Bench, fruit: Fruit, each: list[dict]) -> Read:
-    """Return the answer of three presses, each turned and with its own changes."""
+    """Return the answer from three presses of a fruit, each rotated and with its own changes."""
     found = []
     for turn, changes in zip(TURNS, each, strict=True):
         found.append(bench.read(replace(fruit, azimuth=fruit.azimuth + turn, **changes)))
@@ -326,14 +337,17 @@ def by_three(bench: Bench, fruit: Fruit, each: list[dict]) -> Read:
 
 
 def three_uneven(bench: Bench, count: int) -> Iterator[Read]:
-    """Uneven skins, 0.016 mm rms in waves of 2 to 8 mm, by three turned presses."""
+    """Yield answers from three rotated presses on uneven skins with waves of 0.016 mm rms and 2 to 8 mm."""
     for _ in range(count):
         heights = waves(bench.rng, 0.016, bench.rng.uniform(2.0, 8.0))
         yield by_three(bench, bench.drawn(), [{"bumps": turned(heights, turn)} for turn in TURNS])
 
 
 def bruised(bench: Bench, count: int, turned_tips: tuple[int | None, ...]) -> Iterator[Read]:
-    """Yield a bruise of half the modulus and 6 mm, under a tip that lies so many tips on in each press, or none."""
+    """Yield answers from three presses on fruit with a bruise of half the modulus and 6 mm.
+
+    In each press the bruise is under a random first tip plus an entry of `turned_tips`, or under no tip for None.
+    """
     for _ in range(count):
         tip = int(bench.rng.integers(4))
         each = []
@@ -344,7 +358,7 @@ def bruised(bench: Bench, count: int, turned_tips: tuple[int | None, ...]) -> It
 
 
 def three_bruised(bench: Bench, count: int) -> Iterator[Read]:
-    """Yield a bruise that comes under another tip in each turn, or under none at 45 degrees."""
+    """Yield a bruise that is under another tip after a quarter turn, and under none after 45 degrees."""
     yield from bruised(bench, count, (0, 1, None))
 
 
@@ -354,7 +368,10 @@ def once_bruised(bench: Bench, count: int) -> Iterator[Read]:
 
 
 def real_cheeks(bench: Bench, count: int) -> Iterator[Read]:
-    """Yield presses on places of real fruit beyond the cheeks of the design; those within are a row apart."""
+    """Yield presses on real fruit with radii beyond the cheeks of the design; radii within get a separate row.
+
+    A further row repeats the presses with the mean radius known to the unit.
+    """
     design, unit = bench.design, bench.unit
     real = FRUITS[design.name]
     stone = FleshOnStone(design.fruit.thickness_mm, design.fruit.poisson)
@@ -386,7 +403,7 @@ LISTS = {"yields": yields, "pace": pace}
 
 
 def print_single(bench: Bench, name: str) -> None:
-    """Print by how much a cause moves E, of each kind and modulus."""
+    """Print the change of E by each kind of a cause, for each modulus."""
     for E in MODULI:
         even = bench.read(bench.fruit(E))
         for kind, changes, sensor in SINGLE[name](bench):
@@ -394,7 +411,7 @@ def print_single(bench: Bench, name: str) -> None:
 
 
 def show(name: str, read: Read) -> None:
-    """Print a row."""
+    """Print the row of one reading."""
     told = "inside" if read.inside else "flagged" if read.flags else "OUTSIDE"
     print(
         f"| {name} | {100.0 * read.error:+.1f} % | {100.0 * read.bar:.1f} % | {told} | {', '.join(read.flags)} |",
@@ -403,7 +420,7 @@ def show(name: str, read: Read) -> None:
 
 
 def print_many(name: str, reads: Iterable[Read]) -> None:
-    """Print how many of many presses are inside their bars, and the farthest."""
+    """Print the row of many presses: the numbers inside their bars and flagged, and the largest error in bars."""
     found = []
     for number, read in enumerate(reads):
         found.append(read)
@@ -446,7 +463,7 @@ def main() -> int:
                 show(f"{name}: {kind}", read)
         else:
             each, count = MANY[name]
-            bench.rng = np.random.default_rng([asked.seed, list(MANY).index(name)])  # whichever rows come before
+            bench.rng = np.random.default_rng([asked.seed, list(MANY).index(name)])  # independent of earlier rows
             print_many(name, each(bench, asked.count or count))
     return 0
 

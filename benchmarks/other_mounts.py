@@ -1,6 +1,6 @@
-"""How far another mount than the sheet's moves the stiffness of the springs, over presets, processes and mounts.
+"""Changes of the spring stiffness by a mount other than the sheet's, for presets, processes and mounts.
 
-`python -m benchmarks.other_mounts` writes docs/measurements.md, from which the bound of an error bar is taken.
+`python -m benchmarks.other_mounts` writes docs/measurements.md, which is the source of a bound in the error bars.
 """
 
 import math
@@ -43,9 +43,9 @@ bend, K_h moves by -0.42, -0.92 and -0.43 %. That of `pear` is more than the 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """A design in one mount, and the other mount that changes a stiffness most, with both changes [1].
+    """A design in one mount, and the other mount that changes a stiffness most, with the changes of both springs [1].
 
-    `largest` are the largest changes of each spring by any other mount [1], in size.
+    `largest` are the largest absolute changes of each spring by any other mount [1].
     """
 
     preset: str
@@ -57,7 +57,7 @@ class Comparison:
 
 
 def comparisons() -> Iterator[Comparison]:
-    """Yield each design that can be made."""
+    """Yield the comparison of each preset, process and mount that can be made."""
     for preset in PRESETS:
         for process in PROCESSES:
             for mount in MOUNTS:
@@ -68,7 +68,7 @@ def comparisons() -> Iterator[Comparison]:
 
 
 def comparison(preset: str, process: str, mount: str) -> Comparison | None:
-    """Return the largest change of a preset by another mount; None where its springs cannot be made."""
+    """Return the largest change of a preset by another mount, or None if its springs cannot be made."""
     design = load_design(preset, {"print.process": process, "print.mount": mount})
     springs = Sensor(design=design, options=RunOptions(tolerance=ROUGH_TOLERANCE)).springs.per_spring
     if springs.housing is None:
@@ -80,11 +80,10 @@ def comparison(preset: str, process: str, mount: str) -> Comparison | None:
 
 
 def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
-    """Return the relative change of each spring's stiffness [1] in other mounts, by their names; E in MPa.
+    """Return by name of other mounts the relative change of the stiffness of each spring [1]; E in MPa.
 
-    One is the other mount that a design may ask for, one has covers that press near the screws alone. In the last,
-    screws are so loose that they carry by bending alone. The mesh is coarse, which moves a change by a tenth of it.
-    Raises SolveError.
+    The other mounts are the other choice in a design, covers that press only near the screws, and screws so loose that
+    they only bend. The mesh is coarse, which changes the result by a tenth. Raises SolveError.
     """
     half = coarse_half(housing, E, poisson, rough=False)
     own_K = np.array(_stiffness_of(half))
@@ -102,7 +101,7 @@ def _stiffness_of(half: ClampedHalf) -> tuple[float, ...]:
 
 
 def _with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> ClampedHalf:
-    """Return the same half in another mount, for a load along the press [N/mm from MPa, mm]."""
+    """Return the same half in another mount, for a load along the press; E in MPa."""
     bare = half.matrix if half.ground is None else half.matrix - half.ground
     ground = layer_matrix(half.basis, layers, E, poisson)
     free = replace(half, matrix=csc_matrix(bare + ground), ground=ground, clamped=np.zeros(0, dtype=np.int64))
@@ -110,7 +109,7 @@ def _with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, po
 
 
 def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
-    """Return the layers of each mount that holds the frame in another way than its own, by the mount's name."""
+    """Return by name the layers of each mount that holds the frame differently than its own mount."""
     others = {}
     if housing.mount == "covers":
         others["washers on the frame, no covers"] = mount_layers(replace(housing, mount="washers"))
@@ -125,7 +124,7 @@ def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
 
 
 def _bending_screws(housing: Housing, E: float, poisson: float) -> ElasticLayer:
-    """Return screws as a layer in the holes that is sheared as far as they bend: beams held at both ends, 192 EI / L^3.
+    """Return a layer in the holes whose shear stiffness equals the bending stiffness of loose screws, 192 EI / L^3.
 
     S. P. Timoshenko, Strength of Materials, part I, 1955: a beam with both ends built in, loaded at its middle.
     """

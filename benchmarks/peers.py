@@ -1,6 +1,6 @@
-"""Peers in Python, run by an interpreter of their own on scripts that this project never imports.
+"""Peers in Python, run by their own interpreter on scripts that this project never imports.
 
-`make bench-peers` makes that environment. A peer may crash, hang or print garbage: it then has no number, and says why.
+`make bench-peers` creates its environment. If a peer crashes, hangs or prints garbage, it has no number but a reason.
 """
 
 import json
@@ -21,17 +21,17 @@ from sensor.arrays import Floats
 from solve.linear import SolveError
 
 ROOT = Path(__file__).parents[1]
-# The environment that `make bench-peers` makes, and Debian's interpreter, which has what Debian alone packs.
+# The environment of `make bench-peers`, and Debian's interpreter for the packages that only Debian has.
 INTERPRETERS = (ROOT / ".venv-peers" / "bin" / "python", Path("/usr/bin/python3"))
 SCRIPTS = ROOT / "benchmarks" / "peer_programs"
-DEADLINE = 1200.0  # [s] of one task
+DEADLINE = 1200.0  # most wall time of one task [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Peer:
-    """A program that solves the same task: its name in the tables, and the elements that it has, as CalculiX's types.
+    """A program that solves the same tasks: its name in the tables, and its elements by CalculiX's types.
 
-    Its package has its name in lower case.
+    The name of its package is the same in lower case.
     """
 
     name: str
@@ -39,17 +39,17 @@ class Peer:
 
     @property
     def package(self) -> str:
-        """Return the name under which Python imports it."""
+        """Return the name of the package in Python."""
         return self.name.lower()
 
     @property
     def interpreter(self) -> Path | None:
-        """Return the interpreter that has it, None where it is not installed."""
+        """Return the interpreter that has the package, or None if it is not installed."""
         return _interpreter(self.package, INTERPRETERS) if (SCRIPTS / self.script).is_file() else None
 
     @property
     def script(self) -> str:
-        """Return the name of the script that knows it."""
+        """Return the name of the script that uses the package."""
         return f"with_{self.package}.py"
 
 
@@ -65,7 +65,7 @@ Solver = Callable[[Deck], tuple[Sequence[StepResult], float]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeerTask:
-    """What a peer is asked: the kind of task, its numbers and names, its arrays, and the steps that load the body."""
+    """A task for a peer: its kind, its numbers and names (`scene`), its arrays, and the load steps of the body."""
 
     kind: str
     scene: Mapping[str, object]
@@ -92,7 +92,7 @@ class PeerAnswer:
 
 
 def deck_task(deck: Deck) -> PeerTask:
-    """Return the task to solve a deck on its own mesh; displacements are asked for on the deck's set."""
+    """Return the task to solve a deck on its own mesh; the answer has displacements on the set `asked` of the deck."""
     supports = {f"support{number}": support_nodes(step, deck.sets) for number, step in enumerate(deck.steps)}
     sets = {f"set {name}": numbers for name, numbers in {**deck.sets, **supports}.items()}
     arrays = {"nodes": deck.elements.nodes.T, "cells": deck.elements.cells, **sets}
@@ -101,7 +101,7 @@ def deck_task(deck: Deck) -> PeerTask:
 
 
 def deck_solvers(kind: str) -> dict[str, Solver]:
-    """Return the solvers of a deck of one type of elements, by name: CalculiX and the peers that are installed."""
+    """Return by name the installed programs that solve a deck with one type of elements: CalculiX and the peers."""
     solvers: dict[str, Solver] = {"CalculiX": calculix} if is_installed() else {}
     return solvers | {peer.name: partial(_on_deck, peer) for peer in PEERS if peer.interpreter and kind in peer.kinds}
 
@@ -113,7 +113,7 @@ def absent_peers() -> list[str]:
 
 
 def _on_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
-    """Return a peer's results on a deck, displacements 0 beside the set that is asked for, and CPU seconds [s]."""
+    """Return a peer's results on a deck, and its CPU seconds [s]; displacements outside the set `asked` are 0."""
     answer = peer_answer(peer, deck_task(deck))
     on_set = []
     for result in answer.results:
@@ -129,8 +129,8 @@ def _on_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
 def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
     """Return a peer's answer to a task [N, mm from MPa].
 
-    Raises SolveError when the peer is absent, does not end well or in time, answers something else than the forces of
-    every step, counts CPU seconds that it did not use, or its reactions do not balance.
+    Raises SolveError if the peer is absent, fails, or takes too long. Its answer must have the forces of every step,
+    reactions that balance, and no more CPU seconds than its process used.
     """
     interpreter = peer.interpreter
     if interpreter is None:
@@ -139,7 +139,7 @@ def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "task.npz"
         task.write(path)
-        # Not resolved: the interpreter of an environment is a link, and is told by its path.
+        # The link is not resolved, because Python finds the environment by the path of the interpreter.
         command = [str(interpreter), str(SCRIPTS / peer.script), task.kind, str(path)]
         usage = resource_usage(command, Path(name), ONE_THREAD, deadline=DEADLINE)
     if usage.wall >= DEADLINE:
@@ -154,9 +154,9 @@ def _refused(peer: Peer, reason: str) -> SolveError:
 
 
 def _checked_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAnswer:
-    """Return the answer in the last line of a peer's text; `used` [s] is the CPU time of its whole process.
+    """Return the answer in the last line of a peer's output; `used` [s] is the CPU time of its whole process.
 
-    Raises SolveError for another line, and for numbers that cannot be right.
+    Raises SolveError if the line is not an answer, or if its numbers cannot be right.
     """
     try:
         answer = json.loads(line)
@@ -187,7 +187,7 @@ def _finite(result: StepResult) -> bool:
 
 @lru_cache
 def _interpreter(package: str, interpreters: tuple[Path, ...]) -> Path | None:
-    """Return the first of some interpreters that can import a package."""
+    """Return the first interpreter that can import a package, or None."""
     program = f"import importlib.util, sys; sys.exit(importlib.util.find_spec({package!r}) is None)"
     for interpreter in interpreters:
         if interpreter.is_file():

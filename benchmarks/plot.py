@@ -1,4 +1,4 @@
-"""Error against cost of every method, log-log, as an SVG drawing whose bytes repeat."""
+"""Error against cost of every method in a log-log plot, as a reproducible SVG."""
 
 import io
 import itertools
@@ -11,16 +11,16 @@ from matplotlib.figure import Figure
 
 from benchmarks.harness import Measurement
 
-# Without a fixed salt the names inside the file differ from run to run; text stays text.
+# A fixed salt makes the names inside the file reproducible; `none` keeps text as text.
 STYLE: Any = {"svg.hashsalt": "twintip", "svg.fonttype": "none", "font.size": 8.0}
-_WIDTH, _HEIGHT = 6.4, 4.0  # of a panel [inch]
+_WIDTH, _HEIGHT = 6.4, 4.0  # size of a panel [inch]
 _COLOURS = mpl.color_sequences["tab20"]
 
 
 def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
-    """Return a panel by title of the worst error [1] over CPU seconds [s] as SVG, a curve a method, points with dofs.
+    """Return an SVG of the worst error [1] over CPU seconds [s], with a panel per title and a curve per method.
 
-    An error of 0 cannot be drawn on a logarithmic axis and is left out.
+    Formulas have no dofs and are left out, and so are errors of 0, which a logarithmic axis cannot show.
     """
     drawing = io.StringIO()
     with mpl.rc_context(STYLE):

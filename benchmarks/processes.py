@@ -1,6 +1,6 @@
-"""Every process that can make the default sensor: fitted leaves, FE against its targets, CalculiX on the same mesh.
+"""The default sensor in every process that can make it: fitted leaves against targets, and CalculiX on the same mesh.
 
-`python -m benchmarks.processes` writes docs/measurements.md, and exits with 1 where a goal is missed.
+`python -m benchmarks.processes` writes docs/measurements.md, and exits with 1 if a goal is missed.
 """
 
 import sys
@@ -19,8 +19,8 @@ from sensor.design.parameters import Design, Print
 from sensor.design.processes import PROCESSES
 from solve.housing.clamped_half import clamped_half
 
-TARGET = 1e-3  # goal, relative: FE to target
-SAME_MESH = 1e-4  # goal, relative: CalculiX to FE on the same mesh, whose mount it has as springs at nodes
+TARGET = 1e-3  # goal for the relative difference between FE and target
+SAME_MESH = 1e-4  # goal for the relative difference between CalculiX, with springs at nodes as mount, and FE
 HEADS = ["process", "target N/m", "L mm", "FE N/m", "against target", "error bar"]
 HEADS += ["CalculiX N/m", "CalculiX - FE", "fit CPU s"]
 INTRODUCTION = """\
@@ -31,7 +31,7 @@ both springs."""
 
 
 def rows_of(name: str) -> tuple[list[list[str]], bool]:
-    """Return the rows of both springs of a process, and whether they meet every goal; no rows where it makes none."""
+    """Return the rows of both springs of a process, and whether they meet all goals; no rows if it cannot make them."""
     design = Design(print=Print(process=name))
     options = RunOptions()
     sizing = spring_sizing(design, fruit_compliance(design, options), options)

@@ -1,4 +1,4 @@
-"""Proofs of designs by simulated presses of drawn units: `pipeline simulate OUT --prove N` for several folders.
+"""Proofs of designs by simulated presses of random units: `pipeline simulate OUT --prove N` for several folders.
 
 `python -m benchmarks.proofs outputs/mango outputs/apple ... [--count 60] [--seed 1]` writes a section of
 docs/measurements.md, in a minute or two for each folder.
@@ -25,7 +25,7 @@ that a bar stands for, as a root mean square: 1 if bars are as wide as errors, a
 
 
 def row_of(proof: ProvedDesign) -> list[str]:
-    """Return the row of a proof."""
+    """Return the row of a proof; errors and bars are root mean squares over readings without a flag."""
     told = [each for each in proof.readings if each.error is not None and not each.is_flagged]
     errors, bars = (np.array([getattr(each, name) for each in told]) for name in ("error", "u"))
     return [

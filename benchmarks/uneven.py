@@ -1,4 +1,4 @@
-"""What uneven skin and flesh add to a reading, over the radius and the spacing of the domes of a preset.
+"""The uncertainty of a reading by uneven skin and flesh, for several radii and spacings of the domes of a preset.
 
 `python -m benchmarks.uneven` (a minute) writes a section of docs/measurements.md.
 """
@@ -16,8 +16,8 @@ DESIGN = "mango"
 RADII = (7.0, 9.8, 14.0)
 SPACINGS = (6.3, 9.0, 12.0)
 TRAVELS = (1.13, 1.6)
-BETWEEN = 0.5  # [mm] between the plates of two tips: their pads
-PIECE = {6.3: 24.0, 9.0: 26.0, 12.0: 30.0}  # [mm] of fruit that is modelled
+BETWEEN = 0.5  # gap between the plates of two tips [mm], for their pads
+PIECE = {6.3: 24.0, 9.0: 26.0, 12.0: 30.0}  # side of the modelled piece of fruit [mm], by spacing
 HEADS = [
     *("dome mm", "spacing mm", "travel mm", "skin %", "flesh %", "one press %", "three presses %"),
     *("instrument %", "pressure / limit", "bias %", "last touch"),
@@ -35,7 +35,7 @@ cost least."""
 
 
 def row_of(radius: float, spacing: float, travel: float) -> list[str]:
-    """Return the row of a dome of a radius, of a spacing and of a travel [mm]."""
+    """Return the row for a radius of the domes, a spacing and a travel [mm]; dashes if the design is refused."""
     design = load_design(DESIGN)
     cells = [f"{radius:g}", f"{spacing:g}", f"{travel:g}"]
     try:

@@ -1,8 +1,8 @@
-"""Work and precision of unilateral contact: rigid flat tips, tilted, on the curved fruit, moved by a given travel.
+"""Work and precision of unilateral contact: tilted rigid flat tips on a curved fruit, moved by a given travel.
 
-Run as a program it prints its measurements as JSON: a fresh interpreter on one thread, imports not counted. The flesh
-follows linear elasticity and answers each tip along the normal of its face, without friction; the skin is that of the
-sphere, and the tips are as high over it as seen from above.
+As a program it prints its measurements as JSON, so that they come from a fresh interpreter on one thread. Imports are
+not counted. The flesh is linear elastic, and contact forces act along the normals of the tips, without friction. The
+gap between a tip and the sphere is measured vertically.
 """
 
 import itertools
@@ -36,7 +36,7 @@ FRUIT = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thi
 TIPS, PRESS, TRAVEL_MM = Tips(), Press(tilt_deg=1.0), 0.2
 SCENE = Scene(fruit=FRUIT, tips=TIPS, press=PRESS)
 E_MPA = 1.0
-SMALL_SLOPE = 1.0 / math.cos(math.radians(SCENE.steepest_deg)) - 1.0  # what our forces leave open, as their status says
+SMALL_SLOPE = 1.0 / math.cos(math.radians(SCENE.steepest_deg)) - 1.0  # error by the slope, see their status
 BENCH = Bench(
     name="unilateral contact",
     scene="A piece of a sphere of radius 35 mm: 20 x 20 mm, 12 mm thick, nu 0.3, E 1 MPa. Flat tips of 1 mm, 8 mm "
@@ -46,18 +46,18 @@ BENCH = Bench(
     unit="N",
     reference=TRUTHS["tilted pair on a ball"],
 )
-SCALES = (2.0, 1.0, 0.5, 0.25)  # of the size at the edges of the tips, as in mesh/fruit.py
-# What is prescribed is what the tips do: the flesh is free to stay below them.
+SCALES = (2.0, 1.0, 0.5, 0.25)  # scales of the element size at the edges of the tips, as in `edge_size`
+# The motion of the tips is prescribed; the flesh may lose contact with them.
 STEP = LinearStep(held={"base": (1, 2, 3), SIDE: (2,)}, pressed=dict.fromkeys(FACES, -TRAVEL_MM))
 
 
 def tip_plane() -> tuple[float, float]:
-    """Return the height of the plane of the tips' faces over the apex at x = 0 [mm], and its slope along x [1]."""
+    """Return the height of the plane of the tip faces above the apex at x = 0 [mm], and its slope along x [1]."""
     return -(SCENE.first_touch_mm + TRAVEL_MM), -float(SCENE.turn[0])
 
 
 def half_mesh(part: Part, scale: float) -> SkfemMesh:
-    """Return straight tetrahedra [mm] of the half, `scale` times the coarsest size at the edges of the tips."""
+    """Return straight tetrahedra of the half [mm]; `scale` multiplies the coarsest size at the edges of the tips."""
     smooth = scale**0.25
     size = SizeField(
         smallest_mm=edge_size(TIPS, scale),
@@ -70,7 +70,7 @@ def half_mesh(part: Part, scale: float) -> SkfemMesh:
 
 
 def half_deck(mesh: SkfemMesh) -> Deck:
-    """Return the half as a deck; its step says how the tips move."""
+    """Return the deck of the half, with the motion of the tips as its step."""
     choice, kind = TETRAHEDRA
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)
@@ -79,20 +79,20 @@ def half_deck(mesh: SkfemMesh) -> Deck:
 
 
 def contact_task(deck: Deck) -> PeerTask:
-    """Return the task to press the tips on the half."""
+    """Return the task for a peer to press the tips on the half."""
     task = deck_task(deck)
     return replace(task, kind="contact", scene={**task.scene, "plane": tip_plane()})
 
 
 def product_rows() -> Iterator[Measurement]:
-    """Yield the product's forces with the error that it states, compliance included."""
+    """Yield the rows of the product's forces with their error bars; the cost includes the compliance."""
 
     def forces(tolerance: float) -> SensorResponse:
         rigid = np.zeros((len(FACES), len(FACES)))
         compliance = contact_compliance(FRUIT, TIPS, tolerance=CONTACT_FRACTION * tolerance)
         return scene_response(SCENE, compliance, rigid, [E_MPA], [TRAVEL_MM])
 
-    forces(ROUGH_TOLERANCE)  # not counted: what the first solve of a process loads
+    forces(ROUGH_TOLERANCE)  # not counted, because the first solve of a process loads libraries
     for tolerance in (ROUGH_TOLERANCE, DEFAULT_TOLERANCE):
         response, cpu = timed(partial(forces, tolerance))
         bar = float(response.F_error[0, 0]) + SMALL_SLOPE
@@ -102,7 +102,7 @@ def product_rows() -> Iterator[Measurement]:
 
 
 def peer_rows() -> Iterator[Measurement]:
-    """Yield GetFEM by augmented Lagrangian on one family."""
+    """Yield the rows of GetFEM with an augmented Lagrangian on one family of meshes."""
     part = curved_half(FRUIT, TIPS)
     for scale in SCALES:
         mesh, meshing = timed(partial(half_mesh, part, scale))

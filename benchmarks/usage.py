@@ -1,4 +1,4 @@
-"""What a program uses: wall and processor seconds and peak memory of a child process, on one thread if asked."""
+"""Wall time, processor time and peak memory of a child process, and the environment that keeps it on one thread."""
 
 import json
 import os
@@ -26,7 +26,10 @@ with open(sys.argv[1], "w") as file:
 
 @dataclass(frozen=True, kw_only=True)
 class ResourceUsage:
-    """Exit code and text of a program; wall and CPU seconds [s] with its children, memory [MiB] of the largest."""
+    """Exit code and output of a program; wall and CPU seconds including its children [s], and peak memory [MiB].
+
+    The memory is the peak of the largest process.
+    """
 
     exit_code: int
     wall: float
@@ -37,7 +40,7 @@ class ResourceUsage:
 
     @property
     def last_line(self) -> str:
-        """Return the last line on stderr, or on stdout where that is empty."""
+        """Return the last line on stderr, or on stdout if stderr is empty."""
         lines = (self.err.strip() or self.out.strip()).splitlines()
         return lines[-1] if lines else "nothing printed"
 
@@ -49,12 +52,10 @@ def resource_usage(
     *,
     deadline: float = 0.0,
 ) -> ResourceUsage:
-    """Run a program to its end and return what it used; `environment` is added to this process's own.
+    """Run a program and return its usage; `environment` is added to the environment of this process.
 
-    One that is at work after `deadline` [s] is killed; 0 waits for ever.
-
-    A small launcher stands between, as a child starts with the peak memory of the process that forks it. Raises
-    OSError when the program does not start.
+    The program is killed after `deadline` [s]; 0 means no deadline. It is started by a small launcher, because a forked
+    child inherits the peak memory of its parent. Raises OSError if the program does not start.
     """
     with tempfile.TemporaryDirectory() as name:
         record = Path(name) / "usage.json"

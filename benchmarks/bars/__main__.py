@@ -1,4 +1,4 @@
-"""Error bars beside the truth: each case ends in a right answer inside its bar, or in a refusal that names the cause.
+"""Test of error bars: each case must end in an answer within its error bar, or in a refusal that names the cause.
 
 `python -m benchmarks.bars` runs all cases of bars.toml, writes docs/measurements.md and exits with 1 if one is wrong.
 With names of groups it runs and prints only those.
@@ -26,7 +26,7 @@ NOTES = [
 
 
 def main() -> int:
-    """Evaluate the cases and write the page."""
+    """Evaluate the cases and write the page; return the exit code."""
     groups = sys.argv[1:]
     count: Counter[str] = Counter()
     rows = []

@@ -14,7 +14,7 @@ BENCHES = {
 
 
 def bench_checks(bench: str, rows: int) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the first rows of a bench, which are those of the product."""
+    """Return the checks of the first rows of a bench, which belong to the product."""
     of_bench, measured = BENCHES[bench]
     true, error = of_bench.reference.values[0], of_bench.reference.errors[0]
     every: list[ReferenceCheck] = []

@@ -1,4 +1,4 @@
-"""Values of the product, each with its error bar, held against a reference; and how a hard case ends."""
+"""Comparison of values of the product and their error bars with references, and the outcome of a hard case."""
 
 import math
 import warnings
@@ -12,17 +12,17 @@ from mesh.session import MeshError
 from sensor.quantity import InputError
 from solve.linear import SolveError
 
-REFERENCE_BYTES = 10.0 * 2**30  # for one factor of a reference; the largest takes 6.3 GiB
-WIDEST_ERROR = 0.1  # of the value: beyond, the answer tells nothing
+REFERENCE_BYTES = 10.0 * 2**30  # most memory of a factorisation of a reference; the largest takes 6.3 GiB
+WIDEST_ERROR = 0.1  # widest useful error bar over its value
 REFUSALS = (InputError, MeshError, SolveError)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceCheck:
-    """A value with its error bar and a reference with its own, all in one unit; `source` says who judges.
+    """A value with its error bar, and a reference with its own, all in one unit; `source` names the reference.
 
-    `reference` is None if the computation that should judge refused; `source` is then the reason. An error bar wider
-    than `widest` [1] counts as no answer.
+    `reference` is None if the reference computation refused; `source` is then the reason. An error bar wider than
+    `widest` [1] is useless, and therefore wrong.
     """
 
     name: str
@@ -40,7 +40,7 @@ class ReferenceCheck:
 
     @property
     def excess(self) -> float:
-        """Return the distance to the reference over what both error bars allow [1]: more than 1 is wrong."""
+        """Return the distance to the reference over the sum of both error bars [1]; more than 1 is wrong."""
         if self.reference is None:
             return 0.0
         allowed = self.error + self.reference_error
@@ -48,13 +48,13 @@ class ReferenceCheck:
 
     @property
     def wrong(self) -> bool:
-        """Say whether the value is off, or has no bar that tells anything; nan is wrong too."""
+        """Return whether the value is outside the bars, or its own bar is missing or too wide; nan is wrong too."""
         return not (0.0 < self.relative_error <= self.widest and self.excess <= 1.0)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a case ended: right, refused, no reference or WRONG, who judged or why not, and the check that says so."""
+    """The outcome of a case: right, refused, no reference or WRONG, with a reason and the decisive check."""
 
     verdict: str
     reason: str
@@ -64,7 +64,7 @@ class Outcome:
 def checks(
     names: Sequence[str], values: Iterable[float], relative_errors: Sequence[float], reference: Reference
 ) -> tuple[ReferenceCheck, ...]:
-    """Return a check of each value of the product, in the unit of the reference; error bars are relative [1]."""
+    """Return a check for each value of the product, in the unit of the reference; its error bars are relative [1]."""
     trues = reference.values or (None,) * len(names)
     uncertainties = reference.errors or (0.0,) * len(names)
     every = []
@@ -83,9 +83,9 @@ def checks(
 
 
 def attempted(compute: Callable[[], Reference]) -> Reference:
-    """Return the reference of a computation; one without values, with the reason, where it refuses.
+    """Return the result of a reference computation; if it refuses, a reference without values but with the reason.
 
-    It may take more memory than a solve of the product.
+    It may use more memory than a solve of the product.
     """
     try:
         with patch.object(solve.linear, "MOST_BYTES", REFERENCE_BYTES):
@@ -95,9 +95,9 @@ def attempted(compute: Callable[[], Reference]) -> Reference:
 
 
 def ending(work: Callable[[], Sequence[ReferenceCheck]], answerable: bool) -> Outcome:
-    """Return how a case ends; a refusal must be one line that names a bound, and none where an answer is promised.
+    """Return the outcome of a case; `answerable` cases may not be refused.
 
-    A warning is raised, as are all errors that are no refusal.
+    A refusal must be one line that names a bound. Warnings, and all errors that are not refusals, are raised.
     """
     try:
         with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""The force of a ball between plates with its error bar, against an independent code."""
+"""The force on a ball between plates and its error bar, compared with an independent code."""
 
 import numpy as np
 
@@ -14,14 +14,14 @@ DEPTHS = np.array([0.01, 0.02, 0.05, 0.1])  # travel of one plate over the radiu
 
 
 def ball_press() -> CompressionPress:
-    """Return the press of a neo-Hookean ball of Poisson's ratio 0.3 between slippery plates."""
+    """Return the press of a neo-Hookean ball with Poisson's ratio 0.3 between frictionless plates."""
     deepest = 0.15 * BALL.radius
     contact = (BALL.radius * deepest) ** 0.5
     return CompressionPress(section=BALL, law=FleshLaw(poisson=0.3), deepest=deepest, contact=contact, exponent=1.5)
 
 
 def ball_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the force over that of Hertz [1] at each depth."""
+    """Return the checks of the force over Hertz's force [1] at each depth."""
     curve = force_curve(ball_press())
     travels = BALL.radius * DEPTHS
     ratios = curve.force(travels) / (force_factor(1.0 / 0.91, BALL.radius) * travels**1.5)

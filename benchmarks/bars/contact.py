@@ -1,4 +1,4 @@
-"""Hard scenes for the compliance of the fruit, and the references they are held against."""
+"""Hard scenes for the compliance of the fruit, and their references."""
 
 import dataclasses
 from functools import partial
@@ -25,20 +25,23 @@ TOLERANCE = CONTACT_FRACTION * DEFAULT_TOLERANCE
 
 
 def truth_checks(truth: Reference, fruit: Fruit = BLOCK, tolerance: float = TOLERANCE) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the paper's pair to a relative tolerance [1] by known s11 - s12 and s11 [1/mm]."""
+    """Return the checks of the paper's pair, solved to a relative tolerance [1], by known s11 - s12 and s11 [1/mm]."""
     return _checked(contact_compliance(fruit, TIPS, tolerance), truth)
 
 
 def compliance_checks(
     fruit: Fruit = BLOCK, tips: Tips = TIPS, tolerance: float = TOLERANCE
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of s11 - s12 and s11 [1/mm] to a relative tolerance [1]; raises what the solvers raise."""
+    """Return the checks of s11 - s12 and s11 [1/mm], solved to a relative tolerance [1]; raises like the solvers."""
     compliance = contact_compliance(fruit, tips, tolerance)
     return _checked(compliance, attempted(partial(contact_reference, fruit, tips, compliance)))
 
 
 def direct_checks(fruit: Fruit, tips: Tips = TIPS) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of s11 - s12 and s11 [1/mm] by direct FE, which must know them to `DIRECT_ERROR` [1]."""
+    """Return the checks of s11 - s12 and s11 [1/mm] by direct FE.
+
+    Raises SolveError if the relative error of direct FE exceeds `DIRECT_ERROR`.
+    """
     reference = _by_direct_elements(fruit, tips)
     if reference.relative_error > DIRECT_ERROR:
         msg = f"direct FE know it to {reference.relative_error:.2g} only"
@@ -53,7 +56,7 @@ def _checked(compliance: FruitCompliance, reference: Reference) -> tuple[Referen
 
 
 def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> Reference:
-    """Return s11 - s12 and s11 [1/mm] by the split on four times the dofs, or by direct FE where that is too large."""
+    """Return s11 - s12 and s11 [1/mm] by the split with four times the dofs, or by direct FE if that is too large."""
     footprints = tip_footprints(tips)
     for grading in FINER:
         if FOUR_TIMES * compliance.info.dofs <= mesh_dofs(fruit, footprints, grading) <= MOST_DOFS:
@@ -63,7 +66,7 @@ def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> 
 
 
 def _by_direct_elements(fruit: Fruit, tips: Tips) -> Reference:
-    """Return direct FE on its family of meshes, with its own error bar."""
+    """Return the reference by direct FE on three meshes, with its own error bar."""
     part = solved_block(fruit, tips)
     meshes = [fruit_mesh(part, fruit, tips, refinement) for refinement in REFINEMENTS]
     compliance = direct_compliance(meshes, fruit.poisson)

@@ -1,4 +1,4 @@
-"""The change by the shape of a fruit with its error bar, against direct finite elements."""
+"""The change of compliance by the shape of a fruit and its error bar, compared with direct finite elements."""
 
 import functools
 from dataclasses import replace
@@ -19,7 +19,7 @@ PAIR = tip_footprints(Tips())
 
 @functools.cache
 def change_on(fruit: Fruit, footprints: tuple[Footprint, ...], steps: BodySteps, along_normals: bool) -> ShapeChange:
-    """Return the change under footprints on a mesh, solved once for all that ask for it."""
+    """Return the change under footprints on a mesh, cached for several cases."""
     return shape_change(fruit, footprints, steps, along_normals)
 
 
@@ -35,12 +35,12 @@ def block_compliance(fruit: Fruit) -> Floats:
 
 
 def relative_bars(found: ShapeChange, S: Floats) -> Floats:
-    """Return the error bars of a change [1], as `relative_changes` of the compliance S."""
+    """Return the error bars of a change, relative to the compliance S like `relative_changes` [1]."""
     return SAFETY * relative_changes(found.step, S) + relative_changes(found.bound, S)
 
 
 def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> tuple[ReferenceCheck, ...]:
-    """Return the check of s11 - s12 [1/mm] of a fruit; the truth is what its shape changes of its block."""
+    """Return the check of s11 - s12 [1/mm] of a fruit; the truth is the change from its block to its shape."""
     found, S = pair_change(fruit, along_normals), block_compliance(fruit)
     block, _ = pair_and_own(S)
     value, _ = pair_and_own(S + found.change)

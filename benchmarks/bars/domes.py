@@ -1,4 +1,4 @@
-"""Forces of a square of domes on a ball with their error bars, against contact by finite elements at finite strain."""
+"""Forces of a square of domes on a ball and their error bars, compared with finite elements at finite strain."""
 
 import functools
 from collections.abc import Sequence
@@ -21,12 +21,12 @@ LOW, HIGH = 0.15, 1.6  # stiffness [N/mm]
 SPRINGS = np.diag([1.0 / LOW, 1.0 / HIGH] * 2)
 TIPS = ("F_l1", "F_h1", "F_l2", "F_h2")
 SOLIDS = {press["name"]: press for press in stored("pressed_domes")}
-SOLIDS_ERROR = 1e-3  # of a force: what two meshes leave; level at 1 MPa they find 5e-4 less than another code
+SOLIDS_ERROR = 1e-3  # relative error of forces from two meshes; a level press at 1 MPa is 5e-4 below another code
 
 
 @functools.cache
 def ball() -> tuple[Scene, FruitCompliance]:
-    """Return the scene as the forces were found, and the compliance of its fruit, solved once for all cases."""
+    """Return the scene of the stored forces, and the compliance of its fruit, cached for all cases."""
     design = load_design(BALL, {"press.travel_mm": TRAVEL_MM})
     return scene_of(design), contact_compliance(design.fruit, design.tips, tolerance=2.5e-4)
 
@@ -39,7 +39,7 @@ def dome_checks(
     tilt_deg: tuple[float, float] = (0.0, 0.0),
     off_centre_mm: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the forces of some tips [N] on a ball of a modulus [MPa] and a radius [mm]."""
+    """Return the checks of the forces on some tips [N] for a ball with modulus E [MPa] and radius [mm]."""
     scene, compliance = ball()
     stand = Stand(radii_mm=(radius, radius), tilt_deg=tuple(tilt_deg), off_centre_mm=tuple(off_centre_mm))
     found = pose_forces(scene, compliance, SPRINGS, [Pose(E=E, travel=TRAVEL_MM, stand=stand)])
@@ -48,7 +48,10 @@ def dome_checks(
 
 
 def solid_checks(solids: str, diagonal: Sequence[float], of_tips: Sequence[int]) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of a stored press, tilted and moved along a diagonal of the square, by its solved tips."""
+    """Return the checks of a stored press on the tips whose forces are stored.
+
+    `diagonal` gives the signs of x and y for the diagonal of the square along which it is tilted and moved.
+    """
     asked = SOLIDS[solids]["press"]
     forces = np.array(SOLIDS[solids]["extrapolated_N"])
     truth = Reference(

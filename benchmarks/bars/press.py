@@ -24,17 +24,17 @@ from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
 from solve.halfspace.punch import graded_edges
 
-ROUNDING = 1e-9  # relative: what a closed formula may lose
-CELLS, CELLS_ROLLED = (22, 32), (16, 24)  # a side, of the independent solution; the product has others
+ROUNDING = 1e-9  # relative tolerance for closed formulas
+CELLS, CELLS_ROLLED = (22, 32), (16, 24)  # cells per side in the independent solution, other than the product's
 GRADING = 2.0
-ORDER = 1.5  # of cells of constant pressure under an edge
+ORDER = 1.5  # order of convergence for cells of constant pressure under an edge
 BLOCK, TIPS, PRESS = Fruit(), Tips(), Press()
 SPRINGS = (0.9057, 20.831)  # [N/mm]
 
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """One state of a scene: modulus [MPa], springs [N/mm]; the travel [mm] is that of the scene's press."""
+    """One state of a scene: modulus [MPa] and springs [N/mm]; the travel [mm] is in the press of the scene."""
 
     scene: Scene
     E: float
@@ -42,7 +42,7 @@ class State:
 
 
 def forces(state: State, compliance: FruitCompliance) -> tuple[Floats, float]:
-    """Return the product's force on each tip [N], and the relative error that it states [1]."""
+    """Return the force on each tip by the product [N], and its stated relative error [1]."""
     C, travel = spring_compliance(*state.springs), state.scene.press.travel_mm
     response = scene_response(state.scene, compliance, C, [state.E], [travel])
     return response.F[0, 0], float(response.F_error[0, 0])
@@ -51,7 +51,7 @@ def forces(state: State, compliance: FruitCompliance) -> tuple[Floats, float]:
 def level_checks(
     press: Press = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the check that P of level flat tips [1] is the paper's law (3), E in MPa and springs in N/mm."""
+    """Return the check that P of level flat tips [1] agrees with law (3) of the paper; E in MPa, springs in N/mm."""
     compliance = contact_compliance(BLOCK, TIPS)
     F, _ = forces(State(scene=Scene(fruit=BLOCK, tips=TIPS, press=press), E=E, springs=springs), compliance)
     K_m = E * compliance.K_m_over_E()
@@ -63,7 +63,7 @@ def level_checks(
 def press_checks(
     fruit: Fruit = BLOCK, press: Press = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the forces under unilateral contact [N], E in MPa and springs in N/mm, by another solver."""
+    """Return the checks of the forces under unilateral contact [N] by another solver; E in MPa, springs in N/mm."""
     state = State(scene=Scene(fruit=fruit, tips=TIPS, press=press), E=E, springs=springs)
     compliance = contact_compliance(fruit, TIPS)
     F, error = forces(state, compliance)
@@ -74,7 +74,7 @@ def press_checks(
 
 
 def direct_press_checks(press: Press, truth: Reference, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the forces on flesh of 2 MPa [N] by known ones; the body of a fruit is the block."""
+    """Return the checks of the forces on flesh of 2 MPa [N] by known ones; the compliance is taken from the block."""
     state = State(scene=Scene(fruit=fruit, tips=TIPS, press=press), E=2.0, springs=SPRINGS)
     return _of_touching_tips(*forces(state, contact_compliance(BLOCK, TIPS)), truth)
 
@@ -93,9 +93,10 @@ def _extrapolated(state: State, compliance: FruitCompliance) -> Reference:
 
 
 def independent_forces(state: State, compliance: FruitCompliance, count: int) -> Floats:
-    """Return the force on each tip [N] by another solver on `count` cells a side; it shares the influence alone.
+    """Return the force on each tip [N] by another solver with `count` cells per side.
 
-    Flat faces answer a level press as the compliance does.
+    It shares only the influence coefficients of cells with the product. For flat faces the compliance of a level press
+    is corrected to the compliance of the scene.
     """
     scene = state.scene
     cells, interference = _cells(scene, count)
@@ -116,7 +117,10 @@ def independent_forces(state: State, compliance: FruitCompliance, count: int) ->
 
 
 def _cells(scene: Scene, count: int) -> tuple[ContactCells, Floats]:
-    """Return cells, and how far each (cells,) is moved beyond the fruit [mm], minus infinity beyond a tip's face."""
+    """Return the cells, and their interference with the undeformed fruit (cells,) [mm].
+
+    The interference is minus infinity for a cell outside the face of its tip.
+    """
     footprints = tuple(Footprint(x, y, scene.tips.side_mm) for x, y in scene.centres)
     cells = contact_cells(scene.fruit.equivalent_block, footprints, graded_edges(count, GRADING))
     cells = half_cells(cells) if scene.press.roll_deg == 0.0 else cells

@@ -1,4 +1,4 @@
-"""Fruit under a skin with its error bar, against solids in which the skin is elements."""
+"""Fruit with skin and its error bar, compared with solid models in which the skin consists of elements."""
 
 from collections.abc import Sequence
 
@@ -16,15 +16,15 @@ from solve.fruit.split import LEVELS, footprint_compliance
 from solve.halfspace.layered import round_contact
 from solve.halfspace.punch import circle_punch, square_punch
 
-MODULI = (0.5, 1.0, 3.5)  # [MPa] of the flesh
-DOME = 10.0  # [mm]
-LARGEST_ERROR = 3e-3  # relative: the error bars of a skin are for all tips and layers, and are wider
-WIDEST_RADIUS = 6.0  # [mm] of a contact
+MODULI = (0.5, 1.0, 3.5)  # moduli of the flesh [MPa]
+DOME = 10.0  # radius of the dome [mm]
+LARGEST_ERROR = 3e-3  # relative error allowed here; the bars of a skin are wider, because they cover all tips
+WIDEST_RADIUS = 6.0  # largest radius of a contact [mm]
 INFO = SolveInfo(method="", dofs=0, seconds=0.0, status="")
 
 
 def compliances(fruit: Fruit, footprint: Footprint) -> tuple[FruitCompliance, FruitCompliance]:
-    """Return the compliance of a fruit under one tip without its skin, and with it."""
+    """Return the compliances of a fruit under one tip without and with its skin."""
     change = np.zeros((1, 1))
     if fruit.radius_mm is not None:
         change = shape_change(fruit, [footprint], STEPS, along_normals=True).change
@@ -34,10 +34,11 @@ def compliances(fruit: Fruit, footprint: Footprint) -> tuple[FruitCompliance, Fr
 
 
 def skin_checks(fruit: Fruit, radius: float, truth: Reference) -> Sequence[ReferenceCheck]:
-    """Return the checks of a round tip of a radius [mm] at three moduli of the flesh.
+    """Return the checks of a round tip with this radius [mm] at three moduli of the flesh.
 
-    They are the stiffness of a flat circle over that without a skin [1], and the force of a dome that would touch as
-    far without a skin [N/MPa], under what the body adds to a layered half-space at the true force.
+    Checked are the stiffness of a flat circle over the stiffness without skin [1], and the force on a dome [N/MPa]. The
+    depth of the dome is chosen so that its contact without skin has this radius. The compliance that the body adds to a
+    layered half-space acts at the true force.
     """
     bare, skinned = compliances(fruit, Footprint(0.0, 0.0, 2.0 * radius, circle_punch))
     curvature = 1.0 / DOME + (1.0 / fruit.radius_mm if fruit.radius_mm else 0.0)
@@ -54,7 +55,7 @@ def skin_checks(fruit: Fruit, radius: float, truth: Reference) -> Sequence[Refer
 
 
 def cube_checks(fruit: Fruit, truth: Reference) -> Sequence[ReferenceCheck]:
-    """Return the checks of the stiffness of a cube of 1 mm over that without a skin [1], at three moduli."""
+    """Return the checks of the stiffness of a cube of 1 mm over the stiffness without skin [1], at three moduli."""
     bare, skinned = compliances(fruit, Footprint(0.0, 0.0, 1.0, square_punch))
     ratios = [float(bare.S[0, 0] / skinned.at(E).S[0, 0]) for E in MODULI]
     return _checked([f"stiffness at {E:g} MPa" for E in MODULI], ratios, skinned, truth)

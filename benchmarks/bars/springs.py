@@ -1,4 +1,4 @@
-"""Hard springs: leaves and whole designs at their limits, meshes of bad quality, clamps that hardly hold."""
+"""Hard springs: leaves and whole designs at their limits, meshes of bad quality, and nearly free bodies."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -33,19 +33,19 @@ from solve.elasticity import stiffness_matrix
 from solve.housing.stiffness import housing_stiffness, tip_compliance
 from solve.linear import factorise
 
-FINER = 0.5  # scale of the mesh that judges: over four times the dofs
+FINER = 0.5  # scale of the reference mesh, which has over four times the dofs
 TARGET_TOLERANCE = 5e-3
 LEAST_QUALITY = 0.05
-WIDEST_STRAIN_ERROR = 0.15  # a strain is continued by that much to the edges of the elements
-NO_TRAVEL = (0.1, 0.1)  # [mm] of the springs: stops do not move a stiffness
-DIGITS = 1e-4  # relative: a tenth of what springs are made to
+WIDEST_STRAIN_ERROR = 0.15  # widest useful error bar of a strain, which is extrapolated to the edges of elements
+NO_TRAVEL = (0.1, 0.1)  # deflections [mm] for the stops, which do not influence the stiffness
+DIGITS = 1e-4  # relative tolerance: a tenth of the tolerance of fitted springs
 BLOCK, TIPS, TARGETS = Fruit(), Tips(), Targets()
 
 
 def stiffness_checks(
     housing: Housing, E: float, poisson: float, pairs: Sequence[MeshPair] = (DEFAULT,)
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of each pair of meshes on the springs of a housing [N/mm from MPa, mm], by a finer mesh."""
+    """Return the checks of the springs of a housing [N/mm] on each pair of meshes, by a finer mesh; E in MPa."""
     reference = attempted(partial(_finer_stiffness, housing, E, poisson))
     every: list[ReferenceCheck] = []
     for pair in pairs:
@@ -57,7 +57,7 @@ def stiffness_checks(
 
 
 def _finer_stiffness(housing: Housing, E: float, poisson: float) -> Reference:
-    """Return the stiffnesses [N/mm] in the same mount on a mesh of over four times the dofs."""
+    """Return the stiffnesses [N/mm] in the same mount on a mesh with over four times the dofs."""
     finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson, mount_layers(housing))
     return Reference(values=tuple(finer.K), errors=(), source=f"finer mesh, {finer.dofs} dofs")
 
@@ -71,14 +71,14 @@ def leaf_checks(thickness: float, length: float, depth: float) -> tuple[Referenc
 
 
 def short_leaf_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of a small housing [N/mm], whose meshes in other programs are small, by known stiffnesses."""
+    """Return the checks of the small housing [N/mm] by known stiffnesses from other programs."""
     fine, coarse = (tip_compliance(flexure_mesh(SMALL_HOUSING, scale), E_MPA, POISSON) for scale in (1.0, 2.0))
     stiffness = housing_stiffness(fine, coarse)
     return checks(BENCH.values, stiffness.K, stiffness.error, truth)
 
 
 def mount_checks(preset: str, mount: str, lengths: Sequence[float]) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of all that a housing in a mount is solved for, by a finer mesh; lengths of leaves in mm."""
+    """Return the checks of stiffness, strain and sag of a housing in a mount, by a finer mesh; leaf lengths in mm."""
     design = load_design(preset, {"print.mount": mount})
     low, high = lengths
     housing = housing_for(design, design.process, (low, high), NO_TRAVEL)
@@ -99,7 +99,7 @@ def mount_checks(preset: str, mount: str, lengths: Sequence[float]) -> tuple[Ref
 
 
 def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
-    """Return the checks on the springs of a whole design; raises InputError with the reason why one is not made."""
+    """Return the checks on the springs of a whole design; raises InputError if a spring cannot be made."""
     return _springs_checks(Design(targets=targets, fruit=fruit))
 
 
@@ -122,12 +122,15 @@ def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
 
 
 def process_checks(process: str, P_max: float, NL: float) -> tuple[ReferenceCheck, ...]:
-    """Return the checks on the springs of the paper's block for some targets in a process; raises InputError."""
+    """Return the checks on the springs for the paper's block with these targets in a process; raises InputError."""
     return _springs_checks(Design(targets=Targets(P_max=P_max, NL=NL), print=Print(process=process)))
 
 
 def jittered_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
-    """Return the check of s11 from meshes whose inner nodes are moved by a fraction of their edges [1]."""
+    """Return the checks of s11 - s12 and s11 on meshes whose inner nodes are moved at random.
+
+    Nodes move by up to a `fraction` [1] of their shortest edge.
+    """
     meshes = [_jittered(scale, fraction) for scale in REFINEMENTS]
     for mesh in meshes:
         check_quality(np.asarray(mesh.p), np.asarray(mesh.t), LEAST_QUALITY)
@@ -151,7 +154,10 @@ def _jittered(scale: float, fraction: float) -> Any:
 
 
 def grounded_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
-    """Return the check that a free block on springs k, a fraction [1] of its stiffest dof, moves by 1 under loads k."""
+    """Return the check that a free block on weak springs moves by 1 if every spring k is loaded with the force k.
+
+    k is a `fraction` [1] of the largest diagonal entry of the stiffness matrix, so that the block is nearly free.
+    """
     basis = element_basis(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, 1.0), "tet P2")
     K = stiffness_matrix(basis, 1.0, BLOCK.poisson)
     k = fraction * float(K.diagonal().max())

@@ -1,4 +1,4 @@
-"""Every case of bars.toml with the work that ends in its checks."""
+"""The cases of bars.toml, each with the function that returns its checks."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -52,14 +52,14 @@ MAY_BE_REFUSED = ("contact", "press", "leaf", "design", "moved nodes", "clamp")
 
 
 def every_case() -> Iterator[tuple[str, Callable[[], Sequence[ReferenceCheck]], bool]]:
-    """Yield the name of each case, the work that ends in its checks, and whether an answer is promised."""
+    """Yield the name of each case, the function that returns its checks, and whether it must be answered."""
     for group, check in CHECKS.items():
         for what, changes in BARS[group].items():
             yield f"{group}: {what}", partial(checked, check, changes), group not in MAY_BE_REFUSED
 
 
 def checked(check: Callable[..., Sequence[ReferenceCheck]], changes: Mapping[str, Any]) -> Sequence[ReferenceCheck]:
-    """Return the checks of a case; tables of a design may refuse its values, which is an end too."""
+    """Return the checks of a case from its keys in bars.toml; raises InputError if a table of a design refuses them."""
     values = {key: TABLES[key](**value) if key in TABLES else value for key, value in changes.items()}
     if "truth" in values:
         values["truth"] = TRUTHS[values["truth"]]

@@ -1,4 +1,4 @@
-"""The numbers that error bars are held against, by their names in bars.toml."""
+"""The reference values for the error bars, by their names in bars.toml."""
 
 import tomllib
 from pathlib import Path

@@ -1,7 +1,8 @@
-"""What `pipeline bench` gives a peer and how the peer answers, with numpy alone: the peer's own interpreter runs this.
+"""The format of tasks and answers between the benchmarks and a peer.
 
-A task is a file of arrays, N and mm and MPa. With a mesh it has `nodes` (n, 3), `cells` (m, k) in the order of VTK,
-node numbers `set NAME`, and for each step the held components and the prescribed u_z by set, and forces along z (n,).
+The peer's own interpreter runs this file, so it needs only numpy. A task is a file of arrays in N, mm and MPa. With a
+mesh it has `nodes` (n, 3), `cells` (m, k) in the order of VTK, and node numbers `set NAME`. Each step has the held
+components and the prescribed u_z by set, and forces along z (n,).
 """
 
 import json
@@ -16,7 +17,7 @@ _TETRA = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _HEXA = tuple((x, y, z) for z in (0.0, 1.0) for x, y in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
 _TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 _HEXA_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
-# Places of the nodes in a cell of 10 or 20, in the order of VTK.
+# Local coordinates of the nodes in a cell of 10 or 20 nodes, in the order of VTK.
 REFERENCE = {
     len(corners) + len(edges): [
         *corners,
@@ -33,7 +34,7 @@ FACES = {
 
 @dataclass(frozen=True)
 class Step:
-    """One step: held components and prescribed u_z [mm] by name of a set, forces along z (nodes,) [N]."""
+    """A load step: held components and prescribed u_z [mm] by set, forces along z (nodes,) [N], and the support set."""
 
     held: dict
     pressed: dict
@@ -43,7 +44,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Deck:
-    """A body of one material with sets of nodes and the steps that load it."""
+    """A body of one material, with node sets and load steps; the answer has displacements on the set `asked`."""
 
     nodes: np.ndarray
     cells: np.ndarray
@@ -56,7 +57,7 @@ class Deck:
     plane: tuple = (0.0, 0.0)  # height at x = 0 of the plane of rigid tips [mm], and its slope along x
 
     def prescribed(self, step):
-        """Return the dofs 3 * node + component whose displacement is given, and their values [mm]."""
+        """Return the dofs with prescribed displacements, 3 * node + axis (0 to 2), and their values [mm]."""
         values = {}
         for name, components in step.held.items():
             values |= {3 * int(node) + c - 1: 0.0 for node in self.sets[name] for c in components}
@@ -66,7 +67,7 @@ class Deck:
         return dofs, np.array([values[dof] for dof in dofs])
 
     def facets(self, name):
-        """Return the corners (facets, 3 or 4) of the faces on the boundary whose corners all lie in a set."""
+        """Return the corner nodes (facets, 3 or 4) of the boundary faces whose corners are all in a set."""
         corners = 4 if len(self.cells[0]) == 10 else 8
         faces = np.concatenate([self.cells[:, list(face)] for face in FACES[corners]])
         _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
@@ -74,14 +75,14 @@ class Deck:
         return outer[np.isin(outer, self.sets[name]).all(axis=1)]
 
     def answer_of(self, step, u, reaction):
-        """Return a step's answer from displacements and reactions (nodes, 3)."""
+        """Return the answer of a step from displacements [mm] and reactions [N], both (nodes, 3)."""
         forces = {name: float(reaction[self.sets[name], VERTICAL - 1].sum()) for name in (*step.pressed, step.support)}
         return {"forces": forces, "displacements": u[self.sets[self.asked], VERTICAL - 1].tolist()}
 
 
 @dataclass
 class Clock:
-    """CPU seconds of this process since the clock was made: after the imports."""
+    """A clock of the CPU seconds since it was created, which scripts do after their imports."""
 
     start: float = field(default_factory=time.process_time)
 

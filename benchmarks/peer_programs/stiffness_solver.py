@@ -1,11 +1,11 @@
-"""The direct solver of peers that have none: SciPy's SuperLU, with the settings of the product's own direct solver."""
+"""The direct solver for peers without one: SciPy's SuperLU, with the settings of the product's own direct solver."""
 
 import numpy as np
 from scipy.sparse.linalg import splu
 
 
 class StiffnessSolver:
-    """A symmetric stiffness matrix (dofs, dofs) [N/mm], factorised anew only where other dofs are prescribed."""
+    """A symmetric stiffness matrix (dofs, dofs) [N/mm]; it is factorised again only if other dofs are prescribed."""
 
     def __init__(self, K):
         """Take the matrix of all dofs."""
@@ -13,7 +13,7 @@ class StiffnessSolver:
         self._free = None
 
     def displacements(self, prescribed, values, loads):
-        """Return the displacements (dofs,) [mm] with `values` at the dofs `prescribed` under `loads` (dofs,) [N]."""
+        """Return the displacements (dofs,) [mm] under `loads` (dofs,) [N], with `values` [mm] at `prescribed` dofs."""
         u = np.zeros(self.K.shape[0])
         u[prescribed] = values
         free = np.setdiff1d(np.arange(len(u)), prescribed)

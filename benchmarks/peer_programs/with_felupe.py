@@ -1,4 +1,4 @@
-"""A deck by felupe: its regions, its assembly, a direct solver of SciPy. `with_felupe.py deck TASK.npz`."""
+"""Solution of a deck with felupe's assembly and SciPy's direct solver: `with_felupe.py deck TASK.npz`."""
 
 import sys
 
@@ -7,12 +7,12 @@ import numpy as np
 from deck import Clock, read_deck
 from stiffness_solver import StiffnessSolver
 
-# Two Gauss points along each axis, or three.
+# felupe's orders of Gauss rules: two or three points along each axis.
 HEXAHEDRA = {"C3D20R": 1, "C3D20": 2}
 
 
 def region(deck):
-    """Return the field of displacements on the elements of the deck."""
+    """Return the mesh of a deck, and its elements with their quadrature."""
     if deck.kind == "C3D10":
         mesh = felupe.Mesh(deck.nodes, deck.cells, cell_type="tetra10")
         return mesh, felupe.RegionQuadraticTetra(mesh)

@@ -1,4 +1,4 @@
-"""A deck, or contact with a rigid plane, by GetFEM. `with_getfem.py deck|contact TASK.npz`."""
+"""Solution of a deck, or of contact with a rigid plane, by GetFEM: `with_getfem.py deck|contact TASK.npz`."""
 
 import sys
 
@@ -7,17 +7,17 @@ import numpy as np
 from deck import REFERENCE, Clock, read_deck
 from scipy.spatial import cKDTree
 
-# Geometry, element and quadrature; an underintegrated element of 20 nodes has two Gauss points along each axis.
+# Geometry, element and quadrature; the reduced element with 20 nodes has two Gauss points along each axis.
 KINDS = {
     "C3D10": ("GT_PK(3,2)", "FEM_PK(3,2)", "IM_TETRAHEDRON(2)"),
     "C3D20R": ("GT_Q2_INCOMPLETE(3)", "FEM_Q2_INCOMPLETE(3)", "IM_GAUSS_PARALLELEPIPED(3,3)"),
     "C3D20": ("GT_Q2_INCOMPLETE(3)", "FEM_Q2_INCOMPLETE(3)", "IM_GAUSS_PARALLELEPIPED(3,5)"),
 }
-STIFF = 1e7  # of a plane of symmetry, over E [1/mm]
+STIFF = 1e7  # penalty stiffness of a plane of symmetry, over E [1/mm]
 
 
 def elements(deck):
-    """Return mesh, elements and quadrature of the deck, and the number of each of its nodes among the elements'."""
+    """Return mesh, elements and quadrature of a deck, and the number of each of its nodes in GetFEM's numbering."""
     geometry, fem, rule = KINDS[deck.kind]
     order = np.lexsort(np.array(REFERENCE[deck.cells.shape[1]]).T)
     mesh = getfem.Mesh("empty", 3)
@@ -34,7 +34,7 @@ def elements(deck):
 
 
 def solve(deck):
-    """Return the answers to all steps."""
+    """Return the number of dofs, and the answers to all steps."""
     mesh, displacement, rule, number = elements(deck)
     data = getfem.MeshFem(mesh, 1)
     data.set_fem(getfem.Fem("FEM_PK(3,0)" if deck.kind == "C3D10" else "FEM_QK(3,0)"))
@@ -60,7 +60,10 @@ def solve(deck):
 
 
 def contact(deck):
-    """Return the answer under rigid tips on a plane, by the augmented Lagrangian of Alart and Curnier."""
+    """Return the number of dofs, and the answer for rigid tips in a plane.
+
+    The method is the augmented Lagrangian of Alart and Curnier.
+    """
     (step,) = deck.steps
     mesh, displacement, rule, number = elements(deck)
     model = getfem.Model("real")
@@ -96,7 +99,7 @@ def contact(deck):
 
 
 def add_supports(model, mesh, deck, step):
-    """Clamp where all components are held; a plane of symmetry holds its normal one."""
+    """Add the supports: all components are fixed on a clamped set, and only the normal one on a plane of symmetry."""
     rule = getfem.MeshIm(mesh, getfem.Integ("IM_TETRAHEDRON(5)"))
     for number, (name, components) in enumerate(step.held.items(), start=1):
         mesh.set_region(number, faces_on(mesh, deck, name))
@@ -112,7 +115,7 @@ def add_supports(model, mesh, deck, step):
 
 
 def faces_on(mesh, deck, name):
-    """Return the faces of the mesh whose nodes all lie in a set, shape (2, faces)."""
+    """Return the faces of the mesh whose nodes are all in a set, (2, faces): element and local face numbers."""
     points = mesh.pid_from_coords(np.asfortranarray(deck.nodes[deck.sets[name]].T), 1e-7)
     return mesh.faces_from_pid(points)
 

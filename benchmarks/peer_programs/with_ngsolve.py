@@ -1,4 +1,4 @@
-"""Tasks by NGSolve: on a given mesh, or high order on its own. `with_ngsolve.py NAME TASK.npz`."""
+"""Solution of tasks by NGSolve, on a given mesh or with high order on its own: `with_ngsolve.py NAME TASK.npz`."""
 
 import json
 import sys
@@ -10,7 +10,7 @@ from deck import VERTICAL, Clock, read_deck
 from netgen import occ
 
 AXES = "xyz"
-NEAR = 1e-9  # [mm]
+NEAR = 1e-9  # tolerance of coordinates [mm]
 
 
 def elastic(space, E, poisson, *, condensed=False):
@@ -24,14 +24,17 @@ def elastic(space, E, poisson, *, condensed=False):
 
 
 def held_space(mesh, order, held, pressed):
-    """Return the space of displacements with given components held; `held` has components from 1 by boundary."""
+    """Return the space of displacements with held components; `held` has components, counted from 1, by boundary.
+
+    The vertical component is also held on the boundaries in `pressed`, where it is prescribed.
+    """
     names = {f"dirichlet{axis}": [name for name, c in held.items() if AXES.index(axis) + 1 in c] for axis in AXES}
     names["dirichletz"] = names["dirichletz"] + list(pressed)
     return ngs.VectorH1(mesh, order=order, **{key: "|".join(found) for key, found in names.items() if found})
 
 
 def solved(form, u, right=None):
-    """Solve for the free dofs of u, the others as they are, by Cholesky."""
+    """Solve for the free dofs of u by Cholesky factorisation; the other dofs keep their prescribed values."""
     space = u.space
     residual = u.vec.CreateVector()
     if right is None:
@@ -50,7 +53,7 @@ def solved(form, u, right=None):
 
 
 def force(form, u, names):
-    """Return the force along z [N] that acts on boundaries: the residual's work on their unit displacement."""
+    """Return the force along z on boundaries [N], as the work of the residual on their unit displacement."""
     residual = u.vec.CreateVector()
     form.Apply(u.vec, residual)
     unit = ngs.GridFunction(u.space)
@@ -59,7 +62,10 @@ def force(form, u, names):
 
 
 def pressed_answer(mesh, step, task):
-    """Return the dofs and the forces of a step under prescribed displacements; `task` has order, E and poisson."""
+    """Return the number of dofs and the answer of a step with prescribed displacements.
+
+    `task` has order, E and poisson.
+    """
     space = held_space(mesh, task["order"], step["held"], step["pressed"])
     u = ngs.GridFunction(space)
     for name, shift in step["pressed"].items():
@@ -79,7 +85,7 @@ def answered(mesh, steps, task):
 
 
 def same_mesh(deck):
-    """Return the tetrahedra of a deck, edges straight, boundaries by the names of its sets."""
+    """Return the tetrahedra of a deck with straight edges; its boundaries have the names of the sets."""
     mesh = netgen.meshing.Mesh(3)
     corners = np.unique(deck.cells[:, :4])
     points = {int(node): mesh.Add(netgen.meshing.MeshPoint(netgen.meshing.Pnt(*deck.nodes[node]))) for node in corners}
@@ -103,7 +109,7 @@ def deck_task(path):
 
 
 def block_task(path):
-    """Press the quarter of a block, its mesh refined towards the edges of the tip in `levels` steps."""
+    """Press the quarter of a block on a mesh that is refined towards the edges of the tip in `levels` steps."""
     task = scene_of(path)
     length, width, height = task["size"]
     (start, end), side = task["tip_x"], task["tip_y"]
