@@ -28,7 +28,7 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
         msg = f"STEP: the CAD kernel cannot translate the solids of {path}; check that there is free memory"
         raise MachineError(msg)
     model = writer.ChangeWriter().Model()
-    _name_instances(model, [part.name for part in assembly.children])
+    _name_instances(model, [part.name for part in _parts(assembly)])
     header = OCP.APIHeaderSection.APIHeaderSection_MakeHeader(model)
     header.SetName(_ascii(assembly.name))
     header.SetTimeStamp(_ascii(file_date().strftime("%Y-%m-%dT%H:%M:%S")))
@@ -66,7 +66,7 @@ def _document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
     colours = OCP.XCAFDoc.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     products: dict[cq.Shape, OCP.TDF.TDF_Label] = {}
     whole = shapes.NewShape() if assembly.children else None
-    for part in assembly.children or [assembly]:
+    for part in _parts(assembly):
         shape = part.shapes[0]
         if shape not in products:
             products[shape] = shapes.AddShape(shape.wrapped, makeAssembly=False)
@@ -81,8 +81,13 @@ def _document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
     return document
 
 
+def _parts(assembly: cq.Assembly) -> Sequence[cq.Assembly]:
+    """Return the parts of an assembly, or a part by itself."""
+    return assembly.children or [assembly]
+
+
 def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]) -> None:
-    """Name the instances of an assembly in the order in which they were added; a single part has no instances.
+    """Name the instances of an assembly in the order in which they were added, or a single part that was moved.
 
     OCCT itself finds the name of an instance by its location. It confuses instances that lie where their product was
     drawn, and then some names are wrong or missing.

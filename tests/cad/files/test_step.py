@@ -101,6 +101,15 @@ def test_missing_folder_and_text_that_is_no_step_are_refused(tmp_path):
         read_step(tmp_path / "a.step")
 
 
+def test_part_that_was_moved_stays_there_with_its_name(tmp_path):
+    """OCCT writes it as an instance of the part as it was drawn."""
+    moved = BOX.obj.moved(cq.Location(cq.Vector(5.0, 0.0, 0.0)))
+    write_step(cq.Assembly(moved, name="box"), tmp_path / "moved.step")
+    assert read_step(tmp_path / "moved.step").Center().toTuple() == pytest.approx((5.5, 1.0, 1.5))
+    text = re.sub(r"\s+", "", (tmp_path / "moved.step").read_text())
+    assert re.findall(r"=NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','([^']*)'", text) == ["box"]
+
+
 def test_equal_bodies_are_instances_of_one_product(tmp_path):
     """One product for each shape, one use of it for each body: AP242, product and next_assembly_usage_occurrence."""
     washers = [
