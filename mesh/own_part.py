@@ -5,6 +5,7 @@ the section, `walls`, all other walls that carry no load, and `symmetry` where h
 """
 
 import dataclasses
+import functools
 import math
 import os
 from collections.abc import Iterable
@@ -55,18 +56,37 @@ class SweptPart:
     [mm]: the cut of a saw weakens as much as a hole as wide as it is long. `area` [mm^2] are the areas of the
     quadrilaterals, `cells` (layers, quadrilaterals) the cells over each. `share` is the part of the solid that is
     meshed, 1 or 0.5. `places` are the middles of the columns [mm]. `corner` (quadrilaterals,) is the number of the
-    sharp inner corner that each touches, -1 if none; `corner_count` is how many the section has.
+    sharp inner corner that each touches, -1 if none; `corner_count` is how many the section has. `depth` is that of the
+    mesh over the points of the profile [mm].
     """
 
     mesh: MeshHex2
-    excess: Floats
-    effect: Floats
+    extrusion: "Extrusion"
+    profile: Profile
+    depth: Floats
     area: Floats
     cells: Ints
     share: float
     places: Floats
     corner: Ints
     corner_count: int
+
+    @functools.cached_property
+    def _wrong(self) -> tuple[Floats, Floats]:
+        """Return excess and effect; they take a second, and only the mesh of the answer needs them."""
+        excess = _excess(self.extrusion, self.profile, self.depth, self.area)
+        narrow, effect = _narrow(self.extrusion, self.profile, self.depth, self.area)
+        return np.maximum(excess, narrow), np.maximum(excess, effect)
+
+    @property
+    def excess(self) -> Floats:
+        """Return by how much the length of each column is wrong [mm]."""
+        return self._wrong[0]
+
+    @property
+    def effect(self) -> Floats:
+        """Return by how much it is wrong in its effect on the stiffness [mm]."""
+        return self._wrong[1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,12 +144,11 @@ def swept_part(
     area = 0.5 * np.abs(_cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
     cells = np.arange(straight.t.shape[1]).reshape(len(shares) - 1, -1)
     x, z = corners.mean(axis=1)
-    excess = _excess(extrusion, profile, high - low, area)
-    narrow, effect = _narrow(extrusion, profile, high - low, area)
     return SweptPart(
         mesh=mesh,
-        excess=np.maximum(excess, narrow),
-        effect=np.maximum(excess, effect),
+        extrusion=extrusion,
+        profile=profile,
+        depth=high - low,
         area=area,
         cells=cells,
         share=0.5 if is_half else 1.0,

@@ -25,8 +25,7 @@ Direction = tuple[float, float, float]
 # Of the energy that material carries, by which a part without it gives more: 2 for a round hole under tension, more for
 # a slender one. J. D. Eshelby, Proc. R. Soc. A 241 (1957) 376, doi:10.1098/rspa.1957.0133.
 VOID_FACTOR = 4.0
-# Of the difference between both meshes, and a floor. One stiffness of benchmarks/own_parts.py lies beyond, by a third:
-# that of a leaf with sharp corners, where meshes converge slowly.
+# Of the difference between both meshes, and a floor.
 ERROR_SHARE = 1.0
 ERROR_FLOOR = 1e-3
 # Elements at sharp inner corners get finer where they have more than this share of the strain energy. They miss at most
@@ -42,15 +41,15 @@ class PartCompliance:
     """One mesh: C[i, j] is the displacement of face i along its press for 1 N on face j [mm/N].
 
     `strain_per_N` and `strain_inside_per_N` are the largest strain on a round inner corner, continued to the edges of
-    elements and inside them [1/N]; empty where there is none. `left_out` is the largest change of C[i, i] by what the
-    mesh leaves out, as a fraction of it [1]. `at_corners` (presses, corners) is the share of the strain energy in the
-    elements at each sharp inner corner of the section [1].
+    elements and inside them [1/N]; empty where there is none. `density` is twice the density of strain energy of each
+    element for 1 N [N/mm^2]. `at_corners` (presses, corners) is the share of the strain energy in the elements at each
+    sharp inner corner of the section [1].
     """
 
     C: Floats
     strain_per_N: tuple[float, ...]
     strain_inside_per_N: tuple[float, ...]
-    left_out: tuple[float, ...]
+    density: tuple[Floats, ...]
     at_corners: Floats
     dofs: int
     seconds: float
@@ -84,7 +83,7 @@ def swept_compliance(
         C=0.5 * (C + C.T),
         strain_per_N=tuple(corner for corner, _ in corners),
         strain_inside_per_N=tuple(inside for _, inside in corners),
-        left_out=tuple(_left_out(part, density) / C[i, i] for i, (density, _) in enumerate(energies)),
+        density=tuple(density for density, _ in energies),
         at_corners=np.array([_at_corners(part, energy) for _, energy in energies]),
         dofs=int(half.basis.N),
         seconds=time.perf_counter() - start,
@@ -144,7 +143,7 @@ def tetrahedral_compliance(
         C=0.5 * (C + C.T),
         strain_per_N=unknown,
         strain_inside_per_N=unknown,
-        left_out=(0.0,) * len(presses),
+        density=(),
         at_corners=np.zeros((len(presses), 0)),
         dofs=int(basis.N),
         seconds=time.perf_counter() - start,
@@ -179,13 +178,14 @@ def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tupl
     return at_points.mean(axis=1), (at_points * basis.dx).sum(axis=1)
 
 
-def _left_out(part: SweptPart, density: Floats) -> float:
-    """Return how much a displacement for 1 N may change by what the sweep has too much or too little [mm/N].
+def left_out(part: SweptPart, found: PartCompliance) -> tuple[float, ...]:
+    """Return the largest change of each C[i, i] by what the sweep has too much or too little, as a fraction of it [1].
 
     Each column of the mesh has its density of strain energy at its most strained cell, and is too long or too short.
     """
-    worst = density[part.cells].max(axis=0)
-    return float(VOID_FACTOR * (part.effect * part.area * worst).sum())
+    missed = VOID_FACTOR * part.effect * part.area
+    worst = (density[part.cells].max(axis=0) for density in found.density)
+    return tuple(float((missed * each).sum()) / found.C[i, i] for i, each in enumerate(worst))
 
 
 def _at_corners(part: SweptPart, energy: Floats) -> Floats:

@@ -31,6 +31,7 @@ from solve.own_part import (
     ERROR_SHARE,
     PartCompliance,
     extrapolated,
+    left_out,
     strained_corners,
     swept_compliance,
     tetrahedral_compliance,
@@ -403,23 +404,24 @@ def _swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     coarse = swept_compliance(mesh, scene.material, turned, layers)
     _refuse_block(coarse, extrusion.part, scene)
     numbers = strained_corners(coarse)
-    at_corners = np.zeros(len(turned))
+    missed = np.zeros(len(turned))
     if numbers:
         of_judge = FineCorners(numbers=numbers, size=_CORNER_SIZES[0])
         mesh = swept_part(extrusion, coarse_scale, coarse_layers, turned.values(), of_judge)
         rough, coarse = coarse, swept_compliance(mesh, scene.material, turned, layers)
-        at_corners = _CORNER_ERROR * np.abs(rough.K / coarse.K - 1.0)
+        missed = _CORNER_ERROR * np.abs(rough.K / coarse.K - 1.0)
     of_answer = FineCorners(numbers=numbers, size=_CORNER_SIZES[1])
     mesh = swept_part(extrusion, fine_scale, fine_layers, turned.values(), of_answer)
     fine = swept_compliance(mesh, scene.material, turned, layers)
     held = swept_compliance(mesh, scene.material, turned) if layers else fine
+    missed += left_out(mesh, fine)
     volume = mesh.excess * mesh.area
     where = None
     if volume.sum() > 1e-6 * mesh.area.sum():
         x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volume))]
         where = (float(x), float(y), float(z))
     return PartStiffness(
-        faces=_faces(scene.presses, (coarse, fine), at_corners, held if layers else None),
+        faces=_faces(scene.presses, (coarse, fine), missed, held if layers else None),
         material=scene.material,
         method="section in quadratic hexahedra, swept",
         held_by="the design's covers" if layers else "the faces that are held",
@@ -432,7 +434,7 @@ def _swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
 def _faces(
     names: Iterable[str],
     meshes: tuple[PartCompliance, PartCompliance],
-    at_corners: Floats,
+    missed: Floats,
     held: PartCompliance | None,
 ) -> dict[str, PressedFace]:
     """Return each pressed face with the bar of two meshes, of sharp corners and of what the meshes leave out."""
@@ -444,7 +446,7 @@ def _faces(
         is_known = math.isfinite(strain) and strain > 0.0
         faces[name] = PressedFace(
             K=float(fine.K[i]),
-            K_error=float(ERROR_SHARE * change + ERROR_FLOOR + at_corners[i] + fine.left_out[i]),
+            K_error=float(ERROR_SHARE * change + ERROR_FLOOR + missed[i]),
             K_held=None if held is None else float(held.K[i]),
             strain_per_N=strain if is_known else None,
             strain_error=STRAIN_ERROR_SHARE * abs(inside / strain - 1.0) if is_known else None,
