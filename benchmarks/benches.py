@@ -6,7 +6,7 @@
 from benchmarks.harness import percent, section, write_section
 from pipeline import RunOptions, load_design
 from pipeline.find.fruit_design import PRESETS
-from pipeline.reading.bench import refuse_bench_that_cannot_weigh
+from pipeline.reading.bench_uncertainty import refuse_bench_that_cannot_weigh
 from pipeline.sensor import Sensor
 from sensor.quantity import STANDARD_GRAVITY, InputError
 

@@ -20,7 +20,7 @@ from instrument.press.touches import PressSamples
 from instrument.simulate.unit import domes_of
 from reference import pressed_solids
 from solve.presses import pressing
-from solve.presses.bodies import EllipsoidFruit
+from solve.presses.pressed_bodies import EllipsoidFruit
 from tests.measured_units import MeasuredDesign
 
 SOLVED = 10  # solved samples of a press

@@ -17,7 +17,7 @@ from benchmarks.bars.springs import process_checks
 from benchmarks.harness import percent, section, write_section
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 
 GOAL = 0.95
 HEADS = ["kind", "scenes", "refused", "numbers", "inside", "largest error / bar", "median bar"]
@@ -42,7 +42,7 @@ def random_press(rng: random.Random) -> Sequence[ReferenceCheck]:
     """Return the checks of the forces of the paper's tips, tilted at random on a random sphere."""
     size = {"length_mm": 20.0, "width_mm": 20.0, "thickness_mm": 12.0}
     fruit = Fruit(shape="sphere", radius_mm=10.0 ** rng.uniform(1.4, 2.5), poisson=rng.uniform(0.0, 0.45), **size)
-    press = Press(travel_mm=rng.uniform(0.2, 0.6), tilt_deg=rng.uniform(-3.0, 3.0))
+    press = PressMotion(travel_mm=rng.uniform(0.2, 0.6), tilt_deg=rng.uniform(-3.0, 3.0))
     return press_checks(fruit, press, E=10.0 ** rng.uniform(-1.0, 1.0))
 
 

@@ -16,7 +16,7 @@ from benchmarks.harness import table
 from benchmarks.one_press import BALL_RADIUS, Bench
 from instrument.press.measuring import MeasuringUnit
 from instrument.simulate.unit import drawn_form
-from solve.presses.bodies import EllipsoidFruit
+from solve.presses.pressed_bodies import EllipsoidFruit
 
 NEAR = 0.02  # relative error of E that is also counted on a fruit with the radius of the ball
 HEADS = ["presses", "inside the bar", "rms error %", "farthest, in bars"]

@@ -26,9 +26,9 @@ from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import springs_for
 from pipeline.springs.sizing import spring_sizing
 from pipeline.study import process_engine, read_study, run_study
-from pipeline.study.workers import Engine, cluster_engine
+from pipeline.study.engines import Engine, cluster_engine
 from solve.contact.linear_response import travels
-from solve.contact.poses import Pose, pose_forces
+from solve.contact.pose_forces import Pose, pose_forces
 from solve.contact.response import scene_response
 
 INTRODUCTION = """\

@@ -14,11 +14,11 @@ from benchmarks.harness import ROOT, table
 from pipeline.response.contact import contact_compliance
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, read_modulus
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import spring_compliance, travels
-from solve.contact.poses import Pose, Stand, pose_forces
+from solve.contact.pose_forces import Pose, Stand, pose_forces
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
@@ -122,7 +122,7 @@ def main() -> None:
     rows = []
     for row in ROWS:
         compliance = contact_compliance(FRUIT, row.tips)
-        scene = Scene(fruit=FRUIT, tips=row.tips, press=Press(travel_mm=row.travel))
+        scene = Scene(fruit=FRUIT, tips=row.tips, press=PressMotion(travel_mm=row.travel))
         errors_at = contrast_errors if row.reading == "contrast" else pair_errors
         cells = []
         for tilt in TILTS:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.calibrate.ball import ReferenceBall, correction_of
+from instrument.calibrate.reference_presses import ReferenceBall, correction_of
 from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import FruitReading
@@ -27,11 +27,11 @@ from instrument.press.touches import PressSamples
 from instrument.simulate.unit import domes_of
 from sensor.design.bench import RUBBER_POISSON
 from sensor.design.fruits import FRUITS
-from solve.presses.bodies import EllipsoidFruit as Fruit
-from solve.presses.bodies import FleshOnStone
-from solve.presses.bodies import OuterLayer as Layer
-from solve.presses.bodies import SprungDomes as Sensor
 from solve.presses.over_time import press_over_time
+from solve.presses.pressed_bodies import EllipsoidFruit as Fruit
+from solve.presses.pressed_bodies import FleshOnStone
+from solve.presses.pressed_bodies import OuterLayer as Layer
+from solve.presses.pressed_bodies import SprungDomes as Sensor
 from solve.presses.pressing import Pressing, press
 from tests.measured_units import MeasuredDesign
 

@@ -27,13 +27,13 @@ from reference.direct_fruit import FACES, SIDE
 from reference.element_study import element_basis
 from reference.fruit_meshes import edge_size
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 
 FRUIT = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thickness_mm=12.0)
-TIPS, PRESS, TRAVEL_MM = Tips(), Press(tilt_deg=1.0), 0.2
+TIPS, PRESS, TRAVEL_MM = Tips(), PressMotion(tilt_deg=1.0), 0.2
 SCENE = Scene(fruit=FRUIT, tips=TIPS, press=PRESS)
 E_MPA = 1.0
 SMALL_SLOPE = 1.0 / math.cos(math.radians(SCENE.steepest_deg)) - 1.0  # error by the slope, see their status

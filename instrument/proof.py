@@ -11,22 +11,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import binom
 
-from instrument.calibrate.ball import MAY_STAND, ReferenceBall, correction_of
+from instrument.calibrate.reference_presses import MAY_STAND, ReferenceBall, correction_of
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.printed_unit import PrintedUnit, unit_of
 from instrument.press.signals import Signal
-from instrument.simulate.bench import usual_ball
-from instrument.simulate.fruit import PressedFruit, drawn_fruit
+from instrument.simulate.bench_tables import usual_ball
+from instrument.simulate.drawn_fruit import PressedFruit, drawn_fruit
 from instrument.simulate.log import log_of, usual_rate
-from instrument.simulate.press import press_curve
+from instrument.simulate.simulated_press import press_curve
 from instrument.simulate.simulation import hand_of
 from instrument.simulate.unit import SimulatedUnit, drawn_unit
 from pipeline.report.report import Report
 from pipeline.tables.rows import Rows
 from sensor.arrays import Floats
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.quantity import BOUNDED, InputError, report_field
 
 OUTSIDE = 0.05
@@ -175,7 +175,7 @@ def _calibrated(report: Report, made: SimulatedUnit, rng: np.random.Generator) -
     With weights, the gains determine the error of the forces. With a plate, they determine the error of the
     deflections, and forces follow from the stiffness.
     """
-    reading = report.design.reading or Reading()
+    reading = report.design.reading or ReadingRequirements()
     springs, gains = _left_percent(report)
     K = made.domes.K
     found = K * (1.0 + 0.01 * springs * rng.normal(size=len(K)))
@@ -204,7 +204,7 @@ def _calibrated(report: Report, made: SimulatedUnit, rng: np.random.Generator) -
 
 def _left_percent(report: Report) -> tuple[Floats, Floats]:
     """Return the errors of springs and gains [%], (tips,), after the calibration that the design assumes."""
-    reading = report.design.reading or Reading()
+    reading = report.design.reading or ReadingRequirements()
     left = None if report.reading is None else report.reading.calibration
     if left is not None:
         return np.maximum(left.stiffness_percent, _LEAST_PERCENT), np.array(left.gain_percent)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pipeline.making.fabrication import begin_fabrication, sideways_verdicts
-from pipeline.making.fields import write_fields
+from pipeline.making.field_files import write_fields
 from pipeline.making.solids import SolidMaker
 from pipeline.options import RunOptions, refuse_unmakeable
 from pipeline.report.of_result import report_of_result

@@ -8,7 +8,7 @@ from html import escape
 
 import numpy as np
 
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from pipeline.verdicts.in_words import (
     ERRORS_IN_WORDS,
     as_read,
@@ -31,7 +31,12 @@ _BLUE = "#1f6fb2"
 
 
 def answer_html(
-    name: str, verdicts: Sequence[Verdict], springs: Mapping[str, Spring], E: Floats, P: Floats, moduli: Iterable[float]
+    name: str,
+    verdicts: Sequence[Verdict],
+    springs: Mapping[str, MadeSpring],
+    E: Floats,
+    P: Floats,
+    moduli: Iterable[float],
 ) -> str:
     """Return the answer on a design as HTML.
 
@@ -63,7 +68,7 @@ def _verdict_table(verdicts: Sequence[Verdict]) -> str:
     return _table(("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", ""), rows)
 
 
-def _spring_table(springs: Mapping[str, Spring]) -> str:
+def _spring_table(springs: Mapping[str, MadeSpring]) -> str:
     """Return the springs with their leaves as a table."""
     rows = []
     for name, spring in springs.items():

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from pipeline.errors.records import LevelTargets
+from pipeline.errors.error_records import LevelTargets
 from pipeline.errors.sensor_errors import SensorErrors
 from pipeline.errors.targets import SceneTargets
 from pipeline.notebook import answer_html
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import Readings
+from pipeline.reading.analysis import ReadingAccuracy
 from pipeline.reading.over_time import ReadingOverTime
-from pipeline.reading.pressed_sensor import PressedSensor, Presses
+from pipeline.reading.pressed_sensor import PressedSensor, SampledPresses
 from pipeline.reading.read_out import ReadingConstants
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.behaviour_record import SpringBehaviour
@@ -95,8 +95,8 @@ class SensorResult(Record):
     options: RunOptions
     pressed: PressedSensor
     press: ScenePress
-    readings: Readings | None
-    tilted: Presses | None
+    readings: ReadingAccuracy | None
+    tilted: SampledPresses | None
     over_time: ReadingOverTime | None
     reached: SceneTargets
     verdicts: tuple[Verdict, ...]

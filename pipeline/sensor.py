@@ -5,25 +5,25 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from typing import Literal, TypeVar
 
-from pipeline.errors.records import LevelTargets
+from pipeline.errors.error_records import LevelTargets
 from pipeline.errors.sensor_errors import SensorErrors, sensor_errors
 from pipeline.errors.targets import SceneTargets, reached_targets
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import Readings, analyse_readings, reading_constants, tilted_presses
-from pipeline.reading.bench import refuse_bench_that_cannot_weigh
+from pipeline.reading.analysis import ReadingAccuracy, analyse_readings, reading_constants, tilted_presses
+from pipeline.reading.bench_uncertainty import refuse_bench_that_cannot_weigh
 from pipeline.reading.over_time import ReadingOverTime, reading_over_time, refuse_unsolvable_time
 from pipeline.reading.poses import refuse_unsolvable_poses
-from pipeline.reading.pressed_sensor import PressedSensor, Presses
+from pipeline.reading.pressed_sensor import PressedSensor, SampledPresses
 from pipeline.reading.read_out import ReadingConstants
 from pipeline.response.contact import fruit_compliance
+from pipeline.response.scaled_scene import scene_compliance, unit_scene
 from pipeline.response.scene_press import ScenePress, press_scene
-from pipeline.response.unit_scene import scene_compliance, unit_scene
 from pipeline.springs.behaviour import spring_behaviour
 from pipeline.springs.behaviour_record import SpringBehaviour
 from pipeline.springs.fitted_springs import BeginSolid, FittedSprings, springs_for, with_sideways_give
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
-from pipeline.verdicts.sensor import RULES, paper_verdicts
+from pipeline.verdicts.sensor_rules import RULES, paper_verdicts
 from sensor.design.parameters import Design
 from sensor.design.tip_mount import plate_depth
 from sensor.verdict import Group, Verdict, row_of
@@ -130,12 +130,12 @@ class Sensor:
         return press_scene(pressed.scene, pressed.contact, pressed.C)
 
     @stage("reading")
-    def readings(self) -> Readings | None:
+    def readings(self) -> ReadingAccuracy | None:
         """Return the errors of readings over all poses; None for a design without readings."""
         return analyse_readings(self.pressed)
 
     @stage("reading")
-    def tilted(self) -> Presses | None:
+    def tilted(self) -> SampledPresses | None:
         """Return presses at tilts along the tips; None for a design without readings or without tilt."""
         return tilted_presses(self.pressed)
 

@@ -33,7 +33,7 @@ from skfem.refdom import RefTet, RefTri
 from mesh.session import element_nodes, gmsh_session, used_nodes
 from reference.flesh_elements import EDGES, flesh, shapes
 from sensor.arrays import Floats, Ints
-from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 from solve.presses.pressing import Slope
 
 Place = tuple[Floats, Floats]  # the axis up the sensor (3,), and the centres of the domes (tips, 3) [mm]

@@ -8,10 +8,10 @@ import numpy as np
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings
-from sensor.design.reading import Reading
-from sensor.design.tips import Press, Tips
+from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import PressMotion, Tips
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, PoseForces
+from solve.contact.pose_forces import Pose, PoseForces
 from solve.contact.scene import Scene
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -28,8 +28,8 @@ def square_design(**reading: Any) -> Design:
         springs=GivenSprings(K_l_N_per_m=1e3 * SPRINGS[0], K_h_N_per_m=1e3 * SPRINGS[1]),
         fruit=Fruit(length_mm=30.0, width_mm=30.0, E_MPa=(0.5, 1.0, 2.0, 3.5), bruise_limit_MPa=(0.5, 1.0, 2.0, 3.0)),
         tips=Tips(layout="square", spacing_mm=6.0),
-        press=Press(travel_mm=0.6),
-        reading=Reading(**reading),
+        press=PressMotion(travel_mm=0.6),
+        reading=ReadingRequirements(**reading),
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import Housing
 from cad.parts.sensor import SensorSolids
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 
 SETBACK = 1.0  # of a rim or a pad from what moves
 BALL_SHARE = 0.98  # of the radius of a dome, to which a round cap reaches
@@ -193,7 +193,7 @@ def inside_bracket(sensor: SensorSolids, points: np.ndarray) -> np.ndarray:
     return found
 
 
-def worst_tilt(press: Press) -> float:
+def worst_tilt(press: PressMotion) -> float:
     """Return the larger of 3 degrees and the angle of press and normal [deg]."""
     cosine = math.cos(math.radians(press.tilt_deg)) * math.cos(math.radians(press.roll_deg))
     return max(3.0, math.degrees(math.acos(cosine)))

@@ -4,7 +4,7 @@ import numpy as np
 from stored_presses import square
 
 from sensor.theory.contrast_rise import RiseLaw, RollingDomes
-from solve.presses.bodies import EllipsoidFruit
+from solve.presses.pressed_bodies import EllipsoidFruit
 
 SQUARE = square(side=6.3, K_low=0.056, K_high=0.635, dome_radius=9.8)
 TRAVELS = 1.13 * np.arange(1, 17) / 16.0

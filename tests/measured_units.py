@@ -31,10 +31,10 @@ from pipeline.springs.fitted_springs import springs_for
 from pipeline.springs.sizing import spring_sizing
 from pipeline.tables.rows import Rows
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.theory.creep import CreepLaw
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, Stand, pose_forces
+from solve.contact.pose_forces import Pose, Stand, pose_forces
 from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 from tests.deadline import DEADLINE_S
@@ -93,7 +93,7 @@ class MeasuredDesign:
         """Solve the contact, and assess the readings where the design asks for them."""
         self.design = load_design(name, settings)
         if reading is not None:
-            self.design = replace(self.design, reading=Reading(**reading))
+            self.design = replace(self.design, reading=ReadingRequirements(**reading))
         design = self.design
         self.contact = fruit_compliance(design, RunOptions())
         given = design.springs

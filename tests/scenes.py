@@ -3,7 +3,7 @@
 import numpy as np
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from solve.contact.scene import Scene
 
 BLOCK = Fruit()
@@ -13,4 +13,4 @@ SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # [mm/N], of the paper's target
 
 def scene_of(fruit: Fruit = BLOCK, tilt: float = 0.0, roll: float = 0.0, **tips: object) -> Scene:
     """Return the scene of a pair on a fruit, tilted and rolled [deg]."""
-    return Scene(fruit=fruit, tips=Tips(**tips), press=Press(tilt_deg=tilt, roll_deg=roll))
+    return Scene(fruit=fruit, tips=Tips(**tips), press=PressMotion(tilt_deg=tilt, roll_deg=roll))

@@ -12,7 +12,7 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print
 from sensor.design.processes import PROCESSES, Process
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 
 BALL = Path(__file__).with_name("designs") / "ball.toml"
 """A square of domes on a ball of a mango's size, for which presses by finite elements were found."""
@@ -23,7 +23,7 @@ GENTLE = Design(
     springs=GivenSprings(K_l_N_per_m=1200.0, K_h_N_per_m=20000.0),
     fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0),
     tips=Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.4, spacing_mm=6.0),
-    press=Press(travel_mm=0.4),
+    press=PressMotion(travel_mm=0.4),
     print=Print(process="sla-resin"),
 )
 LENGTHS = (20.438, 11.09)  # [mm] leaves of its springs in resin, low then high

@@ -26,13 +26,13 @@ from pipeline.sensor import Sensor
 from pipeline.springs.fitted_springs import FittedSprings, printable_leaves, springs_for
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.sizing import SpringSizing, spring_sizing
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Seconds
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 from sensor.verdict import Verdict
 from solve.contact.scene import SidewaysGive
 from solve.error_estimate import SolveInfo
@@ -98,7 +98,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
     housing = housing_for(design, process, lengths, bare.deflections)
     fitted = fitted_housing(housing, housing_stiffness(targets))
     springs = {
-        arm.name: Spring(
+        arm.name: MadeSpring(
             target=targets[i],
             K=targets[i],
             K_error=ERRORS[i],
@@ -164,7 +164,7 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
 
 def relaxing_result() -> SensorResult:
     """Return the result of a sensor whose fruit relaxes."""
-    design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
+    design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=PressMotion(speed_mm_per_s=0.5, hold_s=1.0))
     return replace(result_of(design), over_time=reading_over_time(sensor_of(design)))
 
 

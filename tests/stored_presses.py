@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 
 STORED: dict[str, Any] = json.loads(Path(__file__).with_name("presses_on_ellipsoids.json").read_text(encoding="utf-8"))
 """`sensor`, `poisson`, `presses` (lengths in mm, forces in N, moduli in MPa, angles in degrees), and their source."""

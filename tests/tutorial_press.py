@@ -14,8 +14,8 @@ from maxwell_springs import MaxwellSprings, weighed_stiffness
 from scipy.special import j0
 
 from solve.presses import pressing as presses
-from solve.presses.bodies import EllipsoidFruit, SprungDomes
 from solve.presses.grids import Grids
+from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 from solve.presses.pressing import Pressing
 
 FOLDER = Path(__file__).parents[1] / "docs" / "examples"

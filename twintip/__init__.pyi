@@ -2,14 +2,14 @@
 
 from instrument.calibrate.calibration import Calibration as Calibration
 from instrument.calibrate.calibration import calibrate as calibrate
-from instrument.compress.bodies import CylinderOnEnd as CylinderOnEnd
-from instrument.compress.bodies import CylinderOnSide as CylinderOnSide
-from instrument.compress.bodies import Ellipsoid as Ellipsoid
-from instrument.compress.bodies import Plunger as Plunger
-from instrument.compress.bodies import RectangularBlock as RectangularBlock
 from instrument.compress.force_law import TestGeometry as TestGeometry
 from instrument.compress.modulus import CompressionResult as CompressionResult
 from instrument.compress.modulus import modulus as modulus
+from instrument.compress.pressed_shapes import CylinderOnEnd as CylinderOnEnd
+from instrument.compress.pressed_shapes import CylinderOnSide as CylinderOnSide
+from instrument.compress.pressed_shapes import Ellipsoid as Ellipsoid
+from instrument.compress.pressed_shapes import Plunger as Plunger
+from instrument.compress.pressed_shapes import RectangularBlock as RectangularBlock
 from instrument.firmware.firmware import c_header as c_header
 from instrument.firmware.firmware import micropython as micropython
 from instrument.press.fruit_reading import FruitReading as FruitReading
@@ -28,11 +28,11 @@ from pipeline.report.report import read_report as read_report
 from pipeline.result import SensorResult as SensorResult
 from pipeline.springs.own_part import PartStiffness as PartStiffness
 from pipeline.springs.own_part import stiffness as stiffness
+from pipeline.study.engines import process_engine as process_engine
 from pipeline.study.execute import StudySummary as StudySummary
 from pipeline.study.execute import run_study as run_study
 from pipeline.study.study_file import Study as Study
 from pipeline.study.study_file import read_study as read_study
-from pipeline.study.workers import process_engine as process_engine
 from sensor.design.parameters import Design as Design
 from sensor.quantity import InputError as InputError
 from sensor.theory.two_spring_law import Springs as Springs

@@ -5,9 +5,9 @@ import numpy as np
 from benchmarks.bars.check import ReferenceCheck, checks
 from benchmarks.harness import Reference
 from sensor.theory.hertz import force_factor
-from solve.compression.body import Section
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import CompressionPress, force_curve
+from solve.compression.half_body import Section
 
 BALL = Section(half_height=35.0, radius=35.0)
 DEPTHS = np.array([0.01, 0.02, 0.05, 0.1])  # travel of one plate over the radius

@@ -11,7 +11,7 @@ from pipeline.options import load_design
 from pipeline.response.contact import contact_compliance
 from pipeline.response.scene_press import scene_of
 from reference.stored import stored
-from solve.contact.poses import Pose, Stand, pose_forces
+from solve.contact.pose_forces import Pose, Stand, pose_forces
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 

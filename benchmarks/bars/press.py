@@ -13,11 +13,11 @@ from benchmarks.harness import Reference
 from pipeline.response.contact import contact_compliance
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import InputError
-from solve.contact.cells import ContactCells, contact_cells, half_cells
 from solve.contact.gap import tip_gap
 from solve.contact.linear_response import spring_compliance
+from solve.contact.pressure_cells import ContactCells, contact_cells, half_cells
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
@@ -28,7 +28,7 @@ ROUNDING = 1e-9  # relative tolerance for closed formulas
 CELLS, CELLS_ROLLED = (22, 32), (16, 24)  # cells per side in the independent solution, other than the product's
 GRADING = 2.0
 ORDER = 1.5  # order of convergence for cells of constant pressure under an edge
-BLOCK, TIPS, PRESS = Fruit(), Tips(), Press()
+BLOCK, TIPS, PRESS = Fruit(), Tips(), PressMotion()
 SPRINGS = (0.9057, 20.831)  # [N/mm]
 
 
@@ -49,7 +49,7 @@ def forces(state: State, compliance: FruitCompliance) -> tuple[Floats, float]:
 
 
 def level_checks(
-    press: Press = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
+    press: PressMotion = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
 ) -> tuple[ReferenceCheck, ...]:
     """Return the check that P of level flat tips [1] agrees with law (3) of the paper; E in MPa, springs in N/mm."""
     compliance = contact_compliance(BLOCK, TIPS)
@@ -61,7 +61,7 @@ def level_checks(
 
 
 def press_checks(
-    fruit: Fruit = BLOCK, press: Press = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
+    fruit: Fruit = BLOCK, press: PressMotion = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
 ) -> tuple[ReferenceCheck, ...]:
     """Return the checks of the forces under unilateral contact [N] by another solver; E in MPa, springs in N/mm."""
     state = State(scene=Scene(fruit=fruit, tips=TIPS, press=press), E=E, springs=springs)
@@ -73,7 +73,7 @@ def press_checks(
     return _of_touching_tips(F, error, attempted(partial(_extrapolated, state, compliance)))
 
 
-def direct_press_checks(press: Press, truth: Reference, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
+def direct_press_checks(press: PressMotion, truth: Reference, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
     """Return the checks of the forces on flesh of 2 MPa [N] by known ones; the compliance is taken from the block."""
     state = State(scene=Scene(fruit=fruit, tips=TIPS, press=press), E=2.0, springs=SPRINGS)
     return _of_touching_tips(*forces(state, contact_compliance(BLOCK, TIPS)), truth)

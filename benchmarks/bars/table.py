@@ -24,7 +24,7 @@ from benchmarks.bars.springs import (
 from benchmarks.bars.truths import BARS, TRUTHS
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Targets
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 
 CHECKS: dict[str, Callable[..., Sequence[ReferenceCheck]]] = {
     "paper": truth_checks,
@@ -47,7 +47,7 @@ CHECKS: dict[str, Callable[..., Sequence[ReferenceCheck]]] = {
     "clamp": grounded_checks,
     "bench": bench_checks,
 }
-TABLES = {"fruit": Fruit, "tips": Tips, "press": Press, "targets": Targets}
+TABLES = {"fruit": Fruit, "tips": Tips, "press": PressMotion, "targets": Targets}
 MAY_BE_REFUSED = ("contact", "press", "leaf", "design", "moved nodes", "clamp")
 
 

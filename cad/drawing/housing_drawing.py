@@ -15,9 +15,9 @@ import cadquery as cq
 from cad.drawing.canvas import MEASURED, SMALL_MM, Box, CalloutText, Canvas, DimensionText, Point, text_width
 from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.measuring_table import HEADS, STEP_MM, MeasuredDimension, measuring_table
+from cad.drawing.projection import draw_view, view_of
 from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, on_sheet
-from cad.drawing.view import draw_view, view_of
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, BackToBack, Housing, fillet_corners
 from cad.parts.part import NEAR_MM

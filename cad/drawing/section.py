@@ -6,7 +6,7 @@ import cadquery as cq
 from OCP.TopAbs import TopAbs_Orientation
 
 from cad.drawing.canvas import Canvas, Point
-from cad.drawing.view import draw_edges, edge_points
+from cad.drawing.projection import draw_edges, edge_points
 
 _WIDE = 4e3  # side of the cutting plane [mm], far larger than any part
 

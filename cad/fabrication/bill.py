@@ -9,7 +9,7 @@ from dataclasses import astuple, dataclass, fields
 import cadquery as cq
 
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
-from cad.fabrication.templates import EACH, render_template
+from cad.fabrication.sheet_templates import EACH, render_template
 from cad.parts.assembly import dowel_length, grip, product_of, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import SensorSolids

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import cadquery as cq
 
-from cad.drawing.view import edge_points, point_in_view, view_of
+from cad.drawing.projection import edge_points, point_in_view, view_of
 from cad.fabrication.bill import BillLine
-from cad.fabrication.templates import render_template
+from cad.fabrication.sheet_templates import render_template
 from cad.parts.assembly import in_place, product_of
 
 # Prefixes of the names of parts, from the front to the back, each with its part in the bill.

@@ -11,7 +11,7 @@ from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.exploded import write_exploded
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.file_shapes import maker_parts
-from cad.fabrication.plate import write_plate
+from cad.fabrication.print_bed import write_plate
 from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl, print_shape, triangles_volume
 from cad.files.slicer_settings import slicer_settings

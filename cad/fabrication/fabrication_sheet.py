@@ -9,8 +9,8 @@ from cad.fabrication.bill import BillLine, screw_name
 from cad.fabrication.mount import FLANGE_CIRCLE_MM, mounted_grip
 from cad.fabrication.mount import PLATE_MM as BRACKET_MM
 from cad.fabrication.part_sizes import bracket_sizes, cover_sizes
-from cad.fabrication.plate import GAP_MM
-from cad.fabrication.templates import render_template
+from cad.fabrication.print_bed import GAP_MM
+from cad.fabrication.sheet_templates import render_template
 from cad.files.slicer_settings import slicer_settings
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import largest_weight, modulus_factor

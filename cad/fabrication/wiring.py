@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from cad.fabrication.templates import render_template
+from cad.fabrication.sheet_templates import render_template
 from sensor.design.readout import BOARDS
 
 

@@ -3,7 +3,7 @@
 import math
 
 from cad.parts.housing import largest_tilt
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 
 WASHER_MM = 7.0  # outer diameter of a washer for M3, ISO 7089
 PLATE_MM = 2.0  # thickness of the plate of a cover
@@ -11,7 +11,7 @@ RECESS_MM = 1.0  # height of the rim: twice the largest `min_gap_mm` of the proc
 COVER_MM = PLATE_MM + RECESS_MM  # thickness of plate and rim together
 
 
-def cover_level(protrusion: float, press: Press) -> float:
+def cover_level(protrusion: float, press: PressMotion) -> float:
     """Return the level of the foot of a cover, for a frame whose foot is at the level `protrusion` [mm].
 
     In every allowed tilt the foot of the cover stays above the edge of the frame, so that only the frame must clear the

@@ -6,7 +6,7 @@ from cad.parts.housing import Housing
 from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 
 LEDGE_MM = 0.9  # height of each ledge that holds a sensor; under 1 mm it prints without support
 POINT_MM = 0.25  # radius of the flat end of a cone, because the CAD kernel cannot mesh a sharp apex
@@ -45,7 +45,7 @@ class HallSeats:
         return self.pocket_depth + (0.5 * self.pocket_diameter - max(radius, POINT_MM) if self.is_pointed else 0.0)
 
 
-def hall_seats(housing: Housing, press: Press, process: Process) -> HallSeats:
+def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSeats:
     """Return the seats in a housing, with the magnets midway between the leaves and the sensor half a travel above.
 
     So the sensor is in the middle of the motion of the magnets. Pockets and windows are wider than magnets and sensors

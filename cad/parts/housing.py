@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 from sensor.quantity import Bounds, InputError, check_fields, quantity, report_field, validation_error
 from sensor.theory.leaf_spring import Flexure
 
@@ -296,13 +296,13 @@ class PartSize:
     areas: Mapping[str, float]
 
 
-def press_tilt(press: Press) -> float:
+def press_tilt(press: PressMotion) -> float:
     """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
     cosine = math.cos(math.radians(press.tilt_deg)) * math.cos(math.radians(press.roll_deg))
     return math.degrees(math.acos(cosine))
 
 
-def largest_tilt(press: Press) -> float:
+def largest_tilt(press: PressMotion) -> float:
     """Return the largest tilt [deg] in which the frame must clear the fruit."""
     return max(TILT_DEG, press_tilt(press))
 

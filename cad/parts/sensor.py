@@ -17,7 +17,7 @@ from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import Housing
 from cad.parts.part import Part
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class SensorSolids:
     part: Part
     fruit: Fruit
     tips: Tips
-    press: Press
+    press: PressMotion
     name: str = ""
     seats: HallSeats | None = None
 

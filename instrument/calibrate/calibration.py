@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 
 from cad.parts.coupon import modulus_factor
-from instrument.calibrate.ball import BallPresses, PressedBall, correction_by_ball
 from instrument.calibrate.creep import Weighing, weighing
 from instrument.calibrate.fruit_presses import ScaleFit, scale_of_presses
-from instrument.calibrate.plate import PressedSpring, pressed_springs
+from instrument.calibrate.hard_plate import PressedSpring, pressed_springs
+from instrument.calibrate.reference_presses import BallPresses, PressedBall, correction_by_ball
 from instrument.calibrate.unit_table import UnitRow, error_sources, trims, unit_table
 from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.calibrate.weights import (
@@ -36,13 +36,13 @@ from instrument.press.signals import COUNTS, count_keys
 from pipeline.report.report import Report
 from pipeline.storage.plain import Plain
 from pipeline.storage.told import as_data
-from pipeline.tables.files import place_of
+from pipeline.tables.decoding import place_of
+from pipeline.tables.header_words import WORDS
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
-from pipeline.tables.words import WORDS
 from sensor.attributes import with_attributes
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, InputError, report_field, validation_error
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.straight_line import LackOfFit, Line
@@ -279,12 +279,12 @@ def calibrate_unit(
     if plate is not None:
         pressed = _on_plate(plate, table, channels, springs, report)
         assumed += _worse_on_plate(pressed, springs, names, plate)
-    elif (report.design.reading or Reading()).on_plate:
+    elif (report.design.reading or ReadingRequirements()).on_plate:
         assumed = [WITHOUT_PLATE, *assumed]
     assumed += _bent(table, report, deflections, channels)
     unit = _printed_unit(report, weighed, deflections, channels, pressed)
     sensor = MeasuringUnit(report=report, unit=unit)
-    if ball is None and (report.design.reading or Reading()).calibrated_by == "ball":
+    if ball is None and (report.design.reading or ReadingRequirements()).calibrated_by == "ball":
         assumed = [WITHOUT_BALL, *assumed]
     ball_presses = None
     if ball is not None:
@@ -336,7 +336,7 @@ def _printed_unit(
     else:
         method = "weights and deflections" + (", counts of the same weights" if channels else "")
         springs = [spring_of(line) for line in deflections]
-        gain_percent = (report.design.reading or Reading()).uncalibrated_gain_percent
+        gain_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
         left_percent = channels.gain_percent if channels else len(springs) * [gain_percent]
         of_deflections = [line.bend.lack_of_fit for line in deflections]
     drifts = report.read_out.channels.gain_drift_percent

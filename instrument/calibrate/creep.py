@@ -14,7 +14,7 @@ import numpy as np
 
 from instrument.press.signals import count_keys
 from pipeline.report.report import Report
-from pipeline.tables.files import place_of
+from pipeline.tables.decoding import place_of
 from pipeline.tables.measured_table import MeasuredTable
 from sensor.arrays import Floats
 from sensor.design.reading import WEIGHED_AFTER_S

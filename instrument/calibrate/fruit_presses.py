@@ -22,7 +22,7 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.signals import Sample, force_keys
 from instrument.press.touches import presses_of
 from pipeline.storage.told import as_data
-from pipeline.tables.files import place_of
+from pipeline.tables.decoding import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import FORCE, MODULUS, TIME, Quantity

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from instrument.press.signals import count_keys
-from pipeline.reading.bench import LEAST_ERROR
+from pipeline.reading.bench_uncertainty import LEAST_ERROR
 from pipeline.report.report import Report
-from pipeline.tables.files import place_of
+from pipeline.tables.decoding import place_of
 from pipeline.tables.measured_table import MeasuredTable
 from sensor.arrays import Floats
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, validation_error

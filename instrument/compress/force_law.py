@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from instrument.compress.bodies import POINT_CONTACT, BoundingPress, CompressedBody, Plunger
+from instrument.compress.pressed_shapes import POINT_CONTACT, BoundingPress, CompressedBody, Plunger
 from pipeline.storage.plain import Plain
 from pipeline.storage.stopwatch import Count, silent
 from sensor.arrays import Floats

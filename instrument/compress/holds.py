@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import OptimizeWarning, curve_fit
 
-from instrument.compress.bodies import POINT_CONTACT
+from instrument.compress.pressed_shapes import POINT_CONTACT
 from instrument.compress.specimens import Specimen
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate, report_field, validation_error

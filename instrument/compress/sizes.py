@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from instrument.compress.specimens import Specimen
-from pipeline.tables.files import place_of
-from pipeline.tables.numbers import is_missing
+from pipeline.tables.decoding import place_of
+from pipeline.tables.number_formats import is_missing
 from pipeline.tables.table import only_table
 from pipeline.tables.units import LENGTH, Quantity
 from sensor.quantity import validation_error

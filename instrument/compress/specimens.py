@@ -13,12 +13,12 @@ import numpy as np
 
 from pipeline.tables.clock import Clock
 from pipeline.tables.columns import Column
-from pipeline.tables.files import place_of
-from pipeline.tables.numbers import is_number
+from pipeline.tables.decoding import place_of
+from pipeline.tables.header_words import WORDS
+from pipeline.tables.number_formats import is_number
 from pipeline.tables.rows import sheets_of
 from pipeline.tables.table import FoundTable, TableReader, is_statistic
 from pipeline.tables.units import FORCE, LENGTH, TIME, Quantity
-from pipeline.tables.words import WORDS
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
 

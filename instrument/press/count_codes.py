@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.tables.files import place_of
+from pipeline.tables.decoding import place_of
 from pipeline.tables.measured_table import MeasuredTable
 from sensor.quantity import validation_error
 

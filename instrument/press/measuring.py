@@ -16,7 +16,7 @@ from pipeline.reading.rise import Curvatures, design_curvatures, rise_law, rolli
 from pipeline.reading.uncertainty import OF_DRIFT, OF_FRUIT, Channels, SlopesOnBall, designed_channels
 from pipeline.report.report import Report
 from sensor.arrays import Flags, Floats
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.quantity import BOUNDED, validation_error
 from sensor.theory.contrast_law import Matrix, ratio_modulus, stiffened_compliance
 from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
@@ -122,7 +122,7 @@ class MeasuringUnit:
         """Return the errors of the channels and springs in a press of the duration of the design."""
         read_out = self.report.read_out
         full_scale = np.array(read_out.full_scale_N)
-        designed = designed_channels(self.report.design.reading or Reading(), full_scale, read_out.signal)
+        designed = designed_channels(self.report.design.reading or ReadingRequirements(), full_scale, read_out.signal)
         gains = {"gain": 0.01 * np.array(self.unit.gain_percent)}
         on_ball = None
         if self.unit.ball is not None:

@@ -15,7 +15,7 @@ from pipeline.report.report import Report
 from pipeline.storage.plain import from_plain, to_plain
 from sensor.design.design_file import design_as_mapping, tables_as_toml
 from sensor.design.parameters import Design
-from sensor.design.reading import WEIGHED_AFTER_S, Reading
+from sensor.design.reading import WEIGHED_AFTER_S, ReadingRequirements
 from sensor.design.tips import SHOWN_BY_BALL
 from sensor.input_file import read_toml
 from sensor.quantity import BOUNDED, Bounds, InputError, check_fields, choice, quantity, validation_error
@@ -304,7 +304,7 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
     Its gains are 1, with the error that the design states or the error of an amplifier.
     """
     count = len(report.tips)
-    gain_percent = (report.design.reading or Reading()).uncalibrated_gain_percent
+    gain_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
     drifts = report.read_out.channels.gain_drift_percent
     return PrintedUnit(
         design=report.design.name,

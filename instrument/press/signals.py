@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from pipeline.tables.clock import Clock
-from pipeline.tables.files import place_of
+from pipeline.tables.decoding import place_of
+from pipeline.tables.header_words import WORDS
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags, folded, label_parts
 from pipeline.tables.rows import Rows
 from pipeline.tables.table import FoundTable, one_table, shown
 from pipeline.tables.units import FORCE, TIME, Quantity
-from pipeline.tables.words import WORDS
 from sensor.quantity import validation_error, written_number
 
 COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**32)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from instrument.press.signals import count_keys, force_keys
-from instrument.simulate.press import PressCurve
+from instrument.simulate.simulated_press import PressCurve
 from instrument.simulate.unit import SimulatedUnit
 from pipeline.report.report import Report
 from sensor.arrays import Floats

@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.simulate.bench import ball_presses, plate_table, usual_ball, weights_table
-from instrument.simulate.fruit import PressedFruit, bruised, uneven
+from instrument.simulate.bench_tables import ball_presses, plate_table, usual_ball, weights_table
+from instrument.simulate.drawn_fruit import PressedFruit, bruised, uneven
 from instrument.simulate.log import log_of
-from instrument.simulate.press import Hand, press_curve
+from instrument.simulate.simulated_press import Hand, press_curve
 from instrument.simulate.unit import SimulatedUnit, drawn_unit
 from pipeline.report.report import Report
 from pipeline.storage.stopwatch import Count, silent
 from sensor.design.bench import Bench
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +85,7 @@ def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked, count: Count
 def log_of_ball(report: Report, unit: SimulatedUnit, asked: Asked, _count: Count) -> list[str]:
     """Return the log of presses by hand on a rubber ball, at the temperature of the bench."""
     rng = asked.numbers(2)
-    steepest = (report.design.reading or Reading()).tilt_deg
+    steepest = (report.design.reading or ReadingRequirements()).tilt_deg
     hand = hand_of(report, ())
     presses = [press_curve(unit, fruit, hand) for fruit in ball_presses(usual_ball(report), 0.5 * steepest, rng)]
     return log_of(report, unit, presses, asked.rate, rng if asked.noise else None)

@@ -14,9 +14,9 @@ from cad.parts.dome_form import CAPS, form_deviations
 from pipeline.report.report import Report
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
-from sensor.design.reading import WEIGHED_AFTER_S, Reading
+from sensor.design.reading import WEIGHED_AFTER_S, ReadingRequirements
 from sensor.quantity import validation_error
-from solve.presses.bodies import SprungDomes
+from solve.presses.pressed_bodies import SprungDomes
 
 if TYPE_CHECKING:
     from instrument.press.printed_unit import PrintedUnit
@@ -178,5 +178,5 @@ def _noise_N(report: Report) -> Floats:
     """Return the standard deviation of the noise of each channel [N], without the rounding to counts."""
     if report.read_out.signal is not None:
         return np.array(report.read_out.signal.noise_N)
-    reading = report.design.reading or Reading()
+    reading = report.design.reading or ReadingRequirements()
     return np.hypot(0.01 * reading.noise_percent * np.array(report.read_out.full_scale_N), reading.noise_N)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors.causes import NO_CAUSE, POSE, Cause, all_causes
-from pipeline.errors.records import Contribution, UncertaintyBudget
+from pipeline.errors.error_records import Contribution, UncertaintyBudget
 from pipeline.errors.targets import SceneTargets, characteristic
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress

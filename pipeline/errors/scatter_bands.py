@@ -13,7 +13,7 @@ from scipy.special import ndtri
 
 from pipeline.errors.budget import LevelPress
 from pipeline.errors.causes import Cause, known_springs
-from pipeline.errors.records import Interval, ScatterBands
+from pipeline.errors.error_records import Interval, ScatterBands
 from pipeline.errors.targets import characteristic
 from pipeline.reading.pressed_sensor import PressedSensor
 from sensor.arrays import Floats

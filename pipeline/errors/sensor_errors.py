@@ -15,11 +15,11 @@ from pipeline.errors.budget import (
     uncertainty_budgets,
 )
 from pipeline.errors.causes import after_calibration
-from pipeline.errors.records import ScatterBands
+from pipeline.errors.error_records import ScatterBands
 from pipeline.errors.scatter_bands import scatter_bands
 from pipeline.errors.targets import ForceRatioCurve, SceneTargets, characteristic, force_errors_of_springs
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import ModulusReading, Readings
+from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress
 from sensor.arrays import Floats
@@ -52,7 +52,11 @@ class SensorErrors(Record):
 
 
 def sensor_errors(
-    sensor: PressedSensor, reached: SceneTargets, press: ScenePress, options: RunOptions, readings: Readings | None
+    sensor: PressedSensor,
+    reached: SceneTargets,
+    press: ScenePress,
+    options: RunOptions,
+    readings: ReadingAccuracy | None,
 ) -> SensorErrors:
     """Return all errors of a sensor with its P_max and NL in its scene.
 
@@ -102,7 +106,7 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
     return bands
 
 
-def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budgets) -> ReadingTable:
+def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets: Budgets) -> ReadingTable:
     """Return the table of a sensor that reads a modulus at full travel, with two standard deviations and the bias.
 
     As printed, its springs are as uncertain as the print; after calibration, as the design's reading states.
@@ -115,7 +119,7 @@ def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budget
     )
 
 
-def _bands(curve: SensorResponse, rows: Sequence[ModulusReading], spring_error: float) -> Floats:
+def _bands(curve: SensorResponse, rows: Sequence[ModulusAccuracy], spring_error: float) -> Floats:
     """Return the bands of readings at full travel; `spring_error` [1] is the error of the springs beyond calibration.
 
     Half the width is the bias plus two standard uncertainties, interpolated over ln E between the evaluated moduli.

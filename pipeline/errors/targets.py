@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.errors.records import LevelTargets
+from pipeline.errors.error_records import LevelTargets
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, spring_fractions
 from sensor.arrays import Floats

@@ -8,7 +8,7 @@ from pipeline.find.fruit_design import fruit_suggestion
 from pipeline.find.fruit_range import Ends, FruitRange
 from pipeline.storage.stopwatch import Progress, silent
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.verdict import Verdict
 from sensor.words import rounded
 
@@ -57,7 +57,7 @@ def eased(fruit: FruitRange, asked: FruitRange, failed: Collection[Verdict], pre
     """
     names = {verdict.name for verdict in failed}
     over = {verdict.limit for verdict in failed if verdict.name == "reading.uncertainty"}
-    limit_at = (preset.reading or Reading()).uncertainty_limit_at
+    limit_at = (preset.reading or ReadingRequirements()).uncertainty_limit_at
     softest, firmest = (limit_at(end(preset.fruit.E_MPa), preset.fruit.E_MPa) for end in (min, max))
     at_softest = bool(names.intersection(OF_SOFTEST)) or softest in over
     at_firmest = bool(over - {softest}) or firmest in over

@@ -10,16 +10,16 @@ import math
 from pipeline.find.candidate import Candidate
 from pipeline.find.changes import Changes, change_design, in_words, value_of
 from pipeline.find.fruit_range import Ends, FruitRange, bruise_limit
-from pipeline.find.proof import first_proved
+from pipeline.find.proved_candidate import first_proved
 from pipeline.find.suggestion import Suggestion
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.records import CalibrationLeft
+from pipeline.reading.reading_records import CalibrationLeft
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.storage.stopwatch import Progress, silent
 from pipeline.verdicts.hints import least_travel
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.quantity import InputError
 from sensor.verdict import row_of
 from sensor.words import rounded
@@ -54,7 +54,7 @@ def most_alike(fruit: FruitRange) -> str:
 def fruit_of(design: Design) -> FruitRange:
     """Return the range of fruits of a design; its own dimensions if it gives no range."""
     own = design.fruit
-    asked = design.reading or Reading()
+    asked = design.reading or ReadingRequirements()
     along, across = own.radii_mm
     return FruitRange(
         name=own.name,

@@ -13,20 +13,20 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from pipeline.find.candidate import REFUSED_COST, Candidate
-from pipeline.find.proof import Proof, first_proved
+from pipeline.find.proved_candidate import Proof, first_proved
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions
 from pipeline.report.keys import value_at
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.storage.stopwatch import Count, Progress, silent
+from pipeline.study.engines import Engine
 from pipeline.study.execute import solve_missing
-from pipeline.study.page import refuse_page
 from pipeline.study.store import StudyStore, settings_text, study_store
 from pipeline.study.study_file import REFUSED, UNCERTAINTY_KEYS, UNCERTAINTY_LIMIT, Study, front_number
+from pipeline.study.study_page import refuse_page
 from pipeline.study.tasks import PointResult
 from pipeline.study.variation import Normal, Setting, is_number
 from pipeline.study.wanted import VERDICT_FIELDS, verdict_field
-from pipeline.study.workers import Engine
 from sensor.arrays import Floats
 from sensor.design.design_file import design_as_toml
 from sensor.design.parameters import Design

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pipeline import run
 from pipeline.find.candidate import Candidate
 from pipeline.find.changes import Changes, change_design, in_words, size, sweeps, value_of
-from pipeline.find.proof import UNSOLVED, Proof, first_proved
+from pipeline.find.proved_candidate import UNSOLVED, Proof, first_proved
 from pipeline.options import RunOptions
+from pipeline.response.scaled_scene import unit_scene
 from pipeline.response.scene_press import TRAVELS, scene_of
-from pipeline.response.unit_scene import unit_scene
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.storage.stopwatch import Progress, silent

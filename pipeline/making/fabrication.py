@@ -10,7 +10,7 @@ from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import mount_layers
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import KeptFiles, begin_files
 from pipeline.storage.workers import finished_future
@@ -76,7 +76,7 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
     return tuple(verdicts)
 
 
-def sideways_verdict(name: str, spring: Spring, K: float, error: float) -> Verdict:
+def sideways_verdict(name: str, spring: MadeSpring, K: float, error: float) -> Verdict:
     """Return the verdict on one sideways stiffness [N/mm]; its error [N/mm] is the difference from a coarser mesh."""
     ratio = Estimate(K / spring.stiffness, error / spring.stiffness)
     words = "FE stiffness across the plate over that along the press; must be at least the limit"

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.reading.bench import left_by_bench
+from pipeline.reading.bench_uncertainty import left_by_bench
 from pipeline.reading.form import moved_by_form, of_middle
 from pipeline.reading.measurement import RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, occurring, read_moduli
-from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, Presses
+from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, SampledPresses
 from pipeline.reading.read_out import LevelReading, ReadingConstants
-from pipeline.reading.records import CalibrationLeft, SkinPressure, UnevenFruit
+from pipeline.reading.reading_records import CalibrationLeft, SkinPressure, UnevenFruit
 from pipeline.reading.uncertainty import (
     Channels,
     SlopesOnBall,
@@ -26,12 +26,12 @@ from pipeline.response.scene_press import ScenePress
 from pipeline.storage.plain import first_largest
 from sensor.arrays import Flags, Floats, rows_of
 from sensor.design.parameters import Design
-from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
+from sensor.design.reading import PRESS_S, PRESS_SAMPLES, ReadingRequirements
 from sensor.quantity import BOUNDED, Estimate
 from sensor.record import Record
 from sensor.theory.contrast_law import ReadingError
 from sensor.theory.contrast_rise import RiseError, RiseReading
-from solve.contact.poses import Pose
+from solve.contact.pose_forces import Pose
 from solve.halfspace.layered import base_compliance
 
 TILTS = 5
@@ -43,7 +43,7 @@ FoundReadings = list[list[RiseReading | None]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModulusReading:
+class ModulusAccuracy:
     """The errors of readings at one modulus [MPa]: the largest error over all poses [1], and the uncertainty.
 
     `worst` is the pose of the largest error. `reach` is the error [1] of the pose whose error bar reaches farthest,
@@ -68,7 +68,7 @@ class ModulusReading:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Readings(Record):
+class ReadingAccuracy(Record):
     """The accuracy of readings of whole presses at each modulus in `moduli`; empty if a level press has no reading.
 
     `touch` is the largest travel over all poses at which all tips touch, as a fraction of the whole travel [1].
@@ -83,7 +83,7 @@ class Readings(Record):
     method: str
     touch: Estimate
     level: tuple[LevelReading, ...] = ()
-    moduli: tuple[ModulusReading, ...] = ()
+    moduli: tuple[ModulusAccuracy, ...] = ()
     refused: str | None = None
     full_scale: tuple[float, ...] | None = None
     pressures: tuple[SkinPressure, ...] = ()
@@ -92,7 +92,7 @@ class Readings(Record):
     calibration: CalibrationLeft | None = None
 
     @property
-    def worst_bias(self) -> ModulusReading:
+    def worst_bias(self) -> ModulusAccuracy:
         """Return the row of the modulus with the largest bias."""
         return self.moduli[_largest([row.bias.value for row in self.moduli])]
 
@@ -108,7 +108,7 @@ class Readings(Record):
         return max(reaches, key=lambda reach: reach.value + reach.error, default=None)
 
     @property
-    def worst_uncertainty(self) -> ModulusReading:
+    def worst_uncertainty(self) -> ModulusAccuracy:
         """Return the row of the modulus with the largest ratio of uncertainty to limit."""
         return self.moduli[first_largest(row.over_limit for row in self.moduli)]
 
@@ -132,7 +132,7 @@ class Readings(Record):
         return self.worst_uncertainty.sources.noise_to_reach(NOISE_LIMIT) if self.moduli else None
 
 
-def analyse_readings(sensor: PressedSensor) -> Readings | None:
+def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
     """Return the accuracy of a sensor's readings of whole presses by the rise of their contrast.
 
     None if its design has no `[reading]`. Raises InputError for a pose outside the domain of contact, and SolveError if
@@ -149,7 +149,7 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
     calibration = left_by_bench(design, presses.full_scale, 1.0 / np.diag(sensor.C), channels.noises)
     channels = channels.calibrated(calibration)
     found, refused = _read(model, presses, channels, design.tips.side_mm)
-    analysis = Readings(
+    analysis = ReadingAccuracy(
         method=model.method,
         touch=touch_fraction(presses),
         level=model.level,
@@ -173,11 +173,11 @@ def analyse_readings(sensor: PressedSensor) -> Readings | None:
 
 
 def _by_modulus(
-    sensor: PressedSensor, model: RiseModel, presses: Presses, channels: Channels, found: FoundReadings
-) -> tuple[ModulusReading, ...]:
+    sensor: PressedSensor, model: RiseModel, presses: SampledPresses, channels: Channels, found: FoundReadings
+) -> tuple[ModulusAccuracy, ...]:
     """Return for each modulus the worst bias, and the uncertainty of readings in random poses."""
     design, placements = sensor.design, presses.placements
-    reading = design.reading or Reading()
+    reading = design.reading or ReadingRequirements()
     read = np.array([[math.nan if each is None else each.E for each in row] for row in found])
     biases = read / np.array(presses.moduli)[:, None] - 1.0
     bars = _bars(model, presses, biases)
@@ -208,7 +208,7 @@ def _by_modulus(
             "thickness": by_thickness[i],
             "poisson": uncertainty_by_poisson(design, model, presses.F[i, 0]),
         }
-        row = ModulusReading(
+        row = ModulusAccuracy(
             E=E,
             bias=Estimate(float(bias[worst]), float(bar[worst])),
             worst=placements[worst],
@@ -236,7 +236,9 @@ def _slopes_on_ball(moduli: Sequence[float], of_drawn: Sequence[Sequence[RiseRea
     return SlopesOnBall(springs=of_middle(moduli, springs), gains=of_middle(moduli, gains))
 
 
-def _read(model: RiseModel, presses: Presses, channels: Channels, side_mm: float) -> tuple[FoundReadings, str | None]:
+def _read(
+    model: RiseModel, presses: SampledPresses, channels: Channels, side_mm: float
+) -> tuple[FoundReadings, str | None]:
     """Return the reading at each modulus in each placement, and a text that counts and explains missing ones.
 
     A contact wider than `side_mm`, the face of a dome, has no reading.
@@ -265,7 +267,7 @@ def _read(model: RiseModel, presses: Presses, channels: Channels, side_mm: float
     return found, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
 
 
-def _bars(model: RiseModel, presses: Presses, biases: Floats) -> Floats:
+def _bars(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
     """Return the change of E [1] by the error of the forces, with the shape of `biases`.
 
     It is computed only for a bias above half of the largest, and 0 otherwise. The error of the forces has one sign
@@ -340,7 +342,7 @@ def _unsigned(bias: Estimate) -> Estimate:
     return Estimate(abs(bias.value), bias.error)
 
 
-def touch_fraction(presses: Presses) -> Estimate:
+def touch_fraction(presses: SampledPresses) -> Estimate:
     """Return the largest travel over all presses at which all tips touch, as a fraction of the whole travel [1].
 
     It is 1 if a tip never touches. The touch of a tip is extrapolated from its first forces: travel is proportional to
@@ -371,7 +373,7 @@ def _touched(depths: Floats) -> Floats:
     return np.asarray(1.0 - np.divide(depths[0], grown, out=np.full_like(grown, math.inf), where=grown > 0.0))
 
 
-def tilted_presses(sensor: PressedSensor) -> Presses | None:
+def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
     """Return presses at tilts along the tips up to the largest one, with the full travel at the centre.
 
     None without tilt.
@@ -384,7 +386,7 @@ def tilted_presses(sensor: PressedSensor) -> Presses | None:
     return sensor.presses(read_moduli(sensor.design.fruit), placements)
 
 
-def _skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressure, ...]:
+def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[SkinPressure, ...]:
     """Return the largest pressure on the skin at full travel for each modulus of the fruit.
 
     Empty without a bruise limit.
@@ -419,7 +421,7 @@ def _skin_pressures(sensor: PressedSensor, presses: Presses) -> tuple[SkinPressu
     return tuple(rows)
 
 
-def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readings | None) -> ReadingConstants:
+def reading_constants(sensor: PressedSensor, press: ScenePress, readings: ReadingAccuracy | None) -> ReadingConstants:
     """Return the constants that a unit needs for its readings; raises SolveError if a solution is not exact."""
     contact = sensor.contact
     error = max(contact.error_own, contact.error_pair)

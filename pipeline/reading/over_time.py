@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor
-from pipeline.reading.records import Moment
+from pipeline.reading.reading_records import Moment
 from pipeline.response.scene_press import scene_of
 from sensor.arrays import Floats, rows_of
 from sensor.design.parameters import Design
@@ -19,7 +19,7 @@ from sensor.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from sensor.theory.contrast_rise import RiseLaw, read_rise, rise_of
 from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD, Relaxation
 from solve.contact.linear_response import high_over_low
-from solve.contact.poses import Pose
+from solve.contact.pose_forces import Pose
 from solve.contact.relaxing import elastic_forces, timed_forces
 
 RAMP_STEPS = 12

@@ -9,9 +9,9 @@ import numpy as np
 from pipeline.response.scene_press import refuse_unsolvable_scene, scene_of
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.quantity import validation_error
-from solve.contact.poses import Stand, posed_scene
+from solve.contact.pose_forces import Stand, posed_scene
 from solve.contact.scene import STEEPEST_DEG
 from solve.contact.scene_cells import scene_footprints
 
@@ -87,7 +87,7 @@ class OccurringFruits:
                     yield Placement(from_touch=True, radii_mm=(first, second), azimuth_deg=azimuth)
 
 
-def fruits_of(fruit: Fruit, reading: Reading) -> OccurringFruits:
+def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
     """Return the fruits that occur in a reading; the azimuth of an ellipsoid is arbitrary."""
     if fruit.radius_mm is None:
         return OccurringFruits()
@@ -105,7 +105,7 @@ def fruits_of(fruit: Fruit, reading: Reading) -> OccurringFruits:
     return OccurringFruits(radius=radius, thickness=reading.thickness_mm, aspect=across / along)
 
 
-def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
+def occurring(design: Design, reading: ReadingRequirements) -> Iterator[Placement]:
     """Yield the placements of the sensor that occur: level, at the ends of all ranges, and random ones.
 
     The first is level on the design's fruit. Ends are taken of the flesh, and of radii at azimuths along the tips and
@@ -128,7 +128,7 @@ def occurring(design: Design, reading: Reading) -> Iterator[Placement]:
     yield from _drawn(fruits, reading)
 
 
-def _by_hand(shape: Placement, reading: Reading, direction: Vector) -> Placement:
+def _by_hand(shape: Placement, reading: ReadingRequirements, direction: Vector) -> Placement:
     """Return a placement that reaches the largest tilt in a direction [1] at the end, and lies beside the apex."""
     turned = min(reading.tilt_change_deg, reading.tilt_deg)
     return replace(
@@ -139,7 +139,7 @@ def _by_hand(shape: Placement, reading: Reading, direction: Vector) -> Placement
     )
 
 
-def _drawn(fruits: OccurringFruits, reading: Reading) -> Iterator[Placement]:
+def _drawn(fruits: OccurringFruits, reading: ReadingRequirements) -> Iterator[Placement]:
     """Yield placements sampled uniformly from every range except the flesh; tilts and positions are uniform in area."""
     rng = np.random.default_rng(SEED)
     for _ in range(DRAWN):

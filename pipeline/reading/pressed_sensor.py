@@ -21,7 +21,7 @@ from sensor.theory.contrast_law import ContrastLaw, ReadingError, contrast_weigh
 from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, RiseLaw, read_rise, rise_of
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import travels
-from solve.contact.poses import Pose, PoseForces, pose_forces
+from solve.contact.pose_forces import Pose, PoseForces, pose_forces
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
@@ -30,7 +30,7 @@ _SAMPLES_BY_HAND = 60  # samples of a press by hand, interpolated in these
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Presses(Record):
+class SampledPresses(Record):
     """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
 
     F is nan if a contact leaves the face of a dome. `flesh` [N] is the change of the forces by Hencky's law of flesh
@@ -168,7 +168,7 @@ class PressedSensor(Record):
         is_bare = self.contact.skin is None
         return tips.tip_layout.is_pair and tips.tip_shape.has_flat_face and in_the_middle and is_bare
 
-    def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> Presses:
+    def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> SampledPresses:
         """Return the presses at moduli [MPa] in placements; raises like `pose_forces`."""
         travel = self.design.press.travel_mm
         x = travels(travel, RISE_TRAVELS).tolist()
@@ -176,7 +176,7 @@ class PressedSensor(Record):
         poses = [Pose(E=E, travel=each, stand=stand) for E in moduli for each, stand in stands]
         forces = self.in_poses(poses)
         shape = (len(moduli), len(placements), RISE_TRAVELS)
-        return Presses(
+        return SampledPresses(
             moduli=tuple(moduli),
             placements=tuple(placements),
             F=forces.F.reshape(*shape, -1),

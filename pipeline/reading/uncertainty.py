@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.reading.records import CalibrationLeft
+from pipeline.reading.reading_records import CalibrationLeft
 from sensor.arrays import Floats
 from sensor.design.reading import (
     LEAST_OF_SCALE,
@@ -15,7 +15,7 @@ from sensor.design.reading import (
     PRESS_S,
     PRESS_SAMPLES,
     WEIGHED_AFTER_S,
-    Reading,
+    ReadingRequirements,
 )
 from sensor.design.signal_path import SignalPath
 from sensor.quantity import BOUNDED
@@ -155,7 +155,7 @@ class Channels:
 
 
 def designed_channels(
-    reading: Reading,
+    reading: ReadingRequirements,
     full_scale: Floats,
     signal: SignalPath | None,
     creep: CreepLaw = NO_CREEP,

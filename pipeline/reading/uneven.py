@@ -6,11 +6,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from pipeline.reading.measurement import RiseModel
-from pipeline.reading.records import UnevenFruit
+from pipeline.reading.reading_records import UnevenFruit
 from pipeline.reading.rise import rolling_domes
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.theory.uneven_skin import correlations, wave_numbers
 
 
@@ -36,7 +36,7 @@ def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) ->
     skin = 0.0 if rolling is None else 100.0 * fruit.roughness_mm * math.sqrt(np.mean(by_skin))
     flesh = fruit.flesh_scatter_percent * math.sqrt(np.mean(by_flesh))
     of_one = math.hypot(skin, flesh)
-    count = (design.reading or Reading()).presses
+    count = (design.reading or ReadingRequirements()).presses
     return UnevenFruit(
         skin_percent=skin,
         flesh_percent=flesh,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.errors.budget import Budgets
-from pipeline.reading.analysis import Readings
+from pipeline.reading.analysis import ReadingAccuracy
 from pipeline.reading.over_time import fall_by_twice_the_time
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import mean_tip_pressure
@@ -98,7 +98,7 @@ def _of_the_scene(result: SensorResult) -> Iterator[Note]:
     )
 
 
-def _noise(readings: Readings) -> Note:
+def _noise(readings: ReadingAccuracy) -> Note:
     """Return the note on the noise at which the uncertainty reaches its limit."""
     worst = readings.worst_uncertainty
     percent = 100.0 * COVERAGE * worst.uncertainty_limit
@@ -113,7 +113,7 @@ def _noise(readings: Readings) -> Note:
     )
 
 
-def _of_the_reading(sensor: PressedSensor, readings: Readings) -> Iterator[Note]:
+def _of_the_reading(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator[Note]:
     """Yield the notes on readings: the allowed noise, and assumptions that change them."""
     design = sensor.design
     fruit = design.fruit

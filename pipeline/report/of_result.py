@@ -5,7 +5,7 @@ from functools import cache
 from importlib.metadata import version
 from typing import Any
 
-from pipeline.errors.records import UncertaintyBudget
+from pipeline.errors.error_records import UncertaintyBudget
 from pipeline.errors.targets import force_errors_of_springs
 from pipeline.options import run_key
 from pipeline.report.notes import notes

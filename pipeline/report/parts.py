@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from pipeline.reading.read_out import Matrix
-from pipeline.reading.records import CalibrationLeft, Moment, SkinPressure, UnevenFruit
+from pipeline.reading.reading_records import CalibrationLeft, Moment, SkinPressure, UnevenFruit
 from pipeline.report.response_table import band_columns, force_columns, numbers
 from sensor.arrays import Floats, rows_of
 from sensor.quantity import report_field
@@ -21,7 +21,7 @@ from solve.fruit.compliance import FruitCompliance, SkinTable
 
 if TYPE_CHECKING:
     from pipeline.errors.sensor_errors import ReadingTable
-    from pipeline.reading.analysis import ModulusReading, Readings
+    from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
     from pipeline.reading.over_time import ReadingOverTime
     from pipeline.springs.leaf_lengths import FittedHousing
     from pipeline.springs.sizing import SpringSizing
@@ -270,7 +270,7 @@ class ModulusReport:
     )
 
     @classmethod
-    def filled(cls, row: "ModulusReading") -> Self:
+    def filled(cls, row: "ModulusAccuracy") -> Self:
         """Return the bias and uncertainty of readings at one modulus."""
         return cls(
             E_MPa=row.E,
@@ -336,7 +336,7 @@ class ReadingReport:
     )
 
     @classmethod
-    def filled(cls, readings: "Readings") -> Self:
+    def filled(cls, readings: "ReadingAccuracy") -> Self:
         """Return the bias and uncertainty of readings, and the pressure on the skin."""
         bias = readings.bias
         uncertainty = readings.uncertainty

@@ -15,7 +15,7 @@ from typing import get_origin, get_type_hints
 import numpy as np
 
 from cad.parts.housing import Housing
-from pipeline.errors.records import LevelTargets, ScatterBands, UncertaintyBudget
+from pipeline.errors.error_records import LevelTargets, ScatterBands, UncertaintyBudget
 from pipeline.notebook import answer_html
 from pipeline.reading.read_out import ReadingConstants
 from pipeline.report.parts import (
@@ -32,7 +32,7 @@ from pipeline.report.parts import (
     TipReport,
 )
 from pipeline.springs.behaviour_record import SpringBehaviour
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from pipeline.storage.told import as_data, structure_hook
@@ -93,7 +93,7 @@ class Report(Record):
         each="KEY",
     )
     springs: SizingReport = report_field("", "the springs that the targets or the design require", level="contact")
-    flexures: dict[str, Spring] = report_field(
+    flexures: dict[str, MadeSpring] = report_field(
         "", "the springs as fitted to the housing; left out for a line of tips", default_factory=dict, left_out=True,
         level="flexures", each="SPRING",
     )  # fmt: skip

@@ -16,7 +16,7 @@ from pipeline.options import RunOptions
 from pipeline.springs.leaf_lengths import TOLERANCE, FittedHousing, HousingSolver, fit_lengths
 from pipeline.springs.mounts import sideways_give
 from pipeline.springs.sizing import SpringSizing
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from pipeline.storage.cache import cached
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
@@ -57,7 +57,7 @@ class FittedSprings(Record):
     and for flat tips on a flat fruit, whose forces do not lean.
     """
 
-    springs: dict[str, Spring]
+    springs: dict[str, MadeSpring]
     printable: dict[str, Printable]
     process: Process
     deflections: tuple[float, ...]
@@ -162,7 +162,7 @@ def springs_for(
     process = design.process
     has_housing = design.tips.tip_layout.has_housing
     springs = FittedSprings(
-        springs={"low": Spring(target=sizing.springs.K_l), "high": Spring(target=sizing.springs.K_h)},
+        springs={"low": MadeSpring(target=sizing.springs.K_l), "high": MadeSpring(target=sizing.springs.K_h)},
         printable=printable_leaves(design, sizing),
         process=process,
         deflections=sizing.deflections(design.full_travels_mm),

@@ -7,7 +7,7 @@ from sensor.theory.leaf_spring import Flexure
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spring:
+class MadeSpring:
     """One of the springs: stiffnesses in N/mm, errors as fractions. Only its target is set if it is not printed."""
 
     target: float = report_field(

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.storage.stopwatch import Count
+from pipeline.study.engines import Engine, completed_items
 from pipeline.study.points import Point, point_count, points_of
 from pipeline.study.store import StudyStore, stored_study, study_store
 from pipeline.study.study_file import Study
-from pipeline.study.table import table_columns, table_rows
+from pipeline.study.study_table import table_columns, table_rows
 from pipeline.study.tasks import lost_points, solve_points
-from pipeline.study.workers import Engine, completed_items
 from sensor.turns import in_turn
 
 _MOST = 64  # most points of a task, because all are lost with their worker

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from cattrs.gen import mapping_structure_factory
 
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_tables
-from pipeline.study.records import check_table, file_converter, is_of, record_of
+from pipeline.study.toml_records import check_table, file_converter, is_of, record_of
 from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
 from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
 from pipeline.tables.rows import single_sheet

@@ -8,7 +8,7 @@ from typing import TypeGuard
 import cattrs
 from scipy.special import ndtri
 
-from pipeline.study.records import MisfitError
+from pipeline.study.toml_records import MisfitError
 from sensor.design.design_file import parsed_setting
 from sensor.quantity import Bounds, as_float, check_fields, choice, quantity, text_field, validation_error
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from pipeline.tables.columns import Column
-from pipeline.tables.numbers import seconds_of_day
+from pipeline.tables.number_formats import seconds_of_day
 from pipeline.tables.rows import Row
 from pipeline.tables.table import FoundTable
 from sensor.quantity import validation_error

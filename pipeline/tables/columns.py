@@ -5,12 +5,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from pipeline.tables.files import place_of
+from pipeline.tables.decoding import place_of
+from pipeline.tables.header_words import WORDS
 from pipeline.tables.headers import HeaderWords, NamedColumn, folded
-from pipeline.tables.numbers import as_number, is_missing, seconds_of_day
+from pipeline.tables.number_formats import as_number, is_missing, seconds_of_day
 from pipeline.tables.rows import Row
 from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, TIME, Quantity, is_unit, needed_unit, no_unit, unit_of
-from pipeline.tables.words import WORDS
 from sensor.quantity import validation_error
 
 _UNIT_WORDS = set(map(folded, WORDS["words"]["unit"]))
@@ -72,7 +72,7 @@ class Column:
             told_unit(self.quantity, [Said(self.unit, self.place), *said])
 
 
-class SaidUnits:
+class StatedUnits:
     """Statements of text lines about units: some state one, as `Force unit: kN`, and some only mention one.
 
     A statement holds for all tables below it until another one replaces it.

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from pipeline.tables.numbers import is_number
+from pipeline.tables.number_formats import is_number
 from pipeline.tables.rows import Row
 from pipeline.tables.units import LONGEST_LABEL, Quantity, is_other_unit, is_unit, needed_unit, unit_of
 from sensor.quantity import validation_error

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.tables.files import LONGEST_LINE, MOST_LINES, lines_of_stream, lines_of_text, place_of
-from pipeline.tables.numbers import is_number
+from pipeline.tables.decoding import LONGEST_LINE, MOST_LINES, lines_of_stream, lines_of_text, place_of
+from pipeline.tables.number_formats import is_number
 from pipeline.tables.workbook import cells_of_workbook
 from sensor.input_file import read_bytes
 from sensor.quantity import validation_error

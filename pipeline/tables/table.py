@@ -12,13 +12,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from pipeline.tables.columns import Column, Said, SaidUnits
-from pipeline.tables.files import place_of
+from pipeline.tables.columns import Column, Said, StatedUnits
+from pipeline.tables.decoding import place_of
+from pipeline.tables.header_words import WORDS
 from pipeline.tables.headers import HeaderWords, folded
-from pipeline.tables.numbers import as_number, decimal_sign, is_missing, is_number, seconds_of_day
+from pipeline.tables.number_formats import as_number, decimal_sign, is_missing, is_number, seconds_of_day
 from pipeline.tables.rows import Row, Rows, WholeRows, refuse_fault, single_sheet
 from pipeline.tables.units import LONGEST_LABEL, SHOWN_LABEL, Quantity, is_unit, no_unit, unit_of
-from pipeline.tables.words import WORDS
 from sensor.quantity import InputError, validation_error
 
 MOST_BELOW = 4  # most rows of units, or of a second language, below a header
@@ -149,7 +149,7 @@ class TableReader:
         self.example = example
         self.alone = alone
         self.words = HeaderWords(quantities)
-        self.said = SaidUnits(self.words)
+        self.said = StatedUnits(self.words)
         self._by_number = self.words.columns_by_number(needed)
         self._likeliest: list[tuple[str, Row]] = []  # the row of each source that is most like a header
         self._after: list[Row] = []  # the row that ended a table

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pipeline.tables.words import WORDS
+from pipeline.tables.header_words import WORDS
 from sensor.quantity import STANDARD_GRAVITY, InputError, nearest, validation_error
 
 LONGEST_LABEL = 200

@@ -9,7 +9,7 @@ import zlib
 
 import python_calamine
 
-from pipeline.tables.files import MOST_LINES
+from pipeline.tables.decoding import MOST_LINES
 from sensor.quantity import InputError, validation_error
 
 _MOST_UNPACKED = 64 * 2**20  # largest unpacked workbook [bytes]

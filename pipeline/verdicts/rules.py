@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.reading.analysis import Readings
+from pipeline.reading.analysis import ReadingAccuracy
 from pipeline.reading.over_time import ReadingOverTime
 from pipeline.response.scene_press import ScenePress
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from pipeline.storage.plain import first_largest
 from sensor.design.parameters import Design, Targets
 from sensor.design.printability import Printable
-from sensor.design.reading import LARGEST_TOUCH_FRACTION, Reading
+from sensor.design.reading import LARGEST_TOUCH_FRACTION, ReadingRequirements
 from sensor.quantity import Estimate
 from sensor.theory.hertz import contact_reach, relative_radius
 from sensor.tips.layouts import Position
@@ -75,7 +75,7 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
 # Springs
 
 
-def stiffness_verdict(name: str, spring: Spring, *, monolithic: bool) -> Verdict:
+def stiffness_verdict(name: str, spring: MadeSpring, *, monolithic: bool) -> Verdict:
     """Return the verdict on one spring [N/m]; undecided if it was not printed.
 
     A spring with glued pins has a wider tolerance if its error exceeds the usual one.
@@ -101,7 +101,7 @@ def own_part_verdict(name: str, K: Estimate, target: float, words: str) -> Verdi
     return judge(name, K, words, limit=target, tolerance=row.tolerance if is_known else row.tolerance_of_own_part)
 
 
-def printable_verdict(printable: Printable, spring: Spring) -> Verdict:
+def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
     """Return the verdict on whether the process can print one spring.
 
     Its value is the length of the printed leaves [mm]; None for a spring that was not solved.
@@ -166,7 +166,7 @@ def _slope_under(design: Design, position: Position) -> float:
 # Readings
 
 
-def bias_verdict(readings: Readings, reading: Reading) -> Verdict:
+def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
     """Return the verdict on the largest bias [1].
 
     Also undecided if the error bar of a smaller one reaches the limit.
@@ -187,7 +187,7 @@ def bias_verdict(readings: Readings, reading: Reading) -> Verdict:
     return replace(verdict, passed=all_passed([verdict, reaching]), reference=f"{verdict.reference}; {other}")
 
 
-def uncertainty_verdict(readings: Readings, reading: Reading) -> Verdict:
+def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
     """Return the verdict on the uncertainty [1]; its reference names the modulus and the largest source."""
     words = "uncertainty of E over all fruits and poses"
     limit = reading.least_uncertainty_limit
@@ -200,7 +200,7 @@ def uncertainty_verdict(readings: Readings, reading: Reading) -> Verdict:
     return _of_all_poses("reading.uncertainty", readings.uncertainty, limit, words, readings.refused)
 
 
-def calibration_verdict(readings: Readings, _reading: Reading) -> Verdict | None:
+def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
     """Return the verdict on the least accurate spring after calibration [1].
 
     It passes if the design gives the error.
@@ -219,13 +219,13 @@ def calibration_verdict(readings: Readings, _reading: Reading) -> Verdict | None
     return judge(name, left.largest_stiffness, words)
 
 
-def touch_verdict(readings: Readings, _reading: Reading) -> Verdict:
+def touch_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict:
     """Return the verdict on the travel at which all tips touch [1]."""
     words = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
     return judge("reading.touch", readings.touch, words, limit=LARGEST_TOUCH_FRACTION)
 
 
-def skin_verdict(readings: Readings, _reading: Reading) -> Verdict | None:
+def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
     """Return the verdict on the pressure under the worst tip [MPa], at the modulus nearest to its limit, if any."""
     pressures = readings.pressures
     if not pressures:
@@ -252,7 +252,7 @@ def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
     A design without `[reading]` has the default limit of the bias.
     """
     name = "reading.relaxation"
-    limit = (design.reading or Reading()).bias_limit
+    limit = (design.reading or ReadingRequirements()).bias_limit
     if not math.isfinite(over_time.moves.value + over_time.moves.error):
         return judge(name, None, "a tip is off the fruit during the hold", limit=limit)
     read_s = over_time.t[over_time.at]

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from pipeline.making.fields import FLEXURE
+from pipeline.making.field_files import FLEXURE
 from pipeline.report.report import read_report
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.stopwatch import Count, silent
-from pipeline.view.scene import Vector, draw_cells, draw_part, draw_scene
+from pipeline.view.field_picture import Vector, draw_cells, draw_part, draw_scene
 from pipeline.view.scenes import (
     STRAIN_OVER_LIMIT,
     assembly_parts,

@@ -12,9 +12,9 @@ import pyvista as pv
 from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
 from cad.parts.assembly import assembly_of, colour_of, in_place, outwards, sensor_of
-from pipeline.making.fields import FLEXURE, FRUIT
+from pipeline.making.field_files import FLEXURE, FRUIT
 from pipeline.report.report import Report
-from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
+from pipeline.view.field_picture import DISPLACEMENT, EDGE, Field, FieldPicture, Vector, frame, sharp_edges
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.quantity import validation_error
@@ -61,9 +61,9 @@ def read_mesh(path: Path) -> Mesh:
     return data
 
 
-def field_scenes(report: Report, folder: Path) -> tuple[FieldScene, ...]:
+def field_scenes(report: Report, folder: Path) -> tuple[FieldPicture, ...]:
     """Return the scenes of a folder that have fields: the low and the high spring, and the fruit; raises InputError."""
-    scenes: list[FieldScene] = []
+    scenes: list[FieldPicture] = []
     if (folder / FLEXURE).is_file():
         half = read_mesh(folder / FLEXURE)
         if DISPLACEMENT in half.point_data and tip_face("low") in half.point_data:
@@ -75,7 +75,7 @@ def field_scenes(report: Report, folder: Path) -> tuple[FieldScene, ...]:
     return tuple(scenes)
 
 
-def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
+def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldPicture]:
     """Return the housing on the side of each spring, cut midway between the tips."""
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
@@ -87,7 +87,7 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldScene]:
     scenes = []
     for spring, x in tip_x.items():
         same_side = (cell_x > middle) if x > middle else (cell_x < middle)
-        scene = FieldScene(
+        scene = FieldPicture(
             name=f"flexure-{spring}",
             title=f"{report.design.name}: {spring} spring",
             mesh=mesh.extract_cells(np.flatnonzero(same_side)),
@@ -112,7 +112,7 @@ def whole_model(mesh: Mesh) -> Mesh:
     return pv.wrap(mirror.GetOutput()).clean()
 
 
-def _fruit_scene(design: Design, block: Mesh) -> FieldScene:
+def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
     """Return the fruit bent to its true shape and cut through a row of tips."""
     mesh = on_true_shape(design, block)
     mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
@@ -126,7 +126,7 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldScene:
     depth = 0.5 * (last_x - first_x + reach)
     lower = np.maximum([first_x - reach, row_y, -depth], mesh.bounds[0::2])
     upper = np.minimum([last_x + reach, last_y + reach, mesh.bounds[5]], mesh.bounds[1::2])
-    return FieldScene(
+    return FieldPicture(
         name="fruit",
         title=f"{design.name}: fruit under the tips, cut through a row of them",
         mesh=mesh,

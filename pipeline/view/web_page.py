@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from cad.files.glb import GlbBody
-from pipeline.report.page.bodies import ColourScale, assembly_body, field_body
-from pipeline.report.page.template import BODIES, FIGURES, render_page
+from pipeline.report.page.page_bodies import ColourScale, assembly_body, field_body
+from pipeline.report.page.page_template import BODIES, FIGURES, render_page
 from pipeline.report.report import Report, read_report
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.plain import Plain
-from pipeline.view.scene import DISPLACEMENT, Field, FieldScene, deformed_surface
+from pipeline.view.field_picture import DISPLACEMENT, Field, FieldPicture, deformed_surface
 from pipeline.view.scenes import field_scenes
 from sensor.quantity import validation_error
 
@@ -50,7 +50,7 @@ def field_bodies(report: Report, folder: Path) -> list[Plain]:
     return [_coloured(scene, field) for scene in field_scenes(report, folder) for field in scene.fields]
 
 
-def _coloured(scene: FieldScene, field: Field) -> Plain:
+def _coloured(scene: FieldPicture, field: Field) -> Plain:
     """Return a scene coloured by a field as page data, which its animation deforms."""
     at_rest, _ = deformed_surface(scene, subdivision=0)
     surface = at_rest.triangulate()

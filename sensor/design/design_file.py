@@ -9,9 +9,9 @@ from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from sensor.design.processes import Process, own_process, process_as_table
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.design.readout import Readout
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.gone import refuse_gone, without_nothing
 from sensor.input_file import parsed_toml
 from sensor.quantity import InputError, as_float, unknown_name, validation_error, written_number
@@ -21,8 +21,8 @@ TABLE_TYPES: dict[str, Any] = {
     "springs": GivenSprings,
     "fruit": Fruit,
     "tips": Tips,
-    "press": Press,
-    "reading": Reading,
+    "press": PressMotion,
+    "reading": ReadingRequirements,
     "readout": Readout,
     "bench": Bench,
     "print": Print,

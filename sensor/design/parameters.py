@@ -12,9 +12,9 @@ from typing import Literal
 from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
 from sensor.design.processes import PROCESSES, Process
-from sensor.design.reading import PRESS_S, Reading
+from sensor.design.reading import PRESS_S, ReadingRequirements
 from sensor.design.readout import Readout
-from sensor.design.tips import SHOWN_BY_BALL, Press, Tips, check_tips_on_fruit, shown_by_ball
+from sensor.design.tips import SHOWN_BY_BALL, PressMotion, Tips, check_tips_on_fruit, shown_by_ball
 from sensor.quantity import (
     LENGTH,
     MODULUS,
@@ -230,8 +230,8 @@ class Design:
     springs: GivenSprings = field(default_factory=GivenSprings)
     fruit: Fruit = field(default_factory=Fruit)
     tips: Tips = field(default_factory=Tips)
-    press: Press = field(default_factory=Press)
-    reading: Reading | None = None
+    press: PressMotion = field(default_factory=PressMotion)
+    reading: ReadingRequirements | None = None
     readout: Readout | None = None
     bench: Bench | None = None
     print: Print = field(default_factory=Print)

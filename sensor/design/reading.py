@@ -35,7 +35,7 @@ LEAST_OF_SCALE = 0.01  # least force of a tip that touches, over its largest one
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reading:
+class ReadingRequirements:
     """The poses that occur, the noise of the forces (one standard deviation), and the limits for a reading.
 
     `tilt_deg` is the largest tilt against the normal of the skin, in any direction. It may change by `tilt_change_deg`

@@ -196,7 +196,7 @@ class Tips(ShapeKeys):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Press:
+class PressMotion:
     """The motion of the sensor in a press: travel, tilt along the tips, roll across them.
 
     The travel is measured at the middle of the tips, from the first touch of a level sensor. A tilt or a roll rotates

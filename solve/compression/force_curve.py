@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sensor.arrays import Floats
-from solve.compression.body import HalfBody, Section
 from solve.compression.flesh_law import FleshLaw
-from solve.compression.press import press_forces
+from solve.compression.half_body import HalfBody, Section
 from solve.compression.tool import Tool
+from solve.compression.tool_press import press_forces
 
 COARSE = 1.0  # refinement of the coarse mesh
 FINE = 1.5  # refinement of the fine mesh

@@ -10,7 +10,7 @@ import numpy as np
 
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
-from solve.contact.domes.body import dome_body
+from solve.contact.domes.fruit_under_domes import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import SensorResponse, TipForces, linear_response, response_of_forces

@@ -14,7 +14,7 @@ from scipy.optimize import minimize
 
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import validation_error
 from solve.contact.gap import tip_gap
 from solve.fruit.curved_shape import fruit_gap, fruit_slope
@@ -53,7 +53,7 @@ class Scene:
 
     fruit: Fruit
     tips: Tips
-    press: Press
+    press: PressMotion
     height_offset_mm: tuple[float, ...] = ()
     off_centre_mm: Point = (0.0, 0.0)
     sideways: SidewaysGive | None = None

@@ -14,8 +14,8 @@ import numpy as np
 from sensor.arrays import Flags, Floats
 from sensor.design.fruit import Fruit
 from sensor.quantity import validation_error
-from solve.contact.cells import FINE, ContactCells, contact_cells, half_cells
 from solve.contact.gap import tip_gap
+from solve.contact.pressure_cells import FINE, ContactCells, contact_cells, half_cells
 from solve.contact.scene import Point, Scene, check_scene
 from solve.contact.unilateral import IndefiniteCellsError
 from solve.fruit.box import Grading

@@ -17,7 +17,7 @@ from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.optimize import nnls
 
 from sensor.arrays import Flags, Floats
-from solve.contact.cells import ContactCells
+from solve.contact.pressure_cells import ContactCells
 from solve.linear import SolveError
 
 MOST_STEPS = 60  # steps of the active set; more mean that it cycles

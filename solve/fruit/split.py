@@ -86,8 +86,8 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     """Return the flat footprints [mm] that represent the tips: sharp faces, and for domes a circle at their contact.
 
     A level dome touches a curved fruit closer to the apex than its own axis. The compliance of the circle on the
-    half-space is known in closed form and replaced in `solve/contact/domes/body.py`, so the size of the circle hardly
-    matters.
+    half-space is known in closed form and replaced in `solve/contact/domes/fruit_under_domes.py`, so the size of the
+    circle hardly matters.
     """
     if tips.dome_radius_mm is None:
         return tip_footprints(tips.flat)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 
 from sensor.arrays import Floats
-from solve.presses.bodies import EllipsoidFruit
+from solve.presses.pressed_bodies import EllipsoidFruit
 
 Complexes = NDArray[np.complex128]
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from sensor.arrays import Floats
-from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 from solve.presses.pressing import CELLS, Pressing, Slope
 
 Arms = Sequence[tuple[float, float]]

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sensor.arrays import Flags, Floats
-from solve.presses.bodies import EllipsoidFruit, SprungDomes
 from solve.presses.grids import Grids, love
+from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 
 Slope = tuple[float, float] | Floats
 

@@ -13,7 +13,7 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.theory.leaf_spring import Flexure
 
 
@@ -29,7 +29,7 @@ def housing():
 
 @pytest.fixture(scope="session")
 def sensor(housing):
-    return SensorSolids(housing=housing, part=housing_part(housing), fruit=Fruit(), tips=Tips(), press=Press())
+    return SensorSolids(housing=housing, part=housing_part(housing), fruit=Fruit(), tips=Tips(), press=PressMotion())
 
 
 @pytest.fixture(scope="session")

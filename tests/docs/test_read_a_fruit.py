@@ -33,7 +33,7 @@ SOLVED_ELSEWHERE = {
     "pipeline calibrate outputs/mango weights.csv --ball ball.csv --ball-reduced-modulus 1.4 --ball-radius 40 "
     "--ball-modulus-error 5",
 }
-"""Those that solve: test_commands.py runs the first, and tests/instrument/calibrate/test_ball.py the others."""
+"""Those that solve: test_commands.py runs the first, test_reference_presses.py of calibrate the others."""
 
 
 def tables():

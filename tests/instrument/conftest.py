@@ -5,7 +5,7 @@ from measured_units import MeasuredDesign
 from squares import BALL
 
 from instrument.calibrate.calibration import calibrate_unit, measured_print
-from instrument.calibrate.plate import measured_plate
+from instrument.calibrate.hard_plate import measured_plate
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -14,8 +14,8 @@ import pipeline
 from pipeline import main_job
 from pipeline.result import SensorResult
 from pipeline.storage.workers import cad_worker
-from pipeline.study import workers
-from pipeline.study.workers import Engine
+from pipeline.study import engines as workers
+from pipeline.study.engines import Engine
 from twintip.cli import main
 
 

@@ -39,7 +39,7 @@ WHOLE_RUN = {  # what a look leaves out
     "pipeline.making.solids.write_solids": (FAULTS, "solids"),
     "cad.files.sensor_files.write_step": (FAULTS, "solids"),
     "cad.checks.sensor_checks.closed_verdicts": (FAULTS, "solids"),
-    "pipeline.making.fields.write_vtu": (FAULTS, None),
+    "pipeline.making.field_files.write_vtu": (FAULTS, None),
 }
 ENVIRONMENT = (OSError, MemoryError, BrokenProcessPool, KeyboardInterrupt)
 QUICK = ("solve.linear.splu", "gmsh.initialize", "gmsh.model.mesh.generate", "pipeline.sensor.press_scene")

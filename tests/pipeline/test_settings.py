@@ -15,7 +15,7 @@ import pytest
 import twintip
 from pipeline import sensor
 from pipeline.options import load_design, preset_names
-from pipeline.response.unit_scene import unit_scene
+from pipeline.response.scaled_scene import unit_scene
 from pipeline.study.points import points_of
 from pipeline.study.tasks import solve_points
 from sensor.design.design_file import TABLE_TYPES, design_as_mapping, design_as_toml, every_key, tables_as_toml

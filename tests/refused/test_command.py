@@ -106,7 +106,7 @@ def test_command_line_is_refused(row, make, monkeypatch, capsys):
     group, words, said, *files = row
     if "needs" in group:
         pytest.importorskip(group["needs"])
-        monkeypatch.setattr("pipeline.study.workers._CONNECT_SECONDS", 0.2)  # nobody answers there, however long
+        monkeypatch.setattr("pipeline.study.engines._CONNECT_SECONDS", 0.2)  # nobody answers there, however long
     if not group.get("runs", False):
         monkeypatch.setattr(pipeline, "run", lambda *_, **__: pytest.fail("run"))
     for name in group.get("made", ()):

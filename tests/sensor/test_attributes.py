@@ -12,7 +12,7 @@ from sensor.quantity import Estimate, report_field
 
 @with_attributes
 @dataclass(frozen=True, kw_only=True)
-class Reading:
+class ReadingRequirements:
     """A reading.
 
     Examples
@@ -38,7 +38,7 @@ class Reading:
     ],
 )
 def test_attribute_has_type_unit_and_meaning(name, kind, meaning):
-    before, _, section = inspect.getdoc(Reading).partition("\n\nAttributes\n----------\n")
+    before, _, section = inspect.getdoc(ReadingRequirements).partition("\n\nAttributes\n----------\n")
     section, title, _ = section.partition("\n\nExamples\n--------\n")
     assert before == "A reading."
     assert title

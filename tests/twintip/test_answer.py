@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from rich.table import Table
 
-from instrument.compress.bodies import KINDS
+from instrument.compress.pressed_shapes import KINDS
 from sensor.design.processes import PROCESSES
 from twintip.commands import console
 from twintip.commands.console import Answer, print_answer

@@ -5,10 +5,10 @@ from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
 
-from instrument.calibrate.ball import PressedBall, reference_ball
 from instrument.calibrate.calibration import calibrate_unit, measured_print, modulus_of_coupon
 from instrument.calibrate.fruit_presses import measured_fruit
-from instrument.calibrate.plate import measured_plate
+from instrument.calibrate.hard_plate import measured_plate
+from instrument.calibrate.reference_presses import PressedBall, reference_ball
 from instrument.press.printed_unit import check_weighed_after, unit_as_toml
 from instrument.press.ripeness import ripeness_classes
 from instrument.press.signals import count_keys, force_keys, time_keys

@@ -7,7 +7,7 @@ from argparse import Namespace
 from dataclasses import asdict
 
 from pipeline.report.explain.entries import entries, entry_of
-from pipeline.report.explain.numbers import number_in
+from pipeline.report.explain.explained_numbers import number_in
 from sensor.quantity import validation_error
 from twintip.commands.console import PASSED, Answer
 

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 
-from instrument.compress.bodies import KINDS, CompressedBody, Plunger
 from instrument.compress.force_law import TestGeometry
 from instrument.compress.modulus import measured_modulus
-from instrument.compress.page import modulus_page
+from instrument.compress.modulus_page import modulus_page
+from instrument.compress.pressed_shapes import KINDS, CompressedBody, Plunger
 from instrument.compress.sizes import SIZES, measured_sizes
 from instrument.compress.specimens import QUANTITIES, read_specimens
 from instrument.compress.summary import design_range, fruit_summaries, result_parts

@@ -4,11 +4,11 @@ from argparse import Namespace
 from pathlib import Path
 
 from pipeline.find.optimise import Place, is_base, places, prove, refuse_occupied, search, value_of_run
-from pipeline.find.proof import Proof
-from pipeline.study.page import BEST, write_page
+from pipeline.find.proved_candidate import Proof
+from pipeline.study.engines import chosen_engine
 from pipeline.study.store import stored_study
 from pipeline.study.study_file import Study, read_study
-from pipeline.study.workers import chosen_engine
+from pipeline.study.study_page import BEST, write_page
 from sensor.quantity import validation_error
 from twintip.commands.console import FAILED, PASSED, Answer
 from twintip.commands.progress import showing_progress

@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 from instrument.press.printed_unit import read_unit
 from instrument.proof import ProvedDesign, ProvedReading, prove
-from instrument.simulate.bench import usual_ball
-from instrument.simulate.fruit import PressedFruit, beyond_design, usual_fruit
+from instrument.simulate.bench_tables import usual_ball
+from instrument.simulate.drawn_fruit import PressedFruit, beyond_design, usual_fruit
 from instrument.simulate.log import usual_rate
 from instrument.simulate.simulation import FILES, Asked, unit_of_seed
 from instrument.simulate.unit import SimulatedUnit, designed_unit, given_unit, refuse_unpressed
 from pipeline.report.report import Report, read_report
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.told import as_data
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.quantity import (
     COVERAGE,
     LENGTH,
@@ -221,7 +221,7 @@ def _commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> I
             words += ["--plate", str(paths["plate"])]
         if "ball" in paths:
             ball = usual_ball(report)
-            percent = (report.design.reading or Reading()).ball_percent
+            percent = (report.design.reading or ReadingRequirements()).ball_percent
             words += ["--ball", str(paths["ball"]), "--ball-reduced-modulus", f"{ball.reduced:.6g}"]
             words += ["--ball-radius", f"{ball.radius:.6g}", "--ball-modulus-error", f"{COVERAGE * percent:.3g}"]
         unit = "unit.toml"

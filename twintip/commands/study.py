@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
+from pipeline.study.engines import chosen_engine
 from pipeline.study.execute import StudySummary, run_study
-from pipeline.study.page import refuse_page, write_page
 from pipeline.study.sensitivity import Sensitivity, sensitivities
 from pipeline.study.store import stored_study
 from pipeline.study.study_file import read_study
-from pipeline.study.table import export_table, refuse_export
-from pipeline.study.workers import chosen_engine
+from pipeline.study.study_page import refuse_page, write_page
+from pipeline.study.study_table import export_table, refuse_export
 from sensor.machine_error import MachineError
 from twintip.commands.console import FAILED, PASSED, Answer
 from twintip.commands.progress import showing_progress

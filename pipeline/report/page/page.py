@@ -6,10 +6,10 @@ from functools import partial
 from pathlib import Path
 
 from pipeline.report.explain.entries import entries
-from pipeline.report.page import answer
-from pipeline.report.page.bodies import assembly_body, flexure_body, loaded_half
+from pipeline.report.page import page_answer as answer
+from pipeline.report.page.page_bodies import assembly_body, flexure_body, loaded_half
+from pipeline.report.page.page_template import BODIES, FIGURES, load_templates, pack_bytes, render_page
 from pipeline.report.page.tables import page_tables
-from pipeline.report.page.template import BODIES, FIGURES, load_templates, pack_bytes, render_page
 from pipeline.report.report import Report, report_data
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain

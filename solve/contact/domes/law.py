@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sensor.arrays import Floats, Ints
-from solve.contact.domes.body import FruitUnderDomes, dome_body
+from solve.contact.domes.fruit_under_domes import FruitUnderDomes, dome_body
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
 from solve.contact.domes.large_strain import LargeStrain, large_strain
 from solve.contact.domes.sphere import sphere_contact_radius

@@ -10,7 +10,7 @@ from cad.checks.clearance import HEADINGS, clearance_verdicts, nearest_headings,
 from cad.parts.housing_solid import housing_part
 from cad.parts.pose import pressed_pose
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 
 KERNEL = 1e-6
 MOVED = 3.0 * 0.6**2 - 2.0 * 0.6**3  # of a guided leaf's end at 0.6 of its length
@@ -37,7 +37,7 @@ def lowest_corner(housing, tilt):
 @pytest.mark.parametrize(("protrusion", "tilt", "passes"), [(3.4, 0.0, True), (2.4, 0.0, False), (3.4, -8.0, False)])
 def test_frame_over_a_large_fruit_is_as_near_as_its_lowest_corner(sensor, protrusion, tilt, passes):
     """It tilts by 3 degrees, or as the press does where that is more."""
-    large = replace(over_large_fruit(sensor, protrusion), press=Press(tilt_deg=tilt))
+    large = replace(over_large_fruit(sensor, protrusion), press=PressMotion(tilt_deg=tilt))
     expected = lowest_corner(large.housing, math.radians(max(3.0, abs(tilt)))) - large.press.travel_mm
     frame, _ = clearance_verdicts(large)
     assert (frame.name, frame.passed) == ("geometry.frame_clearance", passes)
@@ -66,7 +66,7 @@ def test_headings_that_are_measured_hold_the_nearest_of_all(foot):
 
 @pytest.mark.parametrize(("travel", "passes"), [(0.6, True), (1.01, False)])
 def test_neck_stands_over_the_fruit_by_tip_height_less_travel(sensor, travel, passes):
-    _, neck = clearance_verdicts(replace(sensor, press=Press(travel_mm=travel)))
+    _, neck = clearance_verdicts(replace(sensor, press=PressMotion(travel_mm=travel)))
     assert (neck.value, neck.passed) == (pytest.approx(1.0 - travel, abs=KERNEL), passes)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.reading.bench import left_by_bench
+from pipeline.reading.bench_uncertainty import left_by_bench
 from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench
 from sensor.quantity import STANDARD_GRAVITY
 from sensor.theory.student import student
@@ -73,7 +73,7 @@ class BenchTables:
 @pytest.fixture
 def rigid(monkeypatch):
     """Let glass flatten no dome, so that all tips sink by the travel."""
-    for module in ("pipeline.reading.bench", "instrument.calibrate.plate"):
+    for module in ("pipeline.reading.bench_uncertainty", "instrument.calibrate.hard_plate"):
         monkeypatch.setattr(f"{module}.flattening", lambda _design, forces: np.zeros(len(forces)))
 
 

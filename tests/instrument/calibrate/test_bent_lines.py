@@ -9,7 +9,7 @@ from scipy.special import stdtr, stdtrit
 
 from instrument.press.measuring import MeasuringUnit
 from sensor.theory.straight_line import fitted
-from solve.contact.poses import Pose
+from solve.contact.pose_forces import Pose
 
 GRAM = 9.80665e-3  # [N]
 SAMPLES = 30

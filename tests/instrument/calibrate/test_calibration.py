@@ -12,7 +12,7 @@ from cad.parts.coupon import modulus_factor
 from instrument.calibrate.calibration import measured_print, modulus_of_coupon
 from instrument.calibrate.unit_table import level_press, unit_table
 from sensor.theory.leaf_spring import pair_length, pair_stiffness
-from solve.contact.poses import Pose
+from solve.contact.pose_forces import Pose
 
 THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick
 GRAM = 9.80665e-3  # [N]

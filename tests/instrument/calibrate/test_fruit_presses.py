@@ -13,7 +13,7 @@ from instrument.press.printed_unit import read_unit, unit_as_toml
 from pipeline.response.scene_press import scene_of
 from pipeline.storage.told import as_data
 from sensor.quantity import COVERAGE
-from solve.contact.poses import Pose, Stand, pose_forces
+from solve.contact.pose_forces import Pose, Stand, pose_forces
 
 HEADER = "fruit,E_MPa,F_1_N,F_2_N,F_3_N,F_4_N"
 SETS = 60

@@ -8,11 +8,11 @@ from refusal import refusal
 from stand_ins import specimen
 
 from instrument.compress import modulus
-from instrument.compress.bodies import Ellipsoid
 from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
 from instrument.compress.holds import held_relaxation
 from instrument.compress.modulus import measured_modulus
 from instrument.compress.phases import phases
+from instrument.compress.pressed_shapes import Ellipsoid
 from instrument.compress.summary import design_range, fruit_summaries, result_parts
 from pipeline.report.verdict_table import print_parts
 from pipeline.storage.told import as_data

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from stand_ins import specimen
 
-from instrument.compress.bodies import Ellipsoid
 from instrument.compress.force_law import ForceLaw, TestGeometry, hertz_law
 from instrument.compress.law_fit import fit_law, standard_errors
 from instrument.compress.phases import phases
+from instrument.compress.pressed_shapes import Ellipsoid
 from instrument.compress.range_choice import choose_range, with_choice
 from sensor.quantity import Estimate
 

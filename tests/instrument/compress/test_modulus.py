@@ -10,9 +10,9 @@ from refusal import refusal
 from stand_ins import specimen
 from virtual_compression import VirtualTest, over_hertz, true_force
 
-from instrument.compress.bodies import Ellipsoid
 from instrument.compress.force_law import TestGeometry, solved_law
 from instrument.compress.modulus import measured_modulus
+from instrument.compress.pressed_shapes import Ellipsoid
 from instrument.compress.summary import design_range, fruit_summaries, overall_modulus
 
 

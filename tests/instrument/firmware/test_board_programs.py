@@ -21,7 +21,7 @@ from instrument.press.presses import TARE_SAMPLES, readings_of
 from instrument.press.signals import Signal
 from pipeline.tables.rows import Rows
 from sensor.design.readout import Readout
-from solve.contact.poses import Pose
+from solve.contact.pose_forces import Pose
 
 AGREES = 1e-5  # single precision
 PROGRAMS = ("main.py", "sketch/sketch.ino")

@@ -23,7 +23,7 @@ from instrument.press import press_core
 from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import flags_of_forces
 from instrument.press.press_core import Unit
-from solve.contact.poses import Pose
+from solve.contact.pose_forces import Pose
 
 AGREES = 1e-5  # single precision over a thousand samples
 

@@ -16,7 +16,7 @@ from stored_presses import STORED, random_fruits, square
 
 from instrument.firmware.firmware import header_text, module_text
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.contact.poses import Pose, Stand
+from solve.contact.pose_forces import Pose, Stand
 from solve.presses.pressing import press
 from twintip.cli import main
 

@@ -32,7 +32,7 @@ from pipeline.report.report import read_report
 from pipeline.tables.rows import Rows
 from sensor.design.readout import AMPLIFIERS, USUAL_AMPLIFIER
 from sensor.quantity import InputError
-from solve.contact.poses import Pose, Stand
+from solve.contact.pose_forces import Pose, Stand
 from twintip.cli import main
 
 GRAM = 9.80665e-3  # [N]

@@ -11,13 +11,13 @@ from refusal import refusal
 from instrument.press.half_width import Deviations, half_width
 from instrument.press.pair_press import single_reading
 from instrument.press.ripeness import ripeness_classes
-from pipeline.reading.records import UnevenFruit
+from pipeline.reading.reading_records import UnevenFruit
 from pipeline.response.scene_press import scene_of
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.contact.domes.body import dome_body
+from solve.contact.domes.fruit_under_domes import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
-from solve.contact.poses import Pose, Stand
+from solve.contact.pose_forces import Pose, Stand
 
 TRAVELS = np.linspace(0.0, 0.5, 41)[1:]  # [mm] of the square
 READ_OFF = Deviations(of_press=[0.01])

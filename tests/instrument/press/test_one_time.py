@@ -21,7 +21,7 @@ from pipeline.tables.rows import Rows
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
 from sensor.design.signal_path import SpringToRead, balanced_order, signal_path
-from solve.contact.poses import Pose
+from solve.contact.pose_forces import Pose
 
 PRESSES = STORED["presses"]
 HIGH_LATER = np.array([0.0, 1.0, 0.0, 1.0])

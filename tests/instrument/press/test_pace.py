@@ -17,8 +17,8 @@ from pipeline.reading.over_time import fall_by_twice_the_time
 from sensor.design.reading import PRESS_S
 from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD
 from solve.contact.relaxing import timed_forces
-from solve.presses.bodies import EllipsoidFruit, SprungDomes
 from solve.presses.over_time import press_over_time
+from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 
 FLESH = EllipsoidFruit(E=1.0, R1=47.0, R2=110.0)
 WAY = np.linspace(0.1, 1.0, 16)

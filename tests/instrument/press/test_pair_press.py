@@ -8,9 +8,9 @@ from refusal import refusal
 from instrument.press.pair_press import single_reading
 from instrument.press.presses import refuse_out_of_scale
 from instrument.press.seating import seating_of
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.contact.poses import Pose, Stand
+from solve.contact.pose_forces import Pose, Stand
 
 TRAVELS = np.linspace(0.03, 0.6, 40)
 
@@ -91,7 +91,7 @@ def test_tilt_that_a_design_allows_is_in_the_uncertainty_of_one_reading(paper):
     per_degree = abs(tilted / level - 1.0) / 0.01
     u = []
     for tilt in (1.0, 2.0):
-        asked = Reading(tilt_deg=tilt, off_centre_mm=0.0, radius_spread=0.0)
+        asked = ReadingRequirements(tilt_deg=tilt, off_centre_mm=0.0, radius_spread=0.0)
         u.append(single_reading(with_design(paper.measuring(), reading=asked), forces).u)
     assert np.sqrt(u[1] ** 2 - u[0] ** 2) == pytest.approx(2.0 * per_degree, rel=0.02)  # 4 - 1 degrees^2 over 3
 

@@ -10,13 +10,13 @@ from measured_units import MeasuredDesign, read_press, readings_at
 from refusal import refusal
 from squares import BALL
 
-from instrument.calibrate.ball import ReferenceBall, correction_of, deep_press
+from instrument.calibrate.reference_presses import ReferenceBall, correction_of, deep_press
 from instrument.press.hold import LATE
 from pipeline.reading.over_time import reading_over_time
 from pipeline.response.scene_press import scene_of
 from sensor.theory.contrast_law import ContrastLaw
 from sensor.theory.relaxation import Relaxation
-from solve.contact.domes.body import dome_body
+from solve.contact.domes.fruit_under_domes import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.relaxing import timed_forces

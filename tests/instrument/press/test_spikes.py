@@ -11,7 +11,7 @@ from measured_units import random_pose, read_press, readings_at
 
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import moduli_without, rise_of
-from solve.contact.poses import Pose, Stand
+from solve.contact.pose_forces import Pose, Stand
 
 STEPS = np.linspace(0.0, 1.0, 41)
 AIR = 4  # samples before and after a press

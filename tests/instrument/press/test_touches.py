@@ -11,7 +11,7 @@ from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
 from instrument.press.spikes import spike_constants
 from pipeline.tables.rows import Rows
-from solve.contact.poses import Pose
+from solve.contact.pose_forces import Pose
 
 HEAD = "t_s,F_l_N,F_h_N"
 INTO = np.linspace(0.1, 0.6, 40)

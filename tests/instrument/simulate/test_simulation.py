@@ -8,16 +8,23 @@ from refusal import refusal
 from stored_presses import STORED, square
 
 from instrument.calibrate.calibration import calibrate_unit, measured_print
-from instrument.calibrate.plate import measured_plate
+from instrument.calibrate.hard_plate import measured_plate
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.printed_unit import unit_of
 from instrument.press.reference_ball import BallCorrection
 from instrument.press.signals import Signal
-from instrument.simulate.bench import plate_table, weights_table
-from instrument.simulate.fruit import PressedFruit, beyond_design, bruised, drawn_fruit, usual_fruit, waves_of_skin
+from instrument.simulate.bench_tables import plate_table, weights_table
+from instrument.simulate.drawn_fruit import (
+    PressedFruit,
+    beyond_design,
+    bruised,
+    drawn_fruit,
+    usual_fruit,
+    waves_of_skin,
+)
 from instrument.simulate.log import log_of
-from instrument.simulate.press import SOLVED, Hand, press_curve
+from instrument.simulate.simulated_press import SOLVED, Hand, press_curve
 from instrument.simulate.simulation import Asked, hand_of, log_of_fruit, unit_of_seed
 from instrument.simulate.unit import designed_unit, drawn_unit, given_unit, refuse_unpressed
 from pipeline.options import load_design

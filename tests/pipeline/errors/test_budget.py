@@ -27,8 +27,8 @@ from pipeline.springs.fitted_springs import GRAVITY
 from pipeline.verdicts.rules import NL_verdict, P_max_verdict
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print, Targets
-from sensor.design.reading import Reading
-from sensor.design.tips import Press, Tips
+from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import Estimate
 from sensor.theory.rounded_edge import edge_loss
 from sensor.theory.sloped_skin import frictionless_press
@@ -214,16 +214,16 @@ def creeping(press_s, per_decade):
         (Design(tips=Tips(socket="pin")), "contact", "tip edge", edge_loss(0.6, 1.0, 0.01), 1e-3),
         (Design(tips=Tips(socket="pin")), "contact", "tip side", 0.01, 1e-3),
         (PLAIN, "P_max", "pose", posed(0.6), 1e-9),
-        (Design(press=Press(travel_mm=0.3)), "P_max", "pose", posed(0.3), 1e-9),
+        (Design(press=PressMotion(travel_mm=0.3)), "P_max", "pose", posed(0.3), 1e-9),
         # a tip that is taken off the fruit counts as the whole ratio
-        (Design(press=Press(travel_mm=0.05)), "P_max", "pose", 1.0, 0.0),
+        (Design(press=PressMotion(travel_mm=0.05)), "P_max", "pose", 1.0, 0.0),
         (
             Design(fruit=SPHERE), "contact", "slope",
             1.0 / (1.0 + frictionless_press(0.3, math.tan(math.asin(4.0 / 35.0)))) - 1.0, 1e-9,
         ),
         (PLAIN, "K_l", "creep", creeping(3.0, 0.025), 0.02),  # by hand
         (
-            Design(fruit=Fruit(relaxation=((0.3, 2.0),)), press=Press(speed_mm_per_s=0.06, hold_s=1.0)),
+            Design(fruit=Fruit(relaxation=((0.3, 2.0),)), press=PressMotion(speed_mm_per_s=0.06, hold_s=1.0)),
             "K_h", "creep", creeping(10.0, 0.025), 0.02,
         ),
         (Design(print=Print(process="sls-pa12")), "K_h", "creep", creeping(3.0, 0.06), 0.05),
@@ -264,9 +264,9 @@ def test_flat_tips_that_slide_give_sideways():
         (Design(print=Print(process="sls-pa12")), "K_l", "elephant's foot"),
         (Design(print=Print(process="dmls-17-4ph")), "K_l", "creep"),
         (Design(print=Print(process="dmls-17-4ph")), "P_max", "creep"),
-        (Design(reading=Reading()), "K_l", "creep"),  # the reading corrects it
+        (Design(reading=ReadingRequirements()), "K_l", "creep"),  # the reading corrects it
         (Design(fruit=SPHERE), "P_max", "free fruit"),
-        (Design(press=Press(attitude="down")), "P_max", "weight"),  # it is part of the scene
+        (Design(press=PressMotion(attitude="down")), "P_max", "weight"),  # it is part of the scene
     ],
 )
 def test_effect_that_does_not_act_is_not_listed(design, number, effect):
@@ -275,7 +275,7 @@ def test_effect_that_does_not_act_is_not_listed(design, number, effect):
 
 
 def test_tilted_sensor_bends_one_spring_more(budgets):
-    tilted = budgets_of(Design(press=Press(tilt_deg=5.0)))
+    tilted = budgets_of(Design(press=PressMotion(tilt_deg=5.0)))
     assert size_of(tilted.K_h, "large deflection") > 1.5 * size_of(budgets.K_h, "large deflection")
     for name in ("K_l", "P_max"):  # P_max is a level sensor's
         before, after = (size_of(getattr(each, name), "large deflection") for each in (budgets, tilted))

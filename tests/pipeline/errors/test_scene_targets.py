@@ -11,12 +11,12 @@ from pipeline.errors.targets import SceneTargets, reached_targets
 from pipeline.response.scene_press import ScenePress, press_scene, scene_of
 from pipeline.verdicts.rules import NL_verdict, P_max_verdict
 from sensor.design.parameters import Design, Targets
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 from sensor.verdict import Verdict
 
 SPRINGS = sizing_of(Design()).springs
 C = np.diag([1.0 / K for K in SPRINGS.stiffnesses])
-TILTED = Design(press=Press(tilt_deg=1.0))
+TILTED = Design(press=PressMotion(tilt_deg=1.0))
 STEP = 4.0 * math.tan(math.radians(1.0))
 
 
@@ -72,7 +72,7 @@ def test_flat_level_scene_is_the_two_spring_law():
 @pytest.mark.slow
 def test_largest_departure_is_at_least_that_of_mid_range():
     largest, middle = (
-        checked(Design(press=Press(tilt_deg=1.0), targets=Targets(NL_definition=definition))).reached.NL.value
+        checked(Design(press=PressMotion(tilt_deg=1.0), targets=Targets(NL_definition=definition))).reached.NL.value
         for definition in ("largest", "mid-range")
     )
     assert middle < largest < 1.02 * middle
@@ -85,6 +85,6 @@ def test_tip_that_hangs_lower_by_its_weight_is_ahead_in_the_scene():
 
 
 def test_tip_off_the_fruit_leaves_no_ratio():
-    off = checked(Design(press=Press(travel_mm=0.3, tilt_deg=5.0)))
+    off = checked(Design(press=PressMotion(travel_mm=0.3, tilt_deg=5.0)))
     assert off.verdicts["P_max"].passed is False
     assert off.verdicts["P_max"].value is None

@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.errors.sensor_errors import table_of_readings
 from pipeline.errors.targets import ForceRatioCurve
-from pipeline.reading.analysis import ModulusReading
+from pipeline.reading.analysis import ModulusAccuracy
 from pipeline.reading.poses import Placement
 from pipeline.reading.uncertainty import UncertaintySources
 from sensor.quantity import Estimate
@@ -21,7 +21,7 @@ def read(E, bias, noise, slope):
     """Return a row of readings of one source of uncertainty."""
     sources = UncertaintySources(contributions={"noise_N": noise}, stiffness_slope=slope, noise_slope=1.0)
     found = Estimate(bias, 0.0)
-    return ModulusReading(E=E, bias=found, worst=Placement(), reach=found, sources=sources, uncertainty_limit=0.1)
+    return ModulusAccuracy(E=E, bias=found, worst=Placement(), reach=found, sources=sources, uncertainty_limit=0.1)
 
 
 def test_bands_of_readings():

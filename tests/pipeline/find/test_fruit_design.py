@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from refusal import refusal
 
-from instrument.compress.bodies import Ellipsoid
+from instrument.compress.pressed_shapes import Ellipsoid
 from pipeline.find import fruit_design as room
-from pipeline.find import proof
+from pipeline.find import proved_candidate as proof
 from pipeline.find.changes import change_design
 from pipeline.find.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_alike, scaled_changes
 from pipeline.find.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.options import load_design
 from pipeline.reading.poses import refuse_unsolvable_poses
-from pipeline.reading.records import CalibrationLeft
+from pipeline.reading.reading_records import CalibrationLeft
 from pipeline.verdicts.hints import least_travel
 from sensor.quantity import Estimate
 from sensor.verdict import Verdict

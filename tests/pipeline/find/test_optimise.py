@@ -11,7 +11,8 @@ import pytest
 from refusal import refusal
 
 from mesh.session import MeshError
-from pipeline.find import optimise, proof
+from pipeline.find import optimise
+from pipeline.find import proved_candidate as proof
 from pipeline.find.candidate import MARGIN, Candidate
 from pipeline.find.optimise import (
     MOST_RUNS,

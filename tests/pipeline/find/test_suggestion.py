@@ -6,7 +6,8 @@ import math
 import pytest
 from stand_ins import GOOD, result_of
 
-from pipeline.find import changes, proof
+from pipeline.find import changes
+from pipeline.find import proved_candidate as proof
 from pipeline.find import suggestion as room
 from pipeline.find.candidate import Candidate
 from pipeline.find.changes import change_design, size, sweeps
@@ -16,8 +17,8 @@ from pipeline.sensor import Sensor
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.processes import PROCESSES
-from sensor.design.reading import Reading
-from sensor.design.tips import Press, Tips
+from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import InputError
 
 BRUISED = Design(fruit=Fruit(bruise_limit_MPa=1.2))
@@ -57,7 +58,7 @@ def searched(design, fixed=frozenset()):
     ("design", "name", "keys"),
     [
         (dataclasses.replace(STIFF, print=Print(process="mine"), printer=OWN), "printable.high", {"print.process"}),
-        (Design(press=Press(travel_mm=3.0)), "printable.low", {"press.travel_mm"}),
+        (Design(press=PressMotion(travel_mm=3.0)), "printable.low", {"press.travel_mm"}),
     ],
     ids=["NL out of reach of one's own process", "strain"],
 )
@@ -215,7 +216,7 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
          "press.travel_mm"}),
         (Design(), {"geometry.made"}, {"print.process", "press.travel_mm"}),
         # back to what the two-spring law holds for: a level press, sharp flat faces, springs that the targets size
-        (Design(tips=Tips(fillet_mm=0.1, socket="pin"), press=Press(tilt_deg=1.0, roll_deg=0.5, attitude="down")),
+        (Design(tips=Tips(fillet_mm=0.1, socket="pin"), press=PressMotion(tilt_deg=1.0, roll_deg=0.5, attitude="down")),
          {"P_monotonic"}, {"press.tilt_deg", "press.roll_deg", "press.attitude", "press.travel_mm", "tips.fillet_mm",
          "tips.side_mm", "tips.spacing_mm"}),
         (Design(tips=Tips(shape="sphere", socket="pin")), {"P_monotonic"}, {"press.travel_mm", "tips.shape",
@@ -223,8 +224,8 @@ def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
         (GIVEN, {"P_monotonic"}, {"press.travel_mm", "springs.K_l_N_per_m", "springs.K_h_N_per_m", "tips.side_mm",
          "tips.spacing_mm"}),
         # readings of flat tips are too slow to try, so that no demand of theirs is lowered
-        (Design(reading=Reading()), {"reading.bias", "reading.uncertainty"}, {"tips.side_mm", "tips.spacing_mm",
-         "press.travel_mm", "reading.calibrated_by"}),
+        (Design(reading=ReadingRequirements()), {"reading.bias", "reading.uncertainty"}, {"tips.side_mm",
+         "tips.spacing_mm", "press.travel_mm", "reading.calibrated_by"}),
     ],
 )  # fmt: skip
 def test_keys_that_may_mend_a_verdict(design, failed, keys):

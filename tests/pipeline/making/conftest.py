@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from pipeline.making.fields import write_fields
+from pipeline.making.field_files import write_fields
 
 
 @pytest.fixture(scope="session")

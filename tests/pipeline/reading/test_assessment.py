@@ -17,8 +17,8 @@ from stand_ins import with_compliance
 
 from pipeline.reading import pressed_sensor as sensor_module
 from pipeline.reading.analysis import (
-    ModulusReading,
-    Readings,
+    ModulusAccuracy,
+    ReadingAccuracy,
     analyse_readings,
     tilted_presses,
     touch_fraction,
@@ -28,20 +28,20 @@ from pipeline.reading.analysis import (
 from pipeline.reading.form import moved_by_form
 from pipeline.reading.measurement import LEVEL_MODULI, RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
-from pipeline.reading.pressed_sensor import RISE_TRAVELS, Presses
+from pipeline.reading.pressed_sensor import RISE_TRAVELS, SampledPresses
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.verdicts.rules import bias_verdict, skin_verdict, touch_verdict, uncertainty_verdict
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
-from sensor.design.tips import Press, Tips
+from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import Estimate
 from sensor.theory.contrast_rise import RiseError
-from solve.contact.domes.body import FruitUnderDomes
+from solve.contact.domes.fruit_under_domes import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, PoseForces, Stand, posed_scene
+from solve.contact.pose_forces import Pose, PoseForces, Stand, posed_scene
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
@@ -328,13 +328,13 @@ def test_largest_bias_keeps_its_own_bar_and_a_wider_one_leaves_the_verdict_open(
     rows = []
     for E, bias in ((1.0, (0.037, 0.01)), (2.0, (-0.042, 0.001)), (3.0, (0.02, 0.023))):
         estimate = Estimate(*bias)
-        row = ModulusReading(
+        row = ModulusAccuracy(
             E=E, bias=estimate, worst=Placement(), reach=estimate, sources=sources, uncertainty_limit=0.1
         )
         rows.append(row)
-    found = Readings(method="rise", touch=Estimate(0.1, 0.0), moduli=tuple(rows))
+    found = ReadingAccuracy(method="rise", touch=Estimate(0.1, 0.0), moduli=tuple(rows))
     assert (found.bias, found.reach) == (Estimate(0.042, 0.001), Estimate(0.037, 0.01))
-    verdict = bias_verdict(found, Reading(bias_limit=limit))
+    verdict = bias_verdict(found, ReadingRequirements(bias_limit=limit))
     assert (verdict.value, verdict.error, verdict.passed) == (0.042, 0.001, passed)
 
 
@@ -365,7 +365,7 @@ BALL = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0)
 
 def dome_press(pose, travels):
     """Return the forces of domes on a half-space, a hand's press sample by sample, (travels, tips)."""
-    scene = Scene(fruit=BALL, tips=DOMES, press=Press(travel_mm=0.9))
+    scene = Scene(fruit=BALL, tips=DOMES, press=PressMotion(travel_mm=0.9))
     posed = posed_scene(scene, pose.stand)
     none = np.zeros((len(travels), 4, 4))
     body = FruitUnderDomes(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(DOMES.places_mm))
@@ -388,7 +388,7 @@ def test_touch_of_domes_is_within_its_bar(angle, E):
     F = dome_press(pose, np.linspace(0.0, 0.9, count + 1)[1:])[None, None]
     none = np.zeros_like(F)
     face = np.zeros((1, 1))
-    presses = Presses(
+    presses = SampledPresses(
         moduli=(E,),
         placements=(Placement(),),
         F=F,
@@ -430,7 +430,7 @@ def test_fruits_are_drawn_from_all_ranges_and_stand_at_their_ends():
         shape="ellipsoid", radius_mm=47.0, radius_across_mm=110.0, length_mm=24.0, width_mm=24.0, thickness_mm=12.0
     )
     design = dataclasses.replace(square_design(), fruit=egg, tips=DOMES)
-    places = list(occurring(design, Reading(**ranges)))
+    places = list(occurring(design, ReadingRequirements(**ranges)))
     ends = {(place.radii_mm, place.azimuth_deg) for place in places if place.radii_mm and not place.is_drawn}
     corners = [(42.0, 86.0), (42.0, 144.0), (53.0, 86.0), (53.0, 144.0)]
     assert ends == {(radii, azimuth) for radii in corners for azimuth in (0.0, 45.0, 135.0)}

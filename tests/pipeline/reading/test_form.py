@@ -16,7 +16,7 @@ from pipeline.reading.measurement import RiseModel
 from pipeline.reading.rise import rolling_domes
 from pipeline.reading.uncertainty import SlopesOnBall, designed_channels
 from pipeline.sensor import Sensor
-from sensor.design.reading import PRESS_S, Reading
+from sensor.design.reading import PRESS_S, ReadingRequirements
 from sensor.quantity import BOUNDED
 from sensor.theory.contrast_law import contrast_weights
 from sensor.theory.creep import CreepLaw
@@ -64,13 +64,13 @@ def test_middle_of_moduli_is_that_of_their_logarithms():
 def test_creep_is_that_since_the_calibration(by, decades):
     """Of presses on a ball, which last as long, only the time within a press is left."""
     law = CreepLaw(0.025, 0.01)
-    found = designed_channels(Reading(calibrated_by=by), np.ones(4), None, law).creep
+    found = designed_channels(ReadingRequirements(calibrated_by=by), np.ones(4), None, law).creep
     assert found == pytest.approx(math.hypot(decades * 0.01 / 1.025, BOUNDED * law.exponent), rel=1e-3)
 
 
 def test_a_ball_takes_out_what_moves_its_own_reading():
     channels = designed_channels(
-        Reading(calibrated_by="ball", stiffness_percent=1.0, gain_percent=2.0), np.ones(2), None
+        ReadingRequirements(calibrated_by="ball", stiffness_percent=1.0, gain_percent=2.0), np.ones(2), None
     )
     springs, gains = np.array([0.5, -1.0]), np.array([1.0, 3.0])
     shown = SlopesOnBall(springs=0.8 * springs, gains=0.9 * gains)

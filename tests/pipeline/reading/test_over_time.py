@@ -15,15 +15,15 @@ from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.rules import relaxation_verdict
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
-from sensor.design.tips import Press, Tips
+from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import PressMotion, Tips
 from sensor.theory.two_spring_law import force_ratio
 
 ORANGE = ((0.25, 5.0), (0.33, 120.0))  # 42 % are left, as of Tarocco oranges; times as flesh has them
 
 
 def relaxing(arms=ORANGE, speed=0.6, hold=900.0, **tables):
-    return Design(fruit=Fruit(relaxation=arms), press=Press(speed_mm_per_s=speed, hold_s=hold), **tables)
+    return Design(fruit=Fruit(relaxation=arms), press=PressMotion(speed_mm_per_s=speed, hold_s=hold), **tables)
 
 
 def over_time(design):
@@ -60,7 +60,7 @@ def test_slow_press_on_fast_flesh_reads_what_is_left_of_it():
 
 
 def test_apparent_modulus_at_the_reading_is_what_the_verdict_compares_with():
-    design = relaxing(arms=((0.4, 2.0),), hold=3.0, reading=Reading(at_s=2.2))
+    design = relaxing(arms=((0.4, 2.0),), hold=3.0, reading=ReadingRequirements(at_s=2.2))
     found = over_time(design)
     assert found.t[found.at] == 2.2
     held = found.apparent[:, found.stop :]
@@ -73,7 +73,7 @@ def test_apparent_modulus_at_the_reading_is_what_the_verdict_compares_with():
 
 @pytest.mark.parametrize(("arms", "hold", "passed"), [(((0.02, 2.0),), 3.0, True), (ORANGE, 900.0, False)])
 def test_flesh_that_relaxes_much_in_the_hold_fails_and_has_a_hint(arms, hold, passed):
-    design = relaxing(arms=arms, hold=hold, reading=Reading(), springs=Design().springs)
+    design = relaxing(arms=arms, hold=hold, reading=ReadingRequirements(), springs=Design().springs)
     verdict = relaxation_verdict(design, over_time(design))
     assert (verdict.name, verdict.limit, verdict.passed) == ("reading.relaxation", 0.05, passed)
     (hinted,) = with_hints([verdict], design, springs_of(design), RunOptions())
@@ -110,8 +110,8 @@ def test_square_of_whole_faces_reads_as_its_pair():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"press": Press(speed_mm_per_s=0.5, hold_s=1.0, tilt_deg=1.0)},
-        {"press": Press(speed_mm_per_s=0.5, hold_s=1.0, roll_deg=1.0)},
+        {"press": PressMotion(speed_mm_per_s=0.5, hold_s=1.0, tilt_deg=1.0)},
+        {"press": PressMotion(speed_mm_per_s=0.5, hold_s=1.0, roll_deg=1.0)},
         {"fruit": Fruit(shape="sphere", radius_mm=35.0, relaxation=ORANGE)},
         {"tips": Tips(fillet_mm=0.1, socket="pin")},
         {"tips": Tips(shape="dome", dome_radius_mm=2.0)},

@@ -8,7 +8,7 @@ from flat_square import square_design
 
 from pipeline.reading.poses import Placement, occurring, read_moduli
 from sensor.design.fruit import Fruit
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.design.tips import Tips
 
 DOMES = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.9, spacing_mm=6.0)
@@ -26,7 +26,7 @@ def test_placements_by_hand():
     """At the ends of the ranges a hand ends at the largest tilt on each diagonal, beside the apex on the same side."""
     ball = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0)
     design = dataclasses.replace(square_design(), fruit=ball, tips=DOMES)
-    reading = Reading(tilt_deg=3.0, tilt_change_deg=0.5, off_centre_mm=1.5, radius_spread=0.2)
+    reading = ReadingRequirements(tilt_deg=3.0, tilt_change_deg=0.5, off_centre_mm=1.5, radius_spread=0.2)
     turned = [place for place in occurring(design, reading) if any(place.turned_deg) and not place.is_drawn]
     diagonal = np.sqrt(0.5)
     expected = {(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)}
@@ -51,7 +51,7 @@ def test_tilts():
     turns = np.arange(8) / 8.0
     expected = 2.0 * np.stack([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)], axis=1)
     assert np.array(tilts) == pytest.approx(expected)
-    level = Reading(tilt_deg=0.0, off_centre_mm=0.0)
+    level = ReadingRequirements(tilt_deg=0.0, off_centre_mm=0.0)
     assert {place.tilt_deg for place in occurring(square, level)} == {(0.0, 0.0)}
 
 

@@ -7,7 +7,7 @@ from squares import BALL
 
 from pipeline.reading.rise import design_curvatures, rise_law
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.contact.poses import Pose
+from solve.contact.pose_forces import Pose
 
 
 @pytest.fixture(scope="module")

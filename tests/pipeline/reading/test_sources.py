@@ -17,7 +17,7 @@ from pipeline.reading.poses import Placement
 from pipeline.reading.pressed_sensor import RISE_TRAVELS
 from pipeline.reading.uncertainty import OF_NOISE, by_heat, designed_channels, uncertainty_sources
 from pipeline.response.contact import contact_compliance
-from sensor.design.reading import PRESS_S, PRESS_SAMPLES, Reading
+from sensor.design.reading import PRESS_S, PRESS_SAMPLES, ReadingRequirements
 from sensor.design.signal_path import SignalPath
 from sensor.theory.contrast_law import contrast_weights, stiffened_compliance
 from sensor.theory.contrast_rise import RollingDomes
@@ -67,7 +67,7 @@ class Pressed:
 
     def channels(self, signal=None, creep=NO_CREEP, press_s=PRESS_S, **reading):
         """Return its channels with planted errors only."""
-        return designed_channels(Reading(**QUIET | reading), self.full_scale, signal, creep, press_s)
+        return designed_channels(ReadingRequirements(**QUIET | reading), self.full_scale, signal, creep, press_s)
 
     def sources(self, *signal, **planted):
         """Return the sources of this press; noise is that of its own samples."""
@@ -364,7 +364,7 @@ def gentle():
     design = replace(
         GENTLE,
         press=replace(GENTLE.press, travel_mm=0.6),
-        reading=Reading(tilt_deg=1.0, off_centre_mm=0.0, radius_spread=0.05, thickness_mm=(8.0, 20.0)),
+        reading=ReadingRequirements(tilt_deg=1.0, off_centre_mm=0.0, radius_spread=0.05, thickness_mm=(8.0, 20.0)),
     )
     design = replace(design, tips=replace(design.tips, side_mm=5.8))
     sensor = with_compliance(

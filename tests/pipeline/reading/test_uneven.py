@@ -10,7 +10,7 @@ from pipeline.reading.measurement import RiseModel
 from pipeline.reading.rise import rolling_domes
 from pipeline.reading.uneven import uneven_fruit
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.theory.contrast_law import contrast_weights, pair_law
 from sensor.theory.contrast_rise import RiseLaw
 
@@ -23,7 +23,7 @@ MODEL = RiseModel(law=DOMES.law(np.diag([1.0 / 0.15, 1.0 / 1.4] * 2).tolist()))
 
 def uneven(presses=(PRESS,), count=3.0, **fruit):
     """Return what an uneven fruit of the gentle square adds."""
-    design = replace(GENTLE, fruit=replace(GENTLE.fruit, **fruit), reading=Reading(presses=count))
+    design = replace(GENTLE, fruit=replace(GENTLE.fruit, **fruit), reading=ReadingRequirements(presses=count))
     return uneven_fruit(design, MODEL, presses)
 
 
@@ -81,7 +81,7 @@ def test_a_flat_face_feels_flesh_only():
     own = 0.5
     pair = RiseModel(law=RiseLaw(contrast=pair_law(((1.0 / 0.753, 0.0), (0.0, 1.0 / 17.3)), own)))
     press = np.arange(1, 17)[:, None] * np.array([0.02, 0.06])
-    found = uneven_fruit(Design(reading=Reading()), pair, [press])
+    found = uneven_fruit(Design(reading=ReadingRequirements()), pair, [press])
     parts = np.array([0.02, 0.06]) / (0.06 - 0.02)
     assert found.skin_percent == 0.0
     assert found.flesh_percent == pytest.approx(5.0 * np.linalg.norm(parts))

@@ -8,16 +8,16 @@ import pytest
 from stand_ins import CONTACT, relaxing_result, result_of, sensor_of, solved, springs_of
 
 from pipeline.options import load_design, preset_names
-from pipeline.reading.analysis import ModulusReading, Readings
+from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
 from pipeline.reading.over_time import fall_by_twice_the_time
 from pipeline.reading.poses import Placement
-from pipeline.reading.records import UnevenFruit
+from pipeline.reading.reading_records import UnevenFruit
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.notes import notes
 from sensor.design.fruit import USUAL_MODULI, Fruit
 from sensor.design.parameters import Design, GivenSprings, Print
-from sensor.design.reading import Reading
-from sensor.design.tips import Press, Tips
+from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import Estimate
 from sensor.theory.free_fruit import table_share
 from sensor.theory.two_spring_law import force_ratio
@@ -72,12 +72,12 @@ BALL = Fruit(shape="sphere", radius_mm=200.0, thickness_mm=380.0)
         (Design(), "Calibrate each printed unit", "modulus", "K_l"),
         (Design(print=Print(process="sls-pa12")), "Calibrate each printed unit", "leaf thickness", "K_l"),
         (Design(), "Calibrate at full travel", "law of the flesh", "NL"),
-        (Design(press=Press(travel_mm=2.0)), "Check the deepest press", "law of the flesh", "NL"),
+        (Design(press=PressMotion(travel_mm=2.0)), "Check the deepest press", "law of the flesh", "NL"),
         (Design(fruit=BALL, tips=ROUND), "Check the deepest press", "law of the flesh", "NL"),
         (Design(), "Cut off the elephant's foot", "elephant's foot", "K_l"),
         (Design(), "Hold the sensor steady", "pose", "P_max"),
         (Design(), "Zero the tips", "tip height", "P_max"),
-        (Design(press=Press(attitude="up")), "Zero the tips on a flat plate in the attitude of the press (up)",
+        (Design(press=PressMotion(attitude="up")), "Zero the tips on a flat plate in the attitude of the press (up)",
          "tip height", "P_max"),
         (Design(), "Set fruit.poisson", "Poisson's ratio", "NL"),
         (Design(fruit=BALL), "Hold the fruit", "free fruit", "P_max"),
@@ -128,7 +128,7 @@ def test_weight_of_a_sensor_that_is_held_sideways():
     heavy = dataclasses.replace(springs, fitted=dataclasses.replace(springs.fitted, stiffness=sagging))
     result = on_the_press_of_the_block(design, heavy)
     assert "(tips 0.2 mm off level) moves P_max by" in note(result, "Zero the tips")
-    read = dataclasses.replace(result, readings=Readings(method="rise", touch=Estimate(0.4, 0.01)))
+    read = dataclasses.replace(result, readings=ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01)))
     assert numbers_of(note(read, "Tare in any attitude"))[0] == pytest.approx(0.2)
 
 
@@ -145,8 +145,8 @@ def rounded(*values, digits=2):
 def read_result(**changes):
     """Return a result whose readings have the changed numbers, and whose P has no errors."""
     result = result_of()
-    pressed = sensor_of(Design(reading=Reading()))
-    readings = Readings(method="rise", touch=Estimate(0.4, 0.01), **changes)
+    pressed = sensor_of(Design(reading=ReadingRequirements()))
+    readings = ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01), **changes)
     budgets = dataclasses.replace(result.errors.budgets, P_max=None, NL=None)
     errors = dataclasses.replace(result.errors, budgets=budgets)
     return dataclasses.replace(result, pressed=pressed, readings=readings, errors=errors)
@@ -173,7 +173,7 @@ def read_at(limit):
     placement = Placement()
     none = Estimate(0.0, 0.0)
     uneven = UnevenFruit(skin_percent=5.0, flesh_percent=12.0, one_press_percent=13.0, presses=3.0, presses_percent=7.5)
-    return ModulusReading(
+    return ModulusAccuracy(
         E=1.5, bias=none, worst=placement, reach=none, sources=sources, uncertainty_limit=limit, uneven=uneven
     )
 

@@ -9,20 +9,20 @@ import pytest
 from stand_ins import CONTACT, ERRORS, relaxing_result, result_of, stored_report
 
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import ModulusReading, Readings
+from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
 from pipeline.reading.poses import Placement
-from pipeline.reading.records import SkinPressure
+from pipeline.reading.reading_records import SkinPressure
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.keys import value_at
 from pipeline.report.of_result import OF_SENSOR
 from pipeline.report.outputs import write_outputs
 from pipeline.report.parts import ContactReport, ReadingReport, SizingReport
 from pipeline.springs.sizing import spring_sizing
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from pipeline.storage.told import as_data
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import Estimate
 
 
@@ -57,9 +57,9 @@ def test_reading_is_in_per_cent_of_the_modulus():
     sources = UncertaintySources(contributions={"noise_N": 0.03, "gain": 0.04}, stiffness_slope=1.0, noise_slope=1.0)
     worst = Placement(tilt_deg=(2.0, 0.0))
     bias = Estimate(-0.02, 0.001)
-    row = ModulusReading(E=1.5, bias=bias, worst=worst, reach=bias, sources=sources, uncertainty_limit=0.1)
+    row = ModulusAccuracy(E=1.5, bias=bias, worst=worst, reach=bias, sources=sources, uncertainty_limit=0.1)
     skin = SkinPressure(E_MPa=1.5, pressure_MPa=0.05, error_MPa=0.001, limit_MPa=0.06, worst="level")
-    readings = Readings(
+    readings = ReadingAccuracy(
         method="rise",
         touch=Estimate(0.4, 0.01),
         moduli=(row,),
@@ -75,7 +75,7 @@ def test_reading_is_in_per_cent_of_the_modulus():
     assert (modulus.E_MPa, modulus.E_bias_percent, modulus.uncertainty_percent) == pytest.approx((1.5, -2.0, 5.0))
     assert (modulus.sources, modulus.worst) == (pytest.approx(expected), str(worst))
     assert as_data(report.skin_pressure) == [{"E_MPa": 1.5, "pressure_MPa": 0.05, "limit_MPa": 0.06, "worst": "level"}]
-    unread = ReadingReport.filled(Readings(method="rise", touch=Estimate(0.4, 0.01)))
+    unread = ReadingReport.filled(ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01)))
     assert (unread.E_bias_percent, unread.uncertainty_percent, unread.sources, unread.moduli) == (None, None, {}, ())
 
 
@@ -92,7 +92,11 @@ def test_springs_that_were_not_made_are_null():
     [
         ({}, True),
         (
-            {"fruit": Fruit(E_MPa=(1.0, 3.0)), "press": Press(tilt_deg=0.05), "tips": Tips(gap_mm=1.0, socket="pin")},
+            {
+                "fruit": Fruit(E_MPa=(1.0, 3.0)),
+                "press": PressMotion(tilt_deg=0.05),
+                "tips": Tips(gap_mm=1.0, socket="pin"),
+            },
             True,
         ),
         ({"fruit": Fruit(height_mm=20.0)}, False),
@@ -131,7 +135,10 @@ def test_response_of_a_square():
         E=np.array([2.0]), x=np.array([0.6]), F=forces, P=one, slope_ratio=one, F_error=0.01 * one, P_error=0.02 * one
     )
     springs = SimpleNamespace(
-        springs={"low": Spring(target=1.0, K=1.0, K_error=0.01), "high": Spring(target=20.0, K=20.0, K_error=0.03)},
+        springs={
+            "low": MadeSpring(target=1.0, K=1.0, K_error=0.01),
+            "high": MadeSpring(target=20.0, K=20.0, K_error=0.03),
+        },
         C=np.diag([1.0, 0.05, 1.0, 0.05]),
     )
     contact = dataclasses.replace(CONTACT, tips=tips.names, S=np.diag([0.5] * 4), shape_change=np.zeros((4, 4)))

@@ -9,7 +9,7 @@ import pytest
 from refusal import refusal
 from stand_ins import relaxing_result, result_of
 
-from pipeline.errors.records import ScatterBands
+from pipeline.errors.error_records import ScatterBands
 from pipeline.options import RunOptions
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import listed_files, write_outputs
@@ -18,10 +18,10 @@ from pipeline.storage.digests import file_digest
 from pipeline.storage.told import as_data
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 
 GONE = "(left out)"
-KIWI = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)), tips=Tips(socket="pin"), press=Press(travel_mm=0.4))
+KIWI = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)), tips=Tips(socket="pin"), press=PressMotion(travel_mm=0.4))
 
 
 def with_scatter(result):

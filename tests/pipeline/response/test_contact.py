@@ -13,9 +13,9 @@ from pipeline.options import RunOptions
 from pipeline.response.contact import contact_compliance, fruit_compliance
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, Stand, pose_forces
+from solve.contact.pose_forces import Pose, Stand, pose_forces
 from solve.contact.scene import Scene
 from solve.fruit.split import contact_footprints
 
@@ -80,7 +80,7 @@ def test_domes_on_a_fruit_of_another_radius(radius):
     """The compliance of one radius serves another within the bar: against the compliance of that fruit."""
     tips = dataclasses.replace(GENTLE, side_mm=5.8, spacing_mm=6.0)
     fruits = [Fruit(shape="sphere", radius_mm=size, thickness_mm=12.0) for size in (35.0, radius)]
-    scenes = [Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.4)) for fruit in fruits]
+    scenes = [Scene(fruit=fruit, tips=tips, press=PressMotion(travel_mm=0.4)) for fruit in fruits]
     C = spring_compliance(1.2, 20.0, 1.2, 20.0)
     poses = [Pose(E=E, travel=0.4, stand=Stand(tilt_deg=(1.0, 0.0), radii_mm=(radius, radius))) for E in (0.5, 3.5)]
     one, other = (pose_forces(scene, solved(scene.fruit, tips), C, poses) for scene in scenes)
@@ -116,7 +116,7 @@ def test_domes_on_a_fruit_of_other_radii_and_thickness(radii, azimuth, thickness
     C = spring_compliance(0.15, 1.4, 0.15, 1.4)
     of_met = {"radii_mm": radii, "azimuth_deg": azimuth, "thickness_mm": thickness}
     poses = [Pose(E=E, travel=0.8, stand=Stand(from_touch=True, tilt_deg=(1.0, 0.0), **of_met)) for E in (0.5, 3.5)]
-    scenes = [Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.8)) for fruit in (EGG, met)]
+    scenes = [Scene(fruit=fruit, tips=tips, press=PressMotion(travel_mm=0.8)) for fruit in (EGG, met)]
     one, other = (pose_forces(scene, solved(scene.fruit, tips), C, poses) for scene in scenes)
     assert np.all(np.abs(one.F - other.F) <= one.F_error)
     assert np.all(one.F_error >= other.F_error)

@@ -10,7 +10,7 @@ import pipeline.response.scene_press
 from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, scene_of, spring_fractions
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import InputError
 from solve.contact.scene import check_scene
 
@@ -29,14 +29,14 @@ def solved(monkeypatch):
     return presses
 
 
-TILTED = Press(tilt_deg=1.0)
+TILTED = PressMotion(tilt_deg=1.0)
 NEAR_A_SIDE = r"^gap from tip to side face = 0.9 mm must be at least one side"
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"press": Press(tilt_deg=25.0)}, r"^press.tilt_deg = 25 deg must be such that no tip meets"),
+        ({"press": PressMotion(tilt_deg=25.0)}, r"^press.tilt_deg = 25 deg must be such that no tip meets"),
         ({"press": TILTED, "tips": Tips(offset_mm=4.6)}, NEAR_A_SIDE),
     ],
 )
@@ -52,7 +52,7 @@ def test_scene_that_contact_cannot_solve_is_refused_before_anything_is_solved(ch
 def test_spread_of_the_tilt_that_contact_cannot_solve_is_left_out(tilt, presses, monkeypatch):
     """At 20 deg the slopes are no longer small; a press at 19.5 deg is solved, only not one degree steeper."""
     monkeypatch.setattr(pipeline.response.scene_press, "scene_response", lambda scene, *_: check_scene(scene))
-    design = Design(press=Press(tilt_deg=tilt, tilt_spread_deg=1.0))
+    design = Design(press=PressMotion(tilt_deg=tilt, tilt_spread_deg=1.0))
     assert len(press_scene(scene_of(design), CONTACT, np.eye(2)).tilted) == presses
 
 

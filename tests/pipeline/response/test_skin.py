@@ -23,7 +23,7 @@ from sensor.theory.two_spring_law import (
     size_springs,
 )
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, Stand, pose_forces
+from solve.contact.pose_forces import Pose, Stand, pose_forces
 from solve.contact.response import scene_response
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable

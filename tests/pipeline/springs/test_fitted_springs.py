@@ -17,7 +17,7 @@ from pipeline.options import RunOptions, load_design
 from pipeline.springs.fitted_springs import springs_for, tip_height_offsets, with_sideways_give
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.mounts import sideways_give
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print
 from sensor.design.tips import Tips
@@ -182,7 +182,7 @@ def test_leaf_that_the_law_rules_out_is_not_solved(fit):
     assert (springs.housing, springs.monolithic, springs.errors) == (None, True, (0.0, 0.0))
     targets = [spring.target for spring in springs.springs.values()]
     assert np.diag(springs.C) == pytest.approx([1.0 / K for K in targets])
-    assert [spring == Spring(target=spring.target) for spring in springs.springs.values()] == [True, True]
+    assert [spring == MadeSpring(target=spring.target) for spring in springs.springs.values()] == [True, True]
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from pipeline.options import RunOptions, load_design
 from pipeline.report.of_result import SensorParts
 from pipeline.response import unit_scene as scenes
 from pipeline.response.contact import contact_compliance, fruit_compliance
-from pipeline.response.unit_scene import scene_compliance, unit_scene
+from pipeline.response.scaled_scene import scene_compliance, unit_scene
 from pipeline.springs.fitted_springs import springs_for
 from pipeline.study import read_study, run_study, tasks
 from pipeline.study.points import Point

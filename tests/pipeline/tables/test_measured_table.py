@@ -9,7 +9,7 @@ from refusal import refusal
 
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.measured_table import numbers_of
-from pipeline.tables.numbers import is_number
+from pipeline.tables.number_formats import is_number
 from pipeline.tables.units import FORCE, LENGTH, Quantity
 from sensor.input_file import MOST_BYTES
 

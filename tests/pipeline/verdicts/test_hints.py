@@ -13,8 +13,8 @@ from pipeline.verdicts.hints import CONTACT_SIZES, PARTS, SEARCH, hint, shorter_
 from sensor.design.bench import Bench
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
-from sensor.design.reading import Reading
-from sensor.design.tips import Press, Tips
+from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import PressMotion, Tips
 from sensor.tips.flat import Cylinder
 from sensor.verdict import verdict_rows
 
@@ -70,9 +70,9 @@ def test_verdicts_that_did_not_pass_have_hints_and_no_others(design, made):
         # springs of a line are never made, and targets size a pair alone
         (missed("P_max"), LINE, dataclasses.replace(UNMADE, ideal=True), "tips.shape=cube"),
         (missed("P_max"), Design(), UNMADE, "see printable.low"),
-        (missed("NL"), Design(press=Press(tilt_deg=1.0)), MADE, "press.tilt_deg=0"),
-        (missed("P_monotonic"), Design(press=Press(tilt_deg=1.0)), MADE, "press.tilt_deg=0"),
-        (missed("P_displacement_independent"), Design(press=Press(roll_deg=1.0)), MADE, "press.roll_deg=0"),
+        (missed("NL"), Design(press=PressMotion(tilt_deg=1.0)), MADE, "press.tilt_deg=0"),
+        (missed("P_monotonic"), Design(press=PressMotion(tilt_deg=1.0)), MADE, "press.tilt_deg=0"),
+        (missed("P_displacement_independent"), Design(press=PressMotion(roll_deg=1.0)), MADE, "press.roll_deg=0"),
         (missed("P_monotonic"), Design(tips=Tips(fillet_mm=0.1, socket="pin")), MADE, "tips.fillet_mm=0"),
         (missed("P_monotonic"), Design(tips=Tips(shape="sphere", socket="pin")), MADE, "tips.shape=cube"),
         (missed("P_monotonic"), Design(fruit=Fruit(shape="sphere", radius_mm=40.0)), MADE, "tips.side_mm"),
@@ -87,7 +87,7 @@ def test_verdicts_that_did_not_pass_have_hints_and_no_others(design, made):
         ),  # a leaf too long does not depend on the travel
         (missed("printable.low"), Design(), BENT, "less travel: `--set press.travel_mm=0.49`"),
         (missed("reading.relaxation"), Design(), MADE, "press.hold_s"),
-        (missed("reading.relaxation"), Design(reading=Reading()), MADE, "reading.at_s"),
+        (missed("reading.relaxation"), Design(reading=ReadingRequirements()), MADE, "reading.at_s"),
         (missed("reading.bias"), Design(), MADE, SEARCH),
         (missed("K_l", **WIDE), Design(), MADE, "`--tol 0.001` "),
         (missed("K_l", **WIDE), Design(), GLUED, SEARCH),  # no finer mesh removes the error of glue
@@ -114,7 +114,9 @@ def test_shape_that_is_not_flat_is_changed_before_its_edge(monkeypatch):
 def test_tips_that_touch_late_ask_for_the_travel_of_which_it_is_half():
     """All touch by 0.7 of 0.6 mm, give or take 0.02: the depth at which they do stays, and is half of 0.864 mm."""
     late = missed("reading.touch", value=0.7, error=0.02, limit=0.5)
-    travel = float(hint(late, Design(press=Press(travel_mm=0.6)), MADE, ROUGH).partition("travel_mm=")[2].rstrip("`"))
+    travel = float(
+        hint(late, Design(press=PressMotion(travel_mm=0.6)), MADE, ROUGH).partition("travel_mm=")[2].rstrip("`")
+    )
     assert 0.864 <= travel < 1.03 * 0.864
 
 
@@ -126,7 +128,7 @@ def test_springs_that_a_bench_leaves_unknown_ask_for_a_finer_one(cause, key, dig
     """4.5 times over the limit: what a bench leaves is proportional to its last digits, of 0.1 g and 0.01 mm."""
     over = missed("reading.calibration", value=0.225, limit=0.05)
     over = dataclasses.replace(over, reference=f"uncertainty of low_1, most of it by the {cause}")
-    found = hint(over, Design(reading=Reading(), bench=Bench(balance_g=0.1)), MADE, ROUGH)
+    found = hint(over, Design(reading=ReadingRequirements(), bench=Bench(balance_g=0.1)), MADE, ROUGH)
     assert (f"`--set {key}={digit:g}`" in found) if key else found == SEARCH
 
 

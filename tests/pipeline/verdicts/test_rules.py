@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from stand_ins import CONTACT, K_M_OVER_E, LENGTHS, sensor_of, solved, springs_of
 
 from pipeline.errors.targets import ForceRatioCurve, SceneTargets
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from pipeline.verdicts.rules import (
     NL_verdict,
     P_max_verdict,
@@ -98,7 +98,7 @@ def test_error_of_P_max_is_what_the_worst_springs_do():
 
 def spring(K, error=0.0):
     """Return a spring of a target of 0.906 N/mm that was made to K [N/mm] with a relative error, or not made."""
-    return Spring(target=0.906, K=K, K_error=None if K is None else error)
+    return MadeSpring(target=0.906, K=K, K_error=None if K is None else error)
 
 
 @pytest.mark.parametrize(

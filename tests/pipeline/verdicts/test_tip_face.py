@@ -11,7 +11,7 @@ from stand_ins import CONTACT, springs_of
 from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.rules import tip_face_verdict
 from sensor.design.parameters import Design
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 
 HIGH_FORCE = 1.98  # [N] on a high tip of the gentle square at E 3.5 MPa
 
@@ -44,5 +44,5 @@ def test_reach_on_a_sphere_is_the_way_to_the_axis_and_the_radius_of_the_contact(
 def test_face_that_is_too_narrow_fails_and_so_does_one_that_is_tilted_off_its_contact(press):
     narrow = tip_face_verdict(gentle(side_mm=4.0), press)
     assert (narrow.passed, narrow.limit) == (False, 2.0)
-    tilted = tip_face_verdict(replace(GENTLE, press=Press(travel_mm=0.4, tilt_deg=8.0)), press)
+    tilted = tip_face_verdict(replace(GENTLE, press=PressMotion(travel_mm=0.4, tilt_deg=8.0)), press)
     assert tilted.passed is False

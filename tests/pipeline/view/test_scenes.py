@@ -10,7 +10,7 @@ from view_stand_ins import DEPTH, LENGTH
 
 from pipeline.options import load_design
 from pipeline.report.report import read_report
-from pipeline.view.scene import deformed_surface, draw_scene
+from pipeline.view.field_picture import deformed_surface, draw_scene
 from pipeline.view.scenes import (
     STRAIN_OVER_LIMIT,
     TOTAL_DISPLACEMENT,

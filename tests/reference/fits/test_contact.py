@@ -7,9 +7,9 @@ import pytest
 from covering import covers
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from solve.contact import response
-from solve.contact.domes.body import dome_body
+from solve.contact.domes.fruit_under_domes import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import ELSEWHERE, dome_forces
 from solve.contact.linear_response import spring_compliance
@@ -39,7 +39,7 @@ def test_bar_of_the_cells_covers_their_error(scenes, monkeypatch):
     springs = spring_compliance(0.906, 20.83)
     filled = []
     for tips, tilt in scenes:
-        scene = Scene(fruit=Fruit(), tips=tips, press=Press(tilt_deg=tilt))
+        scene = Scene(fruit=Fruit(), tips=tips, press=PressMotion(tilt_deg=tilt))
         pressed = (scene, compliance, springs, MODULI, np.linspace(0.1, 0.6, 6))
         found = response.scene_response(*pressed)
         with monkeypatch.context() as finer:
@@ -83,7 +83,7 @@ def test_bar_of_the_law_of_domes_covers_its_error(monkeypatch):
     filled = []
     for height in (12.0, 6.0):
         fruit = Fruit(shape="sphere", radius_mm=875.0, thickness_mm=height, length_mm=52.0, width_mm=52.0)
-        scene = Scene(fruit=fruit, tips=tips, press=Press(travel_mm=travel, tilt_deg=2.0 / 25.0))
+        scene = Scene(fruit=fruit, tips=tips, press=PressMotion(travel_mm=travel, tilt_deg=2.0 / 25.0))
         known = split_compliance(fruit, tips, 1e-4)
         poses = dome_poses([scene] * 2, np.full(2, travel))
         found = dome_forces(poses, MODULI, springs, dome_body(scene, known, [fruit] * 2))

@@ -17,8 +17,8 @@ from scipy.sparse import coo_matrix, csc_matrix
 from scipy.sparse.linalg import splu
 
 from solve.compression import body as half_body
-from solve.compression.body import HalfBody, Section
 from solve.compression.flesh_law import FleshLaw
+from solve.compression.half_body import HalfBody, Section
 from solve.compression.quadratic import quadratic, quadratic_slope
 from solve.contact.domes.large_strain import FIT, FIT_OF_EDGE, large_strain
 

@@ -11,7 +11,7 @@ from stored_presses import square
 from reference import pressed_solids
 from reference.pressed_solids import Piece, Stand, box
 from solve.presses import pressing
-from solve.presses.bodies import EllipsoidFruit
+from solve.presses.pressed_bodies import EllipsoidFruit
 
 SIZE = 0.9
 TRAVEL, THICKNESS = 0.3, 8.0

@@ -9,8 +9,8 @@ import pytest
 
 from sensor.design.fruit import Fruit
 from sensor.tips.ball import Sphere
-from solve.contact.cells import contact_cells
 from solve.contact.gap import tip_gap
+from solve.contact.pressure_cells import contact_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.footprints import Footprint
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.theory.hertz import force_factor
 from sensor.theory.sneddon_cone import cone_contact_radius, cone_force, cone_mean_pressure
 from sensor.tips.cone import Cone
-from solve.contact.cells import contact_cells
 from solve.contact.gap import tip_gap
+from solve.contact.pressure_cells import contact_cells
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.contact.unilateral import UnilateralContact
@@ -53,7 +53,7 @@ def test_a_ball_at_the_point_presses_as_hertz_has_it_while_the_flank_is_off(cell
 def test_two_far_cones_stay_inside_the_error_bar_of_the_response():
     spacing = 50.0
     tips = Tips(shape="cone", half_angle_deg=70.0, spacing_mm=spacing)
-    scene = Scene(fruit=LARGE, tips=tips, press=Press(travel_mm=0.15))
+    scene = Scene(fruit=LARGE, tips=tips, press=PressMotion(travel_mm=0.15))
     travel = np.array([0.1, 0.15])
     response = scene_response(scene, split_compliance(LARGE, tips.flat), np.zeros((2, 2)), [1.0], travel)
     force = np.zeros(2)

@@ -13,7 +13,7 @@ from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from sensor.design.processes import PROCESSES
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.gone import ASKED_NOTHING
 
 PAPER = """
@@ -50,7 +50,7 @@ DESIGNS = st.builds(
         bruise_limit_MPa=st.none() | st.floats(1e-3, 1e3),
     ),
     tips=st.builds(Tips, side_mm=SIZE, spacing_mm=st.floats(5.01, 10.0), offset_mm=st.floats(-5.0, 5.0), gap_mm=SIZE),
-    press=st.builds(Press, travel_mm=st.floats(1e-6, 1.0), tilt_deg=st.floats(-30.0, 30.0)),
+    press=st.builds(PressMotion, travel_mm=st.floats(1e-6, 1.0), tilt_deg=st.floats(-30.0, 30.0)),
     print=st.builds(Print, process=st.sampled_from(list(PROCESSES)), max_length_mm=st.floats(1e-3, 1e3)),
 )
 

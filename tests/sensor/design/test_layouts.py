@@ -8,8 +8,8 @@ import pytest
 from sensor.design.design_file import design_from_mapping
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings
-from sensor.design.reading import Reading
-from sensor.design.tips import Press, Tips
+from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import PressMotion, Tips
 
 SPRINGS = GivenSprings(K_l_N_per_m=1200.0, K_h_N_per_m=20000.0)
 SQUARE = Tips(layout="square", spacing_mm=6.0)
@@ -56,9 +56,13 @@ def test_springs_that_are_given_leave_no_targets_unless_the_file_has_them():
 
 def test_reading_lets_every_tip_travel_by_how_much_its_tilt_changes():
     """The farthest corner of a square of 6 mm is 4.24 mm away: 0.297 mm at 4 degrees. Travel counts from touch."""
-    design = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=Press(travel_mm=0.4))
+    design = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=PressMotion(travel_mm=0.4))
     lowered = 3.0 * math.sqrt(2.0) * math.tan(math.radians(4.0))
-    for reading, more in ((None, 0.0), (Reading(tilt_deg=4.0), 0.0), (Reading(tilt_change_deg=4.0), lowered)):
+    for reading, more in (
+        (None, 0.0),
+        (ReadingRequirements(tilt_deg=4.0), 0.0),
+        (ReadingRequirements(tilt_change_deg=4.0), lowered),
+    ):
         assert replace(design, reading=reading).full_travels_mm == pytest.approx(2 * (0.4 + more,), rel=1e-12)
 
 

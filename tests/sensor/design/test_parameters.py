@@ -6,7 +6,7 @@ import pytest
 from sensor.design.design_file import TABLE_TYPES
 from sensor.design.parameters import Design, Print
 from sensor.design.processes import PROCESSES
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 from sensor.quantity import InputError
 
 KINDS = TABLE_TYPES
@@ -75,7 +75,7 @@ def test_choice_is_one_of_its_options(table, item):
 
 @pytest.mark.parametrize("tilt", [-3.0, 0.0, 5.0])
 def test_tilt_lowers_the_high_tip_by_what_it_raises_the_low_one(tilt):
-    design = Design(press=Press(tilt_deg=tilt))
+    design = Design(press=PressMotion(tilt_deg=tilt))
     step = 4.0 * math.tan(math.radians(tilt))
     assert design.full_travels_mm == pytest.approx((design.press.travel_mm - step, design.press.travel_mm + step))
 

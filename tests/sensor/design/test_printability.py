@@ -9,7 +9,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.printability import FILLET_STRAIN, SHORTEST_LEAF, check_printable
 from sensor.design.processes import PROCESSES
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.theory.leaf_spring import pair_length, pair_stiffness
 from sensor.theory.two_spring_law import Springs, size_springs
 
@@ -19,7 +19,9 @@ PETG = PROCESSES["fdm-petg"]
 
 def _design(longest=120.0, travel=0.6, tilt=0.0, **targets):
     return Design(
-        targets=Targets(**targets), print=Print(max_length_mm=longest), press=Press(travel_mm=travel, tilt_deg=tilt)
+        targets=Targets(**targets),
+        print=Print(max_length_mm=longest),
+        press=PressMotion(travel_mm=travel, tilt_deg=tilt),
     )
 
 

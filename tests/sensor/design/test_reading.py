@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sensor.design.design_file import design_from_mapping
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 
 EGG = {"shape": "ellipsoid", "radius_mm": 47.0, "radius_across_mm": 110.0, "length_mm": 24.0, "width_mm": 24.0}
 
@@ -34,7 +34,7 @@ def test_either_radius_may_be_told_first(along, across):
 
 
 def test_one_limit_for_all_moduli():
-    reading = Reading(uncertainty_limit=0.07)
+    reading = ReadingRequirements(uncertainty_limit=0.07)
     assert [reading.uncertainty_limit_at(E, (0.5, 3.5)) for E in (0.1, 0.5, 2.0, 9.0)] == [0.07] * 4
     assert reading.least_uncertainty_limit == 0.07
 

@@ -18,7 +18,7 @@ from sensor.theory.contrast_rise import (
     read_rise,
     rise_of,
 )
-from solve.presses.bodies import EllipsoidFruit
+from solve.presses.pressed_bodies import EllipsoidFruit
 from solve.presses.pressing import press
 
 KINDS = ("low", "high", "low", "high")

@@ -5,18 +5,18 @@ import pytest
 
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
-from sensor.design.tips import Press
+from sensor.design.reading import ReadingRequirements
+from sensor.design.tips import PressMotion
 from sensor.theory.flesh_memory import Memory
 from sensor.theory.relaxation import Relaxation
 
 FLESH = Fruit(relaxation=((0.5, 1.0),))
-HELD = Press(speed_mm_per_s=0.5, hold_s=2.0)
+HELD = PressMotion(speed_mm_per_s=0.5, hold_s=2.0)
 
 
 def test_reading_is_taken_when_the_press_stops_unless_the_design_says_when():
     assert Design(fruit=FLESH, press=HELD).read_s == 0.6 / 0.5
-    assert Design(fruit=FLESH, press=HELD, reading=Reading(at_s=2.0)).read_s == 2.0
+    assert Design(fruit=FLESH, press=HELD, reading=ReadingRequirements(at_s=2.0)).read_s == 2.0
     assert Design(fruit=FLESH, press=HELD).release_s == 0.6 / 0.5 + 2.0
 
 

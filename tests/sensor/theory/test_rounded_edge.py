@@ -6,7 +6,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.theory.rounded_edge import edge_loss
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
@@ -53,7 +53,7 @@ def test_square_tips_lose_the_same():
     depths = np.array([0.05, 0.1, 0.2, 0.5])
     sharp, rounded = (
         scene_response(
-            Scene(fruit=Fruit(), tips=Tips(fillet_mm=fillet), press=Press()), compliance, stiff, [1.0], depths
+            Scene(fruit=Fruit(), tips=Tips(fillet_mm=fillet), press=PressMotion()), compliance, stiff, [1.0], depths
         )
         for fillet in (0.0, 0.1)
     )

@@ -8,10 +8,10 @@ from scipy.optimize import brentq
 from benchmarks.bars.compression import BALL, ball_press
 from sensor.theory.hertz import force_factor
 from sensor.theory.soft_tissue import FLESH_LAWS
-from solve.compression.body import HalfBody, Section
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import fitted_curve
-from solve.compression.press import press_forces
+from solve.compression.half_body import HalfBody, Section
+from solve.compression.tool_press import press_forces
 from solve.linear import SolveError
 
 

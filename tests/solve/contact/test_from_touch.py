@@ -8,12 +8,12 @@ import pytest
 from scipy.optimize import brentq, minimize
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
-from solve.contact.domes.body import FruitUnderDomes
+from sensor.design.tips import PressMotion, Tips
+from solve.contact.domes.fruit_under_domes import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, Stand, pose_forces, posed_scene
+from solve.contact.pose_forces import Pose, Stand, pose_forces, posed_scene
 from solve.contact.scene import Scene
 from solve.fruit.split import split_compliance
 
@@ -28,7 +28,7 @@ SPRINGS = spring_compliance(0.15, 1.4, 0.15, 1.4)
 
 
 def scene(fruit=EGG, tips=TIPS):
-    return Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.8))
+    return Scene(fruit=fruit, tips=tips, press=PressMotion(travel_mm=0.8))
 
 
 def hand(travel, **pose):

@@ -8,7 +8,7 @@ import pytest
 from scenes import BLOCK, SPHERE
 
 import solve.contact.scene_cells
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from solve.contact.linear_response import spring_compliance
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
@@ -32,7 +32,7 @@ def square_S():
 def pressed(fruit=BLOCK, tilt=0.0, roll=0.0, springs=C):
     info = SolveInfo(method="", dofs=0, seconds=0.0, status="")
     compliance = FruitCompliance(tips=tuple("abcd"), S=square_S(), error_pair=1e-4, error_own=1e-4, info=info)
-    scene = Scene(fruit=fruit, tips=TIPS, press=Press(tilt_deg=tilt, roll_deg=roll))
+    scene = Scene(fruit=fruit, tips=TIPS, press=PressMotion(tilt_deg=tilt, roll_deg=roll))
     return scene_response(scene, compliance, springs, (1.0,), (0.2, 0.6))
 
 
@@ -53,16 +53,16 @@ def test_tilted_square_in_full_contact_follows_the_linear_law():
 
 def test_first_touch_off_the_axis_is_under_the_inner_corner():
     inner = 1.5**2 + 1.5**2
-    scene = Scene(fruit=SPHERE, tips=TIPS, press=Press())
+    scene = Scene(fruit=SPHERE, tips=TIPS, press=PressMotion())
     assert scene.first_touch_mm == pytest.approx(35.0 - np.sqrt(35.0**2 - inner), rel=1e-9)
     # a sphere of radius 0.5 touches where the tangents agree: (R + r) less the rest, from the centres' distance
-    round_tips = Scene(fruit=SPHERE, tips=replace(TIPS, shape="sphere"), press=Press())
+    round_tips = Scene(fruit=SPHERE, tips=replace(TIPS, shape="sphere"), press=PressMotion())
     assert round_tips.first_touch_mm == pytest.approx(35.5 - np.sqrt(35.5**2 - 8.0), rel=1e-9)
 
 
 @pytest.mark.parametrize("tips", [replace(TIPS, shape="sphere"), replace(TIPS, shape="dome", dome_radius_mm=3.0)])
 def test_squares_of_cells_under_curved_tips_move_with_the_sensor(tips):
-    scene = Scene(fruit=replace(BLOCK, length_mm=40.0), tips=tips, press=Press(tilt_deg=1.0, roll_deg=2.0))
+    scene = Scene(fruit=replace(BLOCK, length_mm=40.0), tips=tips, press=PressMotion(tilt_deg=1.0, roll_deg=2.0))
     here = scene_footprints(scene, 0.3)
     there = scene_footprints(replace(scene, off_centre_mm=(1.0, -1.5)), 0.3)
     for before, after in zip(here, there, strict=True):

@@ -3,7 +3,7 @@ import pytest
 from scenes import SPHERE, SPRINGS, scene_of
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import InputError
 from solve.contact.pressure import footprint_pressure
 from solve.contact.response import scene_response
@@ -57,7 +57,7 @@ def test_sphere_presses_as_hertz_says():
     fine = FruitCompliance(
         S=np.eye(2), error_pair=0.0, error_own=0.0, info=SolveInfo(method="", dofs=0, seconds=0.0, status="")
     )
-    scene = Scene(fruit=block, tips=Tips(shape="sphere", spacing_mm=100.0), press=Press())
+    scene = Scene(fruit=block, tips=Tips(shape="sphere", spacing_mm=100.0), press=PressMotion())
     found = footprint_pressure(scene, fine, np.zeros((2, 2)), E, 0.01)
     largest = (6.0 * found.forces * (E / 0.91) ** 2 / np.pi**3 / 0.5**2) ** (1.0 / 3.0)
     np.testing.assert_allclose((found.cell_forces / areas(found)).max(axis=(1, 2)), largest, rtol=0.02)

@@ -7,7 +7,7 @@ from scenes import SPHERE, SPRINGS, scene_of
 import solve.contact.response
 import solve.contact.scene_cells
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import InputError
 from solve.contact.linear_response import linear_response
 from solve.contact.response import scene_response
@@ -126,7 +126,7 @@ def test_error_of_the_rim(block_compliance, monkeypatch):
 
 def test_error_of_domes():
     """That of the force ratio is twice the largest of the forces, which may be off against each other."""
-    dome = Scene(fruit=Fruit(), tips=Tips(shape="dome", dome_radius_mm=2.0), press=Press(travel_mm=0.1))
+    dome = Scene(fruit=Fruit(), tips=Tips(shape="dome", dome_radius_mm=2.0), press=PressMotion(travel_mm=0.1))
     found = scene_response(dome, split_compliance(dome.fruit, dome.tips, 1e-3), SPRINGS, (2.0,), [0.05, 0.1])
     np.testing.assert_allclose(found.P_error, 2.0 * found.F_error, rtol=1e-12)
     assert found.F_error.min() > 0.0
@@ -141,5 +141,5 @@ def test_cells_of_a_curved_fruit_carry_what_its_body_changes(shape):
     block = split_compliance(ball.equivalent_block, tips.flat)
     body = 0.02 * block.S
     compliance = replace(block, S=block.S + body, shape_change=body)
-    _, grid = scene_cells(Scene(fruit=ball, tips=tips, press=Press()), compliance, 0.6)
+    _, grid = scene_cells(Scene(fruit=ball, tips=tips, press=PressMotion()), compliance, 0.6)
     np.testing.assert_allclose(grid.compliance_correction, body, atol=5e-4 * block.S[0, 0], rtol=0.0)

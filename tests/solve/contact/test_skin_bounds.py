@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import InputError
-from solve.contact.poses import Pose, pose_forces
+from solve.contact.pose_forces import Pose, pose_forces
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.skin import skin_compliance
@@ -23,7 +23,7 @@ SOFT_IN_SHEAR = replace(BLOCK, poisson=-0.499, skin_mm=0.02, skin_E_MPa=0.26, sk
 
 
 def scene_of(fruit):
-    scene = Scene(fruit=fruit, tips=TIPS, press=Press(tilt_deg=1.0))
+    scene = Scene(fruit=fruit, tips=TIPS, press=PressMotion(tilt_deg=1.0))
     bare = split_compliance(fruit, TIPS, tolerance=0.02)
     return scene, replace(skin_compliance(bare, fruit, tip_footprints(TIPS)), rough=True)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.split import split_compliance
@@ -76,7 +76,7 @@ def test_travel_of_each_tip_is_that_of_the_middle_and_its_lever(tips, fruit, tur
     A count from the first touch in the pose would be 0.04 to 0.14 mm off.
     """
     tilt, roll = np.degrees(np.arctan(turn)).tolist()
-    scene = Scene(fruit=fruit, tips=tips, press=Press(tilt_deg=tilt, roll_deg=roll))
+    scene = Scene(fruit=fruit, tips=tips, press=PressMotion(tilt_deg=tilt, roll_deg=roll))
     C = np.eye(len(tips.places_mm)) / K
     travels = [0.25, 0.5]
     found = scene_response(scene, split_compliance(fruit, tips.flat if tips is DOMES else tips), C, [E], travels)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sensor.design.fruit import Fruit
-from solve.contact.cells import contact_cells, half_cells
+from solve.contact.pressure_cells import contact_cells, half_cells
 from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact
 from solve.fruit.curved_shape import cap_gap
 from solve.fruit.footprints import Footprint

@@ -10,8 +10,8 @@ from skfem import Basis, ElementQuad2, ElementVector, LinearForm, MeshQuad, asm,
 from stored_presses import STORED, square
 
 from reference.layered_solids import of_revolution
-from solve.presses.bodies import EllipsoidFruit, FleshOnStone, OuterLayer, SprungDomes
 from solve.presses.over_time import Way, creep_of, press_over_time, pressed_over_time
+from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone, OuterLayer, SprungDomes
 from solve.presses.pressing import Pressing, press
 
 LEVEL = EllipsoidFruit(E=1.0, R1=45.0, R2=100.0)

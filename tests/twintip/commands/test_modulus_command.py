@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from virtual_compression import VirtualTest
 
-from instrument.compress.bodies import Ellipsoid
 from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
+from instrument.compress.pressed_shapes import Ellipsoid
 from pipeline.options import load_design
 from solve.linear import SolveError
 from twintip.cli import main

@@ -10,7 +10,7 @@ import pytest
 from measured_units import MeasuredDesign
 
 from instrument.proof import ProvedReading, judged
-from instrument.simulate.press import PressCurve
+from instrument.simulate.simulated_press import PressCurve
 from twintip.cli import main
 from twintip.commands import calibrate, read, simulate
 

@@ -14,7 +14,7 @@ from cad.checks.triangle_checks import LONGEST_MM, SHORTEST_MM
 from cad.files.stl import CHORD_MM
 from pipeline.making.fabrication import SIDEWAYS_LEAST
 from pipeline.report.explain.entries import entries, entry_of
-from pipeline.report.explain.numbers import number_in
+from pipeline.report.explain.explained_numbers import number_in
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import read_report
 from sensor.words import with_bar

@@ -12,9 +12,9 @@ from stand_ins import result_of
 
 from pipeline.report.keys import report_key
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
-from pipeline.report.page.answer import brief, closest_to_limit
 from pipeline.report.page.page import page_of
-from pipeline.report.page.template import finite
+from pipeline.report.page.page_answer import brief, closest_to_limit
+from pipeline.report.page.page_template import finite
 from pipeline.report.report import read_data
 from pipeline.storage.digests import file_digest
 from pipeline.verdicts.in_words import headline, limit_text, not_passed

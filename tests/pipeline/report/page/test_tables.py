@@ -15,8 +15,8 @@ from pipeline.reading.read_out import LevelReading
 from pipeline.report.page.tables import noise_percent, page_tables, press_reader, ratio_reader, readings
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.reading import PRESS_SAMPLES, Reading
-from sensor.design.tips import Press
+from sensor.design.reading import PRESS_SAMPLES, ReadingRequirements
+from sensor.design.tips import PressMotion
 from sensor.theory.two_spring_law import fruit_stiffness
 from solve.contact.pressure import footprint_pressure
 from solve.contact.response import scene_response
@@ -218,7 +218,7 @@ def test_noise_of_the_sliders(flat_page):
     assert (data["start"]["noise"], noise["min"], noise["max"]) == (0.5, 0.0, 2.0)
     shown = flat_page.report.design.fruit.E_MPa
     assert data["start"]["E"] == shown[len(shown) // 2]
-    asked = SimpleNamespace(reading=Reading(noise_percent=0.2))
+    asked = SimpleNamespace(reading=ReadingRequirements(noise_percent=0.2))
     signal = SimpleNamespace(errors_N=(0.001, 0.006))
     for named, expected in ((None, 0.2), (signal, 0.3)):
         read_out = SimpleNamespace(signal=named, full_scale_N=(0.5, 2.0))
@@ -239,7 +239,7 @@ def test_sliders_end_where_the_tables_do(flat_page):
 @pytest.mark.slow
 def test_tip_that_is_off_has_no_reading():
     """A tilt of 3 degrees lifts a tip by 8 mm times tan 3 = 0.4 mm over the other: it is off at the first travel."""
-    result = result_of(Design(press=Press(tilt_deg=3.0)))
+    result = result_of(Design(press=PressMotion(tilt_deg=3.0)))
     assert (result.press.curve.F[1:, 0] == 0.0).any()
     (table,) = page_tables(written_report(result), result)["tables"]
     assert table["held"] == {"tilt": 3.0}

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from solve.contact.domes.geometry import TOUCH_LIMIT, DomePoses, dome_poses
 from solve.contact.scene import Scene
 
@@ -56,7 +56,7 @@ def test_curvature_at_the_apex_of_an_ellipsoid():
 def square(tilt=0.0, roll=0.0, size=1.0, fruit="sphere"):
     curved = {"shape": "sphere", "radius_mm": 35.0} if fruit == "sphere" else {}
     tips = Tips(layout="square", shape="dome", dome_radius_mm=DOME, side_mm=3.0 * size, spacing_mm=6.0 * size)
-    press = Press(travel_mm=0.4, tilt_deg=tilt, roll_deg=roll)
+    press = PressMotion(travel_mm=0.4, tilt_deg=tilt, roll_deg=roll)
     return Scene(fruit=Fruit(thickness_mm=12.0 if curved else None, **curved), tips=tips, press=press)
 
 

@@ -9,9 +9,9 @@ from scipy.optimize import brentq, root
 from scipy.special import ellipe, ellipk
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
-from solve.contact.domes.body import FruitUnderDomes, dome_body
+from solve.contact.domes.fruit_under_domes import FruitUnderDomes, dome_body
 from solve.contact.domes.geometry import DomePoses, dome_poses
 from solve.contact.domes.large_strain import large_strain
 from solve.contact.domes.law import (
@@ -190,7 +190,7 @@ def compliance(fruit, tips):
 
 
 def scene(tilt=0.0, roll=0.0, fruit=BLUNT, tips=GENTLE, travel=TRAVEL):
-    return Scene(fruit=fruit, tips=tips, press=Press(travel_mm=travel, tilt_deg=tilt, roll_deg=roll))
+    return Scene(fruit=fruit, tips=tips, press=PressMotion(travel_mm=travel, tilt_deg=tilt, roll_deg=roll))
 
 
 def pressed(posed, modulus=1.0, springs=SPRINGS):

@@ -5,8 +5,8 @@ import pytest
 from stored_presses import STORED
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
-from solve.contact.domes.body import FruitUnderDomes
+from sensor.design.tips import PressMotion, Tips
+from solve.contact.domes.fruit_under_domes import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.scene import Scene
@@ -27,7 +27,7 @@ def forces(press):
         shape="ellipsoid", radius_mm=press["R1"], radius_across_mm=press["R2"], azimuth_deg=press["azimuth"],
         length_mm=24.0, width_mm=24.0, thickness_mm=12.0,
     )  # fmt: skip
-    scene = Scene(fruit=fruit, tips=TIPS, press=Press(travel_mm=0.9, tilt_deg=tilt, roll_deg=roll))
+    scene = Scene(fruit=fruit, tips=TIPS, press=PressMotion(travel_mm=0.9, tilt_deg=tilt, roll_deg=roll))
     first_touch = 0.0  # of the pose, as the reference counts its travel
     for _ in range(6):
         unloaded = dome_poses([scene], np.array([first_touch]))

@@ -11,7 +11,7 @@ from stand_ins import with_compliance
 from pipeline.find.fruit_design import PRESETS
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import analyse_readings
-from pipeline.reading.bench import left_by_bench
+from pipeline.reading.bench_uncertainty import left_by_bench
 from pipeline.sensor import Sensor
 from pipeline.verdicts.rules import calibration_verdict
 from sensor.design.bench import Bench

@@ -7,7 +7,7 @@ import sys
 import unicodedata
 from collections.abc import Iterator
 
-from pipeline.tables.words import FOREIGN_WORDS
+from pipeline.tables.header_words import FOREIGN_WORDS
 from sensor.quantity import validation_error
 
 MOST_LINES = 1_000_000

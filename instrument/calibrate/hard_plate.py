@@ -13,13 +13,13 @@ import numpy as np
 from instrument.calibrate.weights import ChannelCalibration, counts_of, saturation_of
 from instrument.press.count_codes import with_signed_counts
 from instrument.press.signals import COUNTS, count_keys
-from pipeline.reading.bench import deflections_on_plate, flattening, springs_on_plate
+from pipeline.reading.bench_uncertainty import deflections_on_plate, flattening, springs_on_plate
 from pipeline.report.report import Report
-from pipeline.tables.files import place_of
+from pipeline.tables.decoding import place_of
+from pipeline.tables.header_words import WORDS
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import LENGTH, Quantity
-from pipeline.tables.words import WORDS
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate, validation_error
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted

@@ -13,8 +13,8 @@ from skfem import CellBasis, MeshHex
 from sensor.arrays import Floats, Ints
 from sensor.design.fruit import Fruit
 from sensor.quantity import validation_error
-from solve.contact.cells import FINE
 from solve.contact.pressure import FootprintPressure
+from solve.contact.pressure_cells import FINE
 from solve.elasticity import NodalFields, strain, stress
 from solve.fruit.box import Lines, block_lines, box_mesh, graded_line
 from solve.fruit.remainder import remainder_field

@@ -17,11 +17,11 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import mount_layers
 from pipeline.storage.vtu import write_vtu
 from sensor.quantity import InputError
-from solve.contact.fields import fruit_fields
+from solve.contact.fruit_fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
 from solve.elasticity import NodalFields
 from solve.housing.clamped_half import ClampedHalf, clamped_half
-from solve.housing.fields import fields_in, most_strained_node
+from solve.housing.housing_fields import fields_in, most_strained_node
 from solve.housing.stiffness import displacements, leaf_faces
 from solve.linear import SolveError
 

@@ -9,7 +9,7 @@ from refusal import refusal
 
 from pipeline.study import read_study, run_study
 from pipeline.study.store import stored_study
-from pipeline.study.table import export_table
+from pipeline.study.study_table import export_table
 
 P_MAX, STIFFNESS, LEAVES, PASSED = (
     "targets.P_max", "springs.K_l_N_per_m", "springs.beam_law_leaves_mm.0", "verdicts.printable.low.passed",

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press, Tips
+from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import InputError
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import Pose, Stand, pose_forces, posed_scene
+from solve.contact.pose_forces import Pose, Stand, pose_forces, posed_scene
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.split import split_compliance
@@ -29,7 +29,7 @@ def compliance(tips, fruit=PIECE):
 
 
 def square(tips=GENTLE, fruit=PIECE):
-    return Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.4))
+    return Scene(fruit=fruit, tips=tips, press=PressMotion(travel_mm=0.4))
 
 
 def forces(poses, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
@@ -46,7 +46,7 @@ def test_scene_of_a_pose():
     assert (posed.press.tilt_deg, posed.press.roll_deg) == (1.0, -2.0)
     assert posed.fruit.radius_mm == 42.0
     np.testing.assert_allclose(posed.centres, np.array(GENTLE.places_mm) + np.array([0.3, 0.2]))
-    whole = Scene(fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0), tips=GENTLE, press=Press())
+    whole = Scene(fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0), tips=GENTLE, press=PressMotion())
     assert posed_scene(whole, TILTED.stand).fruit.whole
     egg = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=25.0, thickness_mm=12.0)
     assert posed_scene(dataclasses.replace(whole, fruit=egg), TILTED.stand).fruit.radii_mm == (42.0, 36.0)

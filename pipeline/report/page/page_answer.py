@@ -6,7 +6,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import NamedTuple
 
-from cad.fabrication.templates import EACH
+from cad.fabrication.sheet_templates import EACH
 from cad.parts.housing import Housing
 from pipeline.report.report import Report
 from pipeline.storage.told import told_fields, told_value

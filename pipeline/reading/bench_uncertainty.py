@@ -15,11 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.reading.records import CalibrationLeft
+from pipeline.reading.reading_records import CalibrationLeft
 from sensor.arrays import Floats
 from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench, modulus_on_glass
 from sensor.design.parameters import Design
-from sensor.design.reading import Reading
+from sensor.design.reading import ReadingRequirements
 from sensor.quantity import BOUNDED, STANDARD_GRAVITY, validation_error
 from sensor.theory.hertz import force_factor
 from sensor.theory.straight_line import ROUNDED, left_by_digits
@@ -102,7 +102,7 @@ def left_by_bench(design: Design, full_scale: Floats, stiffnesses: Floats, noise
     `full_scale` are the largest forces [N], `noises` the noise of one row of counts [N], and `stiffnesses` the springs
     [N/mm], all (tips,).
     """
-    reading, bench = design.reading or Reading(), design.expected_bench or Bench()
+    reading, bench = design.reading or ReadingRequirements(), design.expected_bench or Bench()
     pressed = PRESSED * np.nan_to_num(full_scale)
     left = _by_weights(bench, pressed, stiffnesses, noises)
     if reading.on_plate:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from instrument.compress.modulus import CompressionResult
-from pipeline.report.page.template import FIGURES, render_page
+from pipeline.report.page.page_template import FIGURES, render_page
 from pipeline.storage.plain import Plain
 
 _MOST_POINTS = 400  # points of a curve on the page; more would overlap

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array, csc_matrix
 
 from sensor.arrays import Flags, Floats
-from solve.compression.body import Deformed, HalfBody
+from solve.compression.half_body import Deformed, HalfBody
 from solve.compression.tool import Tool
 from solve.linear import SolveError, factorise
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sensor.design.fruit import Fruit
-from solve.contact.fields import fruit_fields
+from solve.contact.fruit_fields import fruit_fields
 from solve.contact.pressure import FootprintPressure
 from solve.halfspace.punch import graded_edges
 

@@ -9,7 +9,7 @@ from pipeline.errors.targets import SceneTargets, force_errors_of_springs, reach
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress, mean_tip_pressure, press_scene, scene_of
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.springs.spring import Spring
+from pipeline.springs.spring import MadeSpring
 from pipeline.verdicts.rules import (
     NL_verdict,
     P_max_verdict,
@@ -31,14 +31,16 @@ from sensor.theory.two_spring_law import PAPER_SPRINGS
 from sensor.verdict import Verdict, judge
 
 if TYPE_CHECKING:
-    from pipeline.reading.analysis import Readings
+    from pipeline.reading.analysis import ReadingAccuracy
     from pipeline.sensor import Sensor
-    from sensor.design.reading import Reading
+    from sensor.design.reading import ReadingRequirements
 
 Rule = Callable[["Sensor"], Verdict | None]
 
 
-def _of_readings(judged: "Callable[[Readings, Reading], Verdict | None]", sensor: "Sensor") -> Verdict | None:
+def _of_readings(
+    judged: "Callable[[ReadingAccuracy, ReadingRequirements], Verdict | None]", sensor: "Sensor"
+) -> Verdict | None:
     """Return a verdict on the readings of a sensor; None for a design without readings."""
     reading = sensor.design.reading
     readings = None if reading is None else sensor.readings
@@ -183,6 +185,6 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
 
 def _on_paper_springs(sensor: PressedSensor) -> PressedSensor:
     """Return the sensor on springs exactly as stiff as the paper's, which are not printed."""
-    springs = {"low": Spring(target=PAPER_SPRINGS.K_l), "high": Spring(target=PAPER_SPRINGS.K_h)}
+    springs = {"low": MadeSpring(target=PAPER_SPRINGS.K_l), "high": MadeSpring(target=PAPER_SPRINGS.K_h)}
     ideal = replace(sensor.springs, springs=springs, fitted=None, of_plate=None, ideal=True)
     return replace(sensor, springs=ideal)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from pipeline.tables.files import place_of
+from pipeline.tables.decoding import place_of
 from pipeline.tables.units import is_unit
 from sensor.quantity import validation_error
 

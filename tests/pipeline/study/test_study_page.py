@@ -10,9 +10,9 @@ from browser import grave_findings, validator_findings
 
 from pipeline.options import load_design
 from pipeline.study import read_study
-from pipeline.study.page import MOST_DOTS, is_part_of_limit, shown_keys, write_page
 from pipeline.study.points import points_of
 from pipeline.study.store import study_store
+from pipeline.study.study_page import MOST_DOTS, is_part_of_limit, shown_keys, write_page
 from pipeline.study.tasks import PointResult
 
 TWO = '"targets.P_max" = { from = 3, to = 8 }\n"targets.NL" = { from = 0.03, to = 0.08 }'

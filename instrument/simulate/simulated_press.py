@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from instrument.simulate.fruit import PressedFruit
+from instrument.simulate.drawn_fruit import PressedFruit
 from instrument.simulate.unit import SimulatedUnit
 from sensor.arrays import Floats
 from sensor.quantity import InputError

@@ -5,9 +5,9 @@ import pytest
 from stand_ins import springs_of
 
 from mesh.housing.sweep import flexure_mesh
-from pipeline.making.fields import fields_at_full_travel
+from pipeline.making.field_files import fields_at_full_travel
 from pipeline.options import RunOptions
-from pipeline.report.page.bodies import (
+from pipeline.report.page.page_bodies import (
     STRESS_OFF,
     ColourScale,
     deformation_factor,

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key
-from pipeline.report.page.template import FIGURES, render_page
+from pipeline.report.page.page_template import FIGURES, render_page
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import REFUSED, Study

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from cad.fabrication.plate import GAP_MM, on_plate
+from cad.fabrication.print_bed import GAP_MM, on_plate
 from cad.files.slicer_settings import slicer_settings
 from sensor.design.processes import PROCESSES
 

@@ -6,7 +6,7 @@ import pytest
 from stand_ins import CONTACT, LENGTHS, result_of, sensor_of, springs_of
 
 from pipeline.response.scene_press import press_scene, scene_of
-from pipeline.verdicts.sensor import RULES, paper_verdicts, tip_pressure
+from pipeline.verdicts.sensor_rules import RULES, paper_verdicts, tip_pressure
 from sensor.design.parameters import PAPER_SPRINGS, Design, Targets
 from sensor.verdict import verdict_rows
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.press.signals import count_keys
-from instrument.simulate.fruit import PressedFruit, designed_radii, range_of_moduli
+from instrument.simulate.drawn_fruit import PressedFruit, designed_radii, range_of_moduli
 from instrument.simulate.unit import SimulatedUnit
 from pipeline.report.report import Report
 from sensor.arrays import Floats

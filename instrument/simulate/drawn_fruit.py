@@ -8,8 +8,8 @@ import numpy as np
 
 from pipeline.report.report import Report
 from sensor.arrays import Floats
-from sensor.design.reading import Reading
-from solve.presses.bodies import EllipsoidFruit, FleshOnStone
+from sensor.design.reading import ReadingRequirements
+from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone
 
 _WAVES = 24  # waves of an uneven skin
 _FLAT = 1e9  # [mm] radius of a flat fruit
@@ -76,7 +76,7 @@ class PressedFruit:
 
 def usual_fruit(report: Report) -> PressedFruit:
     """Return the fruit of a design with the middle of its moduli and radii, pressed level at its apex."""
-    fruit, reading = report.design.fruit, report.design.reading or Reading()
+    fruit, reading = report.design.fruit, report.design.reading or ReadingRequirements()
     least, largest = range_of_moduli(report)
     radii = designed_radii(report)
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
@@ -96,7 +96,7 @@ def drawn_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
     Moduli are uniform in their logarithm, tilts and places in area. Poisson's ratio is normal with half its spread, and
     skin and flesh are uneven.
     """
-    reading, fruit = report.design.reading or Reading(), report.design.fruit
+    reading, fruit = report.design.reading or ReadingRequirements(), report.design.fruit
     least, largest = range_of_moduli(report)
     usual = usual_fruit(report)
     poisson = fruit.poisson + 0.5 * fruit.poisson_spread * rng.normal()
@@ -171,7 +171,7 @@ def bruised(fruit: PressedFruit, report: Report, radius: float, turn: float) -> 
 
 def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     """Yield as text each property of a fruit and its pose outside the ranges of a design."""
-    reading, of_design = report.design.reading or Reading(), report.design.fruit
+    reading, of_design = report.design.reading or ReadingRequirements(), report.design.fruit
     least, largest = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
     radii: list[Vector] = [(least * radius, largest * radius) for radius in designed_radii(report)]
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
@@ -207,7 +207,7 @@ def range_of_moduli(report: Report) -> Vector:
 
 def _drawn_radii(report: Report, rng: np.random.Generator) -> Vector:
     """Return random principal radii [mm] from the ranges of a design."""
-    reading, fruit = report.design.reading or Reading(), report.design.fruit
+    reading, fruit = report.design.reading or ReadingRequirements(), report.design.fruit
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         return float(rng.uniform(*reading.radius_mm)), float(rng.uniform(*reading.radius_across_mm))
     if fruit.radius_mm is None:

@@ -8,7 +8,7 @@ from mesh.housing.sweep import flexure_mesh
 from reference.flexure_reference import SMALL_HOUSING
 from solve.elasticity import stress, vector_basis
 from solve.housing.clamped_half import clamped_half
-from solve.housing.fields import fields_in, most_strained_node
+from solve.housing.housing_fields import fields_in, most_strained_node
 from solve.housing.stiffness import STRAIN_ERROR_SHARE, displacements, tip_compliance
 
 PETG = (2000.0, 0.38)

@@ -14,9 +14,9 @@ import numpy as np
 
 from sensor.arrays import Flags, Floats, Ints
 from sensor.design.fruit import Fruit
-from sensor.design.tips import Press
+from sensor.design.tips import PressMotion
 from sensor.record import Record
-from solve.contact.domes.body import dome_body
+from solve.contact.domes.fruit_under_domes import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.scene import Point, Scene, check_scene
@@ -131,7 +131,7 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
 
 
 @functools.lru_cache(maxsize=256)
-def _turned(press: Press, tilt: float, roll: float) -> Press:
+def _turned(press: PressMotion, tilt: float, roll: float) -> PressMotion:
     """Return the press with another tilt and roll [deg]; cached, because many poses share one stand."""
     return dataclasses.replace(press, tilt_deg=tilt, roll_deg=roll)
 

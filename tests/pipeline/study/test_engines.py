@@ -14,9 +14,9 @@ import pytest
 from refusal import refusal
 
 from pipeline.study import read_study, run_study
+from pipeline.study.engines import MOST_PROCESSES, Engine, completed_items, process_engine
 from pipeline.study.store import STORE, stored_study
-from pipeline.study.table import export_table
-from pipeline.study.workers import MOST_PROCESSES, Engine, completed_items, process_engine
+from pipeline.study.study_table import export_table
 from sensor.quantity import InputError
 
 POINTS = 8

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyvista as pv
 
-from pipeline.report.page.bodies import deformation_factor
+from pipeline.report.page.page_bodies import deformation_factor
 from sensor.words import round_below
 
 Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
@@ -50,7 +50,7 @@ class Field:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FieldScene:
+class FieldPicture:
     """A complete mesh [mm] with its fields, the first one drawn by default, and its view.
 
     With `enlarged`, displacements may be scaled. `direction` points from the body to the viewer. `cut_y` is the plane
@@ -83,7 +83,7 @@ class FieldScene:
         return float(np.linalg.norm(self.mesh.point_data[DISPLACEMENT], axis=1).max())
 
 
-def deformed_surface(scene: FieldScene, subdivision: int = SUBDIVISION) -> tuple[Mesh, Mesh]:
+def deformed_surface(scene: FieldPicture, subdivision: int = SUBDIVISION) -> tuple[Mesh, Mesh]:
     """Return the surface of a scene [mm] before and after the drawn deformation."""
     mesh = scene.mesh
     if scene.cut_y is not None:
@@ -92,7 +92,7 @@ def deformed_surface(scene: FieldScene, subdivision: int = SUBDIVISION) -> tuple
     return surface, surface.warp_by_vector(DISPLACEMENT, factor=scene.factor)
 
 
-def draw_scene(plotter: Plotter, scene: FieldScene, field: Field | None = None) -> None:
+def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None) -> None:
     """Draw a scene coloured by one of its fields, over the outline of the undeformed body."""
     field = field or scene.fields[0]
     bar: dict[str, object] = {

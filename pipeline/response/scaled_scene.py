@@ -27,7 +27,7 @@ _SAME_FOR_ALL = {*BESIDE_CONTACT["fruit"], *BESIDE_CONTACT["tips"]}
 
 
 @dataclass(frozen=True, kw_only=True)
-class UnitScene:
+class ScaledScene:
     """Fruit and tips with all lengths that contact depends on divided by the side of a tip [1].
 
     `scale` [mm] is this side; scenes of one shape compare equal for any size.
@@ -38,7 +38,7 @@ class UnitScene:
     scale: float = dataclasses.field(compare=False)
 
 
-def unit_scene(design: Design) -> UnitScene:
+def unit_scene(design: Design) -> ScaledScene:
     """Return the scene of a design on tips of side 1 mm.
 
     It keeps its size if its ratios are outside the bounds of a design.
@@ -46,9 +46,9 @@ def unit_scene(design: Design) -> UnitScene:
     fruit, tips = contact_scene(design)
     scale = tips.side_mm
     try:
-        return UnitScene(fruit=_over(scale, fruit), tips=_over(scale, tips), scale=scale)
+        return ScaledScene(fruit=_over(scale, fruit), tips=_over(scale, tips), scale=scale)
     except InputError:
-        return UnitScene(fruit=fruit, tips=tips, scale=1.0)
+        return ScaledScene(fruit=fruit, tips=tips, scale=1.0)
 
 
 def _over(scale: float, record: Record) -> Record:
@@ -61,7 +61,7 @@ def _over(scale: float, record: Record) -> Record:
     return replace(record, **lengths)
 
 
-def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
+def scene_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
     """Return the compliance of the fruit under the tips at their size [1/mm]; the unit scene is solved once.
 
     `tolerance` [1] is the tolerance of the springs, as in a run. Raises InputError, MeshError or SolveError.
@@ -74,7 +74,7 @@ def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
 
 
 @functools.lru_cache(maxsize=_SCENES_KEPT)
-def _unit_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
+def _unit_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
     """Return the compliance of a unit scene [1/mm], cached in this process and on disk."""
     solve = functools.partial(contact_compliance, scene.fruit, scene.tips, tolerance)
     return cached("contact", {"fruit": scene.fruit, "tips": scene.tips, "tol": tolerance}, solve, FruitCompliance)

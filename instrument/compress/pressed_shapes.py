@@ -7,8 +7,8 @@ from typing import ClassVar, NamedTuple
 
 from sensor.quantity import LENGTH, check_fields, quantity, validation_error
 from sensor.theory.hertz import equivalent_radius, relative_radius
-from solve.compression.body import Section
 from solve.compression.force_curve import CompressionPress
+from solve.compression.half_body import Section
 from solve.compression.tool import Tool
 
 POINT_CONTACT = 1.5  # exponent of Hertz's law at the first contact of every convex body

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.files.glb import GlbBody, glb_of, glb_position
-from pipeline.making.fields import fields_at_full_travel
+from pipeline.making.field_files import fields_at_full_travel
 from pipeline.options import RunOptions
-from pipeline.report.page.template import pack_bytes
+from pipeline.report.page.page_template import pack_bytes
 from pipeline.report.report import Report
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import FittedSprings

@@ -13,7 +13,7 @@ from measured_units import read_press
 from refusal import refusal
 from virtual_compression import VirtualTest
 
-from instrument.calibrate.ball import (
+from instrument.calibrate.reference_presses import (
     PressedBall,
     ReferenceBall,
     correction_by_ball,
@@ -25,8 +25,8 @@ from instrument.calibrate.unit_table import error_sources, level_press, read_exa
 from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.press.fruit_reading import FruitReading
 from sensor.quantity import BOUNDED
-from solve.contact.poses import Pose, Stand
-from solve.presses.bodies import EllipsoidFruit, SprungDomes
+from solve.contact.pose_forces import Pose, Stand
+from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 from solve.presses.pressing import press
 from twintip.cli import main
 

@@ -14,9 +14,9 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 from stand_ins import specimen
 
-from instrument.compress.bodies import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
 from instrument.compress.force_law import TestGeometry, hertz_law, solved_law
 from instrument.compress.modulus import measured_modulus
+from instrument.compress.pressed_shapes import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
 from reference.pressed_bodies import Body, Tool, pressed
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import FINE, fitted_curve
