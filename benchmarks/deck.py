@@ -17,7 +17,7 @@ HELD_HALF = {"mounting_holes": (1, 2, 3), "symmetry": (2,)}
 
 
 def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: float) -> Deck:
-    """Return the deck of half of a housing, y >= 0 [mm], with held holes and half a newton on each tip in turn.
+    """Return the deck of a housing or its half y >= 0 [mm], its holes held, E [MPa], with a newton on each tip in turn.
 
     E is in MPa. `choice` names the element in `reference.element_study`, which gives nodes and loads, and `kind` the
     element of CalculiX. (The product's own deck has only its own element and mount.) Raises SolveError if they differ.
@@ -25,10 +25,11 @@ def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: flo
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)
     means = {mean_of(spring): elements.of_dofs(basis, face_mean(basis, tip_face(spring))) for spring in SPRINGS}
-    sets = boundary_sets(elements, basis, tuple(HELD_HALF))
+    held = {name: axes for name, axes in HELD_HALF.items() if name in mesh.boundaries}
+    sets = boundary_sets(elements, basis, tuple(held))
     sets["tips"] = np.flatnonzero(np.any(list(means.values()), axis=0))
-    # Half of the part carries half of the force.
-    steps = [LinearStep(held=HELD_HALF, loads=0.5 * mean) for mean in means.values()]
+    share = 0.5 if "symmetry" in held else 1.0  # half the force on half the part
+    steps = [LinearStep(held=held, loads=share * mean) for mean in means.values()]
     return Deck(elements=elements, sets=sets, E=E, poisson=poisson, steps=steps, means=means, asked="tips")
 
 

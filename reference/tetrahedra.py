@@ -1,4 +1,4 @@
-"""Meshes of the half y >= 0 of any housing solid in curved quadratic tetrahedra, for an independent check of stiffness.
+"""Meshes of a housing solid, or its half y >= 0, in curved quadratic tetrahedra, for an independent check of stiffness.
 
 They share only the names of faces with the swept mesh of the product; the solid may come from a STEP file.
 """
@@ -20,7 +20,7 @@ from mesh.quality import compare
 from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
 
 _NEAR = 1e-5  # tolerance of coordinates [mm], and relative tolerance of areas
-_VOLUME = 1e-4  # relative tolerance of the volume
+VOLUME = 1e-4  # relative tolerance of the volume
 _STRETCH = 3.0  # length of the elements along the depth over their size in the plane of the plate
 _UNFOLDINGS = 3  # passes that straighten folded elements
 _FRAME = 3.0  # size away from the leaves [mm], at size 1
@@ -55,37 +55,42 @@ def fine_boxes(housing: Housing, size: float) -> list[Box]:
     return boxes
 
 
-def tetrahedra(part: Part, boxes: Sequence[Box], size: float) -> MeshTet2:
-    """Return the mesh [mm] of the half y >= 0 of a part, with boundaries for its named faces and for `symmetry`.
+def tetrahedra(
+    part: Part, boxes: Sequence[Box], size: float, *, whole: bool = False, tolerance: float = VOLUME
+) -> MeshTet2:
+    """Return the mesh [mm] of a whole part, or of its half y >= 0 with a boundary `symmetry`; named faces are boundaries.
 
-    `size` scales the elements outside the boxes [1]. Raises MeshError with the stage that failed.
+    `size` scales the elements outside the boxes [1]. `tolerance` is the relative difference of volume [1]. Raises
+    MeshError with the stage that failed.
     """
     with gmsh_session():
         with stage("size", "check the sizes"):
             # Second order puts the midpoints of edges on arcs too; `_read` copies them to scikit-fem's mesh.
             gmsh.option.setNumber("Mesh.ElementOrder", 2.0)
             gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _AROUND / size)
-        names = _halved(part)
+        names = _imported(part, whole=whole)
         _set_sizes(part, boxes, size)
         with stage("generate", "take smaller elements, or check the solid"):
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
             mesh = _read(names)
-    _check(mesh, part)
+    volume = float(part.shape.Volume())
+    _check(mesh, volume if whole else 0.5 * volume, tolerance)
     return mesh
 
 
-def _halved(part: Part) -> dict[str, list[int]]:
-    """Load the part into gmsh, keep its half y >= 0 flattened along y, and return the surface tags by face name."""
+def _imported(part: Part, *, whole: bool) -> dict[str, list[int]]:
+    """Load the part into gmsh, cut at y = 0 unless whole and flattened along y; return the surface tags by face name."""
     occ = gmsh.model.occ
     box = part.shape.BoundingBox()
     with tempfile.TemporaryDirectory() as folder, stage("import", "check that the solid is valid"):
         path = Path(folder) / "part.brep"
         part.write_brep(path)
         solid = occ.importShapes(str(path))
-        extent = (box.xlen + 2.0, box.ymax + 1.0, box.zlen + 2.0)
-        keep = occ.addBox(box.xmin - 1.0, 0.0, box.zmin - 1.0, *extent)
-        occ.intersect(solid, [(3, keep)])
+        if not whole:
+            extent = (box.xlen + 2.0, box.ymax + 1.0, box.zlen + 2.0)
+            keep = occ.addBox(box.xmin - 1.0, 0.0, box.zmin - 1.0, *extent)
+            occ.intersect(solid, [(3, keep)])
         occ.synchronize()
         # Areas and centres are taken before the half is flattened.
         surfaces = {tag: (occ.getMass(2, tag), occ.getCenterOfMass(2, tag)) for _, tag in gmsh.model.getEntities(2)}
@@ -93,6 +98,9 @@ def _halved(part: Part) -> dict[str, list[int]]:
         # displacements change slowly.
         occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, 1.0, 1.0 / _STRETCH, 1.0)
         occ.synchronize()
+    if whole:  # gmsh reads the faces in their order
+        tags = list(surfaces)
+        return {name: [tags[index] for index in indices] for name, indices in part.faces.items()}
     found = {}
     for name, indices in part.faces.items():
         if name != "side_faces":  # the plane y = 0 does not halve side faces; one of the two is in this half
@@ -124,13 +132,14 @@ def _half_face(part: Part, index: int, surfaces: dict[int, tuple[float, tuple[fl
 def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
     """Set the element sizes in gmsh: the least of all boxes, where the size of each grows to the size of the frame."""
     field = gmsh.model.mesh.field
-    depth = part.shape.BoundingBox().ymax
+    box_of_part = part.shape.BoundingBox()
+    depth = max(box_of_part.ymax, -box_of_part.ymin) / _STRETCH
     with stage("size", "check the sizes"):
         tags = []
         for box in boxes:
             tag = field.add("Box")
             x0, z0, x1, z1 = box.corners
-            numbers = {"XMin": x0, "XMax": x1, "YMin": 0.0, "YMax": depth / _STRETCH, "ZMin": z0, "ZMax": z1,
+            numbers = {"XMin": x0, "XMax": x1, "YMin": -depth, "YMax": depth, "ZMin": z0, "ZMax": z1,
                        "VIn": box.size, "VOut": _FRAME * size, "Thickness": _REACH}  # fmt: skip
             for name, value in numbers.items():
                 field.setNumber(tag, name, value)
@@ -180,11 +189,11 @@ def _folded(mesh: MeshTet2) -> Ints:
     return np.flatnonzero(jacobian.min(axis=1) * jacobian.max(axis=1) <= 0.0)
 
 
-def _check(mesh: MeshTet2, part: Part) -> None:
-    """Raise MeshError if an element is folded, or if the volume of the mesh is not half the volume of the part."""
+def _check(mesh: MeshTet2, volume: float, tolerance: float) -> None:
+    """Raise MeshError if an element is folded, or if the volume of the mesh is not the expected one [mm^3]."""
     folded = len(_folded(mesh))
     if folded:
         raise MeshError("quality", f"{folded} curved tetrahedra are folded", "take smaller elements")
     points, weights = get_quadrature(RefTet, 4)
-    volume = 2.0 * float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
-    compare("volume", volume, float(part.shape.Volume()), _VOLUME, "take smaller elements on curved faces")
+    meshed = float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
+    compare("volume", meshed, volume, tolerance, "take smaller elements on curved faces")
