@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import nnls
 
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
@@ -139,6 +138,8 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
     is_partial = ~touching.all(axis=1)
     lower = cholesky(compliance, lower=True)
     if is_partial.any():
+        from scipy.optimize import nnls  # seldom needed, and slow to load
+
         for row in np.flatnonzero(is_partial):
             forces, _ = nnls(lower.T, solve_triangular(lower, travel[row], lower=True))
             touching[row] = forces > 0.0

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import minimize
 
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
@@ -157,6 +156,8 @@ def _least_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
 
     It is cached, because many scenes have the same tips on the same fruit.
     """
+    from scipy.optimize import minimize  # seldom needed, and slow to load
+
     side = tips.side_mm
 
     def onto_face(point: Floats) -> Floats:  # [tip sides]

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
-from scipy.optimize import nnls
 
 from sensor.arrays import Flags, Floats
 from solve.contact.pressure_cells import ContactCells
@@ -124,6 +123,8 @@ class UnilateralContact:
 
     def _least_squares(self, faces: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return argmin f.M f / 2 - b.f over f >= 0 as the least-squares problem |L^T f - L^-1 b|, with M = L L^T."""
+        from scipy.optimize import nnls  # seldom needed, and slow to load
+
         tips = self._tips[faces]
         matrix = self._cells.compliance[np.ix_(faces, faces)] + tips @ compliance @ tips.T
         lower = cholesky(matrix, lower=True)

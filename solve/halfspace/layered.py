@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
 from sensor.arrays import Floats
@@ -182,6 +181,8 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
 
 def _spline(x: Floats, y: Floats, axis: int = 0) -> Callable[[Floats], Floats]:
     """Return the cubic spline through y at x, along an axis of y."""
+    from scipy.interpolate import CubicSpline  # seldom needed, and slow to load
+
     spline: Callable[[Floats], Floats] = CubicSpline(x, y, axis=axis)
     return spline
 

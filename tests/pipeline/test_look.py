@@ -21,7 +21,7 @@ from twintip.cli import main
 
 LOOK = RunOptions(look=True, tolerance=ROUGH.tolerance)
 LOOK_FILES = {"design.toml", "latest.js", "report.html", "report.json", "response.csv"}
-SELDOM = ("scipy.ndimage", "scipy.stats", "trimesh")
+SELDOM = ("scipy.interpolate", "scipy.ndimage", "scipy.optimize", "scipy.stats", "trimesh")
 """Slow to load, and used by few scenes alone."""
 UNLOADED = ("cadquery", "OCP", "vtkmodules", "pyvista", "ezdxf", *SELDOM)
 
