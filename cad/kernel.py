@@ -80,5 +80,5 @@ class _StandIn(ModuleType):
         return _StandIn(f"{self.__name__}.{name}")
 
     def __call__(self, *_: object, **__: object) -> NoReturn:
-        msg = f"{self.__name__} is left out where the CAD kernel is loaded ahead; import CadQuery plainly for it"
+        msg = f"{self.__name__} is a stand-in while the CAD kernel is loaded ahead; import CadQuery directly to use it"
         raise ImportError(msg)

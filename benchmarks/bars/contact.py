@@ -44,7 +44,7 @@ def direct_checks(fruit: Fruit, tips: Tips = TIPS) -> tuple[ReferenceCheck, ...]
     """
     reference = _by_direct_elements(fruit, tips)
     if reference.relative_error > DIRECT_ERROR:
-        msg = f"direct FE know it to {reference.relative_error:.2g} only"
+        msg = f"relative error of direct FE = {reference.relative_error:.2g}: must be at most {DIRECT_ERROR:g}"
         raise SolveError(msg)
     return _checked(contact_compliance(fruit, tips), reference)
 

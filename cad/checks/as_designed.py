@@ -70,13 +70,13 @@ def as_designed_verdict(
     mesh, design = pairs[worst]
     x, y, z = farthest.point
     place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""
-    part = f" and of the {against} of the design" if against else ""
+    part = f", compared with the {against} of the design" if against else ""
     reference = [
         *(() if farthest.distance <= most else _explanations(mesh, design, most)),
-        f"both ways between its surface{part}{place}",
+        f"distance between both surfaces, measured from each{part}{place}",
     ]
     change = round(enclosed_volume(mesh) - enclosed_volume(design), _DIGITS) + 0.0  # + 0.0 turns -0 into 0
-    reference.append(f"volume {change:+g} mm^3 beside the design's {enclosed_volume(design):.1f} mm^3")
+    reference.append(f"volume {change:+g} mm^3 compared with {enclosed_volume(design):.1f} mm^3 in the design")
     return judge(NAME, farthest.distance, f"{worst}: {'; '.join(reference)}", limit=most)
 
 
@@ -245,7 +245,7 @@ def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) 
     scale = (enclosed_volume(design) / enclosed_volume(mesh)) ** (1.0 / 3.0)
     for unit, factor in UNITS.items():
         if math.isclose(scale, factor, rel_tol=_SAME_SIZE):
-            yield f"the file is in {unit}: all is {factor:g} times as small"
+            yield f"the file is in {unit}: its numbers are {factor:g} times smaller than in mm"
             mesh = mesh.copy()
             mesh.apply_transform(np.diag([factor, factor, factor, 1.0]))
     designed = _surface_of(design)
@@ -284,11 +284,11 @@ def _words(motion: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
     """
     turn = motion[:3, :3]
     if np.linalg.det(turn) < 0.0:
-        yield "the part is mirrored, else as designed"
+        yield "the part is mirrored, but otherwise as designed"
         return
     middle = np.asarray(mesh.center_mass)
     x, y, z = np.round(middle - (turn @ middle + motion[:3, 3]), _DIGITS) + 0.0
     angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(turn)) - 1.0)))))
     turned = f" and turned by {angle:.1f} deg" if angle > _SAME_DEG else ""
     if turned or any((x, y, z)):
-        yield f"moved by ({x:g}, {y:g}, {z:g}) mm at its middle{turned}, else as designed"
+        yield f"moved by ({x:g}, {y:g}, {z:g}) mm at its centre of mass{turned}, but otherwise as designed"

@@ -28,7 +28,7 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
         for side, shape in covers.items():
             pairs[f"{side}, {pose}"] = (arm, shape)
     nearest, distance = nearest_pair(pairs)
-    reference = f"least distance of what moves from a cover: {nearest}; {process.name}"
+    reference = f"least distance of the moving parts from a cover: {nearest}; {process.name}"
     clearance = judge(
         "geometry.cover_clearance", distance, reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM
     )
@@ -65,12 +65,12 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     plate, twin = (sensor.part.shape.moved(place) for place in plate_places(sensor.housing))
     shared = sum(solid.Volume() for solid in plate.intersect(twin).Solids())
     if shared > 0.0:
-        reference = f"the plates run into each other, {shared:.3g} mm^3 of them in the same place"
+        reference = f"the plates intersect in a volume of {shared:.3g} mm^3"
         return (judge(name, None, reference),)
     _, apart = nearest_pair({name: (plate, twin)})
     if apart > PLACE_TOLERANCE_MM:
-        reference = f"the pads of the plates do not meet: screws would bend the plates by {apart:.3g} mm"
+        reference = f"the pads of the plates do not touch: screws would bend the plates by {apart:.3g} mm"
         return (judge(name, None, reference),)
     nearest, distance = nearest_pair({pose: (arm, twin) for pose, arm in _arm_poses(sensor)})
-    reference = f"plates meet at their pads; least distance of what moves in one from the other, {nearest}"
+    reference = f"the pads of the plates touch; least distance of the moving parts of one from the other: {nearest}"
     return (judge(name, distance, reference, tolerance=PLACE_TOLERANCE_MM),)

@@ -76,8 +76,8 @@ def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) ->
     for heading in nearest_headings(above_fruit, fruit, travel, tilt) if tilt > 0.0 else (0.0,):
         distances[heading] = _signed_distance(above_fruit.moved(pressed_pose(travel, tilt, heading)), fruit)
     worst = min(distances, key=distances.__getitem__)
-    pose = f"travel {travel:g} mm, tilt {tilt:g} deg any way"
-    least = f"least where the side {worst:g} deg from +x goes down"
+    pose = f"travel {travel:g} mm, tilt {tilt:g} deg in any direction"
+    least = f"least if the tilt lowers the side at {worst:g} deg from +x"
     reference = f"smallest distance to the undeformed fruit: {pose}, {least}"
     return judge(name, distances[worst], reference)
 
@@ -169,7 +169,7 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
 
     for blocked, open_distance in (("shuttle", shuttle_stop), ("leaf", max(leaf_gaps.values()))):
         if math.isinf(open_distance):
-            reference = f"no stop: the {blocked} touches it already, or nothing is above"
+            reference = f"no stop: the {blocked} already touches the frame, or nothing is above it"
             return judge(stops, None, reference, limit=limit), judge(gap, None, reference)
 
     leaf_stop = min(open_distance / moved for moved, open_distance in leaf_gaps.items())

@@ -39,7 +39,7 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
         faulty = max(1, sum(not analyser.IsValid(piece.wrapped) for piece in pieces))
     solids = len(shape.Solids())
     in_solids = sum(len(solid.Faces()) for solid in shape.Solids())
-    counted = "number of solids" if in_solids == len(shape.Faces()) else "number of solids; some faces bound none"
+    counted = "number of solids" if in_solids == len(shape.Faces()) else "number of solids; some faces belong to none"
     return (
         judge("geometry.valid", faulty, "faulty faces, edges, vertices by OCCT"),
         judge("geometry.one_solid", solids, counted),
@@ -103,6 +103,6 @@ def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
     package = read_3mf(path)
     names = ", ".join(repr(name) for name in package.names)
     faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]
-    reference = "; ".join([f"faults against the standard, which slicers tolerate; objects {names}", *faults])
+    reference = "; ".join([f"violations of the standard, which slicers tolerate; objects {names}", *faults])
     strict = judge("geometry.3mf_strict", len(package.faults), reference)
     return (strict, *check_mesh(package.mesh, process, [AS_IT_STANDS]))

@@ -35,9 +35,7 @@ def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
         return ()
     name = "geometry.sensor_windows"
     if housing.spacing < PROBE.package_width_mm:
-        reference = (
-            f"sensors {PROBE.package_width_mm:g} mm wide have no room side by side, {housing.spacing:g} mm apart"
-        )
+        reference = f"sensors {PROBE.package_width_mm:g} mm wide do not fit side by side, {housing.spacing:g} mm apart"
         return (judge(name, None, reference, limit=seats.least_wall),)
     walls = {"under a sensor": seats.face_out - RECESS_MM}
     if len(seats.windows) > 1:

@@ -100,11 +100,13 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
         judge(
             "geometry.units",
             longest,
-            f"bounding box {x:.4g} x {y:.4g} x {z:.4g} mm; outside, the file is not in millimetres",
+            f"bounding box {x:.4g} x {y:.4g} x {z:.4g} mm; outside the limits the file is not in millimetres",
             limit=f"{SHORTEST_MM:g} to {LONGEST_MM:g}",
             passed=SHORTEST_MM <= longest <= LONGEST_MM,
         ),
-        judge("geometry.volume", volume, "enclosed by the triangles, less where they face inward", passed=volume > 0.0),
+        judge(
+            "geometry.volume", volume, "enclosed by the triangles; negative if they face inward", passed=volume > 0.0
+        ),
         judge(
             "geometry.mass",
             1e-3 * volume * density,

@@ -120,7 +120,7 @@ def read_3mf(path: Path) -> Package:
         read = len(mesh.vertices)
         mesh.merge_vertices()
         if repeated := read - len(mesh.vertices):
-            faults.append(f"{repeated} vertices of object {name!r} stand on others or in no triangle")
+            faults.append(f"{repeated} vertices of object {name!r} are duplicates or belong to no triangle")
     names = tuple(dict.fromkeys(name for name, _ in bodies))
     meshes = [mesh for _, mesh in bodies]
     corners, triangles = trimesh.util.append_faces([each.vertices for each in meshes], [each.faces for each in meshes])
@@ -153,7 +153,7 @@ def _placed(found: lib3mf.Object, placement: Floats) -> Iterator[tuple[str, trim
     if found.GetTriangleCount():
         corners = np.array([corner.Coordinates[:] for corner in found.GetVertices()], dtype=float)
         if not np.isfinite(corners).all():
-            msg = f"a vertex of object {found.GetName()!r} is no number"
+            msg = f"a vertex of object {found.GetName()!r} is not a number"
             raise ValueError(msg)
         triangles = np.array([triangle.Indices[:] for triangle in found.GetTriangleIndices()])
         mesh = trimesh.Trimesh(corners, triangles, process=False)

@@ -130,6 +130,6 @@ def round_upright_edges(plate: cq.Workplane, corners: Sequence[Point], radius: f
         if is_upright and any(math.dist((box.center.x, box.center.z), corner) < NEAR_MM for corner in corners):
             edges.append(edge)
     if len(edges) != len(corners):
-        msg = f"{len(edges)} edges to round found, must be {len(corners)}; check the levels of the leaves"
+        msg = f"number of edges to round = {len(edges)}: must be {len(corners)}; check the levels of the leaves"
         raise ValueError(msg)
     return plate.newObject(edges).fillet(radius)

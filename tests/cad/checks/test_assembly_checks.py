@@ -67,15 +67,15 @@ def test_plates_of_a_square_pass_and_keep_twice_their_pads_apart(square):
 @pytest.mark.parametrize(
     ("sizes", "depth", "value", "reason"),
     [
-        ({}, 6.5, None, "run into each other"),  # their frames overlap by half a millimetre, whatever their pads
+        ({}, 6.5, None, "the plates intersect"),  # their frames overlap by half a millimetre, whatever their pads
         pytest.param(
             {**LOW_PADS, "spacing": 5.8, "shuttle_width": 5.5, "tip_side": 5.5},
             None,
             0.2,
-            "meet at their pads",
+            "the pads of the plates touch",
             marks=pytest.mark.slow,
         ),
-        (LOW_PADS, None, None, "do not meet: screws would bend the plates by 0.2 mm"),
+        (LOW_PADS, None, None, "do not touch: screws would bend the plates by 0.2 mm"),
     ],
 )
 def test_plates_that_do_not_fit_fail(square, sizes, depth, value, reason):
