@@ -58,10 +58,10 @@ def fine_boxes(housing: Housing, size: float) -> list[Box]:
 def tetrahedra(
     part: Part, boxes: Sequence[Box], size: float, *, whole: bool = False, tolerance: float = VOLUME
 ) -> MeshTet2:
-    """Return the mesh [mm] of a whole part, or of its half y >= 0 with a boundary `symmetry`; named faces are boundaries.
+    """Return the mesh [mm] of a whole part, or of its half y >= 0 with a boundary `symmetry`.
 
-    `size` scales the elements outside the boxes [1]. `tolerance` is the relative difference of volume [1]. Raises
-    MeshError with the stage that failed.
+    Named faces are boundaries. `size` scales the elements outside the boxes [1]. `tolerance` is the largest relative
+    difference of volume [1]. Raises MeshError with the stage that failed.
     """
     with gmsh_session():
         with stage("size", "check the sizes"):
@@ -80,7 +80,7 @@ def tetrahedra(
 
 
 def _imported(part: Part, *, whole: bool) -> dict[str, list[int]]:
-    """Load the part into gmsh, cut at y = 0 unless whole and flattened along y; return the surface tags by face name."""
+    """Load the part into gmsh, cut at y = 0 unless whole and flattened along y; return surface tags by face name."""
     occ = gmsh.model.occ
     box = part.shape.BoundingBox()
     with tempfile.TemporaryDirectory() as folder, stage("import", "check that the solid is valid"):
