@@ -157,6 +157,7 @@ def _points_on(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     """
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3
+    # The longest side runs from a to b. Rows are parallel to it, from the share `up` = 0 there to 1 at c.
     a, b, c = np.take_along_axis(corners, order[:, :, None], axis=1).transpose(1, 0, 2)
     longest = sides.max(axis=1)
     doubled_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -185,7 +186,7 @@ def _farthest(points: Floats, surface: _Surface) -> tuple[float, Floats]:
     no remaining bound exceeds the largest distance by more than 0.1 % and 1e-4 mm.
     """
     tree, of_triangle = surface.samples
-    bounds = _bounds(points, surface)
+    bounds = _bounds(points, surface)  # an entry is replaced by the distance when its point is measured
     largest = 0.0
     for index in np.argsort(-bounds):
         if bounds[index] <= (1.0 + _SAME_SHARE) * largest + _SAME_MM:
@@ -288,6 +289,7 @@ def _words(motion: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
         return
     middle = np.asarray(mesh.center_mass)
     x, y, z = np.round(middle - (turn @ middle + motion[:3, 3]), _DIGITS) + 0.0
+    # The trace of a rotation by an angle is 1 + 2 cos(angle).
     angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(turn)) - 1.0)))))
     turned = f" and turned by {angle:.1f} deg" if angle > _SAME_DEG else ""
     if turned or any((x, y, z)):

@@ -36,6 +36,7 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     housing = sensor.housing
     low, high = housing.arms
     half = 0.5 * (housing.spacing + housing.shuttle_width)
+    # A printed tip may touch the fruit, so the neck begins above it. The foot of a pin may not, so it is included.
     tip_height = housing.tip_height if housing.pin is None else 0.0
     moving = box_through(housing.depth, (low.wall, high.wall), (-_REACH, housing.cavity_level))
     frame = sensor.part.shape.cut(moving)

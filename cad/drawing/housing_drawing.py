@@ -132,7 +132,10 @@ def _mark_holes(canvas: Canvas, housing: Housing, place: Callable[[float, float]
 
 
 def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the lengths around the frame: outer sizes, walls, screw holes, and height of the tips below it."""
+    """Return the lengths around the frame, each with the side of the section where it is drawn.
+
+    They are outer sizes, walls, screw holes, and the height of the tips below the frame.
+    """
     low, high = housing.arms
     bottom_left = (housing.left, housing.protrusion)
     top_left = (housing.left, housing.top_level)
@@ -357,7 +360,8 @@ def _draw_from_behind(canvas: Canvas, shown: _Shown, back_to_back: BackToBack, a
     """
     housing = shown.housing
     height = canvas.text_height
-    at = (  # origin of the housing in the drawing
+    # The origin of the housing in the drawing: the view is left-aligned with the section, with room for its dimensions.
+    at = (
         above.left + _BESIDE_BEHIND_MM / canvas.scale + housing.right,
         above.bottom - BETWEEN_MM / canvas.scale - housing.top_level - _ROOM_BEHIND_MM / canvas.scale,
     )
@@ -370,7 +374,7 @@ def _draw_from_behind(canvas: Canvas, shown: _Shown, back_to_back: BackToBack, a
     top_left = seen(housing.right, housing.top_level)
     bottom_left = seen(housing.right, housing.protrusion)
     bottom_right = seen(housing.left, housing.protrusion)
-    last, first = (seen(*dowel) for dowel in sorted(housing.dowels))  # from the left edge of this view
+    last, first = (seen(*dowel) for dowel in sorted(housing.dowels))  # counted from the left, where x is largest
     lengths = [Length("top", top_left, first), Length("top", first, last), Length("left", bottom_left, first)]
     lengths += _pad_lengths(housing, seen)
     _, bar_foot = seen(0.0, housing.cavity_level + SETBACK_MM)

@@ -190,6 +190,7 @@ def _corner_of(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None
     around = Box(*(scale * side for side in _around(drawn.views)))
     middle = 0.5 * (around.left + around.right)
     level = 0.5 * (around.bottom + around.top)
+    # Shifts of the views to the right and up; the corner of the sheet lies at the negative shift in the drawing.
     shifts = (
         # centred in the area above table and notes
         (0.5 * (free.left + free.right) - middle, 0.5 * (max(block.top, note_box.top) + free.top) - level),

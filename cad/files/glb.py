@@ -72,7 +72,7 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
         "buffers": [{"byteLength": len(buffer)}],
     }
     text = json.dumps(tree, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
+    text += b" " * (-len(text) % 4)  # chunks have multiples of four bytes, as the buffer has already
     chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
@@ -89,7 +89,8 @@ class _Arrays:
     def add(self, values: NDArray[Any], kind: str, **more: object) -> int:
         """Add an array (n, m), and return the number of its accessor.
 
-        Its rows must occupy a multiple of four bytes, because glTF aligns arrays to four bytes.
+        Its rows must occupy a multiple of four bytes, because glTF aligns arrays to four bytes. `kind` is the type of a
+        row in glTF, such as VEC3, and `more` are further properties of the accessor.
         """
         chunk = values.tobytes()
         accessor = {

@@ -60,7 +60,11 @@ def _settings(values: Mapping[str, str]) -> Iterator[None]:
 
 
 def _document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
-    """Return OCCT's document of an assembly or a single part; equal parts of an assembly share one product."""
+    """Return OCCT's document of an assembly or a single part.
+
+    The parts of an assembly are components of one label, `whole`. Parts with the same shape refer to one product, which
+    has the name and the colour of the first of them.
+    """
     document = OCP.TDocStd.TDocStd_Document(_unicode("XmlOcaf"))
     shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = OCP.XCAFDoc.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
