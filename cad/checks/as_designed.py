@@ -256,7 +256,7 @@ def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) 
         corners = np.asarray(moved.vertices)
         few = corners[:: max(1, len(corners) // _TRIED)]
         if _bounds(few, designed).max() <= limit and _largest_distance(_surface_of(moved), designed).distance <= limit:
-            yield from _words(motion, mesh)
+            yield from _displacement_text(motion, mesh)
             return
 
 
@@ -278,7 +278,7 @@ def _motions(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list[Floats]:
     return motions
 
 
-def _words(motion: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
+def _displacement_text(motion: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
     """Yield a description of the position of a file, given the motion (4, 4) that puts it on its design.
 
     Nothing is yielded for a file in its place.
