@@ -19,8 +19,8 @@ HELD_HALF = {"mounting_holes": (1, 2, 3), "symmetry": (2,)}
 def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: float) -> Deck:
     """Return the deck of a housing or its half y >= 0 [mm], its holes held, E [MPa], with a newton on each tip in turn.
 
-    E is in MPa. `choice` names the element in `reference.element_study`, which gives nodes and loads, and `kind` the
-    element of CalculiX. (The product's own deck has only its own element and mount.) Raises SolveError if they differ.
+    E is in MPa. `choice` names the element in `reference.element_study`, which gives nodes and loads. `kind` is the
+    element of CalculiX. The product's own deck has only its own element and mount. Raises SolveError if they differ.
     """
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)

@@ -1,7 +1,7 @@
 """A quarter of a curved fruit under a central pair of tips, in curved quadratic tetrahedra by gmsh.
 
-It shares nothing with the bent mesh of the product: the geometry is from CadQuery, the mesh from gmsh, the elements
-are different, and no closed form is added to the load. The discretisation error under the tips is nearly equal for a
+It shares nothing with the bent mesh of the product. The geometry is from CadQuery, the mesh from gmsh, the elements are
+different, and no closed form is added to the load. The discretisation error under the tips is nearly equal for a
 block on a mesh of the same sizes, whose solution is known. So only differences between fruit and block are used.
 """
 

@@ -61,8 +61,8 @@ FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]
 def accuracy_rows() -> Iterator[str]:
     """Yield the rows of the table in docs/measurements.md on the effect of large strain on the paper's press at 1 MPa.
 
-    Each row has a Poisson's ratio, a law, P by the linear law and at both ends of the travel, the change of P, and the
-    errors of E.
+    Each row has a Poisson's ratio, a law, and P by the linear law and at both ends of the travel. Then follow the
+    change of P and the errors of E.
     """
     for poisson in POISSONS:
         K_m = split_compliance(Fruit(poisson=poisson), Tips(), 1e-3).K_m_over_E()

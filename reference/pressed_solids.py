@@ -8,8 +8,8 @@ only along the axis of the sensor, and the sensor is pressed along it. Sensors a
 one part, so that it is equal under all domes. It is bent so that its top is the skin of the ellipsoid, and its places
 are where the domes first touch. The base is flat and clamped, and the sides are free.
 
-**One factorisation for many samples.** The pressure at a point of the skin is extrapolated from earlier samples, and a
-soft penalty on the penetration corrects it (augmented Lagrangian). Newton's steps are solved by conjugate gradients,
+**One factorisation for many samples.** The pressure at a point of the skin is extrapolated from earlier samples. A soft
+penalty on the penetration corrects it (augmented Lagrangian). Newton's steps are solved by conjugate gradients,
 preconditioned by an old factorisation while it is good enough.
 
 **Error.** From 14,000 to 35,000 dofs forces move by 0.3 %, and a modulus read from them by less than 1 %.
@@ -322,7 +322,7 @@ class Pressed:
     def balanced(self, place: Place, start: State, passes: Sequence[tuple[float, float]]) -> State:
         """Return unknowns and pressures in equilibrium from a start.
 
-        Each pass is a penalty with its allowed residual, over the sum of the spring forces; it keeps the pressures of
+        Each pass is a penalty with its allowed residual, over the sum of the spring forces. It uses the pressures of
         the pass before as expected ones. Raises ArithmeticError if a pass does not converge.
         """
         unknown, pressure = start

@@ -56,8 +56,8 @@ def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
 def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.plates [mm] for the two plates of a square, and nothing for other sensors.
 
-    Plates that intersect, or whose pads do not meet, fail. Else the value is the least distance of the moving parts of
-    one plate from the other plate, at rest, half way and at their stops.
+    Plates that intersect, or whose pads do not meet, fail. Else the value is the least distance of moving parts from
+    the other plate, at rest, half way and at their stops.
     """
     if not sensor.housing.back_to_back:
         return ()

@@ -321,7 +321,7 @@ class Canvas:
         The arrow of a radius meets the arc at the angle [deg]. The arrow of a diameter meets the circle on the side of
         its text.
         """
-        gap = 2.0 * self.text_height
+        gap = 2.0 * self.text_height  # room for the arrow of the leader, chosen by eye
         x, z = text.beside
         leader_end = (x + (gap if text.side == "right" else -gap), z)
         look: dict[str, Any] = {

@@ -93,7 +93,7 @@ def _first_free(canvas: Canvas, length: Length, placed: Sequence[_Placed], later
     outside = 1 + max((each.row for each in placed), default=-1)  # the first empty row
     for row, text in itertools.product(range(outside + 1), texts):
         candidate = _Placed(length, row, text)
-        if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):
+        if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):  # a gap chosen by eye
             return candidate
     return _Placed(length, outside, texts[0])  # its extension line crosses an inner text, and would from any row
 

@@ -21,7 +21,7 @@ class PdfPage(Recorder):
     def __init__(self, corner: tuple[float, float], scale: float) -> None:
         """Start an empty page.
 
-        `corner` is the point of the drawing [mm] at the lower left corner of the page; `scale` is a length on paper
+        `corner` is the point of the drawing [mm] at the lower left corner of the page. `scale` is a length on paper
         over the same length in the drawing [1].
         """
         super().__init__()

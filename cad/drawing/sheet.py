@@ -343,7 +343,8 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
 def _draw_first_angle(paper: Canvas, x: float, y: float) -> None:
     """Draw the symbol of first-angle projection, ISO 5456-2, about a point [mm of paper].
 
-    It shows a truncated cone from the side, and to the right its two circles from the small end.
+    It shows a truncated cone from the side, and to the right its two circles from the small end. The cone is 5 mm long
+    with diameters of 2.6 and 5.2 mm; the standard leaves the size of the symbol to the sheet.
     """
     small_top, small_foot = (x - 7.0, y + 1.3), (x - 7.0, y - 1.3)
     large_top, large_foot = (x - 2.0, y + 2.6), (x - 2.0, y - 2.6)

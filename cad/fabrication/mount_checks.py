@@ -25,8 +25,8 @@ def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> t
 def _clearance(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdict:
     """Return the verdict on the room around bracket and flange screws [mm].
 
-    It is the least of three distances: moving parts at their stops to the bracket, and the screw heads to the housing
-    and to the bracket below the shelf.
+    It is the least distance of the bracket from moving parts at their stops, or of the screw heads. The heads must stay
+    clear of the housing and of the bracket below the shelf.
     """
     housing = sensor.housing
     heads = flange_heads(sensor)

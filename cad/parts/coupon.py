@@ -23,9 +23,9 @@ FARTHEST_SAG = 0.09
 def modulus_factor(flexure: Flexure) -> float:
     """Return C [1/mm] in E = C F / d, with F [N] a weight at the hole and d [mm] the sag of the hole.
 
-    The leaf is an Euler-Bernoulli cantilever with a rigid pad: C is the integral of 12 (a - s)^2 / (w t(s)^3) ds over
-    the leaf with its fillets, and a the distance from the block to the hole. S. Timoshenko, Strength of Materials I,
-    1930, art. 34.
+    The leaf is an Euler-Bernoulli cantilever with a rigid pad. C is the integral of 12 (a - s)^2 / (w t(s)^3) ds over
+    the leaf with its fillets, where a is the distance from the block to the hole. S. Timoshenko, Strength of
+    Materials I, 1930, art. 34.
     """
     r = flexure.fillet
     length = flexure.length
@@ -44,8 +44,7 @@ def modulus_factor(flexure: Flexure) -> float:
 def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
     """Return the largest force [N] for a leaf of modulus E [MPa].
 
-    It is the smaller of two forces: at one the root reaches the given strain [1], at the other the sag reaches the
-    limit of small deflections.
+    It is the force at which the root reaches the given strain [1], or the sag reaches the limit of small deflections.
     """
     to_hole = flexure.length + BEYOND_LEAF_MM
     by_strain = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * to_hole)

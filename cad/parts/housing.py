@@ -318,8 +318,8 @@ def profile(housing: Housing) -> list[Point]:
 def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
     """Return the outline (x, z) of an arm [mm], from the foot of its wall to the corner of the cavity.
 
-    It runs along the underside of the lower leaf, around neck and tip, up the inner side of the shuttle, and back along
-    the top of the upper leaf. The window between the leaves is cut later.
+    It runs along the underside of the lower leaf, around neck and tip, and up the inner side of the shuttle. Then it
+    returns along the top of the upper leaf. The window between the leaves is cut later.
     """
     half_leaf = 0.5 * arm.flexure.thickness
     underside = arm.levels[0] - half_leaf

@@ -127,8 +127,8 @@ def _shuttle_end(design: Design, process: Process, depth: float) -> _ShuttleEnd:
 def _tip_side(tips: Tips, depth: float) -> float:
     """Return the side of a printed tip [mm], which can exceed the side of the design for two reasons.
 
-    A half ball needs a wider tip. In a plate of a square, a tip nearly as deep as the plate gets the whole depth,
-    because the small step between them would be printed without support.
+    A half ball needs a wider tip. In a plate of a square, a tip nearly as deep as the plate gets the whole depth. Else
+    the small step between them would be printed without support.
     """
     side = tips.side_mm
     if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - BESIDE_BALL:

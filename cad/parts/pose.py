@@ -1,8 +1,8 @@
 """Poses of the sensor: pressed on its fruit with any tilt, and flat on the print bed.
 
-The sensor frame is in cad/parts/sensor.py. In print pose the plate lies flat on z = 0 with its face y = -depth / 2 up;
-x is unchanged, and the old z axis is the new y axis. A plate with pads on its back has its back up instead: the old y
-axis is the new z axis, and the old z axis points along -y.
+The sensor frame is in cad/parts/sensor.py. In print pose the plate lies flat on z = 0 with its face y = -depth / 2 up.
+The x axis is unchanged, and the old z axis is the new y axis. A plate with pads on its back has its back up instead.
+Then the old y axis is the new z axis, and the old z axis points along -y.
 """
 
 from __future__ import annotations
