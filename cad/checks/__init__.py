@@ -1,1 +1,1 @@
-"""Verdicts on solids and files, measured on their geometry instead of computed from the lengths of the design."""
+"""Verdicts on solids and files; most are measured on the geometry instead of computed from lengths of the design."""
