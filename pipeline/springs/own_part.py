@@ -17,7 +17,7 @@ import numpy as np
 
 from cad.parts.housing import Housing
 from cad.parts.pin import pin_compliance
-from mesh.own_part import SIDES, FineCorners, swept_part
+from mesh.own_part import SIDES, FineCorners, SweptPart, swept_part
 from mesh.own_tetrahedra import tetrahedra
 from mesh.session import MeshError
 from pipeline.springs.mounts import mount_layers
@@ -406,8 +406,7 @@ def _swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     numbers = strained_corners(coarse)
     missed = np.zeros(len(turned))
     if numbers:
-        of_judge = FineCorners(numbers=numbers, size=_CORNER_SIZES[0])
-        mesh = swept_part(extrusion, coarse_scale, coarse_layers, turned.values(), of_judge)
+        mesh = _judge_at_corners(extrusion, turned, numbers)
         rough, coarse = coarse, swept_compliance(mesh, scene.material, turned, layers)
         missed = _CORNER_ERROR * np.abs(rough.K / coarse.K - 1.0)
     of_answer = FineCorners(numbers=numbers, size=_CORNER_SIZES[1])
@@ -429,6 +428,21 @@ def _swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
         left_out_mm3=float(volume.sum()),
         left_out_at=where,
     )
+
+
+def _judge_at_corners(
+    extrusion: Extrusion, presses: Mapping[str, tuple[float, ...]], numbers: tuple[int, ...]
+) -> SweptPart:
+    """Return the coarse mesh with finer elements at sharp corners; raises MeshError.
+
+    Coarse quadrilaterals may be folded where they grow from small ones; those between both meshes then are not.
+    """
+    (coarse, layers), (fine, _) = _MESHES
+    of_judge = FineCorners(numbers=numbers, size=_CORNER_SIZES[0])
+    try:
+        return swept_part(extrusion, coarse, layers, presses.values(), of_judge)
+    except MeshError:
+        return swept_part(extrusion, 0.5 * (coarse + fine), layers, presses.values(), of_judge)
 
 
 def _faces(
