@@ -13,6 +13,7 @@ import twintip
 
 PASS_MM = 2.2  # between the passes of a folded leaf, middle to middle
 SHORTER_MM = 6.0  # from the turns of a leaf to wall and shuttle
+FILLET_MM = 0.4  # where a leaf meets wall and shuttle: at a sharp corner strain has no limit, and a solve takes longer
 
 design = twintip.load_design("paper")
 result = twintip.evaluate(design)
@@ -47,8 +48,15 @@ def own_housing(thickness: float) -> cq.Workplane:
     for level in low.levels:
         cut = cq.Workplane("XZ").center(0.5 * (wall + shuttle), level).rect(shuttle - wall, 2.0 * half)
         part = part.cut(cut.extrude(frame.depth, both=True))
-    lower, upper = low.levels
-    return part.union(cq.Workplane(folded(lower, 1.0, thickness))).union(cq.Workplane(folded(upper, -1.0, thickness)))
+    roots = []
+    for level, side in zip(low.levels, (1.0, -1.0), strict=True):
+        part = part.union(cq.Workplane(folded(level, side, thickness)))
+        roots += [(shuttle, level), (wall, level + 2.0 * side * PASS_MM)]
+    for x, z in roots:
+        reach = cq.Vector(0.1, frame.depth, thickness)
+        near = cq.selectors.BoxSelector(cq.Vector(x, 0.0, z) - reach, cq.Vector(x, 0.0, z) + reach)
+        part = part.edges("|Y").edges(near).fillet(FILLET_MM)
+    return part
 
 
 def solved(part: cq.Workplane) -> twintip.PartStiffness:
