@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from measured_units import MeasuredDesign, elastic, module_of, printed_by_header, random_pose, text_of
 from refusal import refusal
 
-from instrument.calibrate import plate as room
+from instrument.calibrate import hard_plate as room
 from instrument.calibrate.calibration import WITHOUT_BALL, WITHOUT_PLATE
 from instrument.firmware.firmware import module_text
 from instrument.press.count_codes import signed_counts

@@ -12,7 +12,7 @@ import stand_ins
 from cad.files.export_error import ExportError
 from pipeline.options import RunOptions, load_design
 from pipeline.report.of_result import SensorParts
-from pipeline.response import unit_scene as scenes
+from pipeline.response import scaled_scene as scenes
 from pipeline.response.contact import contact_compliance, fruit_compliance
 from pipeline.response.scaled_scene import scene_compliance, unit_scene
 from pipeline.springs.fitted_springs import springs_for

@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 from scipy.sparse import coo_matrix, csc_matrix
 from scipy.sparse.linalg import splu
 
-from solve.compression import body as half_body
+from solve.compression import half_body
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.half_body import HalfBody, Section
 from solve.compression.quadratic import quadratic, quadratic_slope

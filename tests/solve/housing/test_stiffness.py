@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bars import bars, holds
 
-from cad.parts.housing import Housing
+from cad.parts.housing import DomeCap, Housing
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.leaf_lengths import mount_layers
 from sensor.theory.leaf_spring import Flexure, pair_stiffness, root_strain
@@ -131,7 +131,7 @@ def test_longest_titanium_leaves_are_carried_to_their_round_off():
         high=Flexure(thickness=0.8, length=60.358, depth=6.0, separation=14.0, fillet=0.5),
         tip_side=1.11, tip_height=1.0, spacing=6.57, shuttle_width=6.0, neck_level=3.445, lower_leaf_level=5.345,
         low_top_level=21.245, high_top_level=21.245, cavity_level=21.745, top_level=27.745, protrusion=1.4,
-        wall_width=8.0, mount="covers", cover_level=1.557, dome_radius=1.27,
+        wall_width=8.0, mount="covers", cover_level=1.557, dome=DomeCap(radius=1.27),
     )  # fmt: skip
     titanium = (110_000.0, 0.342)
     found = tip_compliance(flexure_mesh(slender, 2.0), *titanium, mount_layers(slender))
