@@ -33,7 +33,7 @@ ERROR_FLOOR = 1e-3
 CORNER_SHARE = 0.02
 _TETRAHEDRA_ORDER = 4  # of the quadrature: edges are curved
 _SHARP = 1.2
-_RATES = (1.0, 3.0)
+_LEAST_RATE = 1.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -150,16 +150,16 @@ def tetrahedral_compliance(
     )
 
 
-def extrapolated(sizes: Sequence[float], values: Sequence[float]) -> tuple[float, float, float]:
+def extrapolated(sizes: Sequence[float], values: Sequence[float], most: float = 3.0) -> tuple[float, float, float]:
     """Return a value at size 0 from those on three meshes, what it differs from the last, and the rate of convergence.
 
-    The rate is that of the three, but at least 1 and at most 3: beyond, their scatter would set it.
+    The rate is that of the three, but at least 1 and at most as given: beyond, their scatter would set it.
     """
     far, near = values[-3] - values[-2], values[-2] - values[-1]
     h = np.asarray(sizes[-3:])
-    rates = np.linspace(*_RATES, 201)
+    rates = np.linspace(_LEAST_RATE, most, 201)
     of_rate = (h[0] ** rates - h[1] ** rates) / (h[1] ** rates - h[2] ** rates)
-    rate = float(rates[np.argmin(np.abs(of_rate - far / near))]) if near != 0.0 else _RATES[0]
+    rate = float(rates[np.argmin(np.abs(of_rate - far / near))]) if near != 0.0 else _LEAST_RATE
     step = near * h[2] ** rate / (h[1] ** rate - h[2] ** rate)
     return float(values[-1] - step), abs(float(step)), rate
 

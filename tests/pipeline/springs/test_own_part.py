@@ -12,6 +12,7 @@ from mesh.own_part import swept_part
 from mesh.session import MeshError
 from pipeline.springs import own_part
 from sensor.quantity import InputError
+from solve.own_part import extrapolated
 
 LONG, THICK, DEEP, FOOT = 20.0, 1.0, 6.0, 1.0  # of a leaf with a foot at its end [mm]
 E = 2000.0
@@ -136,6 +137,20 @@ def test_a_part_that_is_no_extrusion_is_solved_in_tetrahedra(plain):
     assert len(found.curve) >= 3
     assert abs(face.K - plain[0].K) <= face.K * face.K_error + plain[0].K * plain[0].K_error
     assert face.K_error < 0.05
+
+
+# K of both tips of the housing in benchmarks/flexure.py on four meshes of tetrahedra, and as extrapolated there [N/m].
+ON_TETRAHEDRA = {
+    "low": ((1629.275, 1627.534, 1605.166, 1596.715), 1558.08),
+    "high": ((39654.46, 38971.74, 38358.45, 37784.10), 36404.6),
+}
+
+
+@pytest.mark.parametrize("tip", ON_TETRAHEDRA)
+def test_tetrahedra_of_the_default_housing_have_its_stiffness_inside_their_bar(tip):
+    K, truth = ON_TETRAHEDRA[tip]
+    found, bar, _ = extrapolated((2.0, 1.4, 1.0, 0.7), K, own_part.TETRAHEDRA_RATE)
+    assert pytest.approx(truth, abs=bar) == found
 
 
 SHARP = [(-3, -3), (0, -3), (0, 0), (10, 0), (10, -2), (12, -2), (12, 1), (0, 1), (0, 4), (-3, 4)]
