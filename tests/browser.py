@@ -24,6 +24,12 @@ _QUIET = (
     "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic",
     "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
+NO_WEBGL = """
+const own = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
+  return kind.startsWith("webgl") ? null : own.call(this, kind, ...options);
+};
+"""
 
 
 @contextmanager
@@ -59,11 +65,16 @@ def _note(page: "Page", text: str) -> None:
 
 @pytest.fixture
 def open_page(opened_browser: "Browser") -> "Iterator[Callable[..., Page]]":
-    """Return a function that opens an address in a window of a width [pixel], in light or dark."""
+    """Return a function that opens an address in a window of a width [pixel], in light or dark.
+
+    Software draws WebGL in seconds of a core. Without it, as in some browsers, a page shows stills of its bodies.
+    """
     contexts = []
 
-    def opened(address: str, width: int = 1280, scheme: str = "light") -> "Page":
+    def opened(address: str, width: int = 1280, scheme: str = "light", *, webgl: bool = True) -> "Page":
         contexts.append(opened_browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme))
+        if not webgl:
+            contexts[-1].add_init_script(NO_WEBGL)
         page = contexts[-1].new_page()
         page.requested, page.complaints = [], []
         page.on("request", lambda request: page.requested.append(request.url))

@@ -4,7 +4,7 @@ import json
 import re
 
 import pytest
-from browser import grave_findings, validator_findings
+from browser import NO_WEBGL, grave_findings, validator_findings
 from deadline import DEADLINE_S
 
 pytestmark = pytest.mark.slow
@@ -32,7 +32,7 @@ def test_page_is_not_wider_than_its_window(address, width, open_page):
 
 def test_answer_comes_before_settings_on_a_phone(address, open_page):
     """What limits the design before the controls of the picture, numbers before their sliders; others are folded."""
-    page = open_page(address, 390)
+    page = open_page(address, 390, webgl=False)
     places = ("#answer .said", "#answer .limiting", "#part", "#verdicts", "#numbers", "#sliders")
     tops = [page.locator(place).bounding_box()["y"] for place in places]
     assert tops == sorted(tops)
@@ -60,12 +60,6 @@ def test_plots_and_bodies_are_drawn(address, open_page):
     page.wait_for_function("() => document.querySelector('model-viewer')?.loaded", timeout=1000 * DEADLINE_S)
 
 
-NO_WEBGL = """
-const own = HTMLCanvasElement.prototype.getContext;
-HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
-  return kind.startsWith("webgl") ? null : own.call(this, kind, ...options);
-};
-"""
 FILLED = """(canvas) => {
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
   return data.filter((value, i) => i % 4 === 3 && value > 0).length / (canvas.width * canvas.height);
@@ -94,7 +88,7 @@ def test_plot_of_a_number_that_is_missing_is_named_below_the_others(key, dome_pa
     emptied = json.loads(data)
     emptied["report"][key] = {} if isinstance(emptied["report"][key], dict) else []
     (tmp_path / "page.html").write_text(before + json.dumps(emptied) + after, encoding="utf-8")
-    page = open_page((tmp_path / "page.html").as_uri())
+    page = open_page((tmp_path / "page.html").as_uri(), webgl=False)
     figures = page.locator("#plots figure:has(> h3)")
     shown = sum(figures.nth(i).is_visible() for i in range(figures.count()))
     assert 0 < shown < figures.count()
@@ -104,7 +98,7 @@ def test_plot_of_a_number_that_is_missing_is_named_below_the_others(key, dome_pa
 
 
 def test_every_slider_is_reached_by_the_keyboard(dome_page, open_page):
-    page = open_page(dome_page.address)
+    page = open_page(dome_page.address, webgl=False)
     reached = set()
     for _ in range(60):
         page.keyboard.press("Tab")

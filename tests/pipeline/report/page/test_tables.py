@@ -125,7 +125,7 @@ def solved_over_tilt(result, moduli, tilts):
 def test_numbers_over_a_slider_are_those_of_a_solve(name, changes, key, solved, preset_page, open_page, rng):
     """Settings below the first travel of the table at which every flat tip touches whole are where a tip lifts."""
     written = preset_page(load_design(name, changes))
-    page = open_page(written.address)
+    page = open_page(written.address, webgl=False)
     moduli, values, settings = random_settings(page, rng, key)
     found = evaluated(page, settings)
     expected, touching = solved(written.result, moduli, values)
@@ -139,7 +139,7 @@ def test_numbers_over_a_slider_are_those_of_a_solve(name, changes, key, solved, 
 def test_tilt_takes_the_travel_to_the_full_one_and_the_travel_the_tilt_back(preset_page, open_page):
     written = preset_page(load_design("mango"))
     design = written.result.design
-    page = open_page(written.address)
+    page = open_page(written.address, webgl=False)
     page.focus("#slider-travel")
     page.keyboard.press("Home")
     page.locator("details:has(#more-sliders) summary").click()
@@ -156,7 +156,7 @@ def test_tilt_takes_the_travel_to_the_full_one_and_the_travel_the_tilt_back(pres
 
 @pytest.mark.slow
 def test_planted_wrong_number_of_a_table_is_found(flat_page, open_page, rng):
-    page = open_page(flat_page.address)
+    page = open_page(flat_page.address, webgl=False)
     page.evaluate("() => { data.tables[0].numbers.F[1][40][3] *= 1.02; }")  # one node: by finer settings
     moduli, travels, settings = random_settings(page, rng, "travel", side=2 * SIDE)
     expected, _ = solved_over_travel(flat_page.result, moduli, travels)
@@ -165,7 +165,7 @@ def test_planted_wrong_number_of_a_table_is_found(flat_page, open_page, rng):
 
 @pytest.mark.slow
 def test_nothing_is_told_beyond_a_table(flat_page, open_page):
-    page = open_page(flat_page.address)
+    page = open_page(flat_page.address, webgl=False)
     beyond = [{"E": 4.0}, {"travel": 0.61}, {"travel": 0.05}, {"tilt": 0.5}]
     for found in page.evaluate("all => all.map((one) => window.twintip.at(one))", beyond):
         assert found == {"F": [None, None], "pressure": [None, None], "P": None, "E_read": None, "E_over_noise": None}
@@ -261,7 +261,7 @@ def test_domes_are_interpolated_in_logarithms_and_have_their_own_pressure(dome_p
 
 @pytest.mark.slow
 def test_moving_a_slider_changes_numbers_and_plots(flat_page, open_page):
-    page = open_page(flat_page.address)
+    page = open_page(flat_page.address, webgl=False)
     before = page.inner_text("#numbers")
     plots = page.inner_html("#plots")
     page.focus("#slider-E")
@@ -278,7 +278,7 @@ def test_moving_a_slider_changes_numbers_and_plots(flat_page, open_page):
 def test_pressure_above_its_limit_does_not_pass(open_page, tmp_path, written_page):
     limit = 1.6  # MPa: more than at 2 MPa, where the sliders start, less than at 3.5 MPa
     fruit = Fruit(bruise_limit_MPa=(limit,) * len(Fruit().E_MPa))
-    page = open_page(written_page(result_of(Design(fruit=fruit)), tmp_path).address)
+    page = open_page(written_page(result_of(Design(fruit=fruit)), tmp_path).address, webgl=False)
     assert page.locator("#numbers .failed").count() == 0
     page.focus("#slider-E")
     page.keyboard.press("End")
@@ -299,7 +299,7 @@ BETWEEN = (
 @pytest.mark.slow
 def test_between_known_numbers_the_page_has_one_whatever_lies_beyond(dome_page, open_page):
     """A parabola through three numbers, a straight line through two; nothing beside a number that is not known."""
-    page = open_page(dome_page.address)
+    page = open_page(dome_page.address, webgl=False)
     axis = {"nodes": [-2.0, -1.0, 0.0, 1.0, 2.0], "log": False}
     for numbers, at, expected in BETWEEN:
         found = page.evaluate("([axis, numbers, at]) => between(axis, numbers, at)", [axis, numbers, at])
