@@ -53,9 +53,9 @@ class SensorResult(Record):
         The sensor as it is pressed and read: design, contact and springs together.
     press : ScenePress
         Forces [N] and force ratio P [1] over modulus and travel, with errors.
-    tilted : Presses or None
+    tilted : SampledPresses or None
         Forces at tilts along the tips [N]; None without `[reading]` or without a tilt.
-    readings : Readings or None
+    readings : ReadingAccuracy or None
         Errors and uncertainties of the modulus that is read; None without `[reading]`.
     over_time : ReadingOverTime or None
         A press and its hold over time; None if the flesh does not relax.

@@ -39,10 +39,10 @@ _PIECE_MM = 0.5  # size of the pieces of a face at which its depth is compared w
 _BEYOND = 1.0  # [mm] that a line begins before the part
 
 
-def own_solid(shape: cq.Shape, name: str, housing: Housing | None = None) -> cq.Solid:
+def own_solid(shape: cq.Shape, name: str, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
     """Return the one solid [mm] of a shape; raises InputError where it is none, several, open or of another size.
 
-    With a housing its size tells inches that were written as millimetres.
+    With a housing its size tells inches that were written as millimetres. `any_size` is for a check before that.
     """
     solids = shape.Solids()
     if not solids:
@@ -60,7 +60,8 @@ def own_solid(shape: cq.Shape, name: str, housing: Housing | None = None) -> cq.
     if not OCP.BRepCheck.BRepCheck_Analyzer(solid.wrapped).IsValid() or not solid.Volume() > 0.0:
         bound = "a valid closed solid by OCCT"
         raise validation_error("PART", name, "", bound, "heal it in the program that made it, and export it again")
-    _check_size(solid, name, housing)
+    if not any_size:
+        _check_size(solid, name, housing)
     return solid
 
 
@@ -87,13 +88,13 @@ def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
         raise validation_error("PART", name, "", bound, "export it in millimetres, and one part only")
 
 
-def read_own_solid(path: Path, housing: Housing | None = None) -> cq.Solid:
+def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
     """Return the one solid [mm] of a STEP file; raises InputError where it has none or cannot be read."""
     try:
         shape = read_step(path)
     except ValueError as error:
         raise InputError(str(error)) from error
-    return own_solid(shape, path.name, housing)
+    return own_solid(shape, path.name, housing, any_size=any_size)
 
 
 def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, ...]:

@@ -245,7 +245,7 @@ def refuse_part(path: Path, points: Mapping[str, Sequence[Place]]) -> None:
     """
     from cad.checks.own_part import faces_at, read_own_solid
 
-    solid = read_own_solid(path)
+    solid = read_own_solid(path, any_size=True)  # inches are found by the size of the housing, which is not known yet
     for flag, places in points.items():
         for place in places:
             faces_at(solid, flag, [place])

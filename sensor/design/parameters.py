@@ -201,9 +201,9 @@ class Design:
         Shape, size [mm] and moduli [MPa] of the fruit.
     tips : Tips
         Layout, shape and size [mm] of the tips.
-    press : Press
+    press : PressMotion
         Travel [mm] and tilt of the press.
-    reading : Reading or None
+    reading : ReadingRequirements or None
         Limits for the error of the modulus that the sensor reads, and the scatter of fruit and poses.
     readout : Readout or None
         Amplifier and board that measure the deflections.

@@ -101,12 +101,16 @@ def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():
 
 
 def test_report_has_the_numbers_of_the_table():
-    """The curve those at full travel."""
+    """The curve those at full travel; each response the means over the tips of a kind."""
     report = report_of_result(RESULT)
     at_full_travel = [row for row in rows() if row["x_mm"] == report.curve.x_mm]
     for name in ("E_MPa", "P", "E_lower_as_printed_MPa", "E_upper_as_printed_MPa", "E_lower_calibrated_MPa"):
         written = [row[name] for row in at_full_travel]
         assert written == pytest.approx(list(getattr(report.curve, name)), rel=5e-4)  # half of the fourth digit
+    table = RESULT.press.table
+    for i, response in enumerate(report.response):
+        assert (response.E_MPa, response.x_mm) == (table.E[i], tuple(table.x))
+        assert (response.F_l_N, response.F_h_N) == (tuple(table.F[i, :, 0]), tuple(table.F[i, :, 1]))
 
 
 def test_forces_of_a_square_are_means_and_stand_singly_at_the_end():

@@ -156,7 +156,6 @@ def test_tetrahedra_of_the_default_housing_have_its_stiffness_inside_their_bar(t
 SHARP = [(-3, -3), (0, -3), (0, 0), (10, 0), (10, -2), (12, -2), (12, 1), (0, 1), (0, 4), (-3, 4)]
 
 
-@pytest.mark.slow
 def test_the_bar_holds_where_a_leaf_ends_at_sharp_corners():
     """There meshes converge like their size only: twice as fine ones differ by less than what both miss.
 

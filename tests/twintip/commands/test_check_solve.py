@@ -42,6 +42,16 @@ def test_a_wrong_part_is_refused_before_the_springs_of_the_design_are_solved(cas
     assert capsys.readouterr().err.startswith(f"pipeline: {field} = ")
 
 
+@pytest.mark.slow
+def test_a_housing_in_inches_is_named_so(tmp_path, capsys):
+    """It is shorter than any part, and only the size of the design's housing tells why."""
+    longest = 73.657 / 25.4
+    path = tmp_path / "part.step"
+    cq.exporters.export(cq.Workplane("XZ").rect(longest, 1.0).extrude(0.4), str(path))
+    assert main(["check", str(path), "--design", "paper", "--solve"]) == 2
+    assert "as if in inches" in capsys.readouterr().err
+
+
 @pytest.mark.study
 def test_the_file_of_a_run_has_its_springs(tmp_path, capsys):
     """That the command passes for the housing of the preset is held by .ci/run."""
