@@ -38,7 +38,7 @@ from mesh.own_part import FineCorners, swept_part
 from pipeline.springs.own_part import HELD, PartStiffness, stiffness
 from reference.tetrahedra import Box, fine_boxes, tetrahedra
 from solve.housing.stiffness import tip_face
-from solve.own_part import extrapolated, strained_corners, swept_compliance
+from solve.own_part import at_size_zero, strained_corners, swept_compliance
 
 ROUGH, FINER = (4.0, 1), (2.0, 3)  # scale of the section, layers of a half
 CORNER = 0.1  # size of elements at sharp corners over the thickness
@@ -118,7 +118,7 @@ def by_files(name: str, shape: cq.Workplane) -> Peer:
         solved.append(peer_stiffness(mesh, TETRAHEDRA, (E_MPA, POISSON)))
         print(name, size, solved[-1], file=sys.stderr, flush=True)
     stiffnesses = zip(*(each.values for each in solved), strict=True)
-    bars = [extrapolated(TET_SIZES, each)[:2] for each in stiffnesses]
+    bars = [at_size_zero(TET_SIZES, each) for each in stiffnesses]
     return bars, solved[-1].dofs, sum(each.cpu for each in solved)
 
 

@@ -30,7 +30,7 @@ from solve.own_part import (
     ERROR_FLOOR,
     ERROR_SHARE,
     PartCompliance,
-    extrapolated,
+    at_size_zero,
     left_out,
     strained_corners,
     swept_compliance,
@@ -55,9 +55,6 @@ _MOST_STIFF = 0.02  # of E times the distance from what is pressed to what is he
 # Scales of tetrahedra, until the bar is fine enough; a mesh of 186,000 unknowns took 38 CPU s and 1.4 GiB.
 _SCALES = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35)
 _FEWEST = 3
-# Of the convergence of tetrahedra: at sharp corners energy falls no slower. The observed rate is set by scatter: it was
-# 3 on the housing of the default design, where K_l was 2.2 % too high with a bar of 0.4 %.
-TETRAHEDRA_RATE = 1.0
 _SHARP = "it is not largest at a round inner corner, and at a sharp one it has no limit"
 _FINE_ENOUGH = 0.01
 _SWEPT_ENOUGH = 0.1  # the bar of a sweep beyond which too much of the part is left out for it
@@ -392,9 +389,9 @@ def _in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
 
 
 def _extrapolated(solved: Sequence[PartCompliance]) -> list[tuple[float, float]]:
-    """Return the stiffness of each pressed face at size 0 [N/mm], and what it differs from that of the last mesh."""
+    """Return the stiffness of each pressed face at size 0 and its error [N/mm]."""
     sizes = _SCALES[: len(solved)]
-    return [extrapolated(sizes, K, TETRAHEDRA_RATE)[:2] for K in np.array([each.K for each in solved]).T.tolist()]
+    return [at_size_zero(sizes, K) for K in np.array([each.K for each in solved]).T.tolist()]
 
 
 def _swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
