@@ -72,8 +72,8 @@ def row_of(name: str, peer: Callable[[str, cq.Workplane], Peer]) -> list[str]:
     for face, (K, bar) in zip(found.faces.values(), peers, strict=True):
         cells += [_cell(face.K, face.K * face.K_error), _cell(K, bar)]
         is_inside &= abs(face.K - K) <= face.K * face.K_error + bar
-    told = "yes" if is_inside else "no"
-    return [name, *cells, told, str(found.dofs), f"{cpu:.0f}", str(unknowns), f"{peer_cpu:.0f}"]
+    inside = "yes" if is_inside else "no"
+    return [name, *cells, inside, str(found.dofs), f"{cpu:.0f}", str(unknowns), f"{peer_cpu:.0f}"]
 
 
 def _found(shape: cq.Workplane) -> tuple[PartStiffness, float]:

@@ -29,35 +29,35 @@ if TYPE_CHECKING:
 SIDES, FILLETS, WALLS, SYMMETRY = "side_faces", "fillets", "walls", "symmetry"
 _HINT = "check the solid at its smallest faces"
 _SAMPLES = 2000  # places of the outline at which its thickness is measured
-_FEWEST = 8  # of them on a curve
+_FEWEST = 8  # least number of these places on a curve
 _PER_THICKNESS = 1.0  # quadrilaterals across a wall, before each is divided into four
-_PER_QUARTER = 3.0  # on a quarter of a round inner corner, likewise
-_APART_MM = 0.4  # between lines along which mesh and part are compared
-_MOST_LINES = 10  # on a side of a quadrilateral
+_PER_QUARTER = 3.0  # quadrilaterals along a quarter of a round inner corner, before the same division
+_APART_MM = 0.4  # distance of the lines along which mesh and part are compared
+_MOST_LINES = 10  # largest number of lines on a side of a quadrilateral
 _IMPLIED = 1.05
-_BIN_SHARE = 0.02  # of the longest side
-_GROWTH = 0.45  # of the size per distance
+_BIN_SHARE = 0.02  # width of a bin over the longest side
+_GROWTH = 0.45  # growth of the element size per distance
 _NEAR = 1e-6  # [mm]
 _PARALLEL = 1e-12
-_INSIDE = 1e-3  # of the way from a node to the middle of a quadrilateral, where the depth is measured
-_SAME_AREA = 0.02  # by which the facets on a face may differ from its area
-_FULL_SHARE = 0.5  # of the nodes of a region with less than the full depth, from which the sweep follows them
+_INSIDE = 1e-3  # share of the way from a node to the middle of a quadrilateral, where the depth is measured
+_SAME_AREA = 0.02  # largest relative difference between the area of the facets on a face and its own
+_FULL_SHARE = 0.5  # share of nodes with less than the full depth from which the sweep follows a region
 _SHARP_RAD = np.radians(15.0)  # least turn of the outline at a sharp inner corner
-_BESIDE = 1e-4  # of the span: distance from a corner at which the part is looked for
+_BESIDE = 1e-4  # distance from a corner at which the part is probed, over the span
 _FRONTAL = 6.0
-_MOVES = 10  # of inner nodes, which makes angles rounder
+_MOVES = 10  # passes that move inner nodes to improve the angles
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweptPart:
-    """The mesh of a swept part, and of each of its columns of cells by how much its length is wrong [mm].
+    """The mesh of a swept part, with the error in the length of each of its columns of cells [mm].
 
     `effect` is `excess`, but larger where what is left out is narrower than it is long, or leaves little of the depth
     [mm]: the cut of a saw weakens as much as a hole as wide as it is long. `area` [mm^2] are the areas of the
     quadrilaterals, `cells` (layers, quadrilaterals) the cells over each. `share` is the part of the solid that is
     meshed, 1 or 0.5. `places` are the middles of the columns [mm]. `corner` (quadrilaterals,) is the number of the
-    sharp inner corner that each touches, -1 if none; `corner_count` is how many the section has. `depth` is that of the
-    mesh over the points of the profile [mm].
+    sharp inner corner that each touches, -1 if none; `corner_count` is the number of these corners. `depth` is the
+    depth of the mesh over the points of the profile [mm].
     """
 
     mesh: MeshHex2
@@ -80,20 +80,20 @@ class SweptPart:
 
     @property
     def excess(self) -> Floats:
-        """Return by how much the length of each column is wrong [mm]."""
+        """Return the error in the length of each column [mm]."""
         return self._wrong[0]
 
     @property
     def effect(self) -> Floats:
-        """Return by how much it is wrong in its effect on the stiffness [mm]."""
+        """Return the error in the length of each column that has the same effect on the stiffness [mm]."""
         return self._wrong[1]
 
 
 @dataclass(frozen=True, kw_only=True)
 class FineCorners:
-    """Sharp inner corners of a section by their numbers, and how large elements are there.
+    """Sharp inner corners of a section by their numbers, with the size of the elements there.
 
-    `size` is that over the thickness of the wall, or over their own size where that is less [1].
+    `size` is the element size over the thickness of the wall, or over the size without corners if that is less [1].
     """
 
     numbers: tuple[int, ...] = ()
@@ -119,8 +119,9 @@ def swept_part(
 ) -> SweptPart:
     """Return the mesh [mm] of a swept part; `scale` 1 is the mesh to solve on, 2 the coarse one.
 
-    It is the half above the middle of the depth where both halves are alike, held and pressed alike, and no press has a
-    component along the sweep. `layers` are those of a half. Raises MeshError with the stage that failed.
+    It is the half above the middle of the depth if both halves are equal, are held and pressed equally, and no press
+    has a component along the sweep. `layers` is the number of layers over half the depth. Raises MeshError with the
+    stage that failed.
     """
     section = _meshed_section(extrusion, scale, fine)
     profile = section.profile
@@ -159,9 +160,9 @@ def swept_part(
 
 
 def _excess(extrusion: "Extrusion", profile: Profile, depth: Floats, area: Floats) -> Floats:
-    """Return by how much the columns over quadrilaterals are longer than the part there, in the mean without sign [mm].
+    """Return the mean absolute difference in length between the columns over quadrilaterals and the part [mm].
 
-    `depth` (points,) and `area` (quadrilaterals,) are those of the mesh [mm, mm^2].
+    `depth` (points,) and `area` (quadrilaterals,) belong to the mesh [mm, mm^2].
     """
     excess = np.zeros(len(area))
     counts = np.clip(np.ceil(np.sqrt(area) / _APART_MM), 1, _MOST_LINES).astype(int)
@@ -194,7 +195,7 @@ def _narrow(extrusion: "Extrusion", profile: Profile, depth: Floats, area: Float
     for i in np.flatnonzero(inside > 0.0):
         place = places[:, i]
         turns = _cross(sides, place[:, None, None] - corners)
-        quad = int(np.argmax(turns.min(axis=0)))  # of those that have the place on the left of all sides
+        quad = int(np.argmax(turns.min(axis=0)))  # among quadrilaterals that have the place on the left of all sides
         if not turns[:, quad].min() >= -_NEAR:
             continue
         over = depth[profile.quads[:, quad]]
@@ -263,7 +264,7 @@ def _imported(extrusion: "Extrusion") -> list[int]:
 
 
 class GradedSizes:
-    """Sizes of elements at points, which grow with the distance from them [mm]; gmsh asks for one a million times."""
+    """Sizes of elements at points, which grow with the distance from them [mm]; gmsh calls this a million times."""
 
     def __init__(self, points: Floats, sizes: Floats, growth: float) -> None:
         """Take points (dim, n) and sizes (n,), of which those are kept that others do not imply to a twentieth."""
@@ -406,7 +407,7 @@ class _Outline:
         return float(np.ptp(self.points, axis=1).max())
 
     def _across(self, direction: Floats) -> tuple[Floats, Flags]:
-        """Return how far rays from the places run to the outline [mm], and whether they began inside."""
+        """Return the distance from the places to the outline along rays [mm], and whether they began inside."""
         start, end = self._segments
         along = end - start
         distance = np.full(self.points.shape[1], np.inf)

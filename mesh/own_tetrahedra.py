@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from cad.parts.part import Part
 
 _HINT = "check the solid at its smallest faces"
-_GROWTH = 0.5  # of the size per distance
-_LARGEST_SHARE = 0.15  # of the longest side of the part
+_GROWTH = 0.5  # growth of the element size per distance
+_LARGEST_SHARE = 0.15  # largest element over the longest side of the part
 
 
 def tetrahedra(part: "Part", walls: "Walls", scale: float) -> MeshTet2:

@@ -22,16 +22,16 @@ from solve.linear import SolveError
 from solve.multigrid import two_grid
 
 Direction = tuple[float, float, float]
-# Of the energy that material carries, by which a part without it gives more: 2 for a round hole under tension, more for
-# a slender one. J. D. Eshelby, Proc. R. Soc. A 241 (1957) 376, doi:10.1098/rspa.1957.0133.
+# Gain in compliance by material that is left out, over the strain energy that it would carry. It is 2 for a round hole
+# under tension and more for a slender one. J. D. Eshelby, Proc. R. Soc. A 241 (1957) 376, doi:10.1098/rspa.1957.0133.
 VOID_FACTOR = 4.0
-# Of the difference between both meshes, and a floor.
+# The share of the difference between both meshes that is the error bar, and its floor.
 ERROR_SHARE = 1.0
 ERROR_FLOOR = 1e-3
 # Elements at sharp inner corners get finer where they have more than this share of the strain energy. They miss at most
 # a twelfth of what they have: 0.16 %. The floor of the bar has 0.1 %, and the difference of the meshes the rest.
 CORNER_SHARE = 0.02
-_TETRAHEDRA_ORDER = 4  # of the quadrature: edges are curved
+_TETRAHEDRA_ORDER = 4  # order of the quadrature, for curved edges
 _SHARP = 1.2
 
 
@@ -40,7 +40,7 @@ class PartCompliance:
     """One mesh: C[i, j] is the displacement of face i along its press for 1 N on face j [mm/N].
 
     `strain_per_N` and `strain_inside_per_N` are the largest strain on a round inner corner, continued to the edges of
-    elements and inside them [1/N]; empty where there is none. `density` is twice the density of strain energy of each
+    elements and inside them [1/N]; empty if there is none. `density` is twice the density of strain energy of each
     element for 1 N [N/mm^2]. `at_corners` (presses, corners) is the share of the strain energy in the elements at each
     sharp inner corner of the section [1].
     """

@@ -184,9 +184,9 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
 
 
 def guided_share(s: float) -> float:
-    """Return the deflection of a guided leaf at the share s of its length from the wall, over that of the shuttle [1].
+    """Return the deflection of a guided leaf over the deflection of its shuttle [1], at the share s of its length.
 
-    This is the cubic of a beam between two ends that do not rotate.
+    `s` is measured from the wall. This is the cubic of a beam between two ends that do not rotate.
     """
     return 3.0 * s**2 - 2.0 * s**3
 

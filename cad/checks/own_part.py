@@ -34,15 +34,16 @@ _STEP_MM = 1e-3  # into a wall, where its thickness is measured
 _CORNER_SHARE = 0.25  # size of an element at a round corner, over half the circle of its radius
 _CHORD_MM, _ANGLE_RAD = 0.01, 0.3
 _BESIDE_MM2 = 0.01  # largest area by which another section may differ from the swept one
-_UNEVEN = 1e-3  # largest offset of the middle of a face from that of the part, over the depth
-_PIECE_MM = 0.5  # size of the pieces of a face at which its depth is compared with that of the mesh
+_UNEVEN = 1e-3  # largest offset between the middle of a face and the middle of the part, over the depth
+_PIECE_MM = 0.5  # size of the pieces of a face on which the depths of part and mesh are compared
 _BEYOND = 1.0  # [mm] that a line begins before the part
 
 
 def own_solid(shape: cq.Shape, name: str, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
     """Return the one solid [mm] of a shape; raises InputError where it is none, several, open or of another size.
 
-    With a housing its size tells inches that were written as millimetres. `any_size` is for a check before that.
+    With a housing, inches that were written as millimetres are recognised by its size. `any_size` is for a check before
+    the housing is known.
     """
     solids = shape.Solids()
     if not solids:
@@ -285,14 +286,14 @@ class Extrusion:
             yield from ((middle, area, width) for middle, area in pieces)
 
     def is_even(self, name: str) -> bool:
-        """Say whether named faces lie as much on one side of the middle of the depth as on the other."""
+        """Return whether named faces lie as much on one side of the middle of the depth as on the other."""
         every = self.part.shape.Faces()
         faces = [every[place] for place in self.part.faces[name]]
         moment = sum(face.Area() * (face.Center().y - 0.5 * (self.low + self.high)) for face in faces)
         return abs(moment) < _UNEVEN * (self.high - self.low) * sum(face.Area() for face in faces)
 
     def polygon_area(self, name: str) -> float | None:
-        """Return the area of named faces [mm^2], None where one is curved or has a curved edge."""
+        """Return the area of named faces [mm^2]; None if one is curved or has a curved edge."""
         every = self.part.shape.Faces()
         faces = [every[place] for place in self.part.faces[name]]
         is_straight = all(
@@ -314,7 +315,7 @@ class Extrusion:
 
 
 def extrusion_of(part: Part) -> Extrusion | None:
-    """Return a part as a swept section; None where too much of its surface lies neither along nor across any sweep."""
+    """Return a part as a swept section; None if too much of its surface lies neither along nor across any sweep."""
     faces = [_FaceNormals(face) for face in part.shape.Faces()]
     best = max(_directions(faces), key=lambda direction: _rank(faces, direction), default=None)
     if best is None or _rank(faces, best)[0] < _SWEPT_SHARE:
@@ -342,16 +343,16 @@ class _FaceNormals:
         self.normals = np.array(normals or [(0.0, 0.0, 0.0)])
 
     def is_cap(self, direction: Floats) -> bool:
-        """Say whether the face lies across a direction."""
+        """Return whether the face lies across a direction."""
         return bool((np.abs(self.normals @ direction) > 1.0 - _TURNED**2).all())
 
     def is_side(self, direction: Floats) -> bool:
-        """Say whether the face lies along a direction."""
+        """Return whether the face lies along a direction."""
         return bool((np.abs(self.normals @ direction) < _TURNED).all())
 
 
 def _directions(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
-    """Yield the normals of plane faces, each direction once; those of the axes as they are."""
+    """Yield the normals of plane faces, each direction once; normals along the axes are exact."""
     seen: list[Floats] = []
     for face in sorted(faces, key=lambda face: -face.area):
         normal = face.normals[0]
@@ -393,7 +394,7 @@ def _location(turn: Floats) -> cq.Location:
 
 
 def _section_of(part: Part, turn: Floats) -> Extrusion | None:
-    """Return the largest section across y of a turned part, with its sweep; None where it is in pieces."""
+    """Return the largest section across y of a turned part, with its sweep; None if it is in pieces."""
     across = np.array([0.0, 1.0, 0.0])
     shape = part.shape
     box = shape.BoundingBox()
@@ -476,7 +477,7 @@ def with_sides(part: Part, name: str, level: float) -> tuple[Part, bool]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Walls:
-    """Points (3, n) on the surface of a part [mm], and the size [mm] that what is thin or round there asks for."""
+    """Points (3, n) on the surface of a part [mm], and the element size [mm] required by a thin wall or a curve."""
 
     points: Floats
     sizes: Floats

@@ -1,4 +1,4 @@
-"""The files for a maker beside those of the housing: drawing, coupon, cover, bracket, bill of materials and sheet."""
+"""The files for a maker, apart from the housing: drawing, coupon, cover, bracket, bill of materials and sheet."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path

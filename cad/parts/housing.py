@@ -71,7 +71,7 @@ class Pin(_Sized):
     side: float = quantity(
         "mm",
         _POSITIVE,
-        meaning="side or diameter of a pin; this and the other sizes of pins are 0 where tips are printed",
+        meaning="side or diameter of a pin; this and the other sizes of pins are 0 if tips are printed",
         key="pin_side",
     )
     is_round: bool = report_field("", "true for a round pin", key="pin_round")

@@ -1,4 +1,4 @@
-"""What is told of a part that the user made: its verdicts, its numbers, and what its solve leaves open."""
+"""The report on a part that the user made: its verdicts, its numbers, and what its solve does not cover."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def part_data(found: PartStiffness) -> dict[str, object]:
 
 
 def part_notes(found: PartStiffness) -> list[str]:
-    """Return in words how a part was solved, and what that leaves out."""
+    """Return a sentence on how a part was solved and what the solution leaves out."""
     return list(_notes(found))
 
 

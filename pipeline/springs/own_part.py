@@ -48,10 +48,11 @@ HELD = "mounting_holes"  # as the solver names what does not move
 _MESHES = ((4.0, 1), (3.0, 2))  # scale of the section and layers over half the depth: of the judge, and of the answer
 # Size of elements at sharp inner corners over the thickness, in the judge and in the answer; without these it is 1.
 _CORNER_SIZES = (0.2, 0.1)
-# Strain grows at most like r^-0.5, as at a slit, and its energy within a size at most like the size. So of the change
-# of K from size 1 to that of the judge, the answer still lacks this share. M. L. Williams, J. Appl. Mech. 19, 526.
+# Strain grows at most like r^-0.5, as at a slit, and its energy within a size at most like the size. So the answer
+# still lacks this share of the change of K between size 1 and the size of the judge. M. L. Williams, J. Appl. Mech.
+# 19, 526.
 _CORNER_ERROR = _CORNER_SIZES[1] / (1.0 - _CORNER_SIZES[0])
-_MOST_STIFF = 0.02  # of E times the distance from what is pressed to what is held: beyond it nothing bends
+_MOST_STIFF = 0.02  # largest K of a part that bends, over E times the distance from pressed to held faces
 # Scales of tetrahedra, until the bar is fine enough; a mesh of 186,000 unknowns took 38 CPU s and 1.4 GiB.
 _SCALES = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35)
 _FEWEST = 3
@@ -472,7 +473,7 @@ def _faces(
 
 
 def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
-    """Say whether the layers of a mount lie on the ends of the sweep."""
+    """Return whether the layers of a mount lie on the ends of the sweep."""
     if not layers:
         return False
     middles = mesh.p[:, mesh.facets[:, mesh.boundaries[SIDES]]].mean(axis=1)  # type: ignore[attr-defined]
