@@ -55,7 +55,8 @@ def every_case() -> Iterator[tuple[str, Callable[[], Sequence[ReferenceCheck]], 
     """Yield the name of each case, the function that returns its checks, and whether it must be answered."""
     for group, check in CHECKS.items():
         for what, changes in BARS[group].items():
-            yield f"{group}: {what}", partial(checked, check, changes), group not in MAY_BE_REFUSED
+            answerable = "bar" in changes or group not in MAY_BE_REFUSED
+            yield f"{group}: {what}", partial(checked, check, changes), answerable
 
 
 def checked(check: Callable[..., Sequence[ReferenceCheck]], changes: Mapping[str, Any]) -> Sequence[ReferenceCheck]:
