@@ -105,11 +105,12 @@ def sources_of(key: str) -> str:
 
 
 def words(asked: str) -> Rows:
-    """Yield the verdicts with what each asks and when it passes, or the other words with their meaning."""
+    """Yield the verdicts with what each asks and when it passes, or the nouns of the main job or the other words."""
     verdicts = asked == "verdicts"
+    nouns = asked == "main job"
     yield ("name", "question", "passes when") if verdicts else ("name", "meaning")
     for entry in entries():
-        if entry.is_verdict is verdicts:
+        if entry.is_verdict is verdicts and entry.in_main_job is nouns:
             names = ", ".join(f"`{name}`" for name in entry.each or (entry.name, *entry.aliases))
             formula = (entry.formula.replace("|", "\\|"),) if verdicts else ()
             yield names, re.split(r"(?<=[.?]) ", entry.meaning, maxsplit=1)[0], *formula

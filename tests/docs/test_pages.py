@@ -104,6 +104,7 @@ def test_every_generated_table_stands_on_a_page():
     asked |= {"processes: numbers", "processes: sources"}
     asked |= {
         "words: verdicts",
+        "words: main job",
         "words: symbols",
         "answer: calibrate",
         "answer: read",

@@ -28,7 +28,7 @@ class Entry:
     `error_percent`. It has the unit of the key, and `part` names its subject. The number of a verdict is found by its
     name, or at `key` if nothing was judged. A name that ends in `*` represents the names in `each`. `level` names what
     a study solves for a verdict, None if it cannot be requested. `value_level` names what it solves for the value, if
-    the outcome needs less.
+    the outcome needs less. `in_main_job` marks the ten nouns that are enough to read `pipeline/main_job.py`.
     """
 
     name: str
@@ -44,6 +44,7 @@ class Entry:
     part: str | None = None
     level: str | None = None
     value_level: str | None = None
+    in_main_job: bool = False
 
 
 @cache

@@ -42,6 +42,12 @@ def test_every_verdict_in_the_code_and_in_a_report_has_an_entry(folder):
     assert [name for name in named if not entry_of(name).is_verdict] == []
 
 
+def test_at_most_40_words_are_explained_and_ten_are_enough_for_the_main_job():
+    words = [entry for entry in entries() if not entry.is_verdict]
+    assert len(words) <= 40
+    assert sum(entry.in_main_job for entry in words) == 10
+
+
 @pytest.mark.parametrize("entry", entries(), ids=lambda entry: entry.name)
 def test_source_is_a_page_with_its_heading(entry):
     page, heading = re.match(r"(docs/[\w-]+\.md)(?:#([\w-]+))?", entry.source).groups()
