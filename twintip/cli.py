@@ -37,16 +37,17 @@ _COMPLETION = "--completion"
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
-    Without `argv` its words are those of the process, whose threads and streams are then prepared. Raises
-    KeyboardInterrupt if a signal ended the command, even if a library turned it into another error.
+    `argv` is the command and its flags. Without it, the arguments of the process are used, and its threads, warnings
+    and streams are prepared first. Raises KeyboardInterrupt if a signal ended the command, even if a library turned it
+    into another error.
     """
     if argv is None:
         _prepare_process()
     try:
         words = sys.argv[1:] if argv is None else list(argv)
-        help_text = _help(words)
+        help_text = _requested_help(words)
         if help_text is None:
-            code = _answered(words[0], _parsed(words[0], words[1:]))
+            code = _run_command(words[0], _parse_arguments(words[0], words[1:]))
         else:
             code = PASSED
             with answering():  # argparse itself would not report a lost answer
@@ -63,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return code
 
 
-def _answered(name: str, arguments: argparse.Namespace) -> int:
+def _run_command(name: str, arguments: argparse.Namespace) -> int:
     """Run a command, print its answers as they arrive, and return the exit code of the last one."""
     command: Any = import_module(COMMANDS[name].module)
     answers: Answer | Iterator[Answer] = command.run(arguments)
@@ -103,8 +104,8 @@ def _prepare_process() -> None:
         os.environ.pop("COLUMNS", None)  # rich would accept any digits as a width
 
 
-def _help(words: list[str]) -> str | None:
-    """Return the requested help or version; None if the words request neither."""
+def _requested_help(words: list[str]) -> str | None:
+    """Return the text of a help, version or completion flag; None if there is no such flag among the words."""
     first = words[0] if words else "--help"
     if first in ("-h", "--help"):
         return front_parser().format_help()
@@ -130,8 +131,8 @@ def completion(words: list[str]) -> str:
     return completion_script(front_parser(CompletedParser), shell)
 
 
-def _parsed(first: str, rest: list[str]) -> argparse.Namespace:
-    """Return the arguments of a command.
+def _parse_arguments(first: str, rest: list[str]) -> argparse.Namespace:
+    """Return the parsed flags of the command `first`.
 
     Raises InputError for an unknown command or flag, with the closest known one, and for a removed flag.
     """

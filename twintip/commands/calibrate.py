@@ -39,11 +39,11 @@ def run(arguments: Namespace) -> Answer:
     flags = ColumnFlags(arguments.columns, arguments.units, names)
     table = measured_print(arguments.measured, report, flags, arguments.counts_as)
     if "coupon" in table.texts:
-        return _answer_coupon(arguments, report, table)
-    return _answer_unit(arguments, report, table, flags)
+        return _find_coupon_modulus(arguments, report, table)
+    return _calibrate(arguments, report, table, flags)
 
 
-def _answer_coupon(arguments: Namespace, report: Report, table: MeasuredTable) -> Answer:
+def _find_coupon_modulus(arguments: Namespace, report: Report, table: MeasuredTable) -> Answer:
     """Return the modulus of a coupon; raises InputError for a flag that requires a unit."""
     for flag in ("--out", "--fruit", "--plate", "--after", "--ball"):
         value = getattr(arguments, flag[2:])
@@ -51,7 +51,7 @@ def _answer_coupon(arguments: Namespace, report: Report, table: MeasuredTable) -
             bound = "left out for a coupon, which gives a modulus and no unit"
             raise validation_error(flag, str(value), "", bound, "leave it out")
     modulus = modulus_of_coupon(table, report)
-    _tell_tables(table)
+    _print_notes(table)
     E = modulus.value
     design_MPa = report.design.process.E_MPa
     against = f"{100.0 * (E / design_MPa - 1.0):+.1f} % against the design's"
@@ -62,22 +62,22 @@ def _answer_coupon(arguments: Namespace, report: Report, table: MeasuredTable) -
     return Answer(code=PASSED, data=data, text=f"{printed}\n{again}")
 
 
-def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, flags: ColumnFlags) -> Answer:
+def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags: ColumnFlags) -> Answer:
     """Calibrate a unit, and write it to the path of `--out`."""
     fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
     plate = None if arguments.plate is None else measured_plate(arguments.plate, report, flags, arguments.counts_as)
-    heard: list[str] = []
-    ball = _ball(arguments, flags, heard.append)
+    ball_notes: list[str] = []
+    ball = _pressed_ball(arguments, flags, ball_notes.append)
     calibration = calibrate_unit(report, table, fruit, plate, arguments.after, ball)
     if arguments.out is not None:
         unit = replace(calibration.unit, classes=arguments.classes)
         write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)
-    _tell_tables(table, fruit, plate)
-    for told in (*heard, *calibration.assumed):
-        print_error(f"note: {told}")
+    _print_notes(table, fruit, plate)
+    for note in (*ball_notes, *calibration.assumed):
+        print_error(f"note: {note}")
     passed = all_passed(calibration.verdicts)
-    by_springs = passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
-    parts = template_parts("calibrate/calibration.txt.j2", failed=by_springs, **vars(calibration))
+    springs_failed = passed is False and all(verdict.remedy is None for verdict in calibration.verdicts)
+    parts = template_parts("calibrate/calibration.txt.j2", failed=springs_failed, **vars(calibration))
     return Answer(
         code=PASSED if passed else FAILED,
         data=as_data(calibration),
@@ -85,22 +85,24 @@ def _answer_unit(arguments: Namespace, report: Report, table: MeasuredTable, fla
     )
 
 
-def _ball(arguments: Namespace, flags: ColumnFlags, say: Callable[[str], None]) -> PressedBall | None:
+def _pressed_ball(arguments: Namespace, flags: ColumnFlags, report_note: Callable[[str], None]) -> PressedBall | None:
     """Return the ball and its presses, or None; raises InputError for an incomplete ball.
 
-    `say` is called with a summary of what was read from its file.
+    `report_note` is called with a summary of what was read from its file.
     """
     numbers = (arguments.ball_reduced_modulus, arguments.ball_radius, arguments.ball_modulus_error)
     if arguments.ball is not None:
         ball = reference_ball(*numbers)
-        return PressedBall(source=arguments.ball, ball=ball, counts_as=arguments.counts_as, columns=flags, say=say)
+        return PressedBall(
+            source=arguments.ball, ball=ball, counts_as=arguments.counts_as, columns=flags, say=report_note
+        )
     for flag, value in zip(("--ball-reduced-modulus", "--ball-radius", "--ball-modulus-error"), numbers, strict=True):
         if value is not None:
             raise validation_error(flag, value, "", "left out without --ball", "give the presses on the ball")
     return None
 
 
-def _tell_tables(*tables: MeasuredTable | None) -> None:
+def _print_notes(*tables: MeasuredTable | None) -> None:
     """Print a summary of each table that was read."""
     for table in tables:
         if table is not None:

@@ -33,12 +33,12 @@ FILE_KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
 def run(arguments: Namespace) -> Answer:
-    """Judge a folder or a file; the exit code is 0 if all verdicts pass, else 1."""
+    """Judge an output folder, or a file of any origin; the exit code is 0 if all verdicts pass, else 1."""
     path: Path = arguments.path
     named: str | None = arguments.design
-    process = _process(path, arguments.process, named)
+    process = _judging_process(path, arguments.process, named)
     if arguments.solve and process is not None:
-        return _solved(path, process, arguments)
+        return _check_solved(path, process, arguments)
     for flag in ("--held", "--pressed") if not arguments.solve else ("--solve",):
         if getattr(arguments, flag[2:]):
             bound = "left out for a folder" if arguments.solve else "given with --solve"
@@ -48,7 +48,7 @@ def run(arguments: Namespace) -> Answer:
             verdicts = check_path(path.absolute(), process)
         else:
             design = load_design(named)
-            verdicts = check_path(path.absolute(), design.process, (design, _housing(design, named)))
+            verdicts = check_path(path.absolute(), design.process, (design, _designed_housing(design, named)))
     return Answer(
         code=PASSED if all_passed(verdicts) else FAILED,
         data=[asdict(verdict) for verdict in verdicts],
@@ -56,29 +56,35 @@ def run(arguments: Namespace) -> Answer:
     )
 
 
-def _solved(path: Path, process: Process, arguments: Namespace) -> Answer:
-    """Judge a file, and the stiffness of its springs against a design; raises InputError."""
+def _check_solved(path: Path, process: Process, arguments: Namespace) -> Answer:
+    """Judge a STEP file after solving the stiffness of its springs by finite elements.
+
+    With `--design`, the stiffnesses are compared with the targets of the design. Raises InputError if the part cannot
+    be solved.
+    """
     named: str | None = arguments.design
-    held = [_point("--held", text) for text in arguments.held]
-    pressed = {str(number): _point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
-    _refuse_unsolvable(path, named, held, pressed)
+    held = [_parse_point("--held", text) for text in arguments.held]
+    pressed = {str(number): _parse_point("--pressed", text) for number, text in enumerate(arguments.pressed, 1)}
+    _require_solvable(path, named, held, pressed)
     design = None if named is None else load_design(named)
     with showing_progress(f"solves {path.name}") as show:
         from pipeline.springs.own_part import file_stiffness, refuse_part
 
         refuse_part(path, {"--held": held, "--pressed": list(pressed.values())})  # before springs are solved
-        springs = None if design is None else _springs(design)
-        housing = None if springs is None or named is None else _made(springs, named)
+        springs = None if design is None else _designed_springs(design)
+        housing = None if springs is None or named is None else _housing_of_springs(springs, named)
         if springs is not None and pressed:
             pressed = dict(zip(springs.springs, pressed.values(), strict=True))
         rules = process if design is None else design.process
         with refusing_what_cannot_be_solved():
             found = file_stiffness(path, (rules.E_MPa, rules.poisson), held, pressed, housing)
         show(f"reads and judges {path.name}")
-        of_file = check_path(path.absolute(), rules, None if design is None or housing is None else (design, housing))
-    notes = [*part_notes(found), *(_as_note(verdict) for verdict in of_file if verdict.name == AS_DESIGNED)]
+        file_verdicts = check_path(
+            path.absolute(), rules, None if design is None or housing is None else (design, housing)
+        )
+    notes = [*part_notes(found), *(_distance_note(verdict) for verdict in file_verdicts if verdict.name == AS_DESIGNED)]
     targets = {} if springs is None else {name: 1e3 * spring.target for name, spring in springs.springs.items()}
-    verdicts = (*part_verdicts(found, targets), *(one for one in of_file if one.name != AS_DESIGNED))
+    verdicts = (*part_verdicts(found, targets), *(one for one in file_verdicts if one.name != AS_DESIGNED))
     return Answer(
         code=PASSED if all_passed(verdicts) else FAILED,
         data={"verdicts": [asdict(verdict) for verdict in verdicts], "stiffness": part_data(found), "notes": notes},
@@ -86,10 +92,10 @@ def _solved(path: Path, process: Process, arguments: Namespace) -> Answer:
     )
 
 
-def _refuse_unsolvable(path: Path, named: str | None, held: Sequence["Place"], pressed: Mapping[str, "Place"]) -> None:
-    """Raise InputError unless flags give where a STEP file is held and pressed."""
+def _require_solvable(path: Path, named: str | None, held: Sequence["Place"], pressed: Mapping[str, "Place"]) -> None:
+    """Raise InputError unless the file is STEP, and the flags say where the part is held and pressed."""
     if path.suffix.lower() not in SOLVED_KINDS:
-        bound = f"a file of kind {', '.join(SOLVED_KINDS)}: triangles are not solved"
+        bound = f"a file of kind {', '.join(SOLVED_KINDS)}, because a surface of triangles cannot be solved"
         raise validation_error("--solve", path.name, "", bound, "export the solid as STEP")
     if named is None and not (held and pressed):
         hint = "add --design NAME, or both --held X,Y,Z and --pressed X,Y,Z"
@@ -101,8 +107,8 @@ def _refuse_unsolvable(path: Path, named: str | None, held: Sequence["Place"], p
         raise validation_error("--pressed", len(pressed), "", f"given {TIPS} times beside --design", hint)
 
 
-def _point(flag: str, text: str) -> "Place":
-    """Return a point [mm] of a flag; raises InputError."""
+def _parse_point(flag: str, text: str) -> "Place":
+    """Return the point [mm] that a flag gives as text; raises InputError unless it has three numbers."""
     numbers = [written_number(word) for word in text.split(",")]
     if len(numbers) != len(AXES) or None in numbers:
         raise validation_error(flag, text, "mm", "three numbers X,Y,Z", f"for instance {flag}=-4,0,0")
@@ -110,17 +116,17 @@ def _point(flag: str, text: str) -> "Place":
     return x, y, z
 
 
-def _as_note(verdict: Verdict) -> str:
+def _distance_note(verdict: Verdict) -> str:
     """Return the distance between a changed part and the part of the design as a note."""
     return f"{verdict.value:.4g} mm is the largest distance from the part of the design ({verdict.reference})"
 
 
-def _housing(design: Design, named: str) -> Housing:
+def _designed_housing(design: Design, named: str) -> Housing:
     """Return the housing of a design with its leaves as in a run; raises InputError for one without a housing."""
-    return _made(_springs(design), named)
+    return _housing_of_springs(_designed_springs(design), named)
 
 
-def _springs(design: Design) -> "FittedSprings":
+def _designed_springs(design: Design) -> "FittedSprings":
     """Return the springs of a design as in a run; raises InputError."""
     from pipeline.sensor import Sensor  # loads the solvers, which other checks do not need
 
@@ -128,7 +134,7 @@ def _springs(design: Design) -> "FittedSprings":
         return Sensor(design=design).upright_springs
 
 
-def _made(springs: "FittedSprings", named: str) -> Housing:
+def _housing_of_springs(springs: "FittedSprings", named: str) -> Housing:
     """Return the housing of a design's springs; raises InputError for one without a housing."""
     housing = springs.housing
     if housing is None:
@@ -137,8 +143,11 @@ def _made(springs: "FittedSprings", named: str) -> Housing:
     return housing
 
 
-def _process(path: Path, name: str | None, design: str | None) -> Process | None:
-    """Return the process whose rules judge a file, None for a folder; raises InputError."""
+def _judging_process(path: Path, name: str | None, design: str | None) -> Process | None:
+    """Return the print process whose rules judge a file; None for a folder, which has a process of its own.
+
+    Raises InputError for flags that exclude each other, a missing path, and an unknown kind of file or process.
+    """
     if name is not None and design is not None:
         raise validation_error(
             "--process", name, "", "left out if --design is given", "leave it out: the design names the process"

@@ -32,8 +32,11 @@ Sizes = Mapping[str, float]
 
 
 def run(arguments: Namespace) -> Answer:
-    """Find the moduli of every specimen in the files."""
-    _refuse_plot(arguments.plot)
+    """Find the modulus of every specimen in the files, and summarise the specimens of each fruit.
+
+    The forces of each body are solved by finite elements once, however many specimens share its sizes.
+    """
+    _check_plot(arguments.plot)
     given = {name: getattr(arguments, name) for name in SIZES if getattr(arguments, name) is not None}
     table = None if arguments.sizes is None else measured_sizes(arguments.sizes, list(given))
     if table is not None:
@@ -41,23 +44,23 @@ def run(arguments: Namespace) -> Answer:
     files = arguments.files or ([] if table is None else table.files)
     if not files:
         raise validation_error("FILE", None, "", "given, or named by the table of --sizes", "name a file")
-    of_all = None if table else _geometry(arguments, given)
+    shared_geometry = None if table else _test_geometry(arguments, given)
     quantities = ColumnFlags(arguments.columns, arguments.units).applied(QUANTITIES)
     tests = []
     for file in dict.fromkeys(files):
         for specimen in read_specimens(file, quantities):
             sizes = given if table is None else {**given, **table.sizes_of(specimen)}
-            tests.append((specimen, *(of_all or _geometry(arguments, sizes))))
+            tests.append((specimen, *(shared_geometry or _test_geometry(arguments, sizes))))
     bodies = list(dict.fromkeys(geometry for _, geometry, _ in tests))  # each body is solved once
     results = []
     try:
         with showing_progress("solves how the body is pressed") as work:
             for specimen, geometry, assumed in tests:
-                count = _count_from(work, bodies.index(geometry), len(bodies))
-                found = measured_modulus(
+                count = _body_counter(work, bodies.index(geometry), len(bodies))
+                result = measured_modulus(
                     specimen, geometry, compression_negative=arguments.compression_negative, count=count
                 )
-                results.append(replace(found, notes=(*assumed, *found.notes)))
+                results.append(replace(result, notes=(*assumed, *result.notes)))
     except SolveError as error:
         raise InputError(str(error)) from error
     if arguments.plot is not None:
@@ -68,21 +71,21 @@ def run(arguments: Namespace) -> Answer:
     return Answer(code=PASSED, data=as_data(results), parts=parts)
 
 
-def _count_from(work: Work, body: int, bodies: int) -> Count:
-    """Return a function that counts the work on one of several bodies as part of the total."""
+def _body_counter(work: Work, body: int, bodies: int) -> Count:
+    """Return a progress callback for one of several bodies, which reports its parts within the total of all bodies."""
     return lambda ended, parts: work.count(body * parts + ended, bodies * parts)
 
 
-def _refuse_plot(path: Path | None) -> None:
+def _check_plot(path: Path | None) -> None:
     if path is not None and (path.suffix.lower() != ".html" or path.is_dir()):
         bound = "the name of a file that ends in .html, and no folder"
         raise validation_error("--plot", str(path), "", bound, "write for instance fruit.html")
 
 
-def _geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, list[str]]:
-    """Return the body and the tools of a test, and a sentence on each assumption for a missing flag."""
+def _test_geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, list[str]]:
+    """Return the body and tools of a test, with a sentence on each assumption made where a flag is missing."""
     assumed: list[str] = []
-    body = _body(arguments.body, sizes, assumed)
+    body = _compressed_body(arguments.body, sizes, assumed)
     plunger = _plunger(arguments.plunger, sizes)
     support = arguments.support
     if support is None and arguments.body is None and plunger is None:
@@ -110,15 +113,15 @@ def _geometry(arguments: Namespace, sizes: Sizes) -> tuple[TestGeometry, list[st
         poisson=poisson,
         poisson_error=arguments.poisson_error,
         plate_area_mm2=area,
-        strains_percent=_strains(arguments.strain),
+        strains_percent=_parse_strains(arguments.strain),
         compliance_um_per_N=arguments.compliance,
         compliance_error_um_per_N=0.1 * arguments.compliance if error is None else error,
     )
     return geometry, assumed
 
 
-def _body(kind: str | None, sizes: Sizes, assumed: list[str]) -> CompressedBody:
-    """Return the compressed body, and append to `assumed` a sentence on each size without a flag.
+def _compressed_body(kind: str | None, sizes: Sizes, assumed: list[str]) -> CompressedBody:
+    """Return the compressed body, and append to `assumed` a sentence on each size that no flag gives.
 
     Raises InputError if its kind or a size is missing, and for a size that it does not have.
     """
@@ -127,14 +130,14 @@ def _body(kind: str | None, sizes: Sizes, assumed: list[str]) -> CompressedBody:
             raise validation_error("--body", None, "", f"one of {', '.join(BODIES)}", "choose what is pressed")
         kind = "ellipsoid" if "height" in sizes else "ball"
     given = {name: size for name, size in sizes.items() if name != "plunger_radius"}
-    of_a_ball = _BALL_IN_RADII.get(kind, {})
+    ball_defaults = _BALL_IN_RADII.get(kind, {})
     needed = {item.name.removesuffix("_mm") for item in fields(KINDS[kind])}
-    missing = needed - given.keys() - of_a_ball.keys()
+    missing = needed - given.keys() - ball_defaults.keys()
     for name in sorted(missing | (given.keys() - needed)):
         bound = f"{'given' if name in missing else 'left out'} for --body {kind}"
         raise validation_error(_flag(name), given.get(name), "mm", bound, "measure what the body has")
-    for name in sorted(of_a_ball.keys() - given.keys()):
-        given[name] = of_a_ball[name] * given["radius"]
+    for name in sorted(ball_defaults.keys() - given.keys()):
+        given[name] = ball_defaults[name] * given["radius"]
         assumed.append(f"no {_flag(name)}: {given[name]:g} mm, as for a ball, is assumed")
     return KINDS[kind](**{f"{name}_mm": size for name, size in given.items()})
 
@@ -155,7 +158,7 @@ def _plunger(end: str | None, sizes: Sizes) -> Plunger | None:
     return Plunger(radius_mm=radius, ball=end == "ball")
 
 
-def _strains(text: str) -> tuple[float, ...]:
+def _parse_strains(text: str) -> tuple[float, ...]:
     try:
         return tuple(number(part) for part in text.split(","))
     except ValueError as error:

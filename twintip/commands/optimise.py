@@ -15,9 +15,10 @@ from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Answer:
-    """Search, and prove the best candidate by a run; the exit code is 0 if all verdicts of the run pass, else 1.
+    """Search for the best design, and prove it by a whole run of the pipeline.
 
-    For a front this is done for each value, and 0 is returned if all of them have a design.
+    The exit code is 0 if all verdicts of that run pass, else 1. A study with a front (the best design at each value of
+    one key) has one best design for each value, and the code is 0 if each of them passes.
     """
     study = read_study(arguments.file)
     if study.how != "search":
@@ -32,9 +33,9 @@ def run(arguments: Namespace) -> Answer:
             place: prove(study, candidates, place, force=arguments.force, progress=work)
             for place in places(study, folder)
         }
-    done = [candidate.number for candidate in candidates if candidate.verdicts is not None]
+    solved = [candidate.number for candidate in candidates if candidate.verdicts is not None]
     proved = {proof.candidate.number: place.design for place, proof in proofs.items() if proof and proof.passed}
-    best = list(proved) if study.front and proved else done[:BEST]
+    best = list(proved) if study.front and proved else solved[:BEST]
     with stored_study(folder) as store:
         page = write_page(store, study, best, proved, force=arguments.force)
         messages = store.messages()
@@ -42,20 +43,20 @@ def run(arguments: Namespace) -> Answer:
     counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
     lines = [f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names"]
     lines += [f"  {count} x {message}" for message, count in messages.items()]
-    if done or proved:
+    if solved or proved:
         for place, proof in proofs.items():
-            lines += _lines(study, place, proof)
+            lines += _best_design_lines(study, place, proof)
     else:
         lines.append("no candidate has results: change what the messages name, under [vary], [set] or in the base")
     return Answer(
         code=PASSED if len(proved) == len(proofs) else FAILED,
-        data={**counts, **_data(study, proofs)},
+        data={**counts, **_best_design_data(study, proofs)},
         text="\n".join([*lines, str(page)]),
     )
 
 
-def _data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
-    """Return the proof of the best candidate as data; for a front, of all its values."""
+def _best_design_data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
+    """Return the best design and whether its run passed, as data for `--json`; of a front, those at each value."""
     answers: list[dict[str, object]] = []
     for place, proof in proofs.items():
         answer: dict[str, object] = {"at": place.value} if study.front else {}
@@ -68,25 +69,30 @@ def _data(study: Study, proofs: dict[Place, Proof | None]) -> dict[str, object]:
     return {"front": answers} if study.front else answers[0]
 
 
-def _lines(study: Study, place: Place, proof: Proof | None) -> list[str]:
-    """Return lines on the best candidate, for a front at the value of the place, and on the outcome of its run."""
-    at = f" at {study.goal.front_key} = {place.value}" if study.front else ""
+def _best_design_lines(study: Study, place: Place, proof: Proof | None) -> list[str]:
+    """Return lines on the best design: its objective, the keys that it changes, and whether its whole run passed.
+
+    Of a front, `place` is the value of its key at which this design is the best. `proof` is None if no candidate
+    passed the search.
+    """
+    front_value = f" at {study.goal.front_key} = {place.value}" if study.front else ""
     if proof is None:
-        return [f"no candidate passes{at}: widen the spans under [vary], or name fewer verdicts"]
+        return [f"no candidate passes{front_value}: widen the spans under [vary], or name fewer verdicts"]
     best = proof.candidate
-    found = best.number_found
-    if found is None and not proof.passed:
-        last = "the base" if is_base(study, best) else f"point {best.number}"
-        fate = "is refused by its run" if proof.result is None else "does not pass in its run"
-        return [f"no candidate passes{at}, and {last} {fate}: mend the base, or widen the spans under [vary]"]
-    title = "best" if proof.passed else "the last that was run, as none passes in full"
-    of_run = value_of_run(study, proof)
-    in_search = "no number in the search" if found is None else f"{found:.4g}"
-    in_run = "" if of_run is None else f", {of_run:.4g} in its run"
-    lines = [f"{title}{at}: {study.goal.minimise} {in_search} at point {best.number}{in_run}"]
+    objective = best.number_found
+    if objective is None and not proof.passed:
+        last = "the base design" if is_base(study, best) else f"point {best.number}"
+        outcome = "is rejected as wrong input" if proof.result is None else "does not pass its run"
+        advice = "correct the base design, or widen the spans under [vary]"
+        return [f"no candidate passes{front_value}, and {last} {outcome}: {advice}"]
+    title = "best" if proof.passed else "the last design that was run, because none passes all verdicts"
+    run_objective = value_of_run(study, proof)
+    in_search = "no number in the search" if objective is None else f"{objective:.4g}"
+    in_run = "" if run_objective is None else f", {run_objective:.4g} in its run"
+    lines = [f"{title}{front_value}: {study.goal.minimise} {in_search} at point {best.number}{in_run}"]
     for key, value in best.changes.items():
         lines.append(f"  {key} = {value if isinstance(value, str | list) else f'{value:.6g}'}")
     if is_base(study, best):
-        lines.append(f"nothing better than the base was found{at}: it is the base itself")
+        lines.append(f"no candidate improves on the base design{front_value}")
     lines.append(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
     return [*lines, str(place.design if proof.passed else place.run)]

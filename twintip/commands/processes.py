@@ -24,6 +24,6 @@ def process_list(own: Process | None) -> Answer:
             table.add_row(key, *(str(record[key]) for record in records))
     sources = []
     for process in processes:
-        told = " ".join(f"{field}: {text};" for field, text in process.sources)
-        sources.append(Text(f"{process.name}: {told}"))
+        sources_text = " ".join(f"{field}: {text};" for field, text in process.sources)
+        sources.append(Text(f"{process.name}: {sources_text}"))
     return Answer(code=PASSED, data=records, parts=[table, *sources], text=_OWN, width=_WIDTH)

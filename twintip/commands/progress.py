@@ -61,12 +61,12 @@ class Work:
 
     def __str__(self) -> str:
         """Return elapsed time, finished parts, remaining time, and the name of the work as text."""
-        told = [duration(self.elapsed)]
+        pieces = [duration(self.elapsed)]
         if self.parts:
-            told.append(f"{self.ended} of {self.parts}")
+            pieces.append(f"{self.ended} of {self.parts}")
         if self.remaining is not None:
-            told.append(f"about {duration(self.remaining)} left")
-        return f"{', '.join(told)}: {self._name}"
+            pieces.append(f"about {duration(self.remaining)} left")
+        return f"{', '.join(pieces)}: {self._name}"
 
 
 def duration(seconds: float) -> str:
@@ -82,11 +82,11 @@ def duration(seconds: float) -> str:
 def showing_progress(name: str) -> Iterator[Work]:
     """Show progress on stderr until the block ends; the block updates the yielded work."""
     work = Work(name)
-    with _drawn(work) if _can_be_drawn_on() else _told_in_lines(work):
+    with _progress_bar(work) if _is_capable_terminal() else _progress_lines(work):
         yield work
 
 
-def _can_be_drawn_on() -> bool:
+def _is_capable_terminal() -> bool:
     """Return whether stderr is a terminal that can erase a line; those of notebooks and editors cannot."""
     # set in child processes of a notebook's kernel
     is_bare = os.environ.get("TERM") in ("dumb", "unknown") or "JPY_PARENT_PID" in os.environ
@@ -94,7 +94,7 @@ def _can_be_drawn_on() -> bool:
 
 
 @contextmanager
-def _drawn(work: Work) -> Iterator[None]:
+def _progress_bar(work: Work) -> Iterator[None]:
     """Draw a line at the bottom of the terminal, with a bar if parts are counted; it vanishes when the block ends."""
     from rich.console import Console
     from rich.live import Live
@@ -121,7 +121,7 @@ def _drawn(work: Work) -> Iterator[None]:
 
 
 @contextmanager
-def _told_in_lines(work: Work) -> Iterator[None]:
+def _progress_lines(work: Work) -> Iterator[None]:
     """Print a line after 5 s, 10 s, 20 s and 40 s of work, and then each minute."""
     has_ended = threading.Event()
 

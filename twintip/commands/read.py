@@ -25,8 +25,8 @@ LEAST_RADIUS_MM = 1.0
 LARGEST_RADIUS_MM = 1e6
 
 
-class _Refusal(NamedTuple):
-    """Flags that are incompatible with other flags or a design: names, condition, bound and hint."""
+class _Incompatible(NamedTuple):
+    """A rule for flags that are wrong if `applies` is true of the other flags and the sensor."""
 
     flags: tuple[str, ...]
     applies: Callable[[Namespace, MeasuringUnit], bool]
@@ -35,45 +35,45 @@ class _Refusal(NamedTuple):
     unit: str = ""
 
 
-_REFUSALS = (
-    _Refusal(
+_INCOMPATIBLE = (
+    _Incompatible(
         flags=("--forces",),
         applies=lambda arguments, _: arguments.signal is not None,
         bound="left out if FILE.csv is given",
         hint="read one of the two",
     ),
-    _Refusal(
+    _Incompatible(
         flags=("--fruit-presses",),
         applies=lambda arguments, _: arguments.signal is None,
         bound="left out without FILE.csv",
         hint="read a file of presses, or leave it out",
     ),
-    _Refusal(
+    _Incompatible(
         flags=("--fruit-presses",),
         applies=lambda arguments, _: arguments.fruit_presses < 0,
         bound="at least 0",
         hint="0 counts all presses of the file to one fruit",
     ),
-    _Refusal(
+    _Incompatible(
         flags=("--each",),
         applies=lambda arguments, _: arguments.fruit_presses is not None,
         bound="left out if --fruit-presses is given",
         hint="read presses as they grow, or fruits",
     ),
-    _Refusal(
+    _Incompatible(
         flags=("--radius",),
         applies=lambda _, sensor: sensor.domes is None,
         bound="left out except for domes in a line or a square",
         hint="leave it out: the radius does not change what other tips read",
         unit="mm",
     ),
-    _Refusal(
+    _Incompatible(
         flags=("--forces", "--each", "--c-header", "--micropython"),
         applies=lambda _, sensor: sensor.report.design.fruit.relaxation is not None,
         bound="left out if the design has fruit.relaxation",
         hint="read a press with its hold",
     ),
-    _Refusal(
+    _Incompatible(
         flags=("--forces",),
         applies=lambda _, sensor: not sensor.reads_moments,
         bound="left out except for a pair of flat tips: one moment cannot separate the skin's shape from the modulus",
@@ -83,11 +83,14 @@ _REFUSALS = (
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Read forces, write firmware or both, files last; the exit code is 1 if no forces give a modulus."""
-    sensor = _sensor(arguments)
-    _refuse_unreadable(arguments, sensor)
+    """Read forces, write firmware, or both; files are written last.
+
+    The exit code is 1 if forces were given and no modulus could be read from them.
+    """
+    sensor = _measuring_unit(arguments)
+    _reject_incompatible_flags(arguments, sensor)
     if arguments.radius is not None:
-        sensor = replace(sensor, radii_mm=_radii_of_flag(arguments.radius))
+        sensor = replace(sensor, radii_mm=_parse_radii(arguments.radius))
     firmware = _firmware(arguments, sensor)
     reads = arguments.forces is not None or arguments.signal is not None
     if not reads and not firmware:
@@ -98,21 +101,21 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     if reads:
         _print_assumptions(arguments, sensor)
         code = FAILED
-        for told in _readings(arguments, sensor):
-            code = code if told.E is None else PASSED
+        for answer in _readings(arguments, sensor):
+            code = code if answer.E is None else PASSED
             of_stream = arguments.signal is not None
-            yield Answer(code=code, data=as_data(told), text=_text_of(told), of_stream=of_stream)
+            yield Answer(code=code, data=as_data(answer), text=_answer_text(answer), of_stream=of_stream)
     files = [path for flag, those in firmware.items() for path in write_files(those, flag, force=arguments.force)]
     yield Answer(code=code, files=files)
 
 
-def _refuse_unreadable(arguments: Namespace, sensor: MeasuringUnit) -> None:
+def _reject_incompatible_flags(arguments: Namespace, sensor: MeasuringUnit) -> None:
     """Raise InputError for a flag that is incompatible with the others, or with this sensor."""
-    for refusal in _REFUSALS:
-        for flag in refusal.flags:
+    for rule in _INCOMPATIBLE:
+        for flag in rule.flags:
             value = getattr(arguments, flag.removeprefix("--").replace("-", "_"))
-            if value not in (None, False) and refusal.applies(arguments, sensor):
-                raise validation_error(flag, str(value), refusal.unit, refusal.bound, refusal.hint)
+            if value not in (None, False) and rule.applies(arguments, sensor):
+                raise validation_error(flag, str(value), rule.unit, rule.bound, rule.hint)
 
 
 def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
@@ -134,12 +137,12 @@ def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
         print_error(f"note: springs creep by {sensor.creep}; in {press} they are {weighed}")
 
 
-def _sensor(arguments: Namespace) -> MeasuringUnit:
+def _measuring_unit(arguments: Namespace) -> MeasuringUnit:
     """Return the unit that the flags name, or the designed one without `--unit`; raises InputError."""
     return MeasuringUnit.from_report(read_report(arguments.folder), arguments.unit, arguments.classes)
 
 
-def _radii_of_flag(text: str) -> tuple[float, float]:
+def _parse_radii(text: str) -> tuple[float, float]:
     """Return the principal radii [mm] of `--radius`; raises InputError."""
     radii = [number for number in map(written_number, text.split(",")) if number is not None]
     in_range = all(LEAST_RADIUS_MM <= number <= LARGEST_RADIUS_MM for number in radii)
@@ -150,7 +153,10 @@ def _radii_of_flag(text: str) -> tuple[float, float]:
 
 
 def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Path, bytes]]:
-    """Return the requested firmware by flag and path, not yet written; raises InputError if it cannot be written."""
+    """Return the content of the requested firmware files, by flag and path; nothing is written yet.
+
+    Raises InputError if two flags name one file, or a file cannot be written.
+    """
     if all(value is None for value in (arguments.c_header, arguments.micropython, arguments.logger)):
         return {}
     # loads jinja, which readings do not need
@@ -177,11 +183,11 @@ def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Pat
     return {flag: {path: text.encode() for path, text in files.items()} for flag, files in texts.items()}
 
 
-def _text_of(told: FruitReading | FruitAnswer) -> str:
-    """Return the line of a reading, or the line of a fruit followed by one for each press."""
-    if isinstance(told, FruitReading):
-        return as_line(told, LINE)
-    return "\n".join([as_line(told, FRUIT_LINE), *(f"  {as_line(press, LINE)}" for press in told.presses)])
+def _answer_text(answer: FruitReading | FruitAnswer) -> str:
+    """Return the printed answer: one line for a reading; for a fruit, its line and one for each of its presses."""
+    if isinstance(answer, FruitReading):
+        return as_line(answer, LINE)
+    return "\n".join([as_line(answer, FRUIT_LINE), *(f"  {as_line(press, LINE)}" for press in answer.presses)])
 
 
 def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitReading | FruitAnswer]:
@@ -198,10 +204,10 @@ def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitRead
         yield reading
         return
 
-    def say(told: str) -> None:
-        print_error(f"note: {arguments.signal}: {told}")
+    def print_note(answer: str) -> None:
+        print_error(f"note: {arguments.signal}: {answer}")
 
-    signal = Signal(rows_of(arguments.signal), len(tips), ColumnFlags(arguments.columns, arguments.units), say)
+    signal = Signal(rows_of(arguments.signal), len(tips), ColumnFlags(arguments.columns, arguments.units), print_note)
     for note in (signal.understood, *signal.notes):
         print_error(f"note: {note}")
     if not signal.timed and sensor.report.read_out.signal is None:
@@ -216,8 +222,8 @@ def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitRead
             "--fruit-presses", arguments.fruit_presses, "", bound, "the column names the fruit of each press"
         )
     readings = readings_of(sensor, signal, every_sample=arguments.each, counts_as=arguments.counts_as)
-    of_fruit = arguments.fruit_presses is not None or (signal.names_fruit and not arguments.each)
-    if not of_fruit:
+    reads_fruit = arguments.fruit_presses is not None or (signal.names_fruit and not arguments.each)
+    if not reads_fruit:
         yield from readings
         return
     yield from fruits_of(sensor, readings, arguments.fruit_presses or 0, named=signal.names_fruit)

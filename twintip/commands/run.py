@@ -37,19 +37,19 @@ _SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.p
 def run(arguments: Namespace) -> Iterator[Answer]:
     """Run or look at the design in the flags, or watch a design file."""
     if arguments.watch is None:
-        yield _answer(arguments)
+        yield _run_answer(arguments)
     else:
         yield from watch(arguments, arguments.watch)
 
 
-def _answer(arguments: Namespace) -> Answer:
-    """Return the answer of a run; if the folder holds it already, nothing is solved."""
+def _run_answer(arguments: Namespace) -> Answer:
+    """Run or look at a design and return the answer; nothing is solved if the folder already holds this answer."""
     design = load_design(named_design(arguments), settings_of(arguments))
     folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
     options = _options(arguments, folder)
     refuse_unmakeable(design, options)
     file_date()  # refuses an invalid file date
-    report = _kept_report(design, options, folder)
+    report = _report_of_same_run(design, options, folder)
     if report is None:
         with showing_progress("loads the solvers") as work, refusing_what_cannot_be_solved():
             # The solvers are imported after all refusals.
@@ -73,13 +73,13 @@ def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
     Raises InputError for an error at the start.
     """
     if arguments.design != DEFAULT_DESIGN or arguments.named is not None:
-        raise validation_error("--watch", file, "", "given without DESIGN", "give the design once")
+        raise validation_error("--watch", file, "", "pairs without DESIGN", "give the design once")
     if not file.endswith(".toml"):
         raise validation_error("--watch", file, "", "a path that ends in .toml", "name the design file")
     out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # does not change with the name in the file
     look = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
     seen = _stamp(file)
-    yield _answer(look)
+    yield _run_answer(look)
     while True:
         time.sleep(_POLL_S)
         stamp = _stamp(file)
@@ -87,7 +87,7 @@ def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
             continue
         seen = stamp
         try:
-            answer = _answer(look)
+            answer = _run_answer(look)
         except (InputError, OSError) as error:
             print_error(str(error))
         else:
@@ -97,14 +97,14 @@ def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
 def _stamp(file: str) -> tuple[int, int] | None:
     """Return the time and size of a file, which change when it is written; None if it does not exist."""
     try:
-        found = Path(file).stat()
+        status = Path(file).stat()
     except OSError:
         return None
-    return found.st_mtime_ns, found.st_size
+    return status.st_mtime_ns, status.st_size
 
 
 def _options(arguments: Namespace, folder: Path) -> RunOptions:
-    """Return the options of a run into a folder; raises InputError."""
+    """Return the options of a run that writes into `folder`; raises InputError if `--tol` is no number."""
     default = ROUGH_TOLERANCE if arguments.look else DEFAULT_TOLERANCE
     tolerance = default if arguments.tol is None else written_number(arguments.tol)
     if tolerance is None:
@@ -120,8 +120,8 @@ def _options(arguments: Namespace, folder: Path) -> RunOptions:
     )
 
 
-def _kept_report(design: Design, options: RunOptions, folder: Path) -> Json | None:
-    """Return the report of a folder that is unchanged since a run with the same key, or None.
+def _report_of_same_run(design: Design, options: RunOptions, folder: Path) -> Json | None:
+    """Return the report in a folder if the same design, options and code wrote it and nothing has changed; else None.
 
     Raises OutputError for an unusable folder.
     """
@@ -138,26 +138,26 @@ def named_design(arguments: Namespace) -> str:
     if arguments.named is None:
         return str(arguments.design)
     if arguments.design != DEFAULT_DESIGN:
-        raise validation_error("--design", arguments.design, "", "left out if DESIGN is given", "give the design once")
+        raise validation_error("--design", arguments.design, "", "left out if DESIGN is pairs", "give the design once")
     return str(arguments.named)
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:
     """Return the design keys set by flags, by TABLE.KEY; raises InputError for a key that is set twice."""
-    given = []
+    pairs = []
     for flag, key in _SETTING_OF.items():
         value = getattr(arguments, flag)
         if value is not None:
-            given.append((key, value or '""'))  # an empty flag is an empty text; an empty --set unsets its key
+            pairs.append((key, value or '""'))  # an empty flag is an empty text; an empty --set unsets its key
     for text in arguments.set:
         key, equals, value = text.partition("=")
         if not equals:
             raise validation_error("--set", text, "", "TABLE.KEY=VALUE", "write for instance --set tips.side_mm=1.5")
-        given.append((key.strip(), value.strip()))
+        pairs.append((key.strip(), value.strip()))
     settings: dict[str, str] = {}
-    for key, value in given:
+    for key, value in pairs:
         if key in settings:
-            bound = f"given once; it is {settings[key]!r} already"
+            bound = f"pairs once; it is {settings[key]!r} already"
             raise validation_error(key, value, "", bound, "keep one of the two")
         settings[key] = value
     return settings

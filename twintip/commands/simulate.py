@@ -85,23 +85,23 @@ class Simulation:
 
 def run(arguments: Namespace) -> Answer:
     """Write the files of a simulation, or prove a design; the exit code is 1 if its readings are worse than stated."""
-    _refuse_numbers(arguments)
+    _check_flags(arguments)
     report = read_report(arguments.folder)
     refuse_unpressed(report)
     if arguments.prove is not None:
-        return _proved(arguments, report)
+        return _prove_design(arguments, report)
     paths = {flag: path for flag in FILES if (path := getattr(arguments, flag)) is not None}
     if not paths:
         bound = "given, or --weights, --plate, --ball or --prove"
         raise validation_error("--out", None, "", bound, "name the log to write, as in --out press.csv")
-    return _written(arguments, report, paths)
+    return _write_files(arguments, report, paths)
 
 
 def _flag(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
-def _refuse_numbers(arguments: Namespace) -> None:
+def _check_flags(arguments: Namespace) -> None:
     """Raise InputError for a number out of bounds, and for incompatible flags."""
     for name, (unit, bounds, hint) in _NUMBERS.items():
         value = getattr(arguments, name)
@@ -114,45 +114,48 @@ def _refuse_numbers(arguments: Namespace) -> None:
             raise validation_error(_flag(name), str(value), "", bound, "leave it out")
 
 
-def _written(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Answer:
-    """Solve everything that is requested, and then write it."""
+def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Answer:
+    """Simulate every file that a flag requests, then write all of them.
+
+    Nothing is written if a simulation fails. Raises InputError if two flags name one file.
+    """
     if len({path.resolve() for path in paths.values()}) < len(paths):
         first, second = list(paths)[-2:]
         bound = f"another file than for {_flag(first)}"
         raise validation_error(_flag(second), str(paths[second]), "", bound, "choose another name")
     for flag, path in paths.items():
         refuse_taken([path], _flag(flag), force=arguments.force)
-    asked = _asked(arguments, report)
-    unit = _unit(arguments, report, paths)
-    outside = tuple(beyond_design(asked.fruit, report)) if arguments.out is not None else ()
+    settings = _simulation_settings(arguments, report)
+    unit = _simulated_unit(arguments, report, paths)
+    outside = tuple(beyond_design(settings.fruit, report)) if arguments.out is not None else ()
     lines = {}
     with showing_progress("simulates") as work:
         for flag, path in paths.items():
             work(f"simulates {path.name}")
-            lines[flag] = FILES[flag](report, unit, asked, work.count)
+            lines[flag] = FILES[flag](report, unit, settings, work.count)
     for flag, path in paths.items():
         write_files({path: ("\n".join(lines[flag]) + "\n").encode()}, _flag(flag), force=arguments.force)
     for each in outside:
         print_error(f"note: {each}")
-    told = Simulation(
-        E=asked.fruit.E,
-        radii=asked.fruit.radii,
-        thickness=asked.fruit.thickness,
+    simulation = Simulation(
+        E=settings.fruit.E,
+        radii=settings.fruit.radii,
+        thickness=settings.fruit.thickness,
         K=tuple(unit.domes.K.tolist()),
         dome_radius=unit.domes.dome_radius,
-        seed=asked.seed,
+        seed=settings.seed,
         outside=outside,
         files=tuple(map(str, paths.values())),
-        commands=tuple(_commands(arguments, report, paths)),
+        commands=tuple(_next_commands(arguments, report, paths)),
     )
-    text = "\n".join([*told.files, *(f"then: {command}" for command in told.commands)])
-    return Answer(code=PASSED, data=as_data(told), text=text)
+    text = "\n".join([*simulation.files, *(f"then: {command}" for command in simulation.commands)])
+    return Answer(code=PASSED, data=as_data(simulation), text=text)
 
 
-def _asked(arguments: Namespace, report: Report) -> Asked:
-    """Return the settings in the flags; raises InputError."""
+def _simulation_settings(arguments: Namespace, report: Report) -> Asked:
+    """Return the fruit and the conditions of the presses that the flags describe; raises InputError."""
     return Asked(
-        fruit=_fruit(arguments, report),
+        fruit=_pressed_fruit(arguments, report),
         presses=arguments.presses or 1,
         rate=usual_rate(report) if arguments.rate is None else arguments.rate,
         noise=arguments.noise,
@@ -163,12 +166,12 @@ def _asked(arguments: Namespace, report: Report) -> Asked:
     )
 
 
-def _fruit(arguments: Namespace, report: Report) -> PressedFruit:
-    """Return the fruit of the flags in its pose; missing values come from the design."""
+def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
+    """Return the fruit and the pose of the sensor on it; values without a flag come from the design."""
     usual = usual_fruit(report)
     given = {name: value for name in ("E", "azimuth", "thickness") if (value := getattr(arguments, name)) is not None}
     if arguments.radius is not None:
-        given["radii"] = _radii(arguments.radius)
+        given["radii"] = _parse_radii(arguments.radius)
     towards = math.radians(arguments.towards or 0.0)
 
     def in_direction(length: float | None) -> tuple[float, float]:
@@ -177,7 +180,7 @@ def _fruit(arguments: Namespace, report: Report) -> PressedFruit:
     return replace(usual, **given, tilt=in_direction(arguments.tilt), off_centre=in_direction(arguments.off_centre))
 
 
-def _radii(text: str) -> tuple[float, float]:
+def _parse_radii(text: str) -> tuple[float, float]:
     """Return the principal radii [mm] of `--radius`; raises InputError."""
     radii = [number for number in map(written_number, text.split(",")) if number is not None]
     if len(radii) not in (1, _ENDS) or len(radii) != text.count(",") + 1 or not all(map(_RADIUS.hold, radii)):
@@ -197,21 +200,22 @@ def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float
         raise validation_error("--relax", text, "", FORM, "write SHARE:SECONDS,..., as in 0.25:5,0.33:120") from error
 
 
-def _unit(arguments: Namespace, report: Report, paths: dict[str, Path]) -> SimulatedUnit:
-    """Return the unit of unit.toml; without it a random one for tables of the bench, else the designed one.
+def _simulated_unit(arguments: Namespace, report: Report, paths: dict[str, Path]) -> SimulatedUnit:
+    """Return the unit that is simulated.
 
-    Raises InputError for a unit together with such a table.
+    It is the unit of `--unit`. Otherwise, it has random errors if a table of the bench is requested, and is as designed
+    if not. Raises InputError for `--unit` together with a table of the bench, which draws a unit of its own.
     """
-    of_bench = [flag for flag in paths if flag != "out"]
+    bench_flags = [flag for flag in paths if flag != "out"]
     if arguments.unit is None:
-        return unit_of_seed(report, arguments.seed) if of_bench else designed_unit(report)
-    if of_bench:
-        bound = f"left out if {_flag(of_bench[0])} is given, which draws a unit"
+        return unit_of_seed(report, arguments.seed) if bench_flags else designed_unit(report)
+    if bench_flags:
+        bound = f"left out if {_flag(bench_flags[0])} is given, which draws a unit"
         raise validation_error("--unit", str(arguments.unit), "", bound, "simulate one of the two")
     return given_unit(report, read_unit(arguments.unit, report))
 
 
-def _commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Iterator[str]:
+def _next_commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> Iterator[str]:
     """Yield the commands that calibrate with the tables and read the log."""
     folder = str(arguments.folder)
     unit = None if arguments.unit is None else str(arguments.unit)
@@ -235,21 +239,21 @@ def _commands(arguments: Namespace, report: Report, paths: dict[str, Path]) -> I
         yield shlex.join(words)
 
 
-def _proved(arguments: Namespace, report: Report) -> Answer:
+def _prove_design(arguments: Namespace, report: Report) -> Answer:
     """Prove the design; the exit code is 1 if its readings are worse than their error bars state."""
     count = arguments.prove
     with showing_progress("presses drawn units on drawn fruit") as work:
         work.count(0, count)
         proof = prove(report, count, arguments.seed, lambda done: work.count(done, count))
-    return Answer(code=PASSED if proof.passed else FAILED, data=as_data(proof), text="\n".join(_lines(proof)))
+    return Answer(code=PASSED if proof.passed else FAILED, data=as_data(proof), text="\n".join(_proof_lines(proof)))
 
 
-_HEAD = ("E MPa", "radii mm", "flesh mm", "tilt deg", "told MPa", "error", "bar", "")
+_HEAD = ("E MPa", "radii mm", "flesh mm", "tilt deg", "simulation MPa", "error", "bar", "")
 
 
-def _lines(proof: ProvedDesign) -> Iterator[str]:
+def _proof_lines(proof: ProvedDesign) -> Iterator[str]:
     """Yield the table of true and read values, and a summary of all presses."""
-    rows = [_HEAD, *map(_cells, proof.readings)]
+    rows = [_HEAD, *map(_reading_cells, proof.readings)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for *numbers, last in rows:
         cells = [cell.rjust(width) for cell, width in zip(numbers, widths, strict=False)]
@@ -262,11 +266,15 @@ def _lines(proof: ProvedDesign) -> Iterator[str]:
     yield "proved" if proof.passed else f"not proved: {'; '.join(proof.failures)}"
 
 
-def _cells(each: ProvedReading) -> tuple[str, ...]:
-    """Return the cells of a press; error and bar are relative to the true modulus."""
-    told = ("-", "-", "-")
+def _reading_cells(each: ProvedReading) -> tuple[str, ...]:
+    """Return the table cells of one press; error and error bar are relative to the true modulus."""
+    answer = ("-", "-", "-")
     if each.told is not None and each.error is not None and each.u is not None:
-        told = (f"{each.told:.3f}", f"{100.0 * each.error:+.1f} %", f"{100.0 * each.u * each.told / each.E:.1f} %")
+        answer = (
+            f"{each.told:.3f}",
+            f"{100.0 * each.error:+.1f} %",
+            f"{100.0 * each.u * each.told / each.E:.1f} %",
+        )
     beyond = "outside" if each.bars > 1.0 and not each.is_flagged else ""
     thickness = "-" if each.thickness is None else f"{each.thickness:.1f}"
     return (
@@ -274,6 +282,6 @@ def _cells(each: ProvedReading) -> tuple[str, ...]:
         f"{each.radii[0]:.0f} x {each.radii[1]:.0f}",
         thickness,
         f"{each.tilt:.1f}",
-        *told,
+        *answer,
         " ".join(filter(None, [beyond, *each.flags])),
     )

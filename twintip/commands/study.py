@@ -1,4 +1,4 @@
-"""`pipeline study`: many designs around one, each solved once and stored in one file."""
+"""`pipeline study`: solve many variations of one design, each once, and store all of them in one file."""
 
 from argparse import Namespace
 from collections.abc import Iterator
@@ -18,9 +18,9 @@ from twintip.commands.progress import showing_progress
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Solve the missing points of a study; the exit code is 0 if no point failed, else 1.
+    """Solve the points of a study that are not stored yet; the exit code is 0 if no point failed, else 1.
 
-    Raises MachineError at the end if some failed by a fault of the machine.
+    Raises MachineError after the answer if points failed because of the machine, for instance a full disk.
     """
     study = read_study(arguments.file)
     folder = arguments.out or Path("outputs") / study.name
@@ -44,7 +44,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         machine_faults = store.machine_faults()
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
         spans = {key: span for key in study.wanted if (span := store.span(key)) is not None}
-    lines = _lines(summary, messages, indices)
+    lines = _summary_lines(summary, messages, indices)
     lines += ["{}: {:.5g} to {:.5g}".format(key, *span) for key, span in spans.items()]
     lines += map(str, written)
     sensitivity = [asdict(index) for index in indices]
@@ -59,8 +59,11 @@ def run(arguments: Namespace) -> Iterator[Answer]:
         raise MachineError(msg)
 
 
-def _lines(summary: StudySummary, messages: dict[str, int], indices: tuple[Sensitivity, ...]) -> list[str]:
-    """Return lines on the outcomes of points, reasons of refusals, cost, and indices with intervals."""
+def _summary_lines(summary: StudySummary, messages: dict[str, int], indices: tuple[Sensitivity, ...]) -> list[str]:
+    """Return lines on a study: how its points ended, why some were rejected, the rate, and the Sobol indices.
+
+    `messages` counts the points that were rejected for each reason.
+    """
     lines = [f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed"]
     for message, count in messages.items():
         lines.append(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")

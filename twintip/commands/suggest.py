@@ -30,19 +30,19 @@ if TYPE_CHECKING:
 
 
 def run(arguments: Namespace) -> Answer:
-    """Search, and prove the result; the exit code is 0 if a design passes, and 1 if none was found."""
-    fruit, named = _start(arguments)
+    """Search for the nearest design that passes, and prove it; the exit code is 0 if one passes, else 1."""
+    fruit, preset_or_file = _starting_point(arguments)
     settings = settings_of(arguments)
-    design = load_design(named, settings)
-    _refuse_flags(arguments)
-    found, nearest_fruit = _found(arguments, design, fruit, named, frozenset(settings))
-    changes = _changes(found)
-    lines = _lines(found, changes)
+    design = load_design(preset_or_file, settings)
+    _check_flags(arguments)
+    found, nearest_fruit = _search(arguments, design, fruit, preset_or_file, frozenset(settings))
+    changes = _change_rows(found)
+    lines = _suggestion_lines(found, changes)
     if fruit is not None and found.changes is None:
-        lines.append(_nearest_text(nearest_fruit, named, arguments, settings))
+        lines.append(_nearest_fruit_line(nearest_fruit, preset_or_file, arguments, settings))
     command = None
     if found.changes is not None:
-        command = _command(named, settings, changes)
+        command = _run_command(preset_or_file, settings, changes)
         lines.append(command)
         if arguments.out is not None:
             content = f"# {command}\n{design_as_toml(found.changed)}".encode()
@@ -54,7 +54,7 @@ def run(arguments: Namespace) -> Answer:
         "changes": changes,
         "command": command,
         "reason": found.reason,
-        "preset": None if fruit is None else named,
+        "preset": None if fruit is None else preset_or_file,
         "nearest_fruit": None if nearest_fruit is None else nearest_fruit.in_words,
         "tried": found.tried,
         "runs": found.runs,
@@ -63,26 +63,26 @@ def run(arguments: Namespace) -> Answer:
     return Answer(code=FAILED if command is None else PASSED, data=data, text="\n".join(lines))
 
 
-def _start(arguments: Namespace) -> "tuple[FruitRange | None, str]":
+def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
     """Return the fruit of `--fruit`, or None, and the preset or file from which the search starts.
 
     Raises InputError if both a fruit and a design are given.
     """
-    named = named_design(arguments)
+    preset_or_file = named_design(arguments)
     if arguments.fruit is None:
-        return None, named
+        return None, preset_or_file
     from pipeline.find.fruit_design import PRESETS, fruit_of, most_alike
     from pipeline.find.fruit_range import fruit_range
 
-    if named != DEFAULT_DESIGN:
+    if preset_or_file != DEFAULT_DESIGN:
         hint = "give one of the two: --fruit starts from the preset most like the fruit"
-        raise validation_error("DESIGN", named, "", "left out if --fruit is given", hint)
+        raise validation_error("DESIGN", preset_or_file, "", "left out if --fruit is given", hint)
     is_preset = arguments.fruit in PRESETS
     fruit = fruit_of(load_design(arguments.fruit)) if is_preset else fruit_range(arguments.fruit)
     return fruit, most_alike(fruit)
 
 
-def _changes(found: "Suggestion") -> list[Json]:
+def _change_rows(found: "Suggestion") -> list[Json]:
     """Return a row for each key that a suggestion changes: the key, and its values before and after."""
     from pipeline.find.changes import value_of
 
@@ -90,15 +90,15 @@ def _changes(found: "Suggestion") -> list[Json]:
     return [{"key": key, "from": value_of(found.design, key), "to": value} for key, value in changes.items()]
 
 
-def _command(named: str, settings: dict[str, str], changes: list[Json]) -> str:
+def _run_command(preset_or_file: str, settings: dict[str, str], changes: list[Json]) -> str:
     """Return the command that runs a suggestion: its starting design with all changed keys."""
-    words = ["pipeline", "run", "--design", named]
+    words = ["pipeline", "run", "--design", preset_or_file]
     for key, text in {**settings, **{row["key"]: setting_text(row["key"], row["to"]) for row in changes}}.items():
         words += ["--set", f"{key}={text}"]
     return shlex.join(words)
 
 
-def _refuse_flags(arguments: Namespace) -> None:
+def _check_flags(arguments: Namespace) -> None:
     """Raise InputError before the search for an unknown key, and for a file that could not be written after it."""
     refuse_gone(*arguments.keep)
     for key in arguments.keep:
@@ -113,13 +113,13 @@ def _refuse_flags(arguments: Namespace) -> None:
     refuse_taken([arguments.out], "--out", force=arguments.force)
 
 
-def _found(
-    arguments: Namespace, design: Design, fruit: "FruitRange | None", named: str, given: frozenset[str]
+def _search(
+    arguments: Namespace, design: Design, fruit: "FruitRange | None", preset_or_file: str, given: frozenset[str]
 ) -> "tuple[Suggestion, FruitRange | None]":
-    """Return the suggestion for a design, or for a fruit, where the keys in `given` stay unchanged.
+    """Search for a design that passes, for the given design or for a fruit.
 
-    `named` is the preset or file of the design. If nothing is found for a fruit, the nearest fruit with a sensor is
-    returned too, if there is one.
+    The keys in `given` stay unchanged. `preset_or_file` names the design from which the search starts. If no design
+    passes for the fruit, the nearest fruit for which one passes is returned too, or None.
     """
     keep = frozenset(arguments.keep)
     with showing_progress("loads the solvers") as progress, refusing_what_cannot_be_solved():
@@ -129,7 +129,7 @@ def _found(
 
         if fruit is None:
             return suggestion(design, RunOptions(), keep, progress), None
-        progress(f"starts from the preset {named} in the size of the fruit")
+        progress(f"starts from the preset {preset_or_file} in the size of the fruit")
         preset = dataclasses.replace(design, name=design.name if arguments.out is None else arguments.out.stem)
         found = fruit_suggestion(fruit, preset, keep | given, progress)
         if found.changes is not None:
@@ -138,12 +138,12 @@ def _found(
         return found, nearest_demand(fruit, failed, preset, keep | given, progress)
 
 
-def _nearest_text(
-    nearest_fruit: "FruitRange | None", named: str, arguments: Namespace, settings: dict[str, str]
+def _nearest_fruit_line(
+    nearest_fruit: "FruitRange | None", preset_or_file: str, arguments: Namespace, settings: dict[str, str]
 ) -> str:
-    """Return text with the command for the nearest fruit that has a sensor, if the requested one has none."""
+    """Return a line with the command for the nearest fruit that has a sensor, or that there is none."""
     if nearest_fruit is None:
-        return f"nor was one found for narrower ranges, from the preset {named}"
+        return f"nor was one found for narrower ranges, from the preset {preset_or_file}"
     words = ["pipeline", "suggest", "--fruit", nearest_fruit.in_words]
     for key, text in settings.items():
         words += ["--set", f"{key}={text}"]
@@ -151,16 +151,21 @@ def _nearest_text(
         words += ["--keep", key]
     if arguments.out is not None:
         words += ["--out", str(arguments.out)]
-    return f"from the preset {named}, a sensor passes for narrower ranges: {shlex.join(words)}"
+    return f"from the preset {preset_or_file}, a sensor passes for narrower ranges: {shlex.join(words)}"
 
 
-def _lines(found: "Suggestion", changes: list[Json]) -> list[str]:
-    """Return the reason, then the table of changes, or without changes the verdicts that do not pass."""
+def _suggestion_lines(found: "Suggestion", changes: list[Json]) -> list[str]:
+    """Return lines with the outcome of a search: its reason, and a table of the changed keys.
+
+    If no design passes, the verdicts that do not pass take the place of the table.
+    """
     lines = [f"{found.design.name}: {found.reason}"]
     if found.changes is None:
         for verdict in found.verdicts:
             if verdict.passed is not True:
-                lines.append(f"{OUTCOMES[verdict.passed]} {verdict.name}: {_numbers(verdict)}{verdict.reference}")
+                lines.append(
+                    f"{OUTCOMES[verdict.passed]} {verdict.name}: {_value_and_limit(verdict)}{verdict.reference}"
+                )
     rows = [("key", "from", "to")] if changes else []
     rows += [(row["key"], *(shown(row[end], digits=6, absent="not set") for end in ("from", "to"))) for row in changes]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
@@ -169,8 +174,8 @@ def _lines(found: "Suggestion", changes: list[Json]) -> list[str]:
     return lines
 
 
-def _numbers(verdict: Verdict) -> str:
-    """Return a value with its error bar and its limit; empty without a number."""
+def _value_and_limit(verdict: Verdict) -> str:
+    """Return the value of a verdict with its error bar and its limit as text; empty if it has no value."""
     if verdict.value is None:
         return ""
     read = as_read(verdict)

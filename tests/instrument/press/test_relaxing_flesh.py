@@ -199,7 +199,7 @@ def test_press_that_ends_early_has_no_modulus_or_no_ratio(square):
 
 @pytest.mark.parametrize("flag", ["--forces", "--each", "--c-header", "--micropython"])
 def test_what_knows_no_moment_is_refused(pair, flag, monkeypatch, tmp_path):
-    monkeypatch.setattr(read, "_sensor", lambda _: pair.measuring())
+    monkeypatch.setattr(read, "_measuring_unit", lambda _: pair.measuring())
     line = {"--each": ["press.csv", flag], "--forces": [flag, "0.4,1.1"]}.get(flag, [flag, str(tmp_path / "file")])
     parser = ArgumentParser()
     COMMANDS["read"].add_flags(parser)

@@ -308,7 +308,7 @@ def test_base_that_is_the_best_is_told(
     text = SOFTEST.replace("to = 8", f"to = {largest_ratio}").replace('"targets.NL" = { from = 0.02, to = 0.1 }\n', "")
     runs((True,))
     assert main(["optimise", str(written(text.replace("400", "32"))), "--out", str(tmp_path / "out")]) == 0
-    assert ("nothing better than the base" in capsys.readouterr().out) is not better
+    assert ("no candidate improves on the base" in capsys.readouterr().out) is not better
 
 
 @pytest.mark.usefixtures("in_process")

@@ -37,7 +37,7 @@ def test_a_wrong_part_is_refused_before_the_springs_of_the_design_are_solved(cas
     shape, flags, field = WRONG[case]
     path = tmp_path / "part.step"
     cq.exporters.export(cq.Workplane(cq.Compound.makeCompound(shape.vals())), str(path))
-    monkeypatch.setattr(check, "_springs", None)
+    monkeypatch.setattr(check, "_designed_springs", None)
     assert main(["check", str(path), "--design", "paper", *flags, "--solve"]) == 2
     assert capsys.readouterr().err.startswith(f"pipeline: {field} = ")
 
