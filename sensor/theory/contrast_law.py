@@ -27,8 +27,8 @@ from sensor.quantity import validation_error
 Matrix = Sequence[Sequence[float]]
 Place = tuple[float, float]
 
-_MOST_STEPS = 100  # steps to a root: Newton needs about six; bisection in every step needs one per binary digit
-_LEVEL = 1e-9  # largest contrast of a tilt, over the largest coordinate
+_MAX_STEPS = 100  # steps to a root: Newton needs about six; bisection in every step needs one per binary digit
+_ROUND_OFF = 1e-9  # largest contrast of a tilt, relative to the largest coordinate of a tip
 
 
 OF_ANOTHER_SENSOR = (
@@ -56,7 +56,7 @@ class ContrastLaw:
     hertz: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse arrays whose shapes do not match the number of tips."""
+        """Raise ValueError unless all arrays match the number of tips."""
         count = len(self.weights)
         shapes = (np.shape(self.gaps), np.shape(self.C), np.shape(self.S))
         if shapes != ((count,), (count, count), (count, count)):
@@ -75,8 +75,8 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
     `positions` are x and y [mm], `springs` low or high. Raises InputError if a tilt would change the contrast.
     """
     weights = [1.0 / springs.count("high") if spring == "high" else -1.0 / springs.count("low") for spring in springs]
-    let_through = np.abs(np.array(weights) @ np.array(positions))
-    if let_through.max() > _LEVEL * np.abs(positions).max():
+    tilt_contrast = np.abs(np.array(weights) @ np.array(positions))  # of a tilt along x and along y
+    if tilt_contrast.max() > _ROUND_OFF * np.abs(positions).max():
         bound = "a line or a square: low and high tips about one middle"
         hint = "one reading of a pair cannot separate tilt from stiffness"
         raise validation_error("tips.layout", "pair", "", bound, hint)
@@ -84,19 +84,20 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
 
 
 def pair_law(C: Matrix, own_less_other: float) -> ContrastLaw:
-    """Return the contrast of a pair, its low tip first, on springs C [mm/N]; unlike other contrasts, a tilt changes it.
+    """Return the contrast law of a pair of tips, the low tip first, on springs of compliance C [mm/N].
 
-    For flat tips it depends on S only by s11 - s12, times E [1/mm], which is `own_less_other`.
+    Unlike other contrasts, it also changes with a tilt. For flat tips it depends on the compliance S of the fruit only
+    through s11 - s12, times E [1/mm], which is `own_less_other`.
     """
     S = ((own_less_other, 0.0), (0.0, own_less_other))
     return ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=C, S=S)
 
 
 def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> float:
-    """Return the modulus [MPa] at which a level pair has these forces [N] on its low and its high tip.
+    """Return the modulus [MPa] of a fruit that causes these `forces` [N] on the low and the high tip of a level pair.
 
-    This is (4) of the paper for coupled springs; C [mm/N] and s11 - s12 [1/mm] are as in `pair_law`. Raises
-    ReadingError if no positive modulus has these forces.
+    This is equation (4) of the paper for springs that act on each other; C [mm/N] and `own_less_other`, s11 - s12 times
+    E [1/mm], are as in `pair_law`. Raises ReadingError if no positive modulus causes these forces.
     """
     low, high = forces
     difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high
@@ -106,9 +107,10 @@ def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> 
 
 
 def read_modulus(law: ContrastLaw, forces: Sequence[float], offset: float = 0.0) -> float:
-    """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError.
+    """Return the modulus of the fruit [MPa] from the forces [N] of all tips at one moment.
 
-    `offset` [mm] is a contrast of gaps in addition to the gaps of the law.
+    `offset` [mm] is a contrast of gaps in addition to the gaps of the law. Raises ReadingError if a tip does not touch,
+    or if no modulus fits the forces.
     """
     rigid, dome, body = contrast_terms(law, forces)
     z = smallest_root(rigid + offset, dome, body)  # E^(-1/3)
@@ -128,7 +130,7 @@ class ContrastTerms(NamedTuple):
 
 
 def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
-    """Return the terms of the contrast at the forces of all tips [N]; raises ReadingError unless all are above 0."""
+    """Return the terms of the contrast at the forces [N] of all tips; raises ReadingError unless all are above 0."""
     if len(forces) != len(law.weights):
         msg = f"{len(forces)} forces must be {len(law.weights)}, one for each tip. Check the sensor's channels."
         raise ReadingError(msg)
@@ -146,10 +148,10 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingSlopes:
-    """Relative change of E per unit of each input, for a reading at one moment.
+    """Sensitivity of a reading at one moment: the relative change of E per unit of each input.
 
-    `forces` [1/N] and `springs` [1], per relative change of stiffness, have an entry per tip. `contrast` [1/mm] is the
-    slope over a contrast of gaps that the law does not contain.
+    `forces` [1/N] and `springs` [1] have an entry for each tip; that of a spring is per relative change of its
+    stiffness. `contrast` [1/mm] is per contrast of gaps that the law does not contain.
     """
 
     forces: tuple[float, ...]
@@ -158,18 +160,18 @@ class ReadingSlopes:
 
 
 def stiffened_compliance(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
-    """Return the compliance C [mm/N] after each spring was stiffened by its factor [1].
+    """Return the compliance matrix C [mm/N] after each spring has been stiffened by its factor [1].
 
-    An entry of C is divided by the root of the factors of its row and its column.
+    Each entry of C is divided by the square roots of the factors of its row and of its column.
     """
     scales = 1.0 / np.sqrt(factors)
     return rows_of(np.array(C) * np.outer(scales, scales))
 
 
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
-    """Return the slopes of the reading E [MPa] over its inputs, at forces [N], each above 0.
+    """Return the sensitivity of a reading to its inputs, at the modulus E [MPa] and forces [N], each above 0.
 
-    With g(F, E) the contrast [mm], ln E moves by dg / (-E dg/dE), and the part of dg by a force is
+    With g(F, E) the contrast [mm], ln E changes by dg / (-E dg/dE), and the part of dg due to a force is
 
         dg/dF_i = (w C)_i + 2/3 h w_i E^(-2/3) F_i^(-1/3) + (w S)_i / E .
     """
@@ -179,78 +181,83 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
     weights = np.array(law.weights)
     C = np.array(law.C)
     F = np.array(forces)
-    of_springs = weights @ C
-    of_fruit = weights @ np.array(law.S) / E
-    of_domes = law.hertz * E_power / 1.5 * weights * F ** (-1.0 / 3.0)
-    by_force = (of_springs + of_fruit + of_domes) / per_log_E
+    # The three terms of dg/dF_i [mm/N]: springs, flesh and Hertz's contact.
+    spring_slopes = weights @ C
+    flesh_slopes = weights @ np.array(law.S) / E
+    dome_slopes = law.hertz * E_power / 1.5 * weights * F ** (-1.0 / 3.0)
+    per_force = (spring_slopes + flesh_slopes + dome_slopes) / per_log_E
     # A spring that is 1 % stiffer reduces its row and its column of C by 0.5 % each.
-    by_spring = -0.5 * (weights * (C @ F) + of_springs * F) / per_log_E
+    per_spring = -0.5 * (weights * (C @ F) + spring_slopes * F) / per_log_E
     return ReadingSlopes(
-        forces=tuple(by_force.tolist()),
-        springs=tuple(by_spring.tolist()),
+        forces=tuple(per_force.tolist()),
+        springs=tuple(per_spring.tolist()),
         contrast=1.0 / per_log_E,
     )
 
 
 def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
-    """Return the travel of each tip [mm] at which a fruit of modulus E [MPa] resists with the forces [N]."""
+    """Return the travel of each tip [mm] at which a fruit of modulus E [MPa] resists with `forces` [N].
+
+    It is the sum of the deflection of its spring, the indentation of the fruit, and the gap under the tip.
+    """
     F = np.array(forces)
-    flattened = law.hertz * (F / E) ** (2.0 / 3.0)
-    lowered = (np.array(law.C) + np.array(law.S) / E) @ F + flattened + law.gaps
-    return tuple(lowered.tolist())
+    hertz_indentation = law.hertz * (F / E) ** (2.0 / 3.0)
+    travels = (np.array(law.C) + np.array(law.S) / E) @ F + hertz_indentation + law.gaps
+    return tuple(travels.tolist())
 
 
 def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
-    """Return the travel [mm] and the slopes along and across [1] of the plane that fits the heights [mm] best.
+    """Fit a plane to the heights [mm] of points by least squares: its mean height [mm], and its slopes in x and y [1].
 
-    The positions [mm] must be mirror images about their middle. The slope across is None if all lie in one line.
+    The positions [mm] must be mirror images about their centre, so that both slopes are independent. The slope in y is
+    None if all points lie in one line along x.
     """
     arms = np.array(positions) - np.mean(positions, axis=0)
-    along, across = (arms**2).sum(axis=0)
-    moment_along, moment_across = np.array(heights) @ arms
-    slope_along = float(moment_along / along) if along > 0.0 else 0.0
-    slope_across = float(moment_across / across) if across > 0.0 else None
-    return float(np.mean(heights)), slope_along, slope_across
+    x_squares, y_squares = (arms**2).sum(axis=0)
+    x_moment, y_moment = np.array(heights) @ arms
+    slope_x = float(x_moment / x_squares) if x_squares > 0.0 else 0.0
+    slope_y = float(y_moment / y_squares) if y_squares > 0.0 else None
+    return float(np.mean(heights)), slope_x, slope_y
 
 
 def smallest_root(rigid: float, dome: float, body: float) -> float:
-    """Return the smallest z > 0 of rigid + dome z^2 + body z^3 = 0, which is E^(-1/3) [MPa^(-1/3)].
+    """Return the smallest root z > 0 of the contrast rigid + dome z^2 + body z^3, which is E^(-1/3) [MPa^(-1/3)].
 
-    The cubic is level at z = 0 and at z = -2 dome / (3 body), and monotonic between them. If the second level point is
-    above 0, the root must lie before it; else the cubic is monotonic for all z > 0. Raises ReadingError if the cubic
-    does not change its sign there.
+    The cubic has extrema at z = 0 and at z = -2 dome / (3 body), and is monotonic between them. If the second extremum
+    is above 0, the root must lie before it; otherwise the cubic is monotonic for all z > 0. Raises ReadingError if the
+    cubic does not change its sign there.
     """
-    second_level = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
-    end = second_level if second_level > 0.0 else _beyond_root(rigid, dome, body)
+    second_extremum = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
+    end = second_extremum if second_extremum > 0.0 else _beyond_root(rigid, dome, body)
     if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
         raise ReadingError(OF_ANOTHER_SENSOR)
     # Newton's method; a step that leaves the bracket of the root is replaced by a bisection.
     start = 0.0
     z = 0.5 * end
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         contrast = rigid + z * z * (dome + body * z)
         if rigid * contrast > 0.0:
             start = z
         else:
             end = z
         slope = z * (2.0 * dome + 3.0 * body * z)
-        following = z - contrast / slope if slope != 0.0 else start
-        if following == z:
+        next_z = z - contrast / slope if slope != 0.0 else start
+        if next_z == z:
             break
-        if not start < following < end:
-            following = 0.5 * (start + end)
-            if following in (start, end):
+        if not start < next_z < end:
+            next_z = 0.5 * (start + end)
+            if next_z in (start, end):
                 break
-        z = following
+        z = next_z
     return z
 
 
 def _beyond_root(rigid: float, dome: float, body: float) -> float:
     """Return a point beyond the root of a cubic that is monotonic for z > 0 [MPa^(-1/3)].
 
-    Both terms have the same sign, so the root lies before the root with either term only.
+    The terms of dome and body have the same sign, so the root lies before the root with either of them only.
     """
-    by_dome = math.sqrt(abs(rigid / dome)) if dome != 0.0 else math.inf
-    by_body = abs(rigid / body) ** (1.0 / 3.0) if body != 0.0 else math.inf
-    nearer = min(by_dome, by_body)
-    return 2.0 * nearer if math.isfinite(nearer) else 1.0
+    dome_root = math.sqrt(abs(rigid / dome)) if dome != 0.0 else math.inf
+    body_root = abs(rigid / body) ** (1.0 / 3.0) if body != 0.0 else math.inf
+    upper_bound = min(dome_root, body_root)
+    return 2.0 * upper_bound if math.isfinite(upper_bound) else 1.0

@@ -56,8 +56,8 @@ S, by `RiseSlopes.offset` per mm.
 are few samples. The moduli without each sample show a change of any kind: the jackknife, J. W. Tukey, Ann. Math. Stat.
 29 (1958) 614.
 
-W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Noise that is not white, as behind a
-filter, must be thinned out before. mm, N, MPa.
+W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Samples with correlated noise, for
+example after a filter, must be decimated first. Units: mm, N, MPa.
 """
 
 import math
@@ -74,13 +74,13 @@ from sensor.theory.dome_form import felt_cap
 from sensor.theory.hertz import hertz_factor
 from sensor.theory.uneven_skin import felt_heights
 
-FEWEST = 5  # fewest samples with all tips on the fruit; the covariance of fewer means nothing
+FEWEST = 5  # minimum number of samples with all tips on the fruit; the covariance of fewer means nothing
 LARGEST_TOUCH_FORCE = 0.7  # force at the touch of the last tip over the largest; if larger, too little rise remains
 LEAST_RISE = 5.0  # rise of the instrument over its noise; the noise then costs below four per cent of the information
 LARGEST_NOISE = 1.0 / 3.0  # relative noise of E; beyond, the root of the cubic scatters too far to be linearised
 LARGEST_BY_TIME = 0.02  # relative deviation of E by time errors; it turns an uncertainty of 5 % into 5.4 %
 SETTLED = 1e-12  # relative change of the offset at convergence: round-off
-MOST_LEFT_OUT_EACH = 32  # most samples for the jackknife; in a longer press a single sample moves E little
+MOST_LEFT_OUT_EACH = 32  # maximum number of samples for the jackknife; in a longer press one sample hardly changes E
 MOST_STEPS = 50  # iterations of the offset; each leaves some per cent of the previous error
 STEP = 1e-4  # [mm], step of the offset in its difference quotient
 
@@ -249,9 +249,9 @@ def _flesh_block(S: Floats, rolling: RollingDomes) -> Floats:
 class Rise:
     """The samples of one press that are used: from the touch of the last tip to the deepest sample.
 
-    `forces` (samples, channels) [N] are all above 0. `instrument` (samples,) [N] is the whole force some samples
-    earlier. `rates` (samples, channels) [N/s] are the time derivatives of the forces. `touch` [N] is the whole force
-    when the last tip touches, `largest` [N] the whole force in the deepest sample.
+    `forces` (samples, channels) [N] are all above 0. `instrument` (samples,) [N] is the total force some samples
+    earlier. `rates` (samples, channels) [N/s] are the time derivatives of the forces. `touch` [N] is the total force
+    when the last tip touches, `largest` [N] the total force in the deepest sample.
     """
 
     instrument: Floats
@@ -295,40 +295,41 @@ class _Moments(NamedTuple):
 def rise_of(
     forces: Floats, tips: int, least_forces: Floats | float = 0.0, *, t: Floats | None = None, lag: int = 1
 ) -> Rise:
-    """Return the samples of a press that can be used, from its forces (samples, channels) [N] and times [s].
+    """Select the samples of a press from which its modulus is read: those of the rise to its deepest sample.
 
-    The first `tips` channels are the forces of the tips; the instrument is their sum. As many channels that were
-    derived from the same forces may follow (`RiseLaw.over_time`). The instrument of a sample is the sum `lag` samples
-    before: 1 for white noise, 2 if the channels were interpolated to one time. A sample is used if all forces of the
-    `lag` samples before it exceed `least_forces` (channels,) [N], a multiple of their noise, and its own forces are
-    above 0.
+    `forces` (samples, channels) [N] begin with the forces of the tips in the first `tips` channels; their sum is the
+    instrument. As many channels that were derived from these forces may follow (`RiseLaw.over_time`). The instrument of
+    a sample is the sum `lag` samples earlier: 1 for white noise, 2 if the channels were interpolated to one time. A
+    sample is used if all forces of the `lag` samples before it exceed `least_forces` (channels,) [N], a multiple of
+    their noise, and its own forces are above 0. The times `t` [s] give the rates, which are 0 without them.
 
     A lift ends a press. The samples after a lift have their own offset, and are read instead if they reach deeper.
-    Samples after the deepest one are left out, because the flesh may have yielded. Without times the rates are 0.
+    Samples after the deepest one are left out, because the flesh may have yielded.
     """
-    number = np.arange(len(forces))
-    whole = forces[:, :tips].sum(axis=1)
-    # the last sample until here in which a tip does not touch, -1 without one
-    lifted = np.maximum.accumulate(np.where((forces > least_forces).all(axis=1), -1, number))
-    begins = np.concatenate([[0], lifted[:-1] + 1])[: len(forces)]  # first sample of each sample's touch
-    counts = (number - begins >= lag) & (forces > 0.0).all(axis=1)
-    if not counts.any():
+    index = np.arange(len(forces))
+    total = forces[:, :tips].sum(axis=1)
+    # index of the last sample up to each one in which a tip does not touch, or -1
+    last_lift = np.maximum.accumulate(np.where((forces > least_forces).all(axis=1), -1, index))
+    touch_start = np.concatenate([[0], last_lift[:-1] + 1])[: len(forces)]  # first sample since the last lift
+    is_usable = (index - touch_start >= lag) & (forces > 0.0).all(axis=1)
+    if not is_usable.any():
         none = forces[:0]
         return Rise(instrument=none[:, 0], forces=none, rates=none, touch=0.0, largest=0.0)
-    depths = np.where(counts, whole, 0.0)
-    deepest = len(depths) - 1 - int(depths[::-1].argmax())  # the last one, if a hold repeats the largest force
-    begin = int(begins[deepest])
+    usable_total = np.where(is_usable, total, 0.0)
+    # the last one, if a hold repeats the largest force
+    deepest = len(usable_total) - 1 - int(usable_total[::-1].argmax())
+    begin = int(touch_start[deepest])
     rows = slice(begin + lag, deepest + 1)
     rates = np.zeros_like(forces[rows])
     if t is not None:
         elapsed = np.diff(t, prepend=t[0])[rows, None]
         np.divide(np.diff(forces[begin + lag - 1 : deepest + 1], axis=0), elapsed, out=rates, where=elapsed > 0.0)
     return Rise(
-        instrument=whole[begin : deepest + 1 - lag],
+        instrument=total[begin : deepest + 1 - lag],
         forces=forces[rows],
         rates=rates,
-        touch=float(whole[begin]),
-        largest=float(whole[deepest]),
+        touch=float(total[begin]),
+        largest=float(total[deepest]),
     )
 
 
@@ -393,7 +394,8 @@ class RiseReading:
 
     `noise` [1] is the relative standard uncertainty of E by noise that is independent from sample to sample, and
     `offset_noise` [mm] the standard uncertainty of the offset. `offset_per_log_E` [mm] is the change of the offset per
-    change of ln E by other causes. `touch` [1] is the whole force when the last tip touches, over the largest.
+    change of ln E due to other causes. `touch` [1] is the total force when the last tip touches, relative to the
+    largest.
     """
 
     E: float
@@ -407,11 +409,11 @@ class RiseReading:
 
 
 def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -> RiseReading:
-    """Return the reading of a press; raises RiseError if the press determines no modulus.
+    """Read the modulus from the rise of a press, with its uncertainty by noise and its sensitivity to other causes.
 
     `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. A `whole` press must
     rise far enough after the touch of its last tip. A part of a press need not, because its uncertainty shows a small
-    rise.
+    rise. Raises RiseError if the press has too few samples or too small a rise, or if no modulus fits it.
     """
     _refuse_few_samples(rise)
     if whole:
@@ -437,17 +439,18 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
 
 
 def rise_modulus(law: RiseLaw, rise: Rise) -> float:
-    """Return the modulus [MPa] of a press without noise, as `read_rise` does; raises RiseError."""
+    """Return the modulus [MPa] of a press without noise, as `read_rise` does and with its errors."""
     _refuse_few_samples(rise)
     _refuse_short_rise(rise, np.zeros(1))
     return _solve(law, rise.moments).E
 
 
 def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
-    """Return the effect of uneven skin and flesh on the modulus of a press with one channel per tip; raises RiseError.
+    """Return the sensitivity of the modulus of a press to uneven skin and flesh; there is one channel for each tip.
 
     `wave_numbers` (waves,) are in [1/mm]. The contact of a dome of relative radius R* = `relative_radius` [mm] has the
     radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face touches, so a height is an offset.
+    Raises RiseError as `read_rise` does.
     """
     _refuse_few_samples(rise)
     E, offset, S_offset = _solve(law, rise.moments)
@@ -462,29 +465,31 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
 
 
 def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
-    """Return the relative change of E per error of the form that all domes share; raises RiseError.
+    """Return the sensitivity of the modulus of a press to errors of form that all domes have in common.
 
-    The first slope is over the relative change of the dome radius [1], the others over the height of a cap of each
-    radius [1/mm]. The change of the distances between the contacts is computed for a half-space.
+    The first slope is per relative change of the dome radius [1], the others per height of a cap of each of the
+    `cap_radii` [mm] at the apex [1/mm]. The change of the distances between the contacts is computed for a half-space.
+    Raises RiseError as `read_rise` does.
     """
     _refuse_few_samples(rise)
     E, offset, S_offset = _solve(law, rise.moments)
     root = _Root(law, rise, E, offset, law.S(S_offset), rise.forces.shape[1])
     relative = domes.relative_radius
     # If the real dome is rounder than in the law, the law is too flat: so the sign is opposite to a change of the law.
-    by_hertz = relative / domes.dome_radius / 3.0 * root.hertz
-    by_distance = -relative * domes.mean_curvature * root.flesh
+    hertz_change = relative / domes.dome_radius / 3.0 * root.hertz
+    distance_change = -relative * domes.mean_curvature * root.flesh
     weights = law.contrast.arrays[0]
     contact_radius = np.sqrt(relative * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
-    caps = [rise.rise_and_mean(felt_cap(radius, contact_radius)) @ weights for radius in cap_radii]
-    moved = [root.moved_with_saddle(*each) for each in (by_hertz + by_distance, *caps)]
-    return np.array(moved)
+    cap_changes = [rise.rise_and_mean(felt_cap(radius, contact_radius)) @ weights for radius in cap_radii]
+    slopes = [root.moved_with_saddle(*change) for change in (hertz_change + distance_change, *cap_changes)]
+    return np.array(slopes)
 
 
 def moduli_without(law: RiseLaw, rise: Rise, several: int = 1) -> Iterator[float]:
-    """Yield the modulus of a press [MPa] without each group of `several` consecutive samples; nan if none is found.
+    """Yield the modulus [MPa] of a press without each window of `several` consecutive samples, as a jackknife.
 
-    A press of more than `MOST_LEFT_OUT_EACH` samples yields nothing.
+    It is nan where the other samples determine no modulus. A press of more than `MOST_LEFT_OUT_EACH` samples yields
+    nothing.
     """
     count = len(rise.forces)
     if count > MOST_LEFT_OUT_EACH:
@@ -507,13 +512,13 @@ def _refuse_few_samples(rise: Rise) -> None:
 def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
     touch = rise.touch / rise.largest
     if touch > LARGEST_TOUCH_FORCE:
-        message = f"the whole force when the last tip touches = {touch:.2g} of the largest: must be at most "
+        message = f"the total force when the last tip touches = {touch:.2g} of the largest: must be at most "
         raise RiseError("no_rise", f"{message}{LARGEST_TOUCH_FORCE:g}; press farther, or more level")
     # Standard deviation of a linear rise between these forces. It ignores a hold at the end, which adds no information.
     rises = (rise.largest - rise.touch) / math.sqrt(12.0)
     least = LEAST_RISE * float(np.linalg.norm(noises))
     if not rises > least:
-        message = f"rise of the whole force = {rises:.2g} N: must be above {least:.2g} N, five times its noise"
+        message = f"rise of the total force = {rises:.2g} N: must be above {least:.2g} N, five times its noise"
         raise RiseError("no_rise", f"{message}; press farther")
 
 
@@ -529,10 +534,10 @@ class _Solution(NamedTuple):
 
 
 def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
-    """Return the solution of both equations of a press: the co-moments determine E, and the means the offset.
+    """Solve both equations of a press: the co-moments determine the modulus E, and the means determine the offset.
 
     Only domes need more than one step: their offset changes S by some per cent, and S changes the offset. Each step
-    reduces the error to this fraction. Raises RiseError.
+    of this fixed-point iteration reduces the error to this fraction. Raises RiseError if no modulus fits the press.
     """
     contrast = law.contrast
     weights, C, S = contrast.arrays
@@ -546,26 +551,27 @@ def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
             z = smallest_root(rise_rigid, rise_dome, rise_body)  # E^(-1/3)
         except ReadingError as error:
             raise RiseError("out_of_range", str(error)) from error
-        found = -(rigid + z * z * (dome + body * z))
-        if law.rolling is None or abs(found - offset) <= SETTLED * abs(rigid):
-            return _Solution(1.0 / (z * z * z), found, offset)
-        offset = found
+        new_offset = -(rigid + z * z * (dome + body * z))
+        if law.rolling is None or abs(new_offset - offset) <= SETTLED * abs(rigid):
+            return _Solution(1.0 / (z * z * z), new_offset, offset)
+        offset = new_offset
         S = law.S(offset)
-    message = "the offset of the contrast does not settle: must be a press of this sensor on a fruit; calibrate again"
+    message = "the offset of the contrast does not converge: must be a press of this sensor on a fruit; calibrate again"
     raise RiseError("out_of_range", message)
 
 
 class _Root:
-    """The law of a press linearised at its root: the change of ln E by anything that adds to the law.
+    """The law of a press linearised at its root: the change of ln E due to any cause that adds to the law.
 
-    An addition has two rows (2, ...): dG, a co-moment with the instrument, and the mean dM [mm].
+    What a cause adds has shape (2, ...): the increment dG of the co-moment with the instrument, and the increment dM
+    [mm] of the mean.
     """
 
     def __init__(self, law: RiseLaw, rise: Rise, E: float, offset: float, S: Floats, tips: int) -> None:
-        """Store the law at the modulus E [MPa] and the offset [mm] of a press, with its S there.
+        """Linearise the law at the modulus E [MPa] and the offset [mm] of a press, with the compliance S there.
 
         `tips` is the number of tips, each of which may have several channels. Each attribute is the slope of the law
-        over one kind of cause, or a factor of such slopes.
+        with respect to one kind of cause, or a factor of such slopes.
         """
         self._weights, self._C, _ = law.contrast.arrays
         self._rise = rise
@@ -610,19 +616,19 @@ class _Root:
         return np.asarray((rise - f * mean) / (self.per_log_E[0] - f * self.per_log_E[1]))
 
     def slopes(self, noise_per_force: Floats) -> RiseSlopes:
-        """Return the slopes over all causes; a change of a spring acts on C as in `contrast_slopes`.
+        """Return the slopes of ln E with respect to all causes; a spring acts on C as in `contrast_slopes`.
 
-        Gains, springs and zeros move the offset by much, so their effect on the saddle is included. The effect of the
-        other causes on the saddle is neglected.
+        `noise_per_force` (tips,) [1/N] is copied into the result. Gains, springs and zeros change the offset greatly,
+        so their effect on the saddle is included. The effect of the other causes on the saddle is neglected.
         """
         rise = self._rise
         F, two_thirds = rise.moments
         squares = rise.rise_and_mean(rise.forces**2)
-        number = np.arange(len(rise.forces))[:, None]
-        drift = rise.rise_and_mean(number / (len(number) - 1))[0]
+        index = np.arange(len(rise.forces))[:, None]
+        drift = rise.rise_and_mean(index / (len(index) - 1))[0]  # from 0 at the first sample to 1 at the last
         gains = self.of_tips(self._body * F + self._dome * two_thirds)
-        by_springs = self._weights @ self._C
-        springs = self.of_tips(-0.5 * (self._weights * (F @ self._C.T) + by_springs * F))
+        spring_slopes = self._weights @ self._C
+        springs = self.of_tips(-0.5 * (self._weights * (F @ self._C.T) + spring_slopes * F))
         zeros = self.of_tips(self._dome * self._inverse_roots[0])
         return RiseSlopes(
             noise=_numbers(noise_per_force),
@@ -635,22 +641,25 @@ class _Root:
             body=float(self.moved(self.flesh[0])),
             offset=float(self.moved(self.per_offset[0])),
             channel_bends=self._bends(gains, self.by_force, F, squares),
-            spring_bends=self._bends(springs, -by_springs, F, squares),
+            spring_bends=self._bends(springs, -spring_slopes, F, squares),
         )
 
     def _bends(self, straight: Floats, by_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
-        """Return the slopes for nonlinear gains or springs, from what constant errors add to the law, (2, tips).
+        """Return the slopes of ln E for gains or springs whose relative error e_0 + k F changes with the force.
 
-        A slope error e_0 + k F adds e_0 F + k F^2 / 2 to a force. A press sees e at the force at which F^2 has the
-        slope cov(u, F^2) / cov(u, F). The slope of the law over a force is c = `by_force` [mm/N], (channels,).
+        Such an error adds e_0 F + k F^2 / 2 to a force. `straight` (2, tips) is what a constant error of 1 adds to the
+        law, and c = `by_force` (channels,) [mm/N] the slope of the law with respect to a force.
         """
-        # A constant error of 1 adds `straight`. The part k adds to the co-moments as e = k middles does, and to the
-        # mean c k F^2 / 2.
-        rises, of_squares = F[0, : self._tips], squares[0, : self._tips]
-        middles = np.divide(of_squares, 2.0 * rises, out=np.zeros_like(rises), where=rises != 0.0)
+        # A press sees the error at the force where F^2 / 2 has the slope cov(u, F^2) / (2 cov(u, F)). So k adds to the
+        # co-moments like a constant error of k times this force, and c k F^2 / 2 to the mean.
+        force_rises, square_rises = F[0, : self._tips], squares[0, : self._tips]
+        middle_forces = np.divide(
+            square_rises, 2.0 * force_rises, out=np.zeros_like(force_rises), where=force_rises != 0.0
+        )
+        mean = self.of_tips(0.5 * by_force * squares[1])
         return BendSlopes(
             at_zero=_numbers(self.moved_with_saddle(*straight)),
-            per_N=_numbers(self.moved_with_saddle(straight[0] * middles, self.of_tips(0.5 * by_force * squares[1]))),
+            per_N=_numbers(self.moved_with_saddle(straight[0] * middle_forces, mean)),
         )
 
 

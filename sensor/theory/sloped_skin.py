@@ -1,8 +1,8 @@
 """Effects of the slope and the curvature of the skin on a half-space under a vertical load of a tip.
 
-The compliance between two places of a half-space at a distance r, seen from above, is c / r. On a slope, c depends on
-the direction. Under tips of equal extent along and across, its mean over all directions is used. A curved skin adds
--C H ln r.
+The compliance between two points of a half-space is c / r, with r their distance seen from above. On a slope, c depends
+on the direction. Under tips of equal extent along and across the slope, its mean over all directions is used. A curved
+skin adds -C H ln r, with the mean curvature H.
 """
 
 import functools
@@ -27,16 +27,19 @@ def slope_factor(poisson: float, slope: float) -> float:
 
 
 def log_coefficient(poisson: float, slope: float) -> float:
-    """Return C [1]: a skin of mean curvature H [1/mm] adds -C H ln(r) to the vertical compliance times E [1/mm].
+    """Return the coefficient C [1] of the compliance that the curvature of a skin adds, on a slope [1].
 
-    A curved skin lacks the material above it, H r^2 deep below the tangent plane. Removing it frees its strain energy
-    1/2 sigma:eps under two unit loads (shape derivative). The surface stress of normal and tangential loads is Johnson
-    (3.20) and (3.76).
+    A skin of mean curvature H [1/mm] adds -C H ln(r) to the vertical compliance times E [1/mm], at a distance r. With
+    H = (k1 + k2) / 2, the skin lies H r^2 / 2 below its tangent plane, in the mean over all directions. Removing the
+    material between them frees its strain energy 1/2 sigma:eps under two unit loads (a shape derivative). The surface
+    stresses of normal and tangential loads are those of Johnson (3.20) and (3.76).
     """
-    cosine_squared = 1.0 / (1.0 + slope**2)
-    free = 1.0 - 2.0 * poisson
-    normal = free**2 * (1.0 + poisson) / (2.0 * math.pi)
-    tangential = ((3.0 + poisson) * free**2 + 12.0 * poisson * free + 18.0 * poisson**2) / (4.0 * math.pi)
+    cosine_squared = 1.0 / (1.0 + slope**2)  # square of the normal component of a vertical unit load
+    compressibility = 1.0 - 2.0 * poisson  # 0 for incompressible flesh
+    normal = compressibility**2 * (1.0 + poisson) / (2.0 * math.pi)
+    tangential = ((3.0 + poisson) * compressibility**2 + 12.0 * poisson * compressibility + 18.0 * poisson**2) / (
+        4.0 * math.pi
+    )
     return cosine_squared * normal + (1.0 - cosine_squared) * tangential
 
 

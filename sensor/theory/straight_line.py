@@ -1,4 +1,4 @@
-"""Straight lines through measured values over a load: slope, zero, error, the bend, and the row that does not fit.
+"""Straight lines through measured values against a load: slope, zero, standard error, curvature and outlier.
 
 **Lack of fit.** A channel that bends shows c = p0 + p1 F + p2 F^2 under a force F, and a deflection does likewise. The
 straight line through its weights has the slope s = cov(F, c) / var(F) = p1 + 2 p2 m, with the middle of the weights m =
@@ -24,16 +24,16 @@ from sensor.quantity import COVERAGE, Estimate
 from sensor.theory.student import student
 
 FEWEST = 3
-"""Fewest points of a line whose scatter can be estimated."""
+"""Minimum number of points of a line whose scatter can be estimated."""
 LEAST_SPAN = 1e-6
-"""Least range of x [N or mm]; a table with a smaller range has one load or one travel."""
+"""Minimum range of x [N or mm]; a table with a smaller range has one load or one travel."""
 ROUNDED = 12.0**-0.5
-"""Standard deviation of a rounded number, over its last digit (JCGM 100:2008, F.2.2.1)."""
-_LEVELS = 3  # different values of x that a parabola needs
-_UNLIKELY = 1e-4  # probability that a table without a fault has a row that is suspected
-_LEAST_WIDTH = 0.1  # least range of x of the other rows, over the range of all rows
-_BEYOND_SCATTER = 3.0  # standard deviations; a bend is then found in three of a thousand straight lines
-_LEAST_RESIDUAL = 0.01  # residual over the span of a line; a smaller one moves a slope by less than its error
+"""Standard deviation of a rounded number, as a fraction of its resolution (JCGM 100:2008, F.2.2.1)."""
+_LEVELS = 3  # number of different x that a parabola needs
+_FALSE_ALARM = 1e-4  # probability that a table without an outlier appears to have one
+_MIN_WIDTH = 0.1  # minimum range of x of the other points, as a fraction of the range of all points
+_SIGNIFICANT = 3.0  # standard deviations; three of a thousand straight lines then appear to be curved
+_MIN_RESIDUAL = 0.01  # fraction of the span of a line; a smaller residual moves a slope by less than its error
 
 
 class LackOfFit(NamedTuple):
@@ -60,7 +60,7 @@ class Bend:
     @property
     def excess(self) -> float:
         """Return the part of the change [1] that scatter does not explain."""
-        return max(0.0, abs(self.change) - _BEYOND_SCATTER * self.deviation)
+        return max(0.0, abs(self.change) - _SIGNIFICANT * self.deviation)
 
     @property
     def significant_change(self) -> float:
@@ -76,7 +76,7 @@ class Bend:
 
 @dataclass(frozen=True, kw_only=True)
 class OddRow:
-    """The row that the other rows contradict most, by its index, and the value that their line predicts for it.
+    """The row of a table that deviates most from the line through the others: its index and their prediction for it.
 
     `residual` is its distance from this line, `likely` the largest distance that scatter explains.
     """
@@ -91,7 +91,7 @@ class OddRow:
 class Line:
     """A straight line by least squares: its slope with one standard deviation, its value at x = 0, and its bend.
 
-    `span` is the range of the values, `suspect` the row that the other rows contradict most.
+    `span` is the range of the values, `suspect` the row that deviates most from the line through the others.
     """
 
     slope: Estimate
@@ -101,76 +101,82 @@ class Line:
     suspect: OddRow | None
 
     def odd_row(self, span: float | None = None) -> OddRow | None:
-        """Return the row that does not fit the line of the others, or None.
+        """Return the outlier among the rows, which does not fit the line through the others; None if there is none.
 
-        Such a row has a residual of at least a hundredth of `span`, by default the span of this line.
+        An outlier has a residual of at least a hundredth of `span`, by default the span of this line.
         """
-        least = _LEAST_RESIDUAL * (self.span if span is None else span)
-        if self.suspect is None or self.suspect.residual <= max(self.suspect.likely, least):
+        min_residual = _MIN_RESIDUAL * (self.span if span is None else span)
+        if self.suspect is None or self.suspect.residual <= max(self.suspect.likely, min_residual):
             return None
         return self.suspect
 
 
-def fitted(x: Floats, shown: Floats, last_digits: Floats, levels: Floats | None = None) -> Line:
-    """Return the least-squares line of the values `shown` over x; an error of the zero does not change its slope.
+def fitted(x: Floats, values: Floats, resolutions: Floats, levels: Floats | None = None) -> Line:
+    """Fit a straight line to `values` (n,) against x (n,) by least squares, with an error that covers curvature.
 
-    There are at least `FEWEST` points, with at least two different x. A bend needs three different `levels`, by default
-    x. If the line is bent, the scatter is taken about a parabola. Each number also has the standard deviation of its
-    rounding to a last digit. The error bar uses the finest last digit; the tests for an odd row and for a bend use the
-    coarsest.
+    There are at least `FEWEST` points, with at least two different x. The standard error of the slope contains the
+    scatter of the points and the rounding of each value to its resolution. If the points lie on a curve, the scatter is
+    taken about a parabola, and the error covers the slope at both ends of the line.
+
+    Curvature is only looked for if there are three different `levels` [unit of x]; these are the nominal values of x,
+    by default x itself. The error bar uses the finest of the `resolutions` (n,), the tests for curvature and for an
+    outlier use the coarsest. A constant error of all values changes the zero and not the slope.
     """
-    points = _PointsOfLine.centred(x, shown, last_digits)
+    points = _PointsOfLine.centred(x, values, resolutions)
     bend = points.bend(len(set((x if levels is None else levels).tolist())))
-    freedom = len(x) - 2
-    scatter = student(freedom) / COVERAGE * float(np.linalg.norm(points.left)) / freedom**0.5
-    by_rounding = ROUNDED * float(last_digits.min())
-    error = float(np.hypot(bend.scatter if bend.excess else scatter, by_rounding)) / (points.width * points.span)
+    degrees_of_freedom = len(x) - 2
+    # With few points, the standard deviation is widened by Student's t over the factor of a normal distribution.
+    scatter = student(degrees_of_freedom) / COVERAGE * float(np.linalg.norm(points.residuals)) / degrees_of_freedom**0.5
+    rounding = ROUNDED * float(resolutions.min())
+    error = float(np.hypot(bend.scatter if bend.excess else scatter, rounding)) / (points.width * points.span)
     if bend.excess:
         error = float(np.hypot(error, 0.5 * bend.deviation * points.slope))  # the slope at an end of the line
     return Line(
         slope=Estimate(points.slope, error),
-        zero=float(shown.mean() - points.slope * x.mean()),
+        zero=float(values.mean() - points.slope * x.mean()),
         bend=bend,
-        span=float(np.ptp(shown)),
+        span=float(np.ptp(values)),
         suspect=points.suspect(),
     )
 
 
 def left_by_digits(digit: float, largest: float, at: Sequence[float]) -> float:
-    """Return the relative standard deviation of a slope [1] that follows from the last `digit` of the readings.
+    """Return the relative standard deviation of a slope [1] that results from the resolution `digit` of the readings.
 
-    The readings lie on a line through zero, without another error, `at` these fractions of the `largest` [same unit].
+    The readings lie on a line through zero and have no other error. They are `at` these fractions of the `largest`
+    reading, which has the unit of `digit`.
     """
-    shown = largest * np.array(at)
-    return fitted(shown, shown, np.full(len(shown), digit)).slope.relative
+    values = largest * np.array(at)
+    return fitted(values, values, np.full(len(values), digit)).slope.relative
 
 
 class _PointsOfLine(NamedTuple):
     """Points of a line, with the QR decomposition of the columns 1, p and p^2 of a parabola, p = (x - mean) / span.
 
-    `along` are the components of `shown` less its mean along the columns of Q. `left` are the residuals about the
-    straight line.
+    Q and R are better conditioned than normal equations, and contain the straight line in their first two columns.
+    `components` are the products of the columns of Q with the values less their mean. `residuals` are those of the
+    straight line. `resolution` is the coarsest of the values.
     """
 
     x: Floats
-    shown: Floats
-    last_digit: float
+    values: Floats
+    resolution: float
     span: float
     Q: Floats
     R: Floats
-    along: Floats
-    left: Floats
+    components: Floats
+    residuals: Floats
 
     @classmethod
-    def centred(cls, x: Floats, shown: Floats, last_digits: Floats) -> "_PointsOfLine":
-        """Return the points with their decomposition."""
+    def centred(cls, x: Floats, values: Floats, resolutions: Floats) -> "_PointsOfLine":
+        """Return the points with the QR decomposition about their mean."""
         span = float(np.ptp(x))
-        part = (x - x.mean()) / span
-        Q, R = np.linalg.qr(np.column_stack([np.ones(len(x)), part, part**2]))
-        above = shown - shown.mean()
-        along = Q.T @ above
-        left = above - Q[:, :2] @ along[:2]
-        return cls(x, shown, float(last_digits.max()), span, Q, R, along, left)
+        p = (x - x.mean()) / span
+        Q, R = np.linalg.qr(np.column_stack([np.ones(len(x)), p, p**2]))
+        deviations = values - values.mean()
+        components = Q.T @ deviations
+        residuals = deviations - Q[:, :2] @ components[:2]
+        return cls(x, values, float(resolutions.max()), span, Q, R, components, residuals)
 
     @property
     def width(self) -> float:
@@ -180,45 +186,51 @@ class _PointsOfLine(NamedTuple):
     @property
     def slope(self) -> float:
         """Return the slope of the straight line."""
-        return 0.0 + float(self.along[1] / self.R[1, 1]) / self.span  # a level line has 0, not -0
+        return 0.0 + float(self.components[1] / self.R[1, 1]) / self.span  # 0 and not -0 for a horizontal line
 
     def bend(self, levels: int) -> Bend:
-        """Return the bend of the parabola; it is 0 for a level line, three points, or fewer than three levels of x."""
-        freedom = len(self.x) - 3
-        over_span = self.slope * self.span
-        if freedom < 1 or levels < _LEVELS or over_span == 0.0:
+        """Return the curvature of the parabola through the points.
+
+        It is 0 for a horizontal line, for three points, or if `levels`, the number of different x, is below three.
+        """
+        degrees_of_freedom = len(self.x) - 3
+        rise = self.slope * self.span
+        if degrees_of_freedom < 1 or levels < _LEVELS or rise == 0.0:
             return Bend()
-        squares = float(np.sum((self.left - self.along[2] * self.Q[:, 2]) ** 2)) / freedom
-        rounding = ROUNDED * self.last_digit
-        deviation = float(np.sqrt(squares + rounding**2) / abs(self.R[2, 2]))
-        wider = student(freedom) / COVERAGE
+        variance = float(np.sum((self.residuals - self.components[2] * self.Q[:, 2]) ** 2)) / degrees_of_freedom
+        rounding = ROUNDED * self.resolution
+        deviation = float(np.sqrt(variance + rounding**2) / abs(self.R[2, 2]))  # of the coefficient of p^2
+        widening = student(degrees_of_freedom) / COVERAGE
         return Bend(
-            change=2.0 * float(self.along[2] / self.R[2, 2]) / over_span,
-            deviation=2.0 * wider * deviation / abs(over_span),
+            change=2.0 * float(self.components[2] / self.R[2, 2]) / rise,
+            deviation=2.0 * widening * deviation / abs(rise),
             middle=float(self.x.mean() + 0.5 * self.R[1, 2] / self.R[1, 1] * self.span),
             span=self.span,
-            scatter=wider * squares**0.5,
+            scatter=widening * variance**0.5,
         )
 
     def suspect(self) -> OddRow | None:
-        """Return the row whose removal reduces the scatter most; None if too few other rows determine a line.
+        """Return the row whose removal reduces the scatter most; None if no line can be fitted without it.
 
-        It uses leverages: R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2.
+        The line without each row follows from the leverages of the one fit: R. D. Cook, S. Weisberg, Residuals and
+        Influence in Regression, 1982, 2.2.2.
         """
-        freedom = len(self.x) - 3  # degrees of freedom of a line through the others
-        drawn = [float(np.ptp(np.delete(self.x, row))) >= _LEAST_WIDTH * self.span for row in range(len(self.x))]
-        if freedom < 1 or not any(drawn):
+        rows = range(len(self.x))
+        degrees_of_freedom = len(self.x) - 3  # of a line through the other rows
+        is_removable = [float(np.ptp(np.delete(self.x, row))) >= _MIN_WIDTH * self.span for row in rows]
+        if degrees_of_freedom < 1 or not any(is_removable):
             return None
-        one_less_leverage = np.where(drawn, 1.0 - np.sum(self.Q[:, :2] ** 2, axis=1), 1.0)
-        residuals = self.left / one_less_leverage  # about the line of the others
-        removed = self.left * residuals  # decrease of the sum of squares by leaving out each row
-        index = int(np.argmax(np.where(drawn, removed, -1.0)))
-        squares = max(0.0, float(self.left @ self.left - removed[index])) / freedom
+        one_less_leverage = np.where(is_removable, 1.0 - np.sum(self.Q[:, :2] ** 2, axis=1), 1.0)
+        deleted_residuals = self.residuals / one_less_leverage  # of each row, from the line through the others
+        decreases = self.residuals * deleted_residuals  # of the sum of squares, if the row is removed
+        index = int(np.argmax(np.where(is_removable, decreases, -1.0)))
+        variance = max(0.0, float(self.residuals @ self.residuals - decreases[index])) / degrees_of_freedom
         # Any row may be the suspect, so the probability is divided by their number (Bonferroni).
-        wider = student(freedom, 1.0 - 0.5 * _UNLIKELY / len(self.x)) / float(one_less_leverage[index]) ** 0.5
+        quantile = student(degrees_of_freedom, 1.0 - 0.5 * _FALSE_ALARM / len(self.x))
+        widening = quantile / float(one_less_leverage[index]) ** 0.5
         return OddRow(
             index=index,
-            expected=float(self.shown[index] - residuals[index]),
-            residual=abs(float(residuals[index])),
-            likely=wider * float(np.sqrt(squares + (ROUNDED * self.last_digit) ** 2)),
+            expected=float(self.values[index] - deleted_residuals[index]),
+            residual=abs(float(deleted_residuals[index])),
+            likely=widening * float(np.sqrt(variance + (ROUNDED * self.resolution) ** 2)),
         )
