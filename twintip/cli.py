@@ -35,7 +35,7 @@ _COMPLETION = "--completion"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code.
+    """Run one command, print its answers as they arrive, and return the exit code of the last one.
 
     `argv` is the command and its flags. Without it, the arguments of the process are used, and its threads, warnings
     and streams are prepared first. Raises KeyboardInterrupt if a signal ended the command, even if a library turned it
@@ -45,13 +45,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         _prepare_process()
     try:
         words = sys.argv[1:] if argv is None else list(argv)
+        code = PASSED
         help_text = _requested_help(words)
-        if help_text is None:
-            code = _run_command(words[0], _parse_arguments(words[0], words[1:]))
-        else:
-            code = PASSED
+        if help_text is not None:
             with answering():  # argparse itself would not report a lost answer
                 print(help_text, end="")
+        else:
+            arguments = _parse_arguments(words[0], words[1:])
+            command: Any = import_module(COMMANDS[words[0]].module)
+            answers: Answer | Iterator[Answer] = command.run(arguments)
+            for answer in [answers] if isinstance(answers, Answer) else answers:
+                print_answer(answer, as_json=getattr(arguments, "json", False))
+                code = answer.code
         sys.stdout.flush()
     except BrokenPipeError:  # the reader of the output has left
         drop_output()
@@ -61,17 +66,6 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise KeyboardInterrupt from error
         print_error(_error_line(error))
         return WRONG_INPUT
-    return code
-
-
-def _run_command(name: str, arguments: argparse.Namespace) -> int:
-    """Run a command, print its answers as they arrive, and return the exit code of the last one."""
-    command: Any = import_module(COMMANDS[name].module)
-    answers: Answer | Iterator[Answer] = command.run(arguments)
-    code = PASSED
-    for answer in [answers] if isinstance(answers, Answer) else answers:
-        print_answer(answer, as_json=getattr(arguments, "json", False))
-        code = answer.code
     return code
 
 

@@ -35,15 +35,13 @@ _SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.p
 
 
 def run(arguments: Namespace) -> Iterator[Answer]:
-    """Run or look at the design in the flags, or watch a design file."""
-    if arguments.watch is None:
-        yield _run_answer(arguments)
-    else:
+    """Run or look at the design in the flags; with --watch, again whenever its file is written.
+
+    If the folder holds the answer already, nothing is solved.
+    """
+    if arguments.watch is not None:
         yield from watch(arguments, arguments.watch)
-
-
-def _run_answer(arguments: Namespace) -> Answer:
-    """Run or look at a design and return the answer; nothing is solved if the folder already holds this answer."""
+        return
     design = load_design(named_design(arguments), settings_of(arguments))
     folder = arguments.out or Path("outputs") / (f"{design.name}-look" if arguments.look else design.name)
     options = _options(arguments, folder)
@@ -64,7 +62,7 @@ def _run_answer(arguments: Namespace) -> Answer:
     from pipeline.report.answer import every_section, report_passed, summary
 
     parts = every_section(report) if arguments.verbose else summary(report, folder)
-    return Answer(code=PASSED if report_passed(report) else FAILED, data=report, parts=parts)
+    yield Answer(code=PASSED if report_passed(report) else FAILED, data=report, parts=parts)
 
 
 def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
@@ -79,7 +77,7 @@ def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
     out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # does not change with the name in the file
     look = Namespace(**{**vars(arguments), "design": file, "out": out, "look": True, "watch": None})
     seen = _stamp(file)
-    yield _run_answer(look)
+    yield from run(look)
     while True:
         time.sleep(_POLL_S)
         stamp = _stamp(file)
@@ -87,11 +85,9 @@ def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
             continue
         seen = stamp
         try:
-            answer = _run_answer(look)
+            yield from run(look)
         except (InputError, OSError) as error:
             print_error(str(error))
-        else:
-            yield answer
 
 
 def _stamp(file: str) -> tuple[int, int] | None:
