@@ -36,7 +36,7 @@ EVALUATED = (
 """The stages after the springs in order; each is a property of a sensor and a field of its result."""
 
 
-@in_turn
+@in_turn()
 def run(
     design: Design, options: RunOptions | None = None, *, beside: bool = True, progress: Progress | None = None
 ) -> SensorResult:
@@ -129,7 +129,7 @@ def look(sensor: Sensor) -> SensorResult:
     return replace(result, report=report)
 
 
-@in_turn
+@in_turn()
 def evaluate(design: Design, options: RunOptions | None = None, *, progress: Progress | None = None) -> SensorResult:
     """Solve a design and judge it as `run` does, without solids, files and the verdicts on them.
 

@@ -160,7 +160,7 @@ class Calibration:
     error_by: str = report_field("", "error sources in the table", told=False)
 
 
-@in_turn
+@in_turn()
 def calibrate(
     report: Report,
     weights: str | Path,

@@ -100,7 +100,7 @@ class CompressionResult:
         return f"{Path(self.file).name} {self.specimen}"
 
 
-@in_turn
+@in_turn()
 def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None = None) -> list[CompressionResult]:
     """Return the moduli of all specimens in the file of a compression test, as `pipeline modulus` does.
 

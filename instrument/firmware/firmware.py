@@ -34,7 +34,7 @@ SADDLE_STEPS = 12
 SETTLED = 1e-4  # largest change of the offset in the last step, relative to the springs' part of the contrast
 
 
-@in_turn
+@in_turn()
 def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
     """Return the firmware of a unit as a C99 header, as `pipeline read --c-header` writes it.
 
@@ -65,7 +65,7 @@ def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> st
     return header_text(MeasuringUnit.from_report(report, unit))
 
 
-@in_turn
+@in_turn()
 def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) -> str:
     """Return the firmware of a unit as a MicroPython module, as `pipeline read --micropython` writes it.
 

@@ -27,7 +27,7 @@ TARE_SAMPLES = 10
 """Number of samples at the start of a signal of counts that are its tare; the sensor hangs free."""
 
 
-@in_turn
+@in_turn()
 def read_press(
     report: Report,
     file: str | Path,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cad.parts.sensor import SensorSolids
 
 
-@in_turn
+@in_turn()
 def housing(result: SensorResult) -> cq.Workplane:
     """Return the housing of a result [mm] as a CadQuery workplane.
 
@@ -49,7 +49,7 @@ def housing(result: SensorResult) -> cq.Workplane:
     return on_workplane(_solids_of(result).part)
 
 
-@in_turn
+@in_turn()
 def cover(result: SensorResult) -> cq.Workplane:
     """Return the cover behind the housing of a result [mm] as a CadQuery workplane.
 
@@ -81,7 +81,7 @@ def cover(result: SensorResult) -> cq.Workplane:
     return on_workplane(cover_part(sensor.housing, sensor.seats))
 
 
-@in_turn
+@in_turn()
 def mount(result: SensorResult) -> cq.Workplane:
     """Return the bracket that carries the sensor of a result [mm] as a CadQuery workplane.
 
@@ -111,7 +111,7 @@ def mount(result: SensorResult) -> cq.Workplane:
     return on_workplane(mount_part(_solids_of(result)))
 
 
-@in_turn
+@in_turn()
 def assembly(result: SensorResult) -> cq.Assembly:
     """Return the sensor of a result over its fruit [mm], before the press, as a CadQuery assembly.
 

@@ -141,7 +141,7 @@ class PartStiffness(Record):
     not_swept: str = ""
 
 
-@in_turn
+@in_turn()
 def stiffness(
     solid: cq.Workplane | cq.Shape,
     *,

@@ -85,7 +85,7 @@ class StudySummary:
             return next(table_rows(store, store.best(key, 1)), None) if store.span(key) else None
 
 
-@in_turn
+@in_turn()
 def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> StudySummary:
     """Solve the points of a study that its folder does not have yet, and return the outcomes of all.
 

@@ -41,7 +41,7 @@ def test_two_runs_at_once_have_the_answers_of_one_after_the_other(tmp_path, monk
 def test_one_thread_at_a_time_is_inside_and_may_call_itself():
     inside = []
 
-    @in_turn
+    @in_turn()
     def stay(depth):
         inside.append(threading.get_ident())
         time.sleep(0.01)
@@ -67,7 +67,7 @@ def test_what_computes_takes_turns(name):
     entered = threading.Event()
     leave = threading.Event()
 
-    @in_turn
+    @in_turn()
     def hold():
         entered.set()
         leave.wait(DEADLINE_S)
