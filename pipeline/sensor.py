@@ -1,6 +1,6 @@
 """A sensor: a design whose stages are solved on first use, each once."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from typing import Literal, TypeVar
@@ -169,21 +169,19 @@ class Sensor:
     @stage("verdicts")
     def verdicts(self) -> tuple[Verdict, ...]:
         """Return the verdicts on the sensor that need no files."""
-        return self._judged(name for name, _ in RULES)
+        judged = [rule(self) for _, rule in RULES]
+        return tuple(verdict for verdict in judged if verdict is not None)
 
     def verdict(self, name: str) -> Verdict | None:
-        """Return the verdict of a name by evaluating only its rule; None if this design has none."""
-        return next(iter(self._judged([name])), None)
+        """Return the verdict of a name by evaluating only its rules; None if this design has none."""
+        with self.timed.stage("verdicts"):
+            judged = [rule(self) for known, rule in RULES if known == name]
+        return next((verdict for verdict in judged if verdict is not None), None)
 
     def verdicts_on(self, group: Group) -> tuple[Verdict, ...]:
         """Return the verdicts of a group by evaluating only their rules."""
-        return self._judged(name for name, _ in RULES if row_of(name).group == group)
-
-    def _judged(self, names: Iterable[str]) -> tuple[Verdict, ...]:
-        asked = set(names)
-        with self.timed.stage("verdicts"):
-            verdicts = [rule(self) for name, rule in RULES if name in asked]
-        return tuple(verdict for verdict in verdicts if verdict is not None)
+        judged = [self.verdict(name) for name in dict(RULES) if row_of(name).group == group]
+        return tuple(verdict for verdict in judged if verdict is not None)
 
     @stage("behaviour")
     def behaviour(self) -> SpringBehaviour | None:

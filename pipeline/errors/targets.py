@@ -26,8 +26,8 @@ from solve.error_estimate import propagate_errors
 
 LEAST_TRAVEL = 1e-6  # errors at a smaller travel are taken at this one [mm]
 
-Law = Callable[[Springs, float, float], float]
-"""A number as a function of springs, a fruit stiffness [N/mm] and the ratio of the fruit under the two tips [1]."""
+Law = Callable[[float, float, float, float], float]
+"""A number as a function of K_l, K_h, the fruit stiffness [N/mm], and its ratio under the two tips [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,14 +47,15 @@ class ForceRatioCurve:
 
     def P_max(self) -> Estimate:
         """Return the largest force ratio [1]."""
-        return self._estimate(force_ratio)
+        return self._estimate(lambda K_l, K_h, K_m, ratio: force_ratio(Springs(K_l=K_l, K_h=K_h), K_m, ratio))
 
     def NL(self, targets: Targets) -> Estimate:
         """Return the nonlinearity [1] by the definition of the targets."""
-        definition = targets.NL_definition
-        return self._estimate(
-            lambda springs, K_m, ratio: nonlinearity(springs, K_m, definition, ratio, self.stiffening)
-        )
+
+        def law(K_l: float, K_h: float, K_m: float, ratio: float) -> float:
+            return nonlinearity(Springs(K_l=K_l, K_h=K_h), K_m, targets.NL_definition, ratio, self.stiffening)
+
+        return self._estimate(law)
 
     def fruit_stiffness(self, P: float) -> float:
         """Return the fruit stiffness with the force ratio P [N/mm], (4); 0 below all P, infinite beyond the springs."""
@@ -109,11 +110,7 @@ class ForceRatioCurve:
         ratio_error = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
         values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
         errors = (*self.spring_errors, self.K_m_error, ratio_error * self.stiffness_ratio)
-
-        def number(K_l: float, K_h: float, K_m: float, ratio: float) -> float:
-            return law(Springs(K_l=K_l, K_h=K_h), K_m, ratio)
-
-        return Estimate(number(*values), propagate_errors(number, values, errors))
+        return Estimate(law(*values), propagate_errors(law, values, errors))
 
 
 def characteristic(pair: PressedSensor) -> ForceRatioCurve:
