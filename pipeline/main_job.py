@@ -21,20 +21,6 @@ from sensor.design.parameters import Design
 from sensor.turns import in_turn
 from sensor.verdict import Verdict
 
-EVALUATED = (
-    "press",
-    "readings",
-    "over_time",
-    "reached",
-    "verdicts",
-    "behaviour",
-    "tilted",
-    "read_out",
-    "errors",
-    "paper",
-)
-"""The stages after the springs in order; each is a property of a sensor and a field of its result."""
-
 
 @in_turn()
 def run(
@@ -168,18 +154,25 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
 
 
 def evaluated(sensor: Sensor) -> SensorResult:
-    """Return the result of a sensor whose stages are solved in order; verdicts that did not pass have hints."""
+    """Return the result of a sensor whose stages are solved in this order; verdicts that did not pass have hints."""
     sensor.solve("contact", "sizing", "upright_springs", "springs")
-    stages = {name: getattr(sensor, name) for name in EVALUATED}
     rough = "a rough answer: the solid and what pipeline design adds to a run are left out; --tol 0.001 has them"
-    result = SensorResult(
+    return SensorResult(
         options=sensor.options,
         pressed=sensor.pressed,
+        press=sensor.press,
+        readings=sensor.readings,
+        over_time=sensor.over_time,
+        reached=sensor.reached,
+        verdicts=with_hints(sensor.verdicts, sensor.design, sensor.springs, sensor.options),
+        behaviour=sensor.behaviour,
+        tilted=sensor.tilted,
+        read_out=sensor.read_out,
+        errors=sensor.errors,
+        paper=sensor.paper,
         left_out=(rough,) if sensor.options.rough else (),
         seconds=sensor.timed.seconds(),
-        **stages,
     )
-    return replace(result, verdicts=with_hints(result.verdicts, result.design, result.springs, result.options))
 
 
 def with_file_verdicts(
