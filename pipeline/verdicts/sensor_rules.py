@@ -47,28 +47,21 @@ def _of_readings(
     return None if reading is None or readings is None else judged(readings, reading)
 
 
-def _targets(sensor: "Sensor") -> Targets | None:
-    """Return the targets of the force ratio; None for a design with readings or without targets."""
-    return None if sensor.design.reading is not None else sensor.design.targets
+def _of_ratio(
+    name: str, judged: Callable[[Estimate | None, Targets, str], Verdict], sensor: "Sensor"
+) -> Verdict | None:
+    """Return the verdict on P_max or NL; None for a design with readings or without targets.
 
-
-def _P_max(sensor: "Sensor") -> Verdict | None:
-    targets = _targets(sensor)
-    return None if targets is None else _if_made(P_max_verdict(sensor.reached.P_max, targets, _words(sensor)), sensor)
-
-
-def _NL(sensor: "Sensor") -> Verdict | None:
-    targets = _targets(sensor)
-    return None if targets is None else _if_made(NL_verdict(sensor.reached.NL, targets, _words(sensor)), sensor)
-
-
-def _words(sensor: "Sensor") -> str:
-    return ratio_in_words(sensor.springs.per_spring, level=sensor.is_level, reached=sensor.reached)
-
-
-def _if_made(verdict: Verdict, sensor: "Sensor") -> Verdict:
-    """Return a verdict on the force ratio, undecided if the springs were not printed."""
-    return verdict if sensor.springs.per_spring.known else replace(verdict, passed=None)
+    It is undecided if the springs were not printed.
+    """
+    targets = sensor.design.targets
+    if targets is None or sensor.design.reading is not None:
+        return None
+    reached = sensor.reached  # refuses a scene that cannot be pressed
+    springs = sensor.springs.per_spring
+    words = ratio_in_words(springs, level=sensor.is_level, reached=reached)
+    verdict = judged({"P_max": reached.P_max, "NL": reached.NL}[name], targets, words)
+    return verdict if springs.known else replace(verdict, passed=None)
 
 
 def _stiffness(name: str, kind: str, sensor: "Sensor") -> Verdict | None:
@@ -123,8 +116,8 @@ RULES: tuple[tuple[str, Rule], ...] = (
     ("reading.touch", partial(_of_readings, touch_verdict)),
     ("reading.calibration", partial(_of_readings, calibration_verdict)),
     ("bruise", partial(_of_readings, skin_verdict)),
-    ("P_max", _P_max),
-    ("NL", _NL),
+    ("P_max", partial(_of_ratio, "P_max", P_max_verdict)),
+    ("NL", partial(_of_ratio, "NL", NL_verdict)),
     ("K_l", partial(_stiffness, "K_l", "low")),
     ("K_h", partial(_stiffness, "K_h", "high")),
     ("P_displacement_independent", _spread),
