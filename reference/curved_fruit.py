@@ -24,7 +24,7 @@ from solve.elasticity import stiffness_matrix, vector_basis
 from solve.fruit.curved_body import LOG_OFFSET
 from solve.fruit.curved_shape import CurvedShape, Plan
 from solve.fruit.smooth_load import least_deviation
-from solve.fruit.split import tip_footprints
+from solve.fruit.split import contact_footprints
 from solve.linear import factorise
 
 FACETED = 0.05  # relative error of volume or area while midpoints of edges are not yet moved to the skin
@@ -120,7 +120,7 @@ def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, 
     Loads and displacements are along the normals of a skin that falls by `slope` at the tips, or vertical for 0. `plan`
     is the mesh before bending by height; loads are then distributed over its flat top.
     """
-    deviation, centre = least_deviation(tip_footprints(tips)[1]), tips.centres_mm[1]
+    deviation, centre = least_deviation(contact_footprints(Fruit(), tips)[1]), tips.centres_mm[1]
     basis = vector_basis(mesh, ElementTetP2(), 4)
     stiffness = stiffness_matrix(basis, 1.0, poisson)
     skin = np.concatenate([mesh.boundaries["top"], mesh.boundaries["high_tip"]])
@@ -156,7 +156,7 @@ def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
     sharper = LOG_OFFSET * shape.mean_curvature(place, 0.0) * log_coefficient(fruit.poisson, 0.0)
     block, slope = block_mesh(fruit, tips, size), shape.slope(place, 0.0)
     bent = smooth_pair(bent_by_height(block, fruit), fruit.poisson, tips, slope, block)
-    own = 0.5 * (1.0 - fruit.poisson**2) / np.sqrt(np.pi) / least_deviation(tip_footprints(tips)[1])
+    own = 0.5 * (1.0 - fruit.poisson**2) / np.sqrt(np.pi) / least_deviation(contact_footprints(fruit, tips)[1])
     bent += own * 0.25 * slope**2
     return bent - smooth_pair(block, fruit.poisson, tips) - sharper
 

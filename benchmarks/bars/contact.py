@@ -14,7 +14,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from solve.fruit.box import Grading
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.split import MOST_DOFS, footprint_compliance, mesh_dofs, tip_footprints
+from solve.fruit.split import MOST_DOFS, contact_footprints, footprint_compliance, mesh_dofs
 from solve.linear import SolveError
 
 FOUR_TIMES = 3.9
@@ -57,7 +57,7 @@ def _checked(compliance: FruitCompliance, reference: Reference) -> tuple[Referen
 
 def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> Reference:
     """Return s11 - s12 and s11 [1/mm] by the split with four times the dofs, or by direct FE if that is too large."""
-    footprints = tip_footprints(tips)
+    footprints = contact_footprints(fruit, tips)
     for grading in FINER:
         if FOUR_TIMES * compliance.info.dofs <= mesh_dofs(fruit, footprints, grading) <= MOST_DOFS:
             finer = footprint_compliance(fruit, footprints, grading)

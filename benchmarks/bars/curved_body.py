@@ -12,9 +12,9 @@ from sensor.design.tips import Tips
 from solve.fruit.body_lines import BodySteps
 from solve.fruit.curved_body import SAFETY, STEPS, ShapeChange, shape_change
 from solve.fruit.footprints import Footprint
-from solve.fruit.split import LEVELS, footprint_compliance, relative_changes, tip_footprints
+from solve.fruit.split import LEVELS, contact_footprints, footprint_compliance, relative_changes
 
-PAIR = tip_footprints(Tips())
+PAIR = contact_footprints(Fruit(), Tips())
 
 
 @functools.cache

@@ -74,14 +74,6 @@ class Errors(NamedTuple):
     own: float
 
 
-def tip_footprints(tips: Tips) -> tuple[Footprint, ...]:
-    """Return the footprints of flat tips [mm]; raises InputError for tips that are not flat."""
-    if not tips.tip_shape.has_flat_face:
-        raise validation_error("tips.shape", tips.shape, "", "one with a flat face", "take cube or cylinder")
-    punch = circle_punch if tips.tip_shape.is_round else square_punch
-    return tuple(Footprint(x, y, tips.side_mm, punch) for x, y in tips.places_mm)
-
-
 def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     """Return the flat footprints [mm] that represent the tips: sharp faces, and for domes a circle at their contact.
 
@@ -90,7 +82,8 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     circle hardly matters.
     """
     if tips.dome_radius_mm is None:
-        return tip_footprints(tips.flat)
+        punch = circle_punch if tips.tip_shape.is_round else square_punch
+        return tuple(Footprint(x, y, tips.side_mm, punch) for x, y in tips.places_mm)
     radius_along, radius_across = fruit.radii_mm
     along = 1.0 / (1.0 + tips.dome_radius_mm / radius_along)
     across = 1.0 / (1.0 + tips.dome_radius_mm / radius_across)

@@ -13,7 +13,7 @@ from solve.contact.pose_forces import Pose, pose_forces
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.skin import skin_compliance
-from solve.fruit.split import split_compliance, tip_footprints
+from solve.fruit.split import contact_footprints, split_compliance
 
 SPRINGS = np.diag([1.0 / 0.753, 1.0 / 17.3])  # mm/N, of the paper
 BLOCK = Fruit(length_mm=20.0, width_mm=14.0, height_mm=6.0, poisson=0.3, E_MPa=(0.25,), E_max_MPa=0.25)
@@ -25,7 +25,7 @@ SOFT_IN_SHEAR = replace(BLOCK, poisson=-0.499, skin_mm=0.02, skin_E_MPa=0.26, sk
 def scene_of(fruit):
     scene = Scene(fruit=fruit, tips=TIPS, press=PressMotion(tilt_deg=1.0))
     bare = split_compliance(fruit, TIPS, tolerance=0.02)
-    return scene, replace(skin_compliance(bare, fruit, tip_footprints(TIPS)), rough=True)
+    return scene, replace(skin_compliance(bare, fruit, contact_footprints(fruit, TIPS)), rough=True)
 
 
 def pressed_over_travel(scene, compliance):

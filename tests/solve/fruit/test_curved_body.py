@@ -33,7 +33,6 @@ from solve.fruit.split import (
     footprint_compliance,
     relative_changes,
     split_compliance,
-    tip_footprints,
 )
 from solve.linear import SolveError
 
@@ -127,7 +126,7 @@ def test_compliance_carries_the_change_and_says_how_much(monkeypatch):
 def test_what_is_not_solved_is_refused(fruit, tips, field):
     block = split_compliance(PIECE.equivalent_block, Tips())
     with pytest.raises(InputError) as refused:
-        curved_compliance(block, fruit, tip_footprints(tips))
+        curved_compliance(block, fruit, contact_footprints(fruit, tips))
     assert refused.value.field == field
 
 
