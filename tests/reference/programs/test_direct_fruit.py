@@ -6,8 +6,6 @@ from benchmarks.bars.truths import TRUTHS
 from reference.direct_fruit import (
     check_balance,
     direct_compliance,
-    mesh_compliance,
-    outline_size,
     tip_stiffness,
 )
 from reference.fruit_meshes import fruit_mesh, fruit_meshes, solved_block
@@ -77,32 +75,3 @@ def test_reactions_that_do_not_balance_or_are_not_reciprocal_are_refused():
         check_balance(skew, -skew.sum(axis=0))
     with pytest.raises(SolveError):
         check_balance(balanced, np.array([np.nan, 0.0]))
-
-
-def test_size_of_the_outline_leaves_out_the_cut():
-    mesh = column()
-    # Of the 2 x 3 mm footprint the sides x = 2 and y = 3 remain: 5 mm in two edges of 1 mm and two of 1.5 mm.
-    assert outline_size(mesh) == pytest.approx(5.0 / 4.0)
-
-
-def test_half_and_quarter_of_a_block():
-    """Two tips on a column 8 mm wide: the half with both tips answers as the quarter, whose tip stands for both.
-
-    Tetrahedra lean the same way on both sides of the half, by which its own tips differ by 0.2 %: a few times that.
-    """
-    across, down = np.linspace(0.0, 3.0, 4), np.linspace(-4.0, 0.0, 5)
-    faces = {
-        "base": lambda x: x[2] < -4.0 + 1e-9,
-        "symmetry_y": lambda x: x[1] < 1e-9,
-        "high_tip": lambda x: (x[2] > -1e-9) & (abs(x[0] - 2.0) < 1.0) & (x[1] < 1.0),
-    }
-    half = MeshTet.init_tensor(np.linspace(-4.0, 4.0, 9), across, down).with_boundaries(
-        {**faces, "low_tip": lambda x: (x[2] > -1e-9) & (abs(x[0] + 2.0) < 1.0) & (x[1] < 1.0)}
-    )
-    quarter = MeshTet.init_tensor(np.linspace(0.0, 4.0, 5), across, down).with_boundaries(
-        {**faces, "symmetry_x": lambda x: x[0] < 1e-9}
-    )
-    whole, part = (mesh_compliance(mesh, 0.3) for mesh in (half, quarter))
-    assert whole.dofs > 1.8 * part.dofs
-    np.testing.assert_allclose(whole.S, whole.S.T, rtol=1e-9)
-    np.testing.assert_allclose(whole.S, part.S, rtol=0.005)

