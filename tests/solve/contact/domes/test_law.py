@@ -117,15 +117,6 @@ def test_small_domes_settle_on_the_largest_fruit():
     np.testing.assert_allclose(forces[0], forces[1], rtol=1.6 * fall / depth.min())  # forces go with depth^1.5
 
 
-def test_domes_side_by_side_sink_by_each_other():
-    """Far apart each adds (1 - nu^2) F / (pi E p) to what the other sinks by."""
-    apart, depth = 400.0, 0.4
-    found = dome_forces(lowered([[0.0, 0.0], [apart, 0.0]], depth), E, np.zeros((2, 2)), half_space(2))
-    crosstalk = (1.0 - POISSON**2) * found.F[:, 0] / (np.pi * E * apart)
-    alone = dome_forces(lowered([[0.0, 0.0]], depth - crosstalk[0]), E, np.zeros((1, 1)), half_space())
-    np.testing.assert_allclose(found.F[0], alone.F[0, 0], rtol=1e-6)
-
-
 def test_dome_that_is_off():
     """It hangs 0.1 mm over the plane beside one that is pressed, without force and error."""
     poses = lowered([[0.0, 0.0], [20.0, 0.0]], np.array([0.1, -0.1]))
@@ -197,12 +188,6 @@ def pressed(posed, modulus=1.0, springs=SPRINGS):
     known = compliance(posed.fruit, posed.tips)
     poses = dome_poses([posed], np.array([posed.press.travel_mm]))
     return dome_forces(poses, np.array([modulus]), springs, dome_body(posed, known, [posed.fruit]))
-
-
-def test_square_is_the_same_seen_from_its_sides():
-    """Mirrored at x = y, tips 0 and 2 stay, 1 and 3 change places, and tilt becomes roll."""
-    tilted, rolled = pressed(scene(0.4, 0.1)), pressed(scene(0.1, 0.4))
-    np.testing.assert_allclose(rolled.F[:, [0, 3, 2, 1]], tilted.F, rtol=1e-9)
 
 
 @pytest.mark.slow
@@ -307,23 +292,6 @@ def level_domes(sideways=None):
     return dataclasses.replace(scene(fruit=MANGO, tips=tips, travel=0.4), sideways=sideways)
 
 
-def test_forces_in_some_poses_are_those_among_all():
-    give = np.zeros((4, 4, 3, 3))
-    give[range(4), range(4)] = 0.5 * np.eye(3)
-    level = level_domes(SidewaysGive(give, 0.0))
-    fruits = [dataclasses.replace(level.fruit, radius_mm=radius) for radius in np.linspace(30.0, 40.0, 6).tolist()]
-    scenes = [
-        dataclasses.replace(level, press=dataclasses.replace(level.press, tilt_deg=tilt), fruit=fruit)
-        for tilt, fruit in enumerate(fruits)
-    ]
-    poses = dome_poses(scenes, np.linspace(0.2, 0.4, 6))
-    body = dome_body(level, compliance(level.fruit, level.tips), fruits)
-    body = dataclasses.replace(body, remainder=body.remainder * np.linspace(1.0, 2.0, 6)[:, None, None])
-    moduli, some = np.linspace(0.5, 3.5, 6), np.array([4, 1])
-    found = dome_forces(poses.select(some), moduli[some], SPRINGS, body.select(some))
-    np.testing.assert_allclose(found.F, dome_forces(poses, moduli, SPRINGS, body).F[some], rtol=1e-9)
-
-
 def contrast_of(level):
     tips = level.tips
     found = dome_contrast(level, compliance(level.fruit, tips), SPRINGS, 1.0)
@@ -340,26 +308,13 @@ def test_contrast_is_refused_where_a_dome_is_off_at_full_travel():
     """On a ball the middle tip of a line touches first: at less travel than the outer ones fall, these are off."""
     level = level_domes()
     tips = dataclasses.replace(level.tips, layout="line", order="LHL", outer_mm=0.0)
-    fall = level.fruit.fall_mm(*tips.places_mm[0])
-    springs = SPRINGS[:3, :3]
-    deep, shallow = (
-        dataclasses.replace(level, tips=tips, press=dataclasses.replace(level.press, travel_mm=share * fall))
-        for share in (3.0, 0.5)
-    )
-    found = dome_contrast(deep, compliance(level.fruit, tips), springs, 1.0)
-    assert np.isfinite(found.hertz)
+    travel = 0.5 * level.fruit.fall_mm(*tips.places_mm[0])
+    shallow = dataclasses.replace(level, tips=tips, press=dataclasses.replace(level.press, travel_mm=travel))
     with pytest.raises(SolveError):
-        dome_contrast(shallow, compliance(level.fruit, tips), springs, 1.0)
+        dome_contrast(shallow, compliance(level.fruit, tips), SPRINGS[:3, :3], 1.0)
 
 
-def test_contrast_of_level_domes_reads_the_modulus():
-    level = level_domes()
-    contrast = contrast_of(level)
-    for modulus in (0.5, 1.0, 3.5):
-        assert read_modulus(contrast, pressed(level, modulus).F[0].tolist()) == pytest.approx(modulus, rel=0.02)
-
-
-def test_contrast_of_domes_that_give_sideways_reads_as_if_they_did_not():
+def test_contrast_reads_the_modulus_of_domes_that_give_sideways_too():
     """What the give moves the reading by where it is left out shrinks to a tenth: its second order."""
     give = np.zeros((4, 4, 3, 3))
     give[[1, 3], [1, 3], 1, 1] = 0.5
@@ -367,6 +322,7 @@ def test_contrast_of_domes_that_give_sideways_reads_as_if_they_did_not():
     for modulus in (1.0, 3.5):
         forces = pressed(soft, modulus).F[0].tolist()
         expected = read_modulus(contrast_of(stiff), pressed(stiff, modulus).F[0].tolist())
+        assert expected == pytest.approx(modulus, rel=0.02)
         left_out = read_modulus(contrast_of(stiff), forces) / expected - 1.0
         taken = read_modulus(contrast_of(soft), forces) / expected - 1.0
         assert left_out < -1e-3
