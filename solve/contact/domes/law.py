@@ -45,8 +45,8 @@ HALVINGS = 12  # most halvings of a Newton step
 # Relative change of the body's compliance for domes that touch elsewhere than in its solve. It is per increase of their
 # squared distance from the middle, over the squared size of the body. tests/reference/fits/test_contact.py
 ELSEWHERE = 2.0
-# Bounds on neglected terms, also from tests/reference/fits: the change of the body's deflection over a contact, times
-# (a / size)^2; the next moments of the crosstalk; the rest as a fraction of the depth.
+# Bounds on neglected terms, which tests/solve/contact/domes/test_law.py compares with cells: the change of the body's
+# deflection over a contact, times (a / size)^2; the next moments of the crosstalk; the rest as a fraction of the depth.
 OVER_CONTACT = 0.25
 NEXT_MOMENT = 0.5
 OF_DEPTH = 7e-4
