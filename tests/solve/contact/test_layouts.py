@@ -44,13 +44,6 @@ def test_tilt_and_roll_of_a_square_are_the_same_seen_from_its_sides(monkeypatch)
     assert tilted.info.method == "unilateral"
 
 
-def test_tilted_square_in_full_contact_follows_the_linear_law():
-    """Each tip travels by its own lever about the mean of the centres."""
-    found = pressed(tilt=0.5, roll=-0.3)
-    lever = np.array(SQUARE) @ np.tan(np.radians([0.5, -0.3]))
-    np.testing.assert_allclose(found.F[0, -1], np.linalg.solve(C + square_S(), 0.6 + lever), rtol=1e-3)
-
-
 def test_first_touch_off_the_axis_is_under_the_inner_corner():
     inner = 1.5**2 + 1.5**2
     scene = Scene(fruit=SPHERE, tips=TIPS, press=PressMotion())

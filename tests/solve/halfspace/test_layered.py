@@ -9,12 +9,11 @@ from scipy.special import j0
 
 from solve.fruit.footprints import Footprint, level_compliance
 from solve.fruit.skin import layered_change
-from solve.halfspace.layered import Layer, added_compliances, base_compliance, round_contact
+from solve.halfspace.layered import Layer, base_compliance, round_contact
 from solve.halfspace.punch import circle_punch
 
 SKIN = Layer(thickness=0.3, modulus=10.0, poisson=0.3, poisson_below=0.3)
 RADIUS = 0.564
-KH = np.geomspace(1e-3, 20.0, 40)
 
 
 def circle_stiffness(layer, radius):
@@ -81,17 +80,11 @@ def sinusoidal_sinking(layer, kh):
 
 
 @pytest.mark.parametrize("poissons", [(0.3, 0.3), (0.45, 0.3), (0.2, 0.49)])
-@pytest.mark.parametrize("modulus", [1.5, 10.0, 100.0])
+@pytest.mark.parametrize("modulus", [1.0, 10.0, 100.0])
 def test_waves_sink_a_layer_as_six_equations_say(modulus, poissons):
     layer = Layer(0.3, modulus, *poissons)
     for kh in (0.05, 0.3, 1.0, 3.0):
         assert 1.0 + layer.softening(np.array(kh)) == pytest.approx(sinusoidal_sinking(layer, kh), rel=1e-9)
-
-
-def test_a_layer_as_what_lies_below_changes_nothing():
-    layer = dataclasses.replace(SKIN, modulus=1.0)
-    assert np.abs(layer.softening(KH)).max() < 1e-12
-    assert added_compliances([layer], np.linspace(0.0, 5.0, 9)) == pytest.approx(np.zeros((1, 9)), abs=1e-12)
 
 
 @pytest.mark.parametrize(("thickness", "per_side"), [pytest.param(0.1, 17, marks=pytest.mark.slow), (0.3, 9), (0.6, 9)])
@@ -149,22 +142,9 @@ def bonded(u, poisson):
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45, 0.49])
-@pytest.mark.parametrize("apart", [0.0, 3.0, 6.0, 25.0])
-def test_a_rigid_base_takes_off_what_the_bonded_layer_lacks(poisson, apart):
-    h = 8.0
+@pytest.mark.parametrize(("h", "apart"), [(8.0, 0.0), (8.0, 3.0), (8.0, 25.0), (2.0, 3.0)])
+def test_a_rigid_base_takes_off_what_the_bonded_layer_lacks(poisson, h, apart):
     off = quad(lambda u: (bonded(u, poisson) - 1.0) * j0(u * apart / h), 0.0, 25.0, limit=400, epsabs=1e-11)[0]
     expected = (1.0 - poisson**2) / (np.pi * h) * off
     # A base 1e7 times as hard, and a spline through 160 distances.
     np.testing.assert_allclose(base_compliance(h, poisson, np.array(apart)), expected, atol=1e-6)
-
-
-@pytest.mark.parametrize("poisson", [0.3, 0.45])
-def test_a_base_that_is_deep_changes_nothing_and_one_that_is_near_all(poisson):
-    apart = np.array([0.0, 6.0, 12.0])
-    near, far = (base_compliance(h, poisson, apart) for h in (1.0, 1000.0))
-    half_space = (1.0 - poisson**2) / (np.pi * apart[1:])
-    # The surface beside a load on a thin layer that can be compressed does not move.
-    np.testing.assert_allclose(near[1:], -half_space, rtol=0.02)
-    assert np.all(np.abs(far[1:]) < 0.02 * half_space)  # by some apart / thickness
-    # Lengths scale.
-    np.testing.assert_allclose(base_compliance(2.0, poisson, 2.0 * apart), 0.5 * near, rtol=1e-9)
