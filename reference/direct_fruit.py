@@ -22,7 +22,7 @@ Held = Mapping[str, Sequence[str]]  # components of the displacement that are fi
 EDGE_RATE = 1.0  # u ~ r^1/2 at the edge of a sharp tip, so the energy converges at first order in the size there
 BALANCE_LIMIT = 1e-8  # largest unbalanced reaction over the largest reaction
 # Quadratic tetrahedra lock as nu tends to 0.5. These are the largest nu, and the relative error that remains after
-# extrapolation from three meshes, fitted to the split solution by tests/reference/fits/test_fruit.py.
+# extrapolation from three meshes, fitted to the split solution. The table of bars has cases at nu = 0.4999.
 LOCKS_TO = 0.4999
 LOCKING = (4e-4, 3.2e-3, 0.4)  # error at nu = 0.45, factor of its growth, power of 1 / (1 - 2 nu)
 WIDEST_ERROR = 0.1  # largest relative error of a compliance that still distinguishes ripeness

@@ -101,11 +101,6 @@ def test_calculix_that_ends_with_exit_code_0_and_garbage_is_refused(
         calculix(contact_scene[1])
 
 
-def test_a_node_that_the_peer_lacks_is_refused(contact_scene):
-    with pytest.raises(SolveError):
-        contact_scene[1].elements.at(np.array([[0.1234], [0.1234], [-0.1234]]))
-
-
 GOOD = {"forces": {"tip": 1.0, "support0": -1.0}, "displacements": []}
 
 

@@ -21,19 +21,6 @@ ROOT = Path(__file__).parents[2]
 HOUSING_BLOCKS = housing_blocks(SMALL_HOUSING, counts(SMALL_HOUSING, 2.0))
 
 
-def test_session_is_open_inside_and_closed_after():
-    with gmsh_session():
-        assert gmsh.isInitialized()
-    assert not gmsh.isInitialized()
-
-
-def test_session_closes_when_gmsh_raises():
-    with pytest.raises(MachineError), gmsh_session():  # noqa: SIM117
-        with stage("open", "give a file that exists"):
-            gmsh.model.occ.importShapes("no-such-file.brep")
-    assert not gmsh.isInitialized()
-
-
 def test_session_closes_on_a_keyboard_interrupt():
     with pytest.raises(KeyboardInterrupt), gmsh_session():
         os.kill(os.getpid(), signal.SIGINT)

@@ -24,12 +24,6 @@ def cube():
     return stiffness_matrix(basis, 1.0, 0.3), basis
 
 
-def test_solution_is_that_of_a_dense_solve(rng):
-    K, load = spd(rng), rng.normal(size=40)
-    found = factorise(csc_matrix(K), NONE).solve(load)
-    assert found == pytest.approx(np.linalg.solve(K, load), rel=1e-10, abs=1e-13)
-
-
 def test_prescribed_values_are_met_and_the_rest_is_in_balance(rng):
     K, load = spd(rng), rng.normal(size=40)
     fixed = np.array([3, 17, 5])

@@ -1,15 +1,12 @@
-"""Constants of the compliance of a block: rules of its mesh, error bars of the split, locking of direct elements."""
+"""Constants of the compliance of a block: rules of its mesh and error bars of the split."""
 
 from dataclasses import replace
-from functools import cache
 from unittest.mock import patch
 
 import numpy as np
 import pytest
 from covering import covers
 
-from reference.direct_fruit import direct_compliance, locking
-from reference.fruit_meshes import fruit_mesh, solved_block
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from solve.fruit import box
@@ -88,16 +85,3 @@ def test_error_of_the_rough_mesh_is_a_share_of_the_remainder():
         fine = pair(on_mesh(fruit, LEVELS[0], spacing).S)
         errors.append(abs(rough / fine - 1.0) / of_remainder(fruit, spacing).max())
     assert covers(ROUGH_ERROR, errors)
-
-
-def test_locking_of_direct_elements_is_covered():
-    """One mesh coarser than the product's; what is left at nu 0.3 is their extrapolation's and is taken off."""
-    tips = Tips()
-    meshes = [fruit_mesh(solved_block(PAPER, tips), PAPER, tips, scale) for scale in (2.0, 1.0, 0.5)]
-
-    @cache
-    def apart(poisson):
-        split = split_compliance(replace(PAPER, poisson=poisson), tips)
-        return pair(direct_compliance(meshes, poisson).S) / pair(split.S) - 1.0
-
-    assert covers(locking(0.4999), [abs(apart(0.4999) - apart(0.3))], 4.0)

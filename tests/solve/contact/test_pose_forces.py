@@ -46,18 +46,16 @@ def test_scene_of_a_pose():
     assert (posed.press.tilt_deg, posed.press.roll_deg) == (1.0, -2.0)
     assert posed.fruit.radius_mm == 42.0
     np.testing.assert_allclose(posed.centres, np.array(GENTLE.places_mm) + np.array([0.3, 0.2]))
-    whole = Scene(fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0), tips=GENTLE, press=PressMotion())
-    assert posed_scene(whole, TILTED.stand).fruit.whole
-    egg = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=25.0, thickness_mm=12.0)
-    assert posed_scene(dataclasses.replace(whole, fruit=egg), TILTED.stand).fruit.radii_mm == (42.0, 36.0)
+    thinner = posed_scene(
+        square(fruit=dataclasses.replace(PIECE, length_mm=None, width_mm=None)), Stand(thickness_mm=8.0)
+    )
+    assert thinner.fruit.whole
+    assert thinner.fruit.length_mm == pytest.approx(2.0 * np.sqrt(35.0**2 - 27.0**2))
+    piece = dataclasses.replace(PIECE, shape="ellipsoid", radius_across_mm=25.0)
     met = dataclasses.replace(TILTED.stand, azimuth_deg=30.0, thickness_mm=9.0)
-    thinner = posed_scene(whole, Stand(thickness_mm=8.0)).fruit
-    assert thinner.whole
-    assert thinner.length_mm == pytest.approx(2.0 * np.sqrt(35.0**2 - 27.0**2))
-    piece = dataclasses.replace(egg, length_mm=24.0, width_mm=24.0)
-    fruit = posed_scene(dataclasses.replace(whole, fruit=piece), met).fruit
+    fruit = posed_scene(square(fruit=piece), met).fruit
     assert (fruit.radii_mm, fruit.azimuth_deg, fruit.depth_mm) == ((42.0, 36.0), 30.0, 9.0)
-    assert (fruit.length_mm, fruit.width_mm) == (24.0, 24.0)
+    assert (fruit.length_mm, fruit.width_mm) == (30.0, 30.0)
 
 
 def test_domes_in_many_poses_are_pressed_each_as_alone():

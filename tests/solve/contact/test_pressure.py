@@ -14,21 +14,6 @@ from solve.fruit.compliance import FruitCompliance
 E, X = 2.0, 0.6
 
 
-def areas(found):
-    """Return the areas of the cells under one tip [mm^2]."""
-    return np.outer(np.diff(found.edges), np.diff(found.edges))
-
-
-def area_above(found, limit=0.0):
-    """Return the area of each tip whose pressure exceeds a limit [mm^2], to a few per cent."""
-    return ((found.cell_forces > limit * areas(found)) * areas(found)).sum(axis=(1, 2))
-
-
-def mean_pressure(found):
-    """Return force over touching area of each tip [MPa]; 0 where a tip is off."""
-    return np.divide(found.forces, area_above(found), out=np.zeros(len(found.forces)), where=found.forces > 0.0)
-
-
 def pressed(block_compliance, **scene):
     return footprint_pressure(scene_of(**scene), block_compliance, SPRINGS, E, X)
 
@@ -44,13 +29,6 @@ def test_cells_carry_the_forces_of_the_tips(block_compliance, scene):
     assert found.cell_forces.shape == (2, len(found.edges) - 1, len(found.edges) - 1)
 
 
-def test_flat_faces_carry_what_the_linear_law_says(block_compliance):
-    found = pressed(block_compliance)
-    np.testing.assert_allclose(found.forces, np.linalg.solve(SPRINGS + block_compliance.S / E, [X, X]), rtol=1e-8)
-    np.testing.assert_allclose(area_above(found), 1.0, rtol=1e-12)
-    np.testing.assert_allclose(mean_pressure(found), found.forces, rtol=1e-12)
-
-
 def test_sphere_presses_as_hertz_says():
     """p_m = 2/3 p_0 and p_0 = (6 F E*^2 / pi^3 R^2)^(1/3): Johnson (1985), section 4.2."""
     block = Fruit(length_mm=400.0, width_mm=400.0, height_mm=400.0)
@@ -60,8 +38,10 @@ def test_sphere_presses_as_hertz_says():
     scene = Scene(fruit=block, tips=Tips(shape="sphere", spacing_mm=100.0), press=PressMotion())
     found = footprint_pressure(scene, fine, np.zeros((2, 2)), E, 0.01)
     largest = (6.0 * found.forces * (E / 0.91) ** 2 / np.pi**3 / 0.5**2) ** (1.0 / 3.0)
-    np.testing.assert_allclose((found.cell_forces / areas(found)).max(axis=(1, 2)), largest, rtol=0.02)
-    np.testing.assert_allclose(mean_pressure(found), largest / 1.5, rtol=0.05)
+    areas = np.outer(np.diff(found.edges), np.diff(found.edges))
+    np.testing.assert_allclose((found.cell_forces / areas).max(axis=(1, 2)), largest, rtol=0.02)
+    touching = ((found.cell_forces > 0.0) * areas).sum(axis=(1, 2))
+    np.testing.assert_allclose(found.forces / touching, largest / 1.5, rtol=0.05)
 
 
 def test_bad_modulus_is_refused(block_compliance):

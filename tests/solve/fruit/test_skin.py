@@ -51,10 +51,6 @@ def test_layer_of_a_skin():
     assert layer_on(SKINNED, 2.0).poisson == 0.3
 
 
-def test_flesh_alone_is_itself_at_every_modulus(bare):
-    assert bare.at(1.0) is bare
-
-
 def test_tips_on_one_spring_are_one_under_a_skin_too():
     S = np.eye(4) + 0.1
     four = FruitCompliance(
@@ -79,15 +75,3 @@ def test_a_skin_as_the_flesh_changes_nothing(bare):
 @pytest.mark.parametrize("name", bars("skin", "cube on a skin"))
 def test_error_bar_holds(name):
     holds(name)
-
-
-@pytest.mark.study
-def test_the_bar_holds_a_finer_mesh(bare, monkeypatch):
-    coarse = under(SKINNED, bare)
-    from solve.fruit import skin
-
-    monkeypatch.setattr(skin, "FINE", dataclasses.replace(skin.FINE, fraction=2.0, most_dofs=20_000))
-    fine = under(SKINNED, bare)
-    assert coarse.error_pair < 2.5e-3
-    for E in SKINNED.E_MPa:
-        assert coarse.at(E).K_m_over_E() == pytest.approx(fine.at(E).K_m_over_E(), rel=coarse.error_pair)
