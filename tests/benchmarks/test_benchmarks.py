@@ -8,7 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 from bars import bars, holds
 from deadline import DEADLINE_S

@@ -1,14 +1,12 @@
-"""Circular punch on a layer bonded to a rigid base.
+"""Circular punch on a layer bonded to a rigid base: kappa = F / (2 a E* d).
 
 Lebedev and Ufliand, J. Appl. Math. Mech. 22 (1958) 442; Hayes et al., J. Biomech. 5 (1972) 541,
-doi:10.1016/0021-9290(72)90010-3: kappa = F / (2 a E* d) = int_0^1 phi, with phi on (0, 1) from
-
-    phi(t) = 1 + 2 a / (pi h) int_0^1 phi(s) int_0^inf (1 - L(u)) cos(u t a / h) cos(u s a / h) du ds,
-    L(u) = (2 k sinh 2u - 4 u) / (2 k cosh 2u + 4 u^2 + 1 + k^2),  k = 3 - 4 nu.
+doi:10.1016/0021-9290(72)90010-3.
 """
 
 import numpy as np
 import pytest
+from layer_equations import bonded, circle_stiffness
 
 from sensor.design.fruit import Fruit
 from solve.fruit.footprints import Footprint
@@ -21,17 +19,7 @@ TABLE_UNCERTAINTY = 0.002
 
 
 def kappa(poisson, ratio):
-    """Solve the integral equation with Gauss points; both integrands are entire or decay as exp(-2 u)."""
-    point, weight = np.polynomial.legendre.leggauss(200)
-    u, du = 15.0 * (point + 1.0), 15.0 * weight
-    k = 3.0 - 4.0 * poisson
-    top = 2.0 * k * np.sinh(2.0 * u) - 4.0 * u
-    rest = 1.0 - top / (2.0 * k * np.cosh(2.0 * u) + 4.0 * u**2 + 1.0 + k**2)
-    point, weight = np.polynomial.legendre.leggauss(24)
-    t, dt = 0.5 * (point + 1.0), 0.5 * weight
-    waves = np.cos(np.outer(t, u) * ratio)
-    kernel = 2.0 * ratio / np.pi * (waves * (rest * du)) @ waves.T
-    return float(dt @ np.linalg.solve(np.eye(len(t)) - kernel * dt, np.ones(len(t))))
+    return circle_stiffness(lambda u: bonded(u, poisson) - 1.0, ratio)
 
 
 @pytest.mark.parametrize("poisson", KAPPA)
