@@ -21,7 +21,7 @@ from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
 # Error over the step from the coarse to the fine grid; at order 1.5 the remaining error is 1.4 of this step.
-# tests/reference/fits/test_contact.py measures SAFETY and RIM.
+# tests/solve/contact/test_response.py compares SAFETY and RIM with finer grids.
 SAFETY = 1.5
 # Relative error of a sphere's force times the number of touching cells: the rim of the contact runs through cells.
 RIM = 0.15

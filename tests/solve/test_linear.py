@@ -8,7 +8,7 @@ from skfem import ElementTetP1, MeshTet
 from sensor.machine_error import MachineError
 from solve import linear
 from solve.elasticity import stiffness_matrix, vector_basis
-from solve.linear import CG_TOLERANCE, EPSILON, SolveError, check_cost, factorise
+from solve.linear import CG_TOLERANCE, SolveError, check_cost, factorise
 
 NONE = np.array([], dtype=np.int64)
 
@@ -63,10 +63,6 @@ def test_matrix_near_the_factorised_one_is_solved_as_a_dense_one(rng):
     exact = np.linalg.solve(block, loads[free])
     left = CG_TOLERANCE * np.linalg.norm(loads[free], axis=0) * np.linalg.norm(np.linalg.inv(block), 2)
     assert (np.linalg.norm(u[free] - exact, axis=0) <= left).all()
-    # The compliance misses r.K^-1 r, with r the residual: no more than the square of the error of u.
-    missed = np.abs((loads[free] * (exact - u[free])).sum(axis=0))
-    round_off = len(free) * EPSILON * (np.abs(loads[free]) * np.abs(exact)).sum(axis=0)
-    assert (missed <= left**2 * np.linalg.norm(block, 2) + round_off).all()
     assert not u[fixed].any()
 
 

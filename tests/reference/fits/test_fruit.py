@@ -10,8 +10,7 @@ from covering import covers
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from solve.fruit import box
-from solve.fruit.split import LEAST_STEP, LEVELS, ORDER, ROUGH, ROUGH_ERROR, SAFETY, split_compliance
-from solve.linear import SolveError
+from solve.fruit.split import LEAST_STEP, LEVELS, ORDER, SAFETY, split_compliance
 
 pytestmark = pytest.mark.study
 
@@ -64,24 +63,3 @@ def test_bar_of_the_split_covers_its_error_over_the_step_between_two_meshes():
         least.append(abs(fine / truth - 1.0) / (0.5 * (remainder[0] + remainder.max())) / SAFETY)
     assert covers(SAFETY, shares)
     assert min(least) <= LEAST_STEP <= max(least)
-
-
-def test_error_of_the_rough_mesh_is_a_share_of_the_remainder():
-    """Edges of tips 1 to 8 sides from the sides, blocks 1 to 10 sides high, tips 1.2 to 8 sides apart."""
-    rng = np.random.default_rng(1)
-    errors = []
-    for _ in range(8):
-        gap_x, gap_y, height, spacing = rng.uniform([1.0, 1.0, 1.0, 1.2], [8.0, 8.0, 10.0, 8.0]).tolist()
-        fruit = Fruit(
-            length_mm=spacing + 1.0 + 2.0 * gap_x,
-            width_mm=1.0 + 2.0 * gap_y,
-            height_mm=height,
-            poisson=float(rng.uniform(0.0, 0.49)),
-        )
-        try:
-            rough = pair(on_mesh(fruit, ROUGH, spacing).S)
-        except SolveError:  # too coarse for reciprocal loads
-            continue
-        fine = pair(on_mesh(fruit, LEVELS[0], spacing).S)
-        errors.append(abs(rough / fine - 1.0) / of_remainder(fruit, spacing).max())
-    assert covers(ROUGH_ERROR, errors)
