@@ -10,9 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sensor.design.fruit import Fruit
 from sensor.design.tips import PressMotion, Tips
-from solve.contact.domes.fruit_under_domes import FruitUnderDomes
 from solve.contact.domes.geometry import dome_poses
-from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import spring_compliance
 from solve.contact.pose_forces import Pose, Stand, pose_forces, posed_scene
 from solve.contact.scene import Scene
@@ -23,7 +21,6 @@ TIPS = Tips(layout="square", shape="dome", dome_radius_mm=DOME, side_mm=5.8, spa
 FLAT_TIPS = Tips(layout="square", spacing_mm=6.0)
 PIECE = {"length_mm": 30.0, "width_mm": 30.0, "thickness_mm": 12.0}
 EGG = Fruit(shape="ellipsoid", radius_mm=45.0, radius_across_mm=110.0, azimuth_deg=30.0, **PIECE)
-BALL = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0)
 BLOCK = Fruit(length_mm=30.0, width_mm=30.0)
 SPRINGS = spring_compliance(0.15, 1.4, 0.15, 1.4)
 
@@ -89,6 +86,11 @@ def test_travel_is_along_the_axis_from_the_first_touch_of_a_sphere(tilt, off):
     np.testing.assert_allclose(found.centres[0], aimed + (height - 0.7) * axis + places, atol=1e-7)
 
 
+def test_level_press_in_the_middle_is_that_of_a_stand():
+    by_hand, stand = (domes_in(dataclasses.replace(hand(0.5), stand=one)) for one in (hand(0.5).stand, Stand()))
+    np.testing.assert_allclose(by_hand.centres, stand.centres, atol=1e-9)
+
+
 @pytest.mark.parametrize("off", [(1.5, -1.0), (-4.0, 3.0)])
 def test_tilt_is_against_the_normal_of_the_skin_where_the_sensor_is_set_down(off):
     normal = normal_of_skin(*off)
@@ -111,33 +113,6 @@ def test_tilt_changes_about_the_middle_of_the_tips():
     np.testing.assert_allclose(
         lowered - lowered.mean(), np.array(TIPS.places_mm)[:, 0] * math.radians(change), rtol=0.01, atol=1e-4
     )
-
-
-def half_space_forces(poses, fruit=BALL):
-    scenes = [posed_scene(scene(fruit), pose.stand) for pose in poses]
-    none = np.zeros((len(poses), 4, 4))
-    body = FruitUnderDomes(poisson=0.3, remainder=none, bound=none, size=np.inf, feet=np.array(TIPS.places_mm))
-    domes = dome_poses(scenes, np.array([pose.travel for pose in poses]))
-    return dome_forces(domes, np.array([pose.E for pose in poses]), SPRINGS, body).F
-
-
-@pytest.mark.parametrize("tilt", [0.0, 2.0])
-def test_press_far_beside_the_apex_of_a_ball_is_the_press_at_its_apex(tilt):
-    """A ball is alike everywhere; by as much as 10 mm off the apex of one of 35 mm, where the skin falls at 17 deg."""
-    at_apex, beside = (
-        half_space_forces([hand(x, tilt_deg=(tilt, 0.0), off_centre_mm=off) for x in (0.3, 0.8)])
-        for off in ((0.0, 0.0), (10.0, 0.0))
-    )
-    assert at_apex[1].min() > 0.0
-    np.testing.assert_allclose(beside, at_apex, rtol=1e-9)
-    if tilt:
-        assert np.ptp(at_apex[1][[0, 2]]) > 0.02  # and the tilt is felt
-
-
-def test_level_press_in_the_middle_is_that_of_a_stand():
-    poses = [hand(0.5), Pose(E=1.0, travel=0.5)]
-    stand, by_hand = half_space_forces(poses, BALL)
-    np.testing.assert_allclose(by_hand, stand, rtol=1e-9)
 
 
 @pytest.fixture(scope="module")
