@@ -59,7 +59,7 @@ def test_rectangle_is_the_sum_of_its_points(poisson, points):
     x, y = 0.5 * SIDES[0] * place[:, None], 0.5 * SIDES[1] * place
     area = np.outer(weight, weight) * 0.25 * SIDES[0] * SIDES[1]
     for place in points.T[:5]:
-        one = point_load(place[0] - x - 0.0 * y, place[1] - y - 0.0 * x, np.full(area.shape, place[2]))
+        one = point_load(*np.broadcast_arrays(place[0] - x, place[1] - y, place[2]))
         whole = rectangle_load(*(np.array([c]) for c in place), *SIDES)
         np.testing.assert_allclose(
             displacement(whole, 1.0, poisson)[:, 0], (displacement(one, 1.0, poisson) * area).sum((1, 2)), atol=1e-12
