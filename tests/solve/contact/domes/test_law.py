@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.optimize import brentq, root
+from scipy.spatial.transform import Rotation
 from scipy.special import ellipe, ellipk
 
 from sensor.design.fruit import Fruit
@@ -209,76 +210,52 @@ def test_contact_cells_find_the_same_forces():
         )
 
 
-# Two springs, coupled in all directions [mm/N]: symmetric and positive, of no housing.
-COUPLED = np.array([
-    [0.90, 0.10, 0.20, 0.05, 0.00, 0.02],
-    [0.10, 0.70, 0.10, 0.00, 0.04, 0.03],
-    [0.20, 0.10, 1.10, 0.02, 0.03, 0.05],
-    [0.05, 0.00, 0.02, 0.30, 0.05, 0.08],
-    [0.00, 0.04, 0.03, 0.05, 0.40, 0.06],
-    [0.02, 0.03, 0.05, 0.08, 0.06, 0.50],
-])  # fmt: skip
-
-
-def of_two(coupled):
-    """Return what a matrix of two springs gives along the axis, and the rest of it."""
-    compliance = coupled.reshape(2, 3, 2, 3).transpose(0, 2, 1, 3).copy()
-    along = compliance[..., 2, 2].copy()
-    compliance[..., 2, 2] = 0.0
-    return along, SidewaysGive(compliance, 0.01)
-
-
-def on_a_ball(coupled, tilt=0.2, roll=-0.1):
-    """Return two domes of 10 mm far apart on a ball of 400 mm, in a sensor that is turned."""
-    ball, dome = 400.0, 10.0
-    along = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
-    axis = np.array([np.sin(tilt) * np.cos(roll), np.sin(roll), np.cos(tilt) * np.cos(roll)])
-    frame = np.array([along, np.cross(axis, along), axis])
-    feet = np.array([[np.sin(fall), turn, np.cos(fall)] for fall, turn in ((-0.25, 0.05), (0.3, -0.1))])
-    feet /= np.linalg.norm(feet, axis=1, keepdims=True)
-    centres = (ball + dome - np.array([[0.5], [0.7]])) * feet - [0.0, 0.0, ball]
-    C, sideways = of_two(coupled)
-    return DomePoses(dome, centres[None], frame[None], np.full((1, 3), ball), sideways), C
-
-
 @pytest.mark.parametrize("modulus", [0.5, 3.5])
 def test_forces_that_lean_against_a_direct_solve(modulus):
-    """Six coordinates of two centres, each moved by all six springs under forces along the normals.
+    """Two domes far apart on a ball of 400 mm, in a sensor that is turned, on springs coupled in all directions.
 
-    Of the crosstalk 1 / p is in it; its moments and slopes are below (a / p)^2 = 1e-4 of it, 1e-6 of the forces.
+    Six coordinates of two centres, each moved by all six springs under forces along the normals. Of the crosstalk 1 / p
+    is in it; its moments and slopes are below (a / p)^2 = 1e-4 of it, 1e-6 of the forces.
     """
-    poses, C = on_a_ball(COUPLED)
-    ball, reduced = poses.semi_axes[0, 0], modulus / (1.0 - POISSON**2)
-    radius = 1.0 / (1.0 / ball + 1.0 / poses.dome_radius)
-    frames = np.kron(np.eye(2), poses.frame[0])
+    ball, dome, reduced = 400.0, 10.0, modulus / (1.0 - POISSON**2)
+    radius = 1.0 / (1.0 / ball + 1.0 / dome)
+    coupled = np.diag([0.6, 0.4, 0.8, 0.1, 0.2, 0.3]) + 0.3 * 0.7 ** np.abs(np.subtract.outer(range(6), range(6)))
+    frame = Rotation.from_euler("xy", [0.1, 0.2]).as_matrix()
+    turned = np.kron(np.eye(2), frame)
+    feet = np.array([[-0.25, 0.05, 0.97], [0.29, -0.1, 0.95]])
+    feet /= np.linalg.norm(feet, axis=1, keepdims=True)
+    centres = (ball + dome - np.array([[0.5], [0.7]])) * feet - [0.0, 0.0, ball]
 
-    def forces(centres):
-        from_middle = centres.reshape(2, 3) + np.array([0.0, 0.0, ball])
+    def normals(moved):
+        from_middle = moved + np.array([0.0, 0.0, ball])
         away = np.linalg.norm(from_middle, axis=1)
-        normal = from_middle / away[:, None]
-        apart = ball * np.linalg.norm(normal[0] - normal[1])
+        return from_middle / away[:, None], away
 
-        def missing(N):
-            depth = ball + poses.dome_radius - away - N[::-1] / (np.pi * reduced * apart)
-            contact = np.sqrt(radius * np.maximum(depth, 0.0))
-            factor = large_strain(contact, poses.dome_radius, np.full(2, 1.0 / ball), POISSON).factor
-            return depth - (0.75 * N / (factor * reduced * np.sqrt(radius))) ** (2.0 / 3.0)
-
-        N = root(missing, 0.2 * np.ones(2), tol=1e-13).x
-        return N[:, None] * normal
-
-    def unbalanced(centres):
-        moved = frames.T @ COUPLED @ frames @ forces(centres).ravel()
-        return poses.centres.ravel() + moved - centres
+    def unbalanced(state):
+        moved, N = state[:6].reshape(2, 3), state[6:]
+        normal, away = normals(moved)
+        depth = ball + dome - away - N[::-1] / (np.pi * reduced * ball * np.linalg.norm(normal[0] - normal[1]))
+        contact = np.sqrt(radius * np.maximum(depth, 0.0))
+        factor = large_strain(contact, dome, np.full(2, 1.0 / ball), POISSON).factor
+        given = turned.T @ coupled @ turned @ (N[:, None] * normal).ravel()
+        sunk = (0.75 * np.maximum(N, 0.0) / (factor * reduced * np.sqrt(radius))) ** (2.0 / 3.0)
+        return np.concatenate([(centres - moved).ravel() + given, depth - sunk])
 
     # on the way up no dome must leave the ball
-    centres = root(unbalanced, poses.centres.ravel() + 0.1 * frames.T @ [0, 0, 1, 0, 0, 1], tol=1e-12)
-    assert centres.success
-    expected = forces(centres.x) @ poses.frame[0, 2]
+    start = centres.ravel() + 0.1 * turned.T @ [0, 0, 1, 0, 0, 1]
+    solved = root(unbalanced, [*start, 0.2, 0.2], tol=1e-13)
+    assert solved.success
+    expected = solved.x[6:] * (normals(solved.x[:6].reshape(2, 3))[0] @ frame[2])
+
+    sideways = coupled.reshape(2, 3, 2, 3).transpose(0, 2, 1, 3).copy()
+    along = sideways[..., 2, 2].copy()
+    sideways[..., 2, 2] = 0.0
+    poses = DomePoses(dome, centres[None], frame[None], np.full((1, 3), ball), SidewaysGive(sideways, 0.01))
     body = half_space(2, poses=1)
-    found = dome_forces(poses, np.array([modulus]), C, body)
+    found, straight = (
+        dome_forces(one, np.array([modulus]), along, body) for one in (poses, dataclasses.replace(poses, sideways=None))
+    )
     np.testing.assert_allclose(found.F[0], expected, rtol=3e-6)
-    straight = dome_forces(dataclasses.replace(poses, sideways=None), np.array([modulus]), C, body)
     assert np.all(np.abs(straight.F / found.F - 1.0) > 0.01)  # what is tested is far above the tolerance
     # the error of the give is in that of the forces
     assert np.all(found.error > straight.error)
