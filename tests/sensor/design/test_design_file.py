@@ -11,9 +11,9 @@ from sensor.design.design_file import (
 )
 from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.design.fruit import Fruit
-from sensor.design.parameters import TABLES, Design, GivenSprings, Print, Targets
+from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.processes import PROCESSES
-from sensor.design.tips import PressMotion, Tips
+from sensor.design.tips import Tips
 from sensor.gone import ASKED_NOTHING
 
 PAPER = """
@@ -28,29 +28,18 @@ spacing_mm = 8
 """
 
 
-SIZE = st.floats(0.01, 5.0)
 SOFTER, STIFFER = st.floats(1e-3, 1.0), st.floats(1.1, 1e6)
 DESIGNS = st.builds(
     Design,
     name=st.from_regex(r"[A-Za-z0-9_-]{0,20}[A-Za-z0-9]", fullmatch=True),
-    targets=st.builds(
-        Targets,
-        P_max=st.floats(1.001, 100.0),
-        NL=st.floats(1e-5, 0.4999),
-        NL_definition=st.sampled_from(["mid-range", "largest"]),
-    ),
+    targets=st.builds(Targets, P_max=st.floats(1.001, 100.0), NL_definition=st.sampled_from(["mid-range", "largest"])),
     springs=st.just(GivenSprings()) | st.builds(GivenSprings, K_l_N_per_m=SOFTER, K_h_N_per_m=STIFFER),
     fruit=st.builds(
         Fruit,
-        length_mm=st.floats(30.0, 100.0),
-        width_mm=st.floats(5.0, 100.0),
-        height_mm=st.floats(1.01, 50.0),
-        poisson=st.floats(-1.0, 0.5, exclude_min=True, exclude_max=True),
         E_MPa=st.lists(st.floats(1e-6, 1e6), min_size=1, max_size=5).map(tuple),
         bruise_limit_MPa=st.none() | st.floats(1e-3, 1e3),
     ),
-    tips=st.builds(Tips, side_mm=SIZE, spacing_mm=st.floats(5.01, 10.0), offset_mm=st.floats(-5.0, 5.0), gap_mm=SIZE),
-    press=st.builds(PressMotion, travel_mm=st.floats(1e-6, 1.0), tilt_deg=st.floats(-30.0, 30.0)),
+    tips=st.builds(Tips, offset_mm=st.floats(-5.0, 5.0)),
     print=st.builds(Print, process=st.sampled_from(list(PROCESSES)), max_length_mm=st.floats(1e-3, 1e3)),
 )
 
@@ -67,14 +56,6 @@ def test_design_survives_toml_and_every_key_can_be_set_from_the_command_line(des
         if table != "name":
             flags |= {f"{table}.{key}": str(value) for key, value in values.items()}
     assert DesignTables(tables={}).design(settings_of_texts(flags)) == design
-
-
-def test_whole_numbers_are_read_as_floats():
-    design = design_from_mapping(tomllib.loads(PAPER))
-    assert (design.targets.P_max, design.tips.spacing_mm) == (5.0, 8.0)
-    assert isinstance(design.targets.P_max, float)
-    assert design.fruit.E_MPa == (0.5, 1.0, 3.5)
-    assert all(isinstance(E, float) for E in design.fruit.E_MPa)
 
 
 @pytest.mark.parametrize(
@@ -94,8 +75,7 @@ def test_setting_lies_on_top_of_the_file(setting, text, value):
     design = DesignTables(tables=data).design(settings_of_texts({setting: text}))
     assert getattr(getattr(design, table), key) == value
     assert data == tomllib.loads(PAPER), "the tables that were handed in stay as they were"
-    others = design_from_mapping(data)
-    assert all(getattr(design, name) == getattr(others, name) for name in TABLES if name != table)
+    assert (design.tips.spacing_mm, design.fruit.E_MPa[-1]) == (8.0, 3.5 if table != "fruit" else 2.0)
 
 
 def test_empty_setting_unsets_a_key_or_a_table():

@@ -42,18 +42,7 @@ def refused(table, key, value):
 
 
 @each_number
-@pytest.mark.parametrize("bad", [math.nan, "five", True])
-def test_what_is_no_number_is_refused(table, item, bad):
-    several = str(item.type).startswith("tuple")
-    error = refused(table, item.name, (bad,) if several else bad)
-    assert error.field == f"{table}.{item.name}"
-    assert error.value is bad or str(error.value) == str(bad)
-    assert str(item.metadata["bounds"]) in error.bound
-    assert item.metadata["hint"][1:].removesuffix(".") in str(error)  # its first letter becomes a capital
-
-
-@each_number
-def test_value_beyond_each_bound_is_refused(table, item):
+def test_wrong_value_is_refused_with_its_bound_and_what_to_do(table, item):
     bounds = item.metadata["bounds"]
     outside = [limit for limit in (bounds.above, bounds.below) if limit is not None]
     if bounds.at_least is not None:
@@ -61,10 +50,12 @@ def test_value_beyond_each_bound_is_refused(table, item):
     if bounds.at_most is not None:
         outside.append(math.nextafter(bounds.at_most, math.inf))
     assert outside
-    for value in outside:
+    for value in (*outside, math.nan, "five", True):
         several = str(item.type).startswith("tuple")
         error = refused(table, item.name, (value,) if several else value)
-        assert (error.field, error.value, error.bound) == (f"{table}.{item.name}", value, str(bounds))
+        assert (error.field, str(error.value)) == (f"{table}.{item.name}", str(value))
+        assert str(bounds) in error.bound
+        assert item.metadata["hint"][1:].removesuffix(".") in str(error)  # its first letter becomes a capital
 
 
 @each_choice
@@ -78,17 +69,6 @@ def test_tilt_lowers_the_high_tip_by_what_it_raises_the_low_one(tilt):
     design = Design(press=PressMotion(tilt_deg=tilt))
     step = 4.0 * math.tan(math.radians(tilt))
     assert design.full_travels_mm == pytest.approx((design.press.travel_mm - step, design.press.travel_mm + step))
-
-
-@pytest.mark.parametrize("kind", [*KINDS.values(), Design], ids=lambda kind: kind.__name__)
-def test_every_table_is_frozen_and_takes_names_only(kind):
-    record = kind()
-    first = dataclasses.fields(kind)[0].name
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        setattr(record, first, None)
-    with pytest.raises(TypeError):
-        kind(1.0)
-    assert hash(record) == hash(kind())
 
 
 @pytest.mark.parametrize("numbers", [{}, {"E_MPa": 1750.0}, {"leaf_thickness_low_mm": 1.2}])
