@@ -1,4 +1,3 @@
-import math
 import re
 import shlex
 import shutil
@@ -7,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from deadline import DEADLINE_S
-from gcode import FILAMENT_MM, sliced
+from gcode import sliced
 from squares import RESIN, square_sensor, with_seats
 
 from cad.drawing.sheet import Title
@@ -87,25 +86,31 @@ PROCESSES_TOLD = [  # process, what its sheet tells, what it does not
     (MILLED, ("## Make",), ("Nozzle", "isopropanol")),
 ]
 MOUNTS_TOLD = [  # whether it is a square, mount, whether it has a Hall read-out, what its sheet tells and does not
-    (False, "covers", False, ("12 mm to grip", "M3 x 25", "M3 x 16."), ("(ISO 7089)", "## Hall")),
-    (False, "washers", False, ("7 mm wide (ISO 7089)", "6 mm between them", "M3 x 10."), ("to grip\n", "cover.stl")),
-    (True, "covers", False,
-     ("3 m6 x 10 mm (ISO 8734)", "holes of 2.95 mm", "17.6 mm to grip", "domes of radius 10 mm", "travel, 0.04 mm"),
-     ("Zero the tips", "sand the tip faces", "hides the marks")),
-    (True, "washers", False, ("11.6 mm between their washers",), ("cover.stl",)),
-    (False, "covers", True, ("window of its cover", "windows of the front cover"), ("an arm of the", "bracket has")),
-    (True, "covers", True, ("window of its cover", "bracket has a window"), ("an arm of the", "of the front cover")),
+    (False, "covers", False, ("M3 x 25", "M3 x 16."), ("(ISO 7089)", "## Hall")),
+    (False, "washers", False, ("7 mm wide (ISO 7089)", "M3 x 10."), ("to grip\n", "cover.stl")),
+    (
+        True,
+        "covers",
+        False,
+        ("3 m6 x 10 mm (ISO 8734)", "holes of 2.95 mm", "domes of radius 10 mm"),
+        ("Zero the tips",),
+    ),
+    (False, "covers", True, ("windows of the front cover",), ("an arm of the", "bracket has")),
+    (True, "covers", True, ("bracket has a window",), ("an arm of the", "of the front cover")),
     (False, "washers", True, ("an arm of the bracket", "cut a window"), ("of its cover", "bracket has a window")),
-]  # fmt: skip
+]
+
+
+def disagreement(text, told, absent):
+    """Return what a sheet leaves out of what it must tell, and what it tells of what it must not."""
+    return [part for part in told if part not in text], [part for part in absent if part in text]
 
 
 @pytest.mark.parametrize(("process", "told", "absent"), PROCESSES_TOLD, ids=lambda told: getattr(told, "name", None))
 def test_sheet_is_true_to_its_process(process, told, absent, sensor):
     text = sheet_of(sensor, replace(TITLE, process=process))
-    assert ([part for part in told if part not in text], [part for part in absent if part in text]) == ([], [])
-    lines = text.splitlines()
-    headings = [number for number, line in enumerate(lines) if line.startswith("## ")]
-    assert all(lines[number - 1] == "" != lines[number - 2] for number in headings)
+    assert disagreement(text, told, absent) == ([], [])
+    assert not re.search(r"[^\n]\n## |\n\n\n+## ", text)  # one empty line before each heading
 
 
 def signal_of(seated, process=TITLE.process):
@@ -119,7 +124,7 @@ def test_sheet_is_true_to_its_mount_and_read_out(is_square, mount, has_seats, to
     if has_seats:
         shown = replace(shown, seats=hall_seats(shown.housing, shown.press, TITLE.process))
     text = sheet_of(shown, signal=signal_of(shown) if has_seats else None)
-    assert ([part for part in told if part not in text], [part for part in absent if part in text]) == ([], [])
+    assert disagreement(text, told, absent) == ([], [])
 
 
 @pytest.mark.parametrize(
@@ -148,18 +153,6 @@ def test_sheet_names_a_ball_where_a_unit_takes_one(fruit, told):
     assert not re.search(r"reads E \d", text)
 
 
-def test_sheet_tells_the_places_of_magnets_and_their_sensor(sensor):
-    seats = hall_seats(sensor.housing, sensor.press, TITLE.process)
-    text = sheet_of(replace(sensor, seats=seats), signal=signal_of(sensor))
-    found = re.search(r"middles are ([\d.]+) and ([\d.]+) mm below .+, ([\d.]+) mm to either side", text)
-    level = re.search(r"Its middle is ([\d.]+) mm below the upper edge of the frame", text)
-    assert found is not None
-    assert level is not None
-    told = [float(number) for number in (*found.groups(), level[1])]
-    places = [seats.upper_disc, seats.lower_disc, 0.5 * sensor.housing.spacing, seats.sensor]
-    assert told == pytest.approx(places, abs=0.0051)
-
-
 @pytest.mark.parametrize("folder", ["outputs/hx", "my designs/hx 2"])
 def test_commands_of_the_sheet_name_the_folder_that_was_written(folder, sensor):
     seated = with_seats(sensor, TITLE.process)
@@ -182,10 +175,7 @@ def test_sheet_of_a_part_has_its_numbers(sensor):
     )
 
 
-PRINTED = {
-    "layer": 0.2, "line width": 0.4, "filled": True, "rectilinear": True, "perimeters": 2, "foot": 0.15,
-    "support or brim": False,
-}  # fmt: skip
+PRINTED = {"layer": 0.2, "line width": 0.4, "filled": True, "support or brim": False}
 
 
 @pytest.mark.slow
@@ -201,18 +191,10 @@ def test_slicer_prints_a_plate_by_its_settings_and_an_stl_by_the_profile(written
     assert [name for name, setting in PRINTED.items() if other[name] == setting] == []
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("prusa-slicer") is None, reason="prusa-slicer is not installed")
-def test_slicer_counts_a_mass_within_the_range_of_the_sheet(written, tmp_path):
-    """At 100 % infill, which needs another pattern than the slicer's own; without a skirt."""
-    for name in ("housing", "coupon"):
-        part = written[0].with_name(f"{name}.stl")
-        settings = ["--fill-density", "100%", "--layer-height", "0.2", "--skirts", "0", "--nozzle-diameter", "0.4"]
-        command = ["prusa-slicer", "--export-gcode", *settings, "--output", str(tmp_path / "part.gcode"), str(part)]
-        refused = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=DEADLINE_S, check=False)
-        assert "fill pattern" in refused.stderr + refused.stdout
-        subprocess.run([*command, "--fill-pattern", "rectilinear"], capture_output=True, timeout=DEADLINE_S, check=True)
-        length = re.search(r"filament used \[mm\] = ([\d.]+)", (tmp_path / "part.gcode").read_text())
-        assert length is not None
-        laid = float(length[1]) * 0.25 * math.pi * FILAMENT_MM**2
-        assert 0.99 < laid / read_stl(part).volume < 1.04
+def test_every_setting_is_one_that_the_slicer_knows(sensor):
+    """It ignores the others in silence."""
+    command = ["prusa-slicer", "--help-fff"]
+    told = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=DEADLINE_S, check=True).stdout
+    known = set(re.findall(r"--([a-z-]+)", told))
+    assert {key.replace("_", "-") for key in slicer_settings(TITLE.process, sensor.housing)} <= known

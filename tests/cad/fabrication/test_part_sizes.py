@@ -37,8 +37,11 @@ def hole_places(shape, diameter, across):
     return sorted([centre.x - box.xmin, top - getattr(centre, across)] for centre in centres)
 
 
-def is_inside(shape, x, y, z):
-    return any(solid.isInside(cq.Vector(x, y, z)) for solid in shape.Solids())
+def has_edge(shape, point, outwards):
+    """Return whether a shape ends at a point [mm] in a direction: from inside it to outside, or the other way round."""
+    step = 0.02 * cq.Vector(*outwards)
+    sides = [any(solid.isInside(cq.Vector(*point) + sign * step) for solid in shape.Solids()) for sign in (-1.0, 1.0)]
+    return sides[0] is not sides[1]
 
 
 def test_sizes_of_the_cover_are_those_of_its_file(seated):
@@ -50,23 +53,18 @@ def test_sizes_of_the_cover_are_those_of_its_file(seated):
     places = numbers(sizes, "their middles, from the left and the upper edge")[0]
     found = hole_places(lying, seated.housing.hole_diameter, "y")
     assert sorted(places) == [pytest.approx(place, abs=DIGITS) for place in found]
-    rims = [numbers(sizes, f"width of the rim on the {where}")[0][0][0] for where in ("posts", "bar")]
-    height = numbers(sizes, "height of the rim")[0][0][0]
-    for sign, inside in ((-1.0, True), (1.0, False)):
-        level = box.zmax - 0.5 * height
-        assert is_inside(lying, box.xmin + rims[0] + sign * 0.02, box.ymin + 1.0, level) is inside
-        assert is_inside(lying, box.center.x, box.ymax - rims[1] - sign * 0.02, level) is inside
+    posts, bar = (numbers(sizes, f"width of the rim on the {where}")[0][0][0] for where in ("posts", "bar"))
+    in_rim = box.zmax - 0.5 * numbers(sizes, "height of the rim")[0][0][0]
+    assert has_edge(lying, (box.xmin + posts, box.ymin + 1.0, in_rim), (1.0, 0.0, 0.0))
+    assert has_edge(lying, (box.center.x, box.ymax - bar, in_rim), (0.0, 1.0, 0.0))
     for windows in numbers(sizes, "middles of windows, from the left and the upper edge"):
         width, tall = numbers(sizes, "windows, width x height")[0][0]
-        depth = numbers(sizes, "depth of a window to its ledges")[0][0][0]
+        ledge = box.zmin + numbers(sizes, "depth of a window to its ledges")[0][0][0]
         for x, y in ([box.xmin + left, box.ymax - down] for left, down in windows):
-            near, ledge = box.zmin + depth - 0.02, box.zmin + depth + 0.02
-            edge = y + 0.5 * tall
-            assert not is_inside(lying, x, y, ledge)
-            assert is_inside(lying, x, edge - 0.02, ledge)
-            for dx, dy in ((0.5 * width, 0.0), (-0.5 * width, 0.0), (0.0, 0.5 * tall), (0.0, -0.5 * tall)):
-                assert not is_inside(lying, x + 0.99 * dx, y + 0.99 * dy, near)
-                assert is_inside(lying, x + 1.01 * dx, y + 1.01 * dy, near)
+            assert has_edge(lying, (x, y + 0.5 * tall - 0.02, ledge), (0.0, 0.0, 1.0))
+            for sign in (-1.0, 1.0):
+                assert has_edge(lying, (x + sign * 0.5 * width, y, ledge - 0.02), (1.0, 0.0, 0.0))
+                assert has_edge(lying, (x, y + sign * 0.5 * tall, ledge - 0.02), (0.0, 1.0, 0.0))
 
 
 def test_sizes_of_the_bracket_are_those_of_its_solid(seated):

@@ -25,13 +25,11 @@ def test_parts_lie_apart_in_rows(rng, longest):
     assert len(placed) == sum(counts.values())
     volumes = sum(counts[name] * mesh.volume for name, mesh in meshes.items())
     assert sum(mesh.volume for mesh in placed.values()) == pytest.approx(volumes)
-    boxes = [mesh.bounds[:, :2] for mesh in placed.values()]
-    for (low, high), (other_low, other_high) in itertools.combinations(boxes, 2):
-        assert ((high + GAP_MM < other_low + 1e-9) | (other_high + GAP_MM < low + 1e-9)).any()
-    assert all((low > GAP_MM - 1e-9).all() for low, _ in boxes)
-    area = sum(float(np.prod(high - low)) for low, high in boxes)
-    side = max(float(high.max()) for _, high in boxes)
-    assert side < max(2.0 * area**0.5, 2.0 * longest)
+    low, high = np.array([mesh.bounds[:, :2] for mesh in placed.values()]).transpose(1, 0, 2)
+    assert low.min() > GAP_MM - 1e-9
+    for one, other in itertools.combinations(range(len(low)), 2):
+        assert max((low[other] - high[one]).max(), (low[one] - high[other]).max()) > GAP_MM - 1e-9
+    assert high.max() < max(2.0 * np.prod(high - low, axis=1).sum() ** 0.5, 2.0 * longest)
 
 
 @pytest.mark.parametrize(("thickness", "perimeters"), [(0.4, "1"), (0.8, "1"), (1.2, "2"), (1.6, "2"), (2.0, "3")])
