@@ -11,7 +11,7 @@ from cad.files.sensor_files import export_step, volume_of, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
-from cad.parts.assembly import assembly_of, in_place, outwards
+from cad.parts.assembly import assembly_of
 from cad.parts.fruit import whole_fruit
 from cad.parts.pose import print_pose, sensor_pose
 from sensor.design.fruit import Fruit
@@ -37,16 +37,6 @@ def test_files_hold_the_solids_and_the_pins_and_print_files_the_marks(pinned, tm
     assert set(trimesh.load(shown).geometry) == {part.name for part in parts}
     assert {"housing", "low_pin", "high_pin", "fruit", "screw_1"} <= {part.name for part in parts}
     assert all(verdict.passed for verdict in check_file(model))
-
-
-def test_screws_are_moved_beyond_all_that_they_hold(sensor):
-    """Taken apart, no screw is left in a cover, and what lies behind moves backwards."""
-    reached = {}
-    for part in assembly_of(sensor).children:
-        box = in_place(part).BoundingBox()
-        reached[part.name] = (box.ymin + outwards(part), box.ymax + outwards(part))
-    assert reached["screw_1"][1] < min(low for name, (low, _) in reached.items() if not name.startswith("screw"))
-    assert reached["back_washer_1"][1] < reached["nut_1"][0]
 
 
 @pytest.mark.parametrize(("across", "thickness"), [(30.0, 20.0), pytest.param(60.0, 50.0, marks=pytest.mark.slow)])
@@ -96,13 +86,11 @@ def test_stl_is_the_same_bytes_after_the_solid_was_meshed_finer(sensor, tmp_path
 def test_print_pose_lies_flat_with_the_profile_seen_from_above(sensor, tmp_path):
     write_stl(print_pose(sensor.part.shape), tmp_path / "housing.stl")
     printed, housing = read_stl(tmp_path / "housing.stl"), sensor.housing
-    mesh = printed
-    assert mesh.is_watertight
-    assert mesh.bounds[0] == pytest.approx((housing.left, 0.0, 0.0), abs=1e-5)
-    assert mesh.bounds[1] == pytest.approx((housing.right, housing.top_level, housing.depth), abs=1e-5)
+    assert printed.bounds[0] == pytest.approx((housing.left, 0.0, 0.0), abs=1e-5)
+    assert printed.bounds[1] == pytest.approx((housing.right, housing.top_level, housing.depth), abs=1e-5)
     back = sensor_pose(printed, housing.depth)
     assert back.bounds[0] == pytest.approx((housing.left, -0.5 * housing.depth, 0.0), abs=1e-5)
-    assert float(back.volume) == pytest.approx(float(mesh.volume), rel=1e-9)  # turned, not mirrored
+    assert back.volume == pytest.approx(printed.volume, rel=1e-9)  # turned, not mirrored
 
 
 def test_volume_counts_every_instance_of_a_solid():
