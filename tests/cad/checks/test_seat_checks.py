@@ -1,6 +1,5 @@
 """Seats of a Hall read-out: pockets for magnets in the shuttles, windows for sensors in the cover."""
 
-import math
 from dataclasses import replace
 
 import cadquery as cq
@@ -14,7 +13,6 @@ from cad.files.stl import write_stl
 from cad.parts.assembly import cover_places, plate_places, sensor_of
 from cad.parts.cover import RECESS_MM
 from cad.parts.cover_solid import cover_part
-from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.pose import print_pose
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
@@ -61,14 +59,6 @@ def test_pockets_and_windows_pass_with_their_walls():
     assert windows.value == pytest.approx(min(FLOOR_MM, between), abs=1e-6)
 
 
-def test_pocket_of_a_plate_that_is_printed_on_its_front_is_a_cylinder_with_a_blunt_cone():
-    radius = 0.5 * (PROBE.magnet_mm + CLEARANCE)
-    cylinder = math.pi * radius**2 * PROBE.magnet_height_mm
-    cone = math.pi * (radius - 0.25) * (radius**2 + radius * 0.25 + 0.25**2) / 3.0
-    taken = square_sensor().part.shape.Volume() - hall_square().part.shape.Volume()
-    assert taken == pytest.approx(4.0 * (cylinder + cone), rel=1e-6)
-
-
 @pytest.mark.parametrize("kind", ["square", "pair"])
 def test_magnets_face_their_sensor_through_the_window(kind, pair):
     """A sensor of the package's size stands 2.5 mm before the discs, on the ledges, and meets nothing.
@@ -94,16 +84,11 @@ def test_magnets_face_their_sensor_through_the_window(kind, pair):
 
 def test_one_window_takes_two_sensors_that_stand_too_near():
     sensor = near_square()
-    housing, seats = sensor.housing, sensor.seats
-    assert housing.spacing - PROBE.package_width_mm - CLEARANCE < RESIN.min_wall_mm
-    cover = cover_part(housing, seats).shape
+    assert sensor.housing.spacing - PROBE.package_width_mm - CLEARANCE < RESIN.min_wall_mm
+    assert len(sensor.seats.windows) == 1
     (verdict,) = window_verdicts(sensor)
     assert (verdict.passed, verdict.value) == (True, pytest.approx(FLOOR_MM, abs=1e-6))
     assert pocket_verdicts(sensor)[0].passed is True
-    height = PROBE.package_height_mm + CLEARANCE
-    width = housing.spacing + PROBE.package_width_mm + CLEARANCE
-    taken = cover_part(housing).shape.Volume() - cover.Volume()
-    assert taken == pytest.approx(width * (0.5 * height + FLOOR_MM * (height - 2.0 * LEDGE_MM)), rel=1e-6)
 
 
 THIN = 0.9 * RESIN.min_wall_mm

@@ -12,7 +12,6 @@ from cad.checks.triangle_checks import (
 )
 from cad.files import stl
 from cad.files.stl import write_stl
-from cad.files.threemf import write_3mf
 from sensor.design.processes import PROCESSES
 from sensor.quantity import InputError
 
@@ -156,11 +155,6 @@ def test_step_is_checked_in_its_best_pose(tmp_path):
     assert failures(verdicts_of(tmp_path / "part.step")) == set()
     write_stl(mushroom, tmp_path / "part.stl")
     assert failures(verdicts_of(tmp_path / "part.stl")) == {"overhang"}
-
-
-def test_3mf_is_checked_like_its_triangles(tmp_path):
-    write_3mf({"plate": plate_with_wall(0.3)}, tmp_path / "part.3mf")
-    assert failures(verdicts_of(tmp_path / "part.3mf")) == {"min_wall"}
 
 
 @pytest.mark.parametrize(("process", "failing"), [("sla-resin", set()), ("fdm-petg", {"geometry.min_wall"})])

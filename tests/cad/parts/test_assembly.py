@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import cadquery as cq
 import pytest
-from squares import GENTLE, RESIN, square_housing, square_sensor
+from squares import GENTLE, RESIN, square_sensor
 
 from cad.parts.assembly import (
     assembly_of,
     dowel_length,
-    finished_part,
     grip,
     in_place,
     plate_places,
@@ -25,13 +24,6 @@ KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
 @pytest.fixture(scope="module")
 def bodies(square):
     return {part.name: in_place(part) for part in assembly_of(square).children}
-
-
-def test_plate_is_one_valid_solid_with_its_named_faces():
-    part = finished_part(square_housing(replace(GENTLE, print=Print(process="fdm-petg"))))
-    assert part.shape.isValid()
-    assert part.shape.ShapeType() == "Solid"
-    assert len(part.faces["mounting_holes"]) == 4
 
 
 def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each_diagonal(square):
@@ -110,19 +102,3 @@ def test_plates_between_washers_have_no_covers_and_pins_stand_in_both_plates():
     names = set(assembly_of(square_sensor(design=design)).objects)
     assert {"plate_1", "plate_2", "low_pin_1", "low_pin_2", "high_pin_1", "high_pin_2"} <= names
     assert not {"front_cover", "back_cover"} & names
-
-
-def test_named_faces_of_both_plates_and_covers_lie_in_their_places(square):
-    """On both plates the tips of a kind on opposite sides, and the rim of each cover on its plate."""
-    parts = assembly_of(square).objects
-
-    def face(name, tag):
-        return parts[name].obj.faces(tag=tag).val().moved(parts[name].loc)
-
-    for kind in ("low", "high"):
-        one, two = (face(name, f"{kind}_tip").Center() for name in ("plate_1", "plate_2"))
-        assert (one + two).x == pytest.approx(0.0, abs=KERNEL)
-        assert (one + two).y == pytest.approx(0.0, abs=KERNEL)
-        assert abs(one.x) > 1.0
-    for name, sign in (("front_cover", -1.0), ("back_cover", 1.0)):
-        assert face(name, "rim").Center().y == pytest.approx(sign * 0.5 * square.housing.stack, abs=KERNEL)

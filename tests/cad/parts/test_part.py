@@ -27,12 +27,6 @@ def test_name_without_a_face_and_face_with_two_names_are_refused(faces):
         named_part("box", BOX, faces)
 
 
-def test_unknown_face_lists_the_known_ones():
-    part = named_part("box", BOX, {"top": _top, "sides": lambda face: not _level(face)})
-    with pytest.raises(KeyError, match="top, sides"):
-        part.face_area("tip")
-
-
 def test_brep_file_keeps_the_order_of_the_faces(tmp_path):
     part = named_part("box", BOX, {"top": _top})
     part.write_brep(tmp_path / "box.brep")

@@ -1,8 +1,7 @@
 """Sockets: pockets and pins by formula, and what they give between its bounds."""
 
 import math
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,14 +12,13 @@ from cad.files.stl import triangles
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
 from cad.parts.pin import STEEL_MPA, pin_compliance
-from cad.parts.pin_socket import cut_pin_sockets, pin_places, pin_solid, tip_solid
+from cad.parts.pin_socket import pin_places, pin_solid, tip_solid
 from cad.parts.pose import print_pose
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
 from sensor.design.tips import Tips
 from sensor.quantity import InputError
-from sensor.tips.tip_shape import MeridianPoint, Straight, TipShape
 
 PETG = PROCESSES["fdm-petg"]
 
@@ -37,12 +35,6 @@ def foot(pinned):
 def overhang(part):
     """Return the width of the widest ledge [mm] as the part is printed."""
     return widest_ledge(triangles(print_pose(part.shape)), np.array([0.0, 0.0, 1.0]), 45.0)
-
-
-def test_printed_tips_have_no_pockets_and_no_pins(housing):
-    part = housing_part(housing)
-    assert cut_pin_sockets(part, housing) is part
-    assert pin_places(housing) == {}
 
 
 def test_layout_holds_the_pin_with_the_walls_of_the_process(foot):
@@ -161,29 +153,3 @@ def test_tip_has_the_volume_and_the_face_of_its_shape(tips, volume, face):
     assert (box.zmin, box.zmax, box.center.x) == pytest.approx((0.0, 4.0, 0.0), abs=1e-6)
     assert solid.Volume() == pytest.approx(volume, rel=1e-9)
     assert min(solid.Faces(), key=lambda each: each.Center().z).Area() == pytest.approx(face, rel=1e-9)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Pyramid(TipShape):
-    """A square tip with a flank, which no fillet of a box draws."""
-
-    name: ClassVar[str] = "pyramid"
-    is_round: ClassVar[bool] = False
-
-    @property
-    def meridian(self):
-        half = 0.5 * self.side_mm
-        return (Straight(MeridianPoint(0.0, 0.0), MeridianPoint(half, half)),)
-
-    @property
-    def sized_as(self):
-        return "cube"
-
-    def contact_area_mm2(self, force, reduced_modulus, fruit_radius):
-        raise NotImplementedError
-
-
-def test_flank_of_a_square_tip_is_refused():
-    """A box would stand for it in silence."""
-    with pytest.raises(ValueError, match="pyramid"):
-        tip_solid(Pyramid(side_mm=1.0), 4.0)
