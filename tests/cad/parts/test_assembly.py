@@ -28,11 +28,11 @@ def bodies(square):
 
 def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each_diagonal(square):
     every = square.part.shape.Faces()
-    caps = []
-    for kind in ("low", "high"):
-        faces = [every[index] for index in square.part.faces[f"{kind}_tip"]]
-        caps.append((kind, cq.Compound.makeCompound(faces)))
-    caps = [(kind, cap.moved(place)) for place in plate_places(square.housing) for kind, cap in caps]
+    caps = [
+        (kind, cq.Compound.makeCompound([every[index] for index in square.part.faces[f"{kind}_tip"]]).moved(place))
+        for place in plate_places(square.housing)
+        for kind in ("low", "high")
+    ]
     asked = zip(GENTLE.tips.springs, GENTLE.tips.places_mm, strict=True)
     for (kind, cap), (spring, place) in zip(caps, asked, strict=True):
         box = cap.BoundingBox()
