@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import cadquery as cq
+import numpy as np
 import pytest
 from squares import RESIN, gentle, hall_square, square_housing, square_sensor, with_seats
 
@@ -69,14 +70,14 @@ def test_magnets_face_their_sensor_through_the_window(kind, pair):
     housing, seats = sensor.housing, sensor.seats
     assert 0.5 * (seats.upper_disc + seats.lower_disc) - seats.sensor == pytest.approx(0.5 * sensor.press.travel_mm)
     front = cover_part(housing, seats).shape.moved(plate_places(housing)[0].inverse * cover_places(housing)[0])
+    size = (PROBE.package_width_mm, PROBE.package_thickness_mm, PROBE.package_height_mm)
     for arm in housing.arms:
-        outer = -0.5 * housing.depth - PROBE.face_out_mm - PROBE.package_thickness_mm
-        corner = cq.Vector(
-            arm.centre - 0.5 * PROBE.package_width_mm,
-            outer,
-            housing.top_level - seats.sensor - 0.5 * PROBE.package_height_mm,
+        middle = (
+            arm.centre,
+            -0.5 * housing.depth - PROBE.face_out_mm - 0.5 * PROBE.package_thickness_mm,
+            housing.top_level - seats.sensor,
         )
-        body = cq.Solid.makeBox(PROBE.package_width_mm, PROBE.package_thickness_mm, PROBE.package_height_mm, corner)
+        body = cq.Workplane().box(*size).val().translate(cq.Vector(*middle))
         assert sum(solid.Volume() for solid in body.intersect(front).Solids()) == pytest.approx(0.0, abs=1e-9)
         assert body.distance(front) == pytest.approx(0.0, abs=1e-9)
         assert body.distance(sensor.part.shape) == pytest.approx(PROBE.face_out_mm, abs=1e-6)
@@ -140,17 +141,13 @@ def test_pockets_move_no_stiffness_beyond_its_error(pair):
     """
     E, G = 2000.0, 2000.0 / 2.76
     for sensor in (hall_square(), pair):
-        housing, seats = sensor.housing, sensor.seats
-        flexure = housing.high
+        housing, seats, flexure = sensor.housing, sensor.seats, sensor.housing.high
         width = housing.shuttle_width
         moment = 0.25 * flexure.length  # of a leaf of a spring under 1 N, F L / 4, at its root in the shuttle
         half = 0.5 * PROBE.magnets_apart_mm + 0.5 * seats.pocket_diameter
-
-        def give(cut, housing=housing, seats=seats, width=width, half=half):
-            """Return what bending and shear give between the pockets, by a section less an area [mm^2]."""
-            second = width**3 * housing.depth / 12.0 - cut * seats.pocket_diameter**2 / 12.0
-            return 2.0 * half * (half**2 / 3.0 / (E * second) + 1.2 / (G * (width * housing.depth - cut)))
-
-        added = (2.0 * moment / flexure.separation) ** 2 * (give(seats.pocket_diameter * seats.depth_at(0.0)) - give(0))
+        cut = np.array([0.0, seats.pocket_diameter * seats.depth_at(0.0)])  # [mm^2] taken from the section
+        second = width**3 * housing.depth / 12.0 - cut * seats.pocket_diameter**2 / 12.0
+        give = 2.0 * half * (half**2 / 3.0 / (E * second) + 1.2 / (G * (width * housing.depth - cut)))
+        added = (2.0 * moment / flexure.separation) ** 2 * (give[1] - give[0])
         K = pair_stiffness(E, flexure.depth, flexure.thickness, flexure.length)
         assert 0.0 < added * K < 0.1 * K_TOLERANCE

@@ -52,12 +52,6 @@ class Sheets(dict):
         return self[kind]
 
 
-def with_housing(sensor, **changes):
-    """Return a sensor whose housing has other dimensions [mm], and the solid of it."""
-    housing = replace(sensor.housing, **changes)
-    return replace(sensor, housing=housing, part=finished_part(housing))
-
-
 @pytest.fixture(scope="module")
 def sheets(sensor, pinned):
     return Sheets({
@@ -70,8 +64,7 @@ def sheets(sensor, pinned):
     })  # fmt: skip
 
 
-SELDOM = ("long", "steel", "mango")
-KINDS = ["pair", "square", "pins", *(pytest.param(kind, marks=pytest.mark.slow) for kind in SELDOM)]
+KINDS = ["pair", "square", "pins", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("long", "steel", "mango"))]
 FLAT_MM = 0.05  # by which a chord may leave its curve
 
 
@@ -193,15 +186,12 @@ def test_revision_is_that_of_what_is_drawn(sensor):
         (found,) = (text for text in told if re.fullmatch(r"[0-9a-f]{8}", text))
         return found
 
-    first = revision(sensor, TITLE)
-    assert revision(sensor, TITLE) == first
-    others = {
-        revision(with_housing(sensor, hole_diameter=3.5), TITLE),
-        revision(sensor, replace(TITLE, process=PROCESSES["fdm-pla"])),
-        revision(sensor, replace(TITLE, name="other")),
-        first,
-    }
-    assert len(others) == 4
+    other_housing = replace(sensor.housing, hole_diameter=3.5)
+    other = replace(sensor, housing=other_housing, part=finished_part(other_housing))
+    titles = (TITLE, TITLE, replace(TITLE, process=PROCESSES["fdm-pla"]), replace(TITLE, name="other"))
+    found = [revision(sensor, title) for title in titles]
+    assert found[0] == found[1]
+    assert len({*found, revision(other, TITLE)}) == 4
 
 
 def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(sheets, sensor, tmp_path):
@@ -223,13 +213,12 @@ def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(sh
 def page_of(file):
     """Return the size [points] of the page of a PDF file, and its operators, found by its table of offsets."""
     table = int(re.search(rb"startxref\n(\d+)\n%%EOF", file)[1])
-    offsets = [int(line[:10]) for line in file[table:].splitlines()[3:7]]
-    objects = [file[start:] for start in offsets]
+    objects = [file[int(line[:10]) :] for line in file[table:].splitlines()[3:7]]
     assert [int(each.split()[0]) for each in objects] == [1, 2, 3, 4]
     size = re.search(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", objects[2])
     length = int(re.search(rb"/Length (\d+)", objects[3])[1])
-    start = objects[3].index(b"stream\n") + len(b"stream\n")
-    return [float(side) for side in size.groups()], zlib.decompress(objects[3][start : start + length]).decode()
+    operators = objects[3].partition(b"stream\n")[2][:length]
+    return [float(side) for side in size.groups()], zlib.decompress(operators).decode()
 
 
 def test_pdf_page_has_the_size_of_the_sheet_and_the_lines_of_the_part_in_their_places(sheets, sensor, tmp_path):

@@ -53,16 +53,13 @@ def test_grip_that_no_screw_is_long_enough_for_is_a_rod(sensor, monkeypatch):
 def test_readings_with_the_last_digit_of_the_sheet_give_a_stiffness_to_a_per_cent():
     """Six readings, one of both rounded, make half the variance of 1 % (95 %); ten times as coarse, more."""
     full = 10.9
-    rng = np.random.default_rng(2026)
+    steps = np.linspace(0.0, 1.0, 6)
 
     def error(digit):
-        steps = np.linspace(0.0, 1.0, 6) + rng.uniform(-0.05, 0.05, (4000, 6))
-        rounded = digit * np.round(full * steps / digit)
-        slopes = [np.polyfit(x, y, 1)[0] for x, y in zip(steps, rounded, strict=True)]
-        return 2.0 * np.std(np.array(slopes) / full)
+        """Return twice the standard deviation of a slope whose readings are off evenly by half a digit at most."""
+        return 2.0 * digit / math.sqrt(12.0) / np.linalg.norm(steps - steps.mean()) / full
 
-    assert error(last_digit(full)) <= 0.01 / math.sqrt(2.0)
-    assert error(10.0 * last_digit(full)) > 0.01 / math.sqrt(2.0)
+    assert error(last_digit(full)) <= 0.01 / math.sqrt(2.0) < error(10.0 * last_digit(full))
 
 
 def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad.checks.clearance import clearance_verdicts
 from cad.checks.triangle_checks import widest_ledge
 from cad.files.stl import triangles
 from cad.parts.housing_solid import housing_part
@@ -72,12 +71,6 @@ def test_pins_fill_the_pockets_but_for_the_fit_and_stand_out(pinned, foot):
         box = pin.BoundingBox()
         assert (box.zmin, box.zmax, box.center.x, box.xlen) == pytest.approx((-1.0, 3.0, x, 1.0), abs=1e-6)
         assert not pin.intersect(pinned.part.shape).Solids()
-
-
-def test_fruit_is_as_far_from_the_feet_as_the_pins_stand_out(pinned):
-    """The foot counts as neck: pins stand out by 1 mm, and travel by 0.6."""
-    _, neck = clearance_verdicts(pinned)
-    assert (neck.name, neck.value) == ("geometry.neck_clearance", pytest.approx(0.4, abs=1e-6))
 
 
 def test_give_holds_that_of_solids_and_is_far_under_a_punch_that_is_not_glued(foot):

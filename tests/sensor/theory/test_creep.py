@@ -1,10 +1,9 @@
-"""The law of creep against integrals over the history of a load, and the virtual prints against a closed form."""
+"""The law of creep against integrals over the history of a load."""
 
 import math
 
 import numpy as np
 import pytest
-from maxwell_springs import MaxwellSprings
 
 from sensor.theory.creep import EFFECTIVE, NO_CREEP, CreepLaw
 
@@ -19,14 +18,6 @@ def superposed(kernel, load, times):
     """Return the response at the last of some times to a load: each of its steps at the middle of its time."""
     middle = 0.5 * (times[1:] + times[:-1])
     return float(np.diff(load) @ kernel(times[-1] - middle))
-
-
-@pytest.mark.parametrize(("share", "tau", "seconds"), [(0.3, 2.0, 5.0), (0.05, 0.4, 30.0), (0.5, 100.0, 30.0)])
-def test_one_maxwell_arm_under_a_weight_is_the_closed_form(share, tau, seconds):
-    """Of the virtual prints: d = F / K (1 + g / (1 - g) (1 - exp(-(1 - g) t / tau)))."""
-    K, F = np.array([0.9, 20.0]), np.array([0.4, 3.0])
-    grown = 1.0 + share / (1.0 - share) * -math.expm1(-(1.0 - share) * seconds / tau)
-    assert MaxwellSprings(K, ((share, tau),)).hang(F, seconds) == pytest.approx(F / K * grown, rel=1e-6)
 
 
 def test_a_decade_adds_its_share_and_decades_multiply():
