@@ -23,17 +23,17 @@ def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
 def contact_compliance(
     fruit: Fruit, tips: Tips, tolerance: float = CONTACT_FRACTION * DEFAULT_TOLERANCE
 ) -> FruitCompliance:
-    """Return the compliance [1/mm] that sizes the springs: level tips with sharp flat faces, pressed vertically.
+    """Solve the compliance of the fruit [1/mm] that sizes the springs, for level sharp flat tips pressed vertically.
 
-    A curved fruit is the block of its plan and thickness, plus the change by its shape. A filleted tip is replaced by
-    the sharp one, and a spherical tip by the cylinder of its diameter. A dome is replaced by a circle of half its width
-    at the contact. The status names these replacements. The block is solved on the coarsest mesh whose error meets the
-    relative tolerance. Raises InputError for a scene outside the domain of the split (`solve/fruit/split.py`), or for a
-    curved fruit outside its own domain (`solve/fruit/curved_body.py`).
+    A curved fruit is solved as the block of its plan and thickness, to which the effect of its shape is added. A
+    filleted tip is replaced by a sharp one, a spherical tip by the cylinder of its diameter, and a dome by a circle of
+    half its width at the contact; the status names the replacement. The block is solved on the coarsest mesh whose
+    error meets the relative tolerance. Raises InputError for a scene outside the domain of the split
+    (`solve/fruit/split.py`), or for a curved fruit outside its own domain (`solve/fruit/curved_body.py`).
     """
     is_curved = fruit.equivalent_block != fruit
     footprints = contact_footprints(fruit, tips)
-    along_normals = tips.tip_shape.obeys_hertz
+    along_normals = tips.tip_shape.obeys_hertz  # a smooth dome presses along the normal of the skin
     if is_curved:
         check_curved(fruit, footprints)  # before the block is solved
     compliance = split_compliance(fruit, tips, tolerance)
@@ -42,12 +42,12 @@ def contact_compliance(
         compliance = curved_compliance(compliance, fruit, footprints, along_normals, tolerance)
     if fruit.skin_mm is not None:
         compliance = skin_compliance(compliance, fruit, footprints, along_normals)
-    info = dataclasses.replace(compliance.info, status=f"{_stand_ins(fruit, tips)}{compliance.info.status}")
+    info = dataclasses.replace(compliance.info, status=f"{_replacement_text(fruit, tips)}{compliance.info.status}")
     return dataclasses.replace(compliance, info=info)
 
 
-def _stand_ins(fruit: Fruit, tips: Tips) -> str:
-    """Return text that names the flat sharp tips in place of the design's; empty if these are flat and sharp."""
+def _replacement_text(fruit: Fruit, tips: Tips) -> str:
+    """Return text that names the sharp flat tips that replace the design's; empty if these are sharp and flat."""
     flat = tips.flat
     if tips.tip_shape.touches_beside_centre:
         circle = contact_footprints(fruit, tips)[0].side

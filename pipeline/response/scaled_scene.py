@@ -39,20 +39,20 @@ class ScaledScene:
 
 
 def unit_scene(design: Design) -> ScaledScene:
-    """Return the scene of a design on tips of side 1 mm.
+    """Return the contact scene of a design, scaled to tips of side 1 mm.
 
-    It keeps its size if its ratios are outside the bounds of a design.
+    The scene keeps its size if the scaled one would be outside the bounds of a design.
     """
     fruit, tips = contact_scene(design)
     scale = tips.side_mm
     try:
-        return ScaledScene(fruit=_over(scale, fruit), tips=_over(scale, tips), scale=scale)
+        return ScaledScene(fruit=_divide_lengths(fruit, scale), tips=_divide_lengths(tips, scale), scale=scale)
     except InputError:
         return ScaledScene(fruit=fruit, tips=tips, scale=1.0)
 
 
-def _over(scale: float, record: Record) -> Record:
-    """Return a record whose lengths are divided by a scale [mm], except those that contact does not depend on."""
+def _divide_lengths(record: Record, scale: float) -> Record:
+    """Return a record with its lengths divided by `scale` [mm], except those that contact does not depend on."""
     lengths: Plain = {}
     for item in dataclasses.fields(record):
         value = getattr(record, item.name)

@@ -27,11 +27,10 @@ _SCAN = 20  # moduli over which P must rise, from the least one of the design to
 class ScenePress(Record):
     """The presses of one set of springs on the fruit of a design.
 
-    `table` is over travel at each modulus of the design, and `scan` over 20 moduli up to E_max at full travel.
-    `at_largest_E` is at the largest modulus and full travel. `curve` is over equal steps of the modulus up to E_max at
-    six travels; its first modulus represents the softest possible fruit. `tilted` are presses at full travel with the
-    tilt less and plus its spread, at the first, middle and last modulus of the curve. They exist only if contact is
-    solved on cells.
+    `table` varies the travel at each modulus of the design, and `scan` has 20 moduli up to E_max at full travel.
+    `at_largest_E` is at the largest modulus and full travel. `curve` has equal steps of the modulus up to E_max at six
+    travels; its first modulus represents the softest possible fruit. `tilted` has presses at full travel with the tilt
+    minus and plus its spread, at the first, middle and last modulus of the curve. It is empty if contact is linear.
     """
 
     table: SensorResponse
@@ -114,9 +113,10 @@ def scan_moduli(fruit: Fruit) -> Floats:
 
 
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
-    """Return the presses at full travel with the tilt less and plus its spread, if contact is solved on cells.
+    """Return the presses at full travel with the tilt minus and plus its spread.
 
-    Empty if such a tilt is outside the domain of contact.
+    The result is empty if contact is linear, if the tilt has no spread, or if such a tilt is outside the domain of
+    contact.
     """
     press = scene.press
     spread = press.tilt_spread_deg
@@ -128,20 +128,20 @@ def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: F
         for side in (-1.0, 1.0):
             tilted = replace(scene, press=replace(press, tilt_deg=press.tilt_deg + side * spread))
             responses.append(scene_response(tilted, contact, C, moduli, full_travel))
-    except InputError:
+    except InputError:  # the design itself can be pressed; only its tilted neighbours cannot
         return ()
     return tuple(responses)
 
 
 def spring_fractions(contact: FruitCompliance, C: Floats, E: float) -> Floats:
-    """Return the share of the spring in the compliance of spring and fruit, for each tip at E [MPa], (tips,) [1].
+    """Return the fraction of the spring in the compliance of spring and fruit, for each tip at E [MPa], (tips,) [1].
 
-    A relative error of a spring causes this share of it in the force of the tip.
+    A relative error of a spring stiffness causes this fraction of it in the force of the tip.
     """
-    of_springs = np.diag(C)
+    spring_compliance = np.diag(C)
     contact = contact.at(E)
-    of_fruit = (np.diag(contact.S) - contact.crosstalk) / E
-    fractions: Floats = of_springs / (of_springs + of_fruit)
+    fruit_compliance = (np.diag(contact.S) - contact.crosstalk) / E
+    fractions: Floats = spring_compliance / (spring_compliance + fruit_compliance)
     return fractions
 
 
