@@ -1,6 +1,9 @@
-"""Rigid sharp cone on a half-space: F = 2 E* d^2 tan(alpha) / pi, contact radius 2 d tan(alpha) / pi.
+"""Rigid cones and spheres on a half-space.
 
-I. N. Sneddon, Int. J. Engng Sci. 3 (1965) 47, doi:10.1016/0020-7225(65)90019-4.
+A sharp cone: F = 2 E* d^2 tan(alpha) / pi, contact radius 2 d tan(alpha) / pi. I. N. Sneddon, Int. J. Engng Sci. 3
+(1965) 47, doi:10.1016/0020-7225(65)90019-4. A sphere: F = 4/3 E* sqrt(R) d^3/2, contact radius sqrt(R d). H. Hertz,
+J. reine angew. Math. 92 (1882) 156; K. L. Johnson, Contact Mechanics (1985), section 4.2,
+doi:10.1017/CBO9781139171731.
 """
 
 import numpy as np
@@ -10,6 +13,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.tips import PressMotion, Tips
 from sensor.theory.hertz import force_factor
 from sensor.theory.sneddon_cone import cone_contact_radius, cone_force, cone_mean_pressure
+from sensor.tips.ball import Sphere
 from sensor.tips.cone import Cone
 from solve.contact.gap import tip_gap
 from solve.contact.pressure_cells import contact_cells
@@ -32,22 +36,36 @@ def cells():
     return contact_cells(LARGE, [Footprint(0.0, 0.0, SIDE)], np.linspace(-0.5, 0.5, CELLS + 1))
 
 
+def pressed(cells, tip, depth):
+    """Return the force [N] and the radius of the contact's area [mm]."""
+    touch = UnilateralContact(cells).solve(depth - tip_gap(tip, *cells.local.T), np.zeros((1, 1)))
+    return touch.F, np.sqrt(cells.areas[touch.pressure > 0.0].sum() / np.pi)
+
+
 @pytest.mark.parametrize(("half_angle", "radius"), [(50.0, 0.09), (70.3, 0.05), (85.0, 0.09)])
 def test_force_radius_and_mean_pressure(cells, half_angle, radius):
     depth = radius / cone_contact_radius(1.0, half_angle)
-    gap = tip_gap(Cone(side_mm=SIDE, half_angle_deg=half_angle), *cells.local.T)
-    touch = UnilateralContact(cells).solve(depth - gap, np.zeros((1, 1)))
-    area = cells.areas[touch.pressure > 0.0].sum()
-    np.testing.assert_allclose(touch.F, cone_force(depth, half_angle, REDUCED), rtol=2e-3)
-    np.testing.assert_allclose(np.sqrt(area / np.pi), radius, atol=0.5 * SIDE / CELLS)
-    np.testing.assert_allclose(touch.F / (np.pi * radius**2), cone_mean_pressure(half_angle, REDUCED), rtol=2e-3)
+    force, found = pressed(cells, Cone(side_mm=SIDE, half_angle_deg=half_angle), depth)
+    np.testing.assert_allclose(force, cone_force(depth, half_angle, REDUCED), rtol=2e-3)
+    np.testing.assert_allclose(found, radius, atol=0.5 * SIDE / CELLS)
+    np.testing.assert_allclose(force / (np.pi * radius**2), cone_mean_pressure(half_angle, REDUCED), rtol=2e-3)
 
 
-def test_a_ball_at_the_point_presses_as_hertz_has_it_while_the_flank_is_off(cells):
-    cone = Cone(side_mm=SIDE, half_angle_deg=70.0, blunt_mm=0.25)
-    depth = 0.07**2 / 0.25
-    touch = UnilateralContact(cells).solve(depth - tip_gap(cone, *cells.local.T), np.zeros((1, 1)))
-    np.testing.assert_allclose(touch.F, force_factor(REDUCED, 0.25) * depth**1.5, rtol=0.02)
+BALLS = [(Sphere(side_mm=2.0), 1.0, radius, 0.01) for radius in (0.05, 0.07, 0.09)]
+
+
+@pytest.mark.parametrize(
+    ("tip", "ball", "radius", "error"),
+    [*BALLS, (Cone(side_mm=SIDE, half_angle_deg=70.0, blunt_mm=0.25), 0.25, 0.07, 0.02)],
+)
+def test_a_sphere_and_a_cone_that_touches_with_the_ball_at_its_point_press_as_hertz_says(
+    cells, tip, ball, radius, error
+):
+    """A cell is 1/6 to 1/11 of the contact radius: force to the second order of that, radius to half a cell."""
+    depth = radius**2 / ball
+    force, found = pressed(cells, tip, depth)
+    np.testing.assert_allclose(force, force_factor(REDUCED, ball) * depth**1.5, rtol=error)
+    np.testing.assert_allclose(found, radius, atol=0.5 * SIDE / CELLS)
 
 
 def test_two_far_cones_stay_inside_the_error_bar_of_the_response():
