@@ -6,9 +6,8 @@ from dataclasses import replace
 import cadquery as cq
 import pytest
 
-from cad.checks.clearance import HEADINGS, clearance_verdicts, nearest_headings, stop_verdicts
+from cad.checks.clearance import clearance_verdicts, stop_verdicts
 from cad.parts.housing_solid import housing_part
-from cad.parts.pose import pressed_pose
 from sensor.design.fruit import Fruit
 from sensor.design.tips import PressMotion
 
@@ -50,18 +49,6 @@ def test_frame_beside_a_small_fruit_is_as_far_as_its_side(sensor):
     wall = sensor.housing.arms[1].wall
     frame, _ = clearance_verdicts(sensor)
     assert wall - 10.0 - 1.0 < frame.value < wall - 10.0 + 0.1
-
-
-@pytest.mark.parametrize("foot", [(9.0, -3.0, 2.0), (-1.0, 6.0, 0.9), (30.0, 2.0, -3.0)], ids=["beside", "in", "far"])
-def test_headings_that_are_measured_hold_the_nearest_of_all(foot):
-    """A round foot over a block, beside it, and so that it dips into it: the kernel measures all headings here."""
-    block = cq.Solid.makeBox(16.0, 16.0, 5.0, cq.Vector(-8.0, -8.0, -5.0))
-    shape = cq.Solid.makeCylinder(2.0, 10.0, cq.Vector(*foot))
-    chosen = nearest_headings(shape, block, 0.6, 5.0)
-    distances = {heading: shape.moved(pressed_pose(0.6, 5.0, heading)).distance(block) for heading in HEADINGS}
-    least = min(distances.values())
-    assert {heading for heading, distance in distances.items() if distance <= least + KERNEL} <= set(chosen)
-    assert len(chosen) < len(HEADINGS)
 
 
 @pytest.mark.parametrize(("travel", "passes"), [(0.6, True), (1.01, False)])

@@ -16,7 +16,7 @@ import shapely
 from ezdxf.disassemble import make_primitive, recursive_decompose
 from squares import hall_square, square_housing, square_sensor
 
-from cad.drawing.canvas import Canvas, text_width
+from cad.drawing.canvas import Canvas
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.section import draw_section, section
 from cad.drawing.sheet import SIZES, Title
@@ -147,23 +147,6 @@ def test_every_dimension_of_the_housing_stands_once(kind, sheets):
     """A mango's tips are as wide as their shuttles and as the plate is deep: they have no neck to measure."""
     sensor, _ = sheets.shown[kind]()
     assert measured(sheets[kind].canvas) == dimensions_of(sensor)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_arrows_of_a_length_with_room_for_its_text_lie_within_it(kind, sheets):
-    canvas = sheets[kind].canvas
-    for dimension in canvas.dimensions():
-        if dimension.dimtype != 0:  # DXF reference, group 70: a length
-            continue
-        along = 0 if dimension.dxf.angle == 0.0 else 1
-        ends = sorted((dimension.dxf.defpoint2[along], dimension.dxf.defpoint3[along]))
-        drawn = list(recursive_decompose([dimension]))
-        (text,) = (entity.plain_text() for entity in drawn if entity.dxftype() == "MTEXT")
-        if ends[1] - ends[0] < text_width(text, canvas.text_height) + 4.0 * canvas.text_height:
-            continue
-        for arrow in (entity for entity in drawn if entity.dxftype() == "SOLID"):
-            corners = [arrow.dxf.vtx0[along], arrow.dxf.vtx1[along]]
-            assert ends[0] - 1e-6 <= min(corners) <= max(corners) <= ends[1] + 1e-6, text
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -11,15 +11,6 @@ from sensor.design.tips import Tips
 KERNEL = 1e-6  # the kernel pads its boxes
 
 
-def test_fruit_waits_below_the_tips_by_the_gap(sensor):
-    apart = replace(sensor, tips=Tips(gap_mm=0.7, offset_mm=1.25), fruit=Fruit(length_mm=30.0))
-    fruit = in_place(assembly_of(apart).objects["fruit"])
-    assert apart.part.shape.distance(fruit) == pytest.approx(0.7, abs=KERNEL)
-    box = fruit.BoundingBox()
-    # The midpoint of the tips is x = 0 of the sensor and 1.25 mm from the fruit's apex.
-    assert (box.xmin, box.xmax) == pytest.approx((-15.0 - 1.25, 15.0 - 1.25), abs=KERNEL)
-
-
 def test_apex_of_a_curved_fruit_waits_below_the_tips(sensor):
     """Its top falls away from the apex, 1.25 mm beside the midpoint of the tips, as a sphere of its radius."""
     sphere = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)

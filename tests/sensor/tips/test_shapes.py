@@ -30,6 +30,9 @@ def test_a_meridian_runs_from_the_point_to_the_rim_without_a_step(name):
     for first, second in itertools.pairwise(pieces):
         assert first.end == pytest.approx(second.start)
     assert Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).flat.tip_shape.is_flat
+    assert shape.flank_deg == pytest.approx(20.0 * (name == "cone"), rel=1e-12)
+    assert shape.is_solved_under_skin == (name in ("cube", "cylinder", "dome"))
+    assert shape.obeys_hertz == shape.touches_beside_centre == (name == "dome")
 
 
 def test_the_solid_of_a_blunt_cone_has_its_volume():
@@ -73,11 +76,3 @@ def test_mean_pressure_grows_by_the_power_that_the_shape_says(name, force_power)
     first, second = (force_factor(2.0, 10.0) * depth**force_power for depth in (0.01, 0.04))
     pressures = [force / shape.contact_area_mm2(force, 2.0, math.inf) for force in (first, second)]
     assert pressures[1] / pressures[0] == pytest.approx(4.0**shape.pressure_exponent, rel=1e-12)
-
-
-@pytest.mark.parametrize("name", SHAPES)
-def test_contact_under_a_skin_is_that_of_a_punch_or_of_hertz_and_only_a_cone_has_a_flank(name):
-    shape = Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape
-    assert shape.is_solved_under_skin == (name in ("cube", "cylinder", "dome"))
-    assert shape.obeys_hertz == shape.touches_beside_centre == (name == "dome")
-    assert shape.flank_deg == pytest.approx(20.0 * (name == "cone"), rel=1e-12)
