@@ -1,18 +1,17 @@
 """P_max and NL of the scene that was asked for, and what would make it pass: by the balance of springs and fruit."""
 
+import dataclasses
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from stand_ins import CONTACT, sensor_of, sizing_of, springs_of
 
-from pipeline.errors.targets import SceneTargets, reached_targets
-from pipeline.response.scene_press import ScenePress, press_scene, scene_of
+from pipeline.errors.targets import reached_targets
+from pipeline.response.scene_press import press_scene, scene_of
 from pipeline.verdicts.rules import NL_verdict, P_max_verdict
 from sensor.design.parameters import Design, Targets
 from sensor.design.tips import PressMotion
-from sensor.verdict import Verdict
 
 SPRINGS = sizing_of(Design()).springs
 C = np.diag([1.0 / K for K in SPRINGS.stiffnesses])
@@ -20,23 +19,12 @@ TILTED = Design(press=PressMotion(tilt_deg=1.0))
 STEP = 4.0 * math.tan(math.radians(1.0))
 
 
-@dataclass
-class Checked:
-    press: ScenePress
-    reached: SceneTargets
-    verdicts: dict[str, Verdict]
-
-
 def checked(design, height_offsets=()):
-    """Return the press of springs of the design's targets, what it reaches, and its verdicts by name."""
+    """Return what a scene of springs of the design's targets reaches, and the verdicts on P_max and NL."""
     springs = springs_of(design)
     press = press_scene(scene_of(design, height_offsets), CONTACT, springs.C)
     reached = reached_targets(sensor_of(design, springs), design.targets, press)
-    verdicts = {
-        "P_max": P_max_verdict(reached.P_max, design.targets, ""),
-        "NL": NL_verdict(reached.NL, design.targets, ""),
-    }
-    return Checked(press, reached, verdicts)
+    return reached, P_max_verdict(reached.P_max, design.targets, ""), NL_verdict(reached.NL, design.targets, "")
 
 
 def balance(E, travels):
@@ -45,24 +33,18 @@ def balance(E, travels):
     return forces[1] / forces[0]
 
 
-@pytest.fixture(scope="module")
-def tilted():
-    return checked(TILTED)
-
-
-def test_tilted_sensor_is_judged_by_what_it_reads(tilted):
+def test_tilted_sensor_is_judged_by_what_it_reads():
     """At 1 deg all faces touch whole at full travel: the balance with travels of 0.6 -+ 4 mm tan(1 deg)."""
+    _, P_max, NL = checked(TILTED)
     travels = (0.6 - STEP, 0.6 + STEP)
-    P_max = tilted.verdicts["P_max"]
     assert P_max.passed is False
     assert P_max.value == pytest.approx(balance(3.5, travels), abs=P_max.error)
     softest, middle, top = (balance(E, travels) for E in (0.0, 1.75, 3.5))
-    NL = tilted.verdicts["NL"]
     assert NL.value == pytest.approx((middle - softest) / (top - softest) - 0.5, abs=NL.error)
 
 
 def test_flat_level_scene_is_the_two_spring_law():
-    reached = checked(Design()).reached
+    reached, *_ = checked(Design())
     level = reached.level
     of_scene = (reached.P_max.value, reached.P_max.error, reached.NL.value, reached.NL.error)
     assert of_scene == (level.P_max, level.P_max_error, level.NL, level.NL_error)
@@ -72,7 +54,7 @@ def test_flat_level_scene_is_the_two_spring_law():
 @pytest.mark.slow
 def test_largest_departure_is_at_least_that_of_mid_range():
     largest, middle = (
-        checked(Design(press=PressMotion(tilt_deg=1.0), targets=Targets(NL_definition=definition))).reached.NL.value
+        checked(dataclasses.replace(TILTED, targets=Targets(NL_definition=definition)))[0].NL.value
         for definition in ("largest", "mid-range")
     )
     assert middle < largest < 1.02 * middle
@@ -80,11 +62,10 @@ def test_largest_departure_is_at_least_that_of_mid_range():
 
 def test_tip_that_hangs_lower_by_its_weight_is_ahead_in_the_scene():
     """0.019 mm of the low tip: the balance with the high one as much behind."""
-    reached = checked(Design(), (0.0, -0.019)).reached
+    reached, *_ = checked(Design(), (0.0, -0.019))
     assert reached.P_max.value == pytest.approx(balance(3.5, (0.6, 0.581)), rel=1e-9)
 
 
 def test_tip_off_the_fruit_leaves_no_ratio():
-    off = checked(Design(press=PressMotion(travel_mm=0.3, tilt_deg=5.0)))
-    assert off.verdicts["P_max"].passed is False
-    assert off.verdicts["P_max"].value is None
+    _, P_max, _ = checked(Design(press=PressMotion(travel_mm=0.3, tilt_deg=5.0)))
+    assert (P_max.value, P_max.passed) == (None, False)

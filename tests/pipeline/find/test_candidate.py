@@ -19,35 +19,27 @@ def falling_short(by):
 
 
 @pytest.mark.parametrize(
-    ("value", "limit", "tolerance", "passed", "off"),
+    ("name", "value", "limit", "tolerance", "passed", "off"),
     [
-        (0.5, 0.0, None, False, MARGIN + 0.5),
-        (0.5, 0.0, 0.25, False, MARGIN + 2.0),
-        (3.0, 2.0, 0.0, False, MARGIN + 0.5),
-        (1.995, 2.0, 0.0, True, MARGIN - 0.0025),
-        (1.9, 2.0, 0.0, True, 0.0),
-        (1.995, 2.0, 0.01, True, 0.0),
-        (None, 2.0, 0.0, False, 1.0),
-        (None, None, None, True, 0.0),
+        # the distance over the limit
+        ("P_max", 0.5, 0.0, None, False, MARGIN + 0.5),
+        ("P_max", 0.5, 0.0, 0.25, False, MARGIN + 2.0),
+        ("P_max", 3.0, 2.0, 0.0, False, MARGIN + 0.5),
+        ("P_max", 1.995, 2.0, 0.0, True, MARGIN - 0.0025),
+        ("P_max", 1.9, 2.0, 0.0, True, 0.0),
+        ("P_max", 1.995, 2.0, 0.01, True, 0.0),
+        ("P_max", None, 2.0, 0.0, False, 1.0),
+        ("P_max", None, None, None, True, 0.0),
+        # of a limit on one side how far the bar of 0.2 reaches beyond it
+        ("reading.bias", 3.0, 2.0, 0.0, False, MARGIN + 0.6),
+        ("reading.bias", 1.9, 2.0, 0.0, None, MARGIN + 0.05),
+        ("geometry.min_wall", 1.0, 2.0, 0.0, False, MARGIN + 0.6),
+        ("geometry.min_wall", 2.1, 2.0, 0.0, None, MARGIN + 0.05),
+        ("geometry.min_wall", 3.0, 2.0, 0.0, True, 0.0),
     ],
 )
-def test_shortfall_is_the_distance_over_the_limit(value, limit, tolerance, passed, off):
-    one = verdict(value=value, limit=limit, tolerance=tolerance, passed=passed, error=0.1)
-    assert shortfall(one) == pytest.approx(off)
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "passed", "off"),
-    [
-        ("reading.bias", 3.0, False, MARGIN + 0.6),
-        ("reading.bias", 1.9, None, MARGIN + 0.05),
-        ("geometry.min_wall", 1.0, False, MARGIN + 0.6),
-        ("geometry.min_wall", 2.1, None, MARGIN + 0.05),
-        ("geometry.min_wall", 3.0, True, 0.0),
-    ],
-)
-def test_shortfall_of_a_limit_on_one_side_is_how_far_the_bar_reaches_beyond_it(name, value, passed, off):
-    one = verdict(name, value, 2.0, tolerance=0.0, error=0.2, passed=passed)
+def test_shortfall(name, value, limit, tolerance, passed, off):
+    one = verdict(name, value, limit, tolerance=tolerance, passed=passed, error=0.2)
     assert shortfall(one) == pytest.approx(off)
 
 

@@ -26,36 +26,29 @@ def logs(fruit):
     ]
 
 
+ONE_LIMIT = load_design("mango", {"reading.uncertainty_limit": "0.1"})
+
+
 @pytest.mark.parametrize(
-    ("failed", "of_shape", "at_softest", "at_firmest"),
+    ("failed", "of_shape", "at_softest", "at_firmest", "preset"),
     [
-        ((BIAS,), 1, 0, 0),
-        ((SOFT,), 0, 1, 0),
-        ((FIRM,), 0, 0, 1),
-        ((judge("printable.low", None, "", limit="4 to 120"),), 0, 1, 0),
-        ((judge("reading.calibration", 0.2, ""),), 0, 1, 0),
-        ((BIAS, FIRM), 1, 0, 1),
-        ((), 1, 0, 0),
+        ((BIAS,), 1, 0, 0, MANGO),
+        ((SOFT,), 0, 1, 0, MANGO),
+        ((FIRM,), 0, 0, 1, MANGO),
+        ((FIRM,), 0, 1, 1, ONE_LIMIT),
+        ((judge("printable.low", None, "", limit="4 to 120"),), 0, 1, 0, MANGO),
+        ((judge("reading.calibration", 0.2, ""),), 0, 1, 0, MANGO),
+        ((BIAS, FIRM), 1, 0, 1, MANGO),
+        ((), 1, 0, 0, MANGO),
     ],
 )
-def test_a_round_takes_a_step_from_the_ends_at_which_verdicts_fail(failed, of_shape, at_softest, at_firmest):
-    before, after = logs(FRUIT), logs(eased(FRUIT, FRUIT, failed, MANGO))
-    for one, other in zip(before[:3], after[:3], strict=True):
-        step = of_shape * EASED * (one[1] - one[0])
-        assert other == pytest.approx([one[0] + step, one[1] - step], abs=5e-3)  # rounded to three digits
-    assert after[3] == pytest.approx([before[3][0] + at_softest * STEP, before[3][1] - at_firmest * STEP], abs=5e-3)
-
-
-@pytest.mark.parametrize(
-    ("limits", "over", "at_softest", "at_firmest"),
-    [("0.1", 0.1, 1, 1), ("[0.1,0.1,0.1,0.2]", 0.1, 1, 0), ("[0.1,0.1,0.1,0.2]", 0.2, 0, 1)],
-)
-def test_the_end_at_which_an_uncertainty_fails_is_that_of_its_limit(limits, over, at_softest, at_firmest):
-    preset = load_design("mango", {"reading.uncertainty_limit": limits})
-    failed = judge("reading.uncertainty", Estimate(0.3, 0.001), "", limit=over)
-    after = logs(eased(FRUIT, FRUIT, (failed,), preset))[3]
-    before = logs(FRUIT)[3]
-    assert after == pytest.approx([before[0] + at_softest * STEP, before[1] - at_firmest * STEP], abs=5e-3)
+def test_a_round_takes_a_step_from_the_ends_at_which_verdicts_fail(failed, of_shape, at_softest, at_firmest, preset):
+    *before, moduli = logs(FRUIT)
+    *after, eased_moduli = logs(eased(FRUIT, FRUIT, failed, preset))
+    for (least, most), ends in zip(before, after, strict=True):
+        step = of_shape * EASED * (most - least)
+        assert ends == pytest.approx([least + step, most - step], abs=5e-3)  # rounded to three digits
+    assert eased_moduli == pytest.approx([moduli[0] + at_softest * STEP, moduli[1] - at_firmest * STEP], abs=5e-3)
 
 
 def test_ranges_never_turn_round():

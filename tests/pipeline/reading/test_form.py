@@ -80,18 +80,10 @@ def test_a_ball_takes_out_what_moves_its_own_reading():
 
 
 @pytest.mark.parametrize(
-    ("name", "settings"),
-    [
-        ("paper-on-mango", {}),
-        ("mango", {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0}),
-    ],
+    ("name", "settings"), [("paper-on-mango", {}), ("mango", {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0})]
 )
 def test_a_ball_is_refused_where_it_shows_nothing(name, settings):
     assert refusal(load_design, name, {**settings, "reading.calibrated_by": "ball"}).field == "reading.calibrated_by"
-
-
-def test_a_ball_is_refused_for_flat_tips():
-    assert refusal(square_design, calibrated_by="ball").field == "reading.calibrated_by"
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from pipeline.reading.analysis import analyse_readings, uncertainty_by_poisson
 from pipeline.reading.measurement import RiseModel, rise_model, times_by_hand
 from pipeline.reading.poses import Placement
 from pipeline.reading.pressed_sensor import RISE_TRAVELS
-from pipeline.reading.uncertainty import OF_NOISE, by_heat, designed_channels, uncertainty_sources
+from pipeline.reading.uncertainty import by_heat, designed_channels, uncertainty_sources
 from pipeline.response.contact import contact_compliance
 from sensor.design.reading import PRESS_S, PRESS_SAMPLES, ReadingRequirements
 from sensor.design.signal_path import SignalPath
@@ -116,14 +116,17 @@ class Pressed:
         return self.model.modulus(self.forces + by * rates)
 
 
-def by_noise(sources):
-    """Return the standard uncertainty by all noise in forces."""
-    return np.linalg.norm([size for name, size in sources.contributions.items() if name in OF_NOISE])
-
-
-def statistical(count):
-    """Return by how much a standard deviation of some readings may be off: 3.5 deviations, 0.01 for no straight law."""
-    return 3.5 / np.sqrt(2.0 * count) + 0.01
+@COUNTS
+def test_noise_scatters_readings_as_told(count, pressed):
+    """Of samples that are independent, by a share of the largest force of each channel and by a force."""
+    told = pressed.sources(noise_percent=0.1, noise_N=5e-4)
+    noise = np.hypot(0.001 * pressed.full_scale, 5e-4)
+    found = pressed.scattered(lambda rng: pressed.forces + noise * rng.standard_normal(pressed.forces.shape), count)
+    by_percent, by_force = (told.contributions[name] for name in ("noise_percent", "noise_N"))
+    # 3.5 deviations of a deviation, and 0.01 for no straight law
+    assert np.hypot(by_percent, by_force) == pytest.approx(found, rel=3.5 / np.sqrt(2.0 * count) + 0.01)
+    assert min(by_percent, by_force) > 0.1 * found
+    assert told.noise_slope == pytest.approx(by_percent / 0.1)
 
 
 def domes():
@@ -152,30 +155,16 @@ def test_press_without_error_is_read_exactly(pressed):
     assert pressed.model.modulus(pressed.forces) == pytest.approx(E, rel=1e-8)
 
 
-@COUNTS
-def test_noise_scatters_readings_as_told(count, pressed):
-    """Of samples that are independent, by a share of the largest force of each channel and by a force."""
-    told = pressed.sources(noise_percent=0.1, noise_N=5e-4)
-    noise = np.hypot(0.001 * pressed.full_scale, 5e-4)
-    found = pressed.scattered(lambda rng: pressed.forces + noise * rng.standard_normal(pressed.forces.shape), count)
-    assert by_noise(told) == pytest.approx(found, rel=statistical(count))
-    by_percent, by_force = (told.contributions[name] for name in ("noise_percent", "noise_N"))
-    assert np.hypot(by_percent, by_force) == pytest.approx(by_noise(told))
-    assert min(by_percent, by_force) > 0.1 * by_noise(told)
-    assert told.noise_slope == pytest.approx(by_percent / 0.1)
-
-
 def test_noise_is_that_of_a_press_of_sixty_samples(pressed):
     """A press of sixteen tells it up to a tenth too large: its ends weigh more than by the root of the count."""
     channels = pressed.channels(noise_percent=0.1)
-    few = uncertainty_sources([pressed.model.reading(pressed.forces, channels.noises)], channels, RISE_TRAVELS, {})
-    first, last = pressed.travels[[0, -1]]
-    step = (last - first) / (PRESS_SAMPLES - 1)
-    fine = np.linspace(first, last, PRESS_SAMPLES)
-    assert step < pressed.travels[1] - pressed.travels[0]
+    fine = np.linspace(*pressed.travels[[0, -1]], PRESS_SAMPLES)
     many = np.stack([np.interp(fine, pressed.travels, tip) for tip in pressed.forces.T], axis=1)
-    found = uncertainty_sources([pressed.model.reading(many, channels.noises)], channels, PRESS_SAMPLES, {})
-    assert 1.0 <= few.contributions["noise_percent"] / found.contributions["noise_percent"] < 1.1
+    of_few, of_many = (
+        uncertainty_sources([pressed.model.reading(forces, channels.noises)], channels, samples, {})
+        for forces, samples in ((pressed.forces, RISE_TRAVELS), (many, PRESS_SAMPLES))
+    )
+    assert 1.0 <= of_few.contributions["noise_percent"] / of_many.contributions["noise_percent"] < 1.1
 
 
 NONE = (0.0,) * 4
@@ -203,6 +192,21 @@ CREEP = CreepLaw(per_decade=0.03, error=0.01)
 def drifting(pressed):
     """Return a signal path whose zeros are off by at most 2e-4 of the full scale."""
     return replace(QUIET_SIGNAL, zero_drift_N=tuple((2e-4 * pressed.full_scale).tolist()))
+
+
+def noisy(pressed):
+    """Return a signal path whose noise is a thousandth of the full scale."""
+    return replace(QUIET_SIGNAL, noise_N=tuple((1e-3 * pressed.full_scale).tolist()))
+
+
+def counting(pressed):
+    """Return a signal path that shows the full scale by 4000 counts."""
+    return replace(QUIET_SIGNAL, counts_per_N=tuple((4000.0 / pressed.full_scale).tolist()))
+
+
+def noise_of(pressed, percent):
+    """Return what noise of a percentage of the full scale adds, which drawn noise confirms."""
+    return pressed.sources(noise_percent=percent).contributions["noise_percent"]
 
 
 def of_creep(pressed):
@@ -254,6 +258,9 @@ MOVES = {
         SMALL,
     ),
     "creep": ("creep", {"creep": CREEP}, of_creep, 0.01),
+    "noise of a read-out": ("readout_noise", {"signal": noisy}, lambda one: noise_of(one, 0.1), 1e-9),
+    # a rounded number is off by 12^-1/2 of its step
+    "counts": ("quantisation", {"signal": counting}, lambda one: noise_of(one, 100.0 / 4000.0 / np.sqrt(12.0)), 1e-9),
 }
 """Planted errors: the source that tells them, what is planted, by how much readings move, and how near that is told."""
 
@@ -278,24 +285,6 @@ def test_drift_of_the_modulus_of_leaves_moves_readings_as_told(pressed):
     assert told * np.sqrt(3.0) == pytest.approx(moved, rel=0.01)
 
 
-@COUNTS
-def test_counts_scatter_readings_as_told(count, pressed):
-    """Forces are rounded to whole counts of each channel, of which each has many over a press."""
-    counts = tuple((4000.0 / pressed.full_scale).tolist())
-    signal = replace(QUIET_SIGNAL, counts_per_N=counts, noise_N=tuple((1e-3 * pressed.full_scale).tolist()))
-    told = pressed.sources(signal)
-    noise = 1e-3 * pressed.full_scale
-
-    def rounded(rng):
-        shown = pressed.forces + noise * rng.standard_normal(pressed.forces.shape)
-        return np.round(shown * counts) / counts
-
-    assert by_noise(told) == pytest.approx(pressed.scattered(rounded, count), rel=statistical(count))
-    assert by_noise(told) == pytest.approx(
-        np.hypot(told.contributions["readout_noise"], told.contributions["quantisation"])
-    )
-
-
 def test_noise_for_an_uncertainty_gives_it(pressed):
     found = pressed.sources(noise_percent=0.1, gain_percent=0.05)
     loud = found.noise_to_reach(0.02)
@@ -308,14 +297,12 @@ def test_sources_of_readings_that_are_equally_likely_add_by_their_mean_squares(p
     channels = pressed.channels(gain_percent=0.3, noise_percent=0.1)
     found = [pressed.model.reading(pressed.forces[:count], channels.noises) for count in (RISE_TRAVELS, 8)]
     one, other, both = (
-        uncertainty_sources(each, channels, PRESS_SAMPLES, {"pose": 0.01}) for each in (found[:1], found[1:], found)
+        {**sources.contributions, "stiffness slope": sources.stiffness_slope, "noise slope": sources.noise_slope}
+        for each in (found[:1], found[1:], found)
+        for sources in [uncertainty_sources(each, channels, PRESS_SAMPLES, {"pose": 0.01})]
     )
-    assert other.contributions["noise_percent"] > 1.5 * one.contributions["noise_percent"]
-    for name, size in both.contributions.items():
-        assert size == pytest.approx(np.sqrt(0.5 * (one.contributions[name] ** 2 + other.contributions[name] ** 2)))
-    for slope in ("stiffness_slope", "noise_slope"):
-        squares = [getattr(each, slope) ** 2 for each in (one, other)]
-        assert getattr(both, slope) == pytest.approx(np.sqrt(0.5 * sum(squares)))
+    assert other["noise_percent"] > 1.5 * one["noise_percent"]
+    assert both == pytest.approx({name: np.sqrt(0.5 * (size**2 + other[name] ** 2)) for name, size in one.items()})
 
 
 @pytest.mark.parametrize(("poisson", "other"), [(0.3, 0.325), (0.49, 0.465)])

@@ -56,18 +56,12 @@ def test_flesh_is_that_of_independent_tips():
         ({"flesh_scatter_percent": 15.0}, 1.0, 3.0),
     ],
 )
-def test_each_cause_is_proportional_to_its_key(changed, skin, flesh):
-    plain, found = uneven(), uneven(**changed)
+def test_each_cause_is_proportional_to_its_key_and_the_mean_of_several_presses_known_better(changed, skin, flesh):
+    plain, found = uneven(), uneven(count=4.0, **changed)
     assert found.skin_percent == pytest.approx(skin * plain.skin_percent)
     assert found.flesh_percent == pytest.approx(flesh * plain.flesh_percent)
     assert found.one_press_percent == pytest.approx(np.hypot(found.skin_percent, found.flesh_percent))
-
-
-@pytest.mark.parametrize("count", [1.0, 4.0])
-def test_the_mean_of_several_presses_is_known_better(count):
-    found = uneven(count=count)
-    assert found.presses == count
-    assert found.presses_percent == pytest.approx(found.one_press_percent / np.sqrt(count))
+    assert (found.presses, found.presses_percent) == (4.0, pytest.approx(0.5 * found.one_press_percent))
 
 
 def test_presses_that_are_equally_likely_give_their_mean_square():
