@@ -85,29 +85,24 @@ def test_stiffening_is_the_fruit_stiffness_over_the_modulus(contact):
 
 
 def test_a_press_under_a_skin_reads_the_modulus_of_the_flesh(contact):
+    """More level readings correct it than without a skin; flesh alone would have to be stiffer."""
     design = load_design("paper", SKIN)
     C = spring_compliance(1.3, 49.0)
     sensor = with_compliance(design, contact, C)
     model = RiseModel(law=sensor.law, level=seated_level_readings(sensor))
+    assert len(model.level) == 25
     for E in (0.5, 1.2, 3.5):
-        x = np.linspace(0.1, 0.6, 12)
-        press = scene_response(scene_of(design), contact, C, [E], x).F[0]
+        press = scene_response(scene_of(design), contact, C, [E], np.linspace(0.1, 0.6, 12)).F[0]
         assert model.modulus(press) == pytest.approx(E, rel=5e-4)
-        bare = dataclasses.replace(model, level=())
-        assert bare.modulus(press) > 1.2 * E  # flesh alone would have to be stiffer
+        assert dataclasses.replace(model, level=()).modulus(press) > 1.2 * E
 
 
-def test_readings_are_corrected_by_more_rows_under_a_skin(contact):
-    sensor = with_compliance(load_design("paper", SKIN), contact, spring_compliance(1.3, 49.0))
-    assert len(seated_level_readings(sensor)) == 25
-
-
-def test_moduli_count_for_the_contact_of_a_fruit_with_a_skin_alone():
-    options = RunOptions()
-    bare = [load_design("paper", {"fruit.E_max_MPa": E}) for E in (3.0, 3.5)]
-    skins = [load_design("paper", {**SKIN, "fruit.E_max_MPa": E}) for E in (3.0, 3.5)]
-    assert contact_inputs(bare[0], options) == contact_inputs(bare[1], options)
-    assert contact_inputs(skins[0], options) != contact_inputs(skins[1], options)
+@pytest.mark.parametrize(("settings", "equal"), [({}, True), (SKIN, False)])
+def test_moduli_count_for_the_contact_of_a_fruit_with_a_skin_alone(settings, equal):
+    one, other = (
+        contact_inputs(load_design("paper", {**settings, "fruit.E_max_MPa": E}), RunOptions()) for E in (3.0, 3.5)
+    )
+    assert (one == other) is equal
 
 
 @pytest.mark.parametrize(
@@ -122,34 +117,21 @@ def test_contact_under_a_skin_that_is_not_solved_is_refused(design, settings):
     assert refusal(refuse_unsolvable, load_design(design, {**changes, **settings})).field == "fruit.skin_mm"
 
 
-def dome_forces(contact, E):
-    """Return the forces of the domes of the mango's sensor, level and tilted [N], and how far each may be off."""
+def test_domes_on_a_skin_as_the_flesh_have_the_forces_of_flesh_alone(contact):
+    """Of the mango's sensor, level and tilted; its skin changes nothing, and 10 MPa is the modulus of the skin.
+
+    Under a skin the strain is small: what large strain does to flesh is in the bar, and nothing else is.
+    """
     design = load_design("mango", {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0, "reading.calibrated_by": "plate"})
-    C = spring_compliance(*design.tips.each(0.15, 1.6))
-    poses = [Pose(E=E, travel=0.5, stand=Stand(tilt_deg=tilt)) for tilt in ((0.0, 0.0), (2.0, 1.0))]
-    found = pose_forces(scene_of(design), contact, C, poses)
-    return found.F, found.F_error
-
-
-def mango_contact():
-    """Return the compliance of four domes on a half-space, with a skin that changes nothing."""
-    design = load_design("mango")
-    footprints = contact_footprints(design.fruit, design.tips)
-    flesh = level_compliance(footprints, design.fruit.poisson, np.zeros(()), 5)
-    info = SolveInfo(method="", dofs=0, seconds=0.0, status="")
+    flesh = level_compliance(contact_footprints(design.fruit, design.tips), design.fruit.poisson, np.zeros(()), 5)
     E = np.geomspace(0.1, 12.0, 13)
-    table = SkinTable(E=E, S=np.array([flesh for _ in E]))
-    return FruitCompliance(tips=design.tips.names, S=flesh, error_pair=1e-4, error_own=1e-4, info=info, skin=table)
-
-
-def test_domes_on_a_skin_as_the_flesh_have_the_forces_of_flesh_alone():
-    contact = mango_contact()
-    bare = dataclasses.replace(contact, skin=None)
-    F, error = dome_forces(contact, 10.0)  # 10 MPa is the modulus of the skin
-    of_flesh, _ = dome_forces(bare, 10.0)
-    # Under a skin the strain is small: what large strain does to flesh is in the bar, and nothing else is.
-    assert (np.abs(F - of_flesh) <= error).all()
-    np.testing.assert_allclose(F, of_flesh, rtol=1e-3)
+    bare = dataclasses.replace(contact, tips=design.tips.names, S=flesh, shape_change=np.zeros(()), skin=None)
+    skinned = dataclasses.replace(bare, skin=SkinTable(E=E, S=np.array([flesh for _ in E])))
+    C = spring_compliance(*design.tips.each(0.15, 1.6))
+    poses = [Pose(E=10.0, travel=0.5, stand=Stand(tilt_deg=tilt)) for tilt in ((0.0, 0.0), (2.0, 1.0))]
+    found, of_flesh = (pose_forces(scene_of(design), of, C, poses) for of in (skinned, bare))
+    assert (np.abs(found.F - of_flesh.F) <= found.F_error).all()
+    np.testing.assert_allclose(found.F, of_flesh.F, rtol=1e-3)
 
 
 def test_skin_on_flesh_that_relaxes_is_refused():

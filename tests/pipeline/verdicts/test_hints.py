@@ -71,24 +71,15 @@ def test_verdicts_that_did_not_pass_have_hints_and_no_others(design, made):
         (missed("P_max"), LINE, dataclasses.replace(UNMADE, ideal=True), "tips.shape=cube"),
         (missed("P_max"), Design(), UNMADE, "see printable.low"),
         (missed("NL"), Design(press=PressMotion(tilt_deg=1.0)), MADE, "press.tilt_deg=0"),
-        (missed("P_monotonic"), Design(press=PressMotion(tilt_deg=1.0)), MADE, "press.tilt_deg=0"),
         (missed("P_displacement_independent"), Design(press=PressMotion(roll_deg=1.0)), MADE, "press.roll_deg=0"),
         (missed("P_monotonic"), Design(tips=Tips(fillet_mm=0.1, socket="pin")), MADE, "tips.fillet_mm=0"),
         (missed("P_monotonic"), Design(tips=Tips(shape="sphere", socket="pin")), MADE, "tips.shape=cube"),
         (missed("P_monotonic"), Design(fruit=Fruit(shape="sphere", radius_mm=40.0)), MADE, "tips.side_mm"),
         (missed("K_l", value=None), Design(), UNMADE, "make both springs printable first"),
         (missed("K_l"), Design(), MADE, SEARCH),
-        (missed("geometry.made", value=None), Design(), UNMADE, "make both springs printable first"),
-        (
-            missed("printable.low", value=None),
-            Design(),
-            UNMADE,
-            SEARCH,
-        ),  # a leaf too long does not depend on the travel
         (missed("printable.low"), Design(), BENT, "less travel: `--set press.travel_mm=0.49`"),
         (missed("reading.relaxation"), Design(), MADE, "press.hold_s"),
         (missed("reading.relaxation"), Design(reading=ReadingRequirements()), MADE, "reading.at_s"),
-        (missed("reading.bias"), Design(), MADE, SEARCH),
         (missed("K_l", **WIDE), Design(), MADE, "`--tol 0.001` "),
         (missed("K_l", **WIDE), Design(), GLUED, SEARCH),  # no finer mesh removes the error of glue
     ],
@@ -114,22 +105,19 @@ def test_shape_that_is_not_flat_is_changed_before_its_edge(monkeypatch):
 def test_tips_that_touch_late_ask_for_the_travel_of_which_it_is_half():
     """All touch by 0.7 of 0.6 mm, give or take 0.02: the depth at which they do stays, and is half of 0.864 mm."""
     late = missed("reading.touch", value=0.7, error=0.02, limit=0.5)
-    travel = float(
-        hint(late, Design(press=PressMotion(travel_mm=0.6)), MADE, ROUGH).partition("travel_mm=")[2].rstrip("`")
-    )
-    assert 0.864 <= travel < 1.03 * 0.864
+    words = hint(late, Design(press=PressMotion(travel_mm=0.6)), MADE, ROUGH)
+    assert 0.864 <= float(words.partition("travel_mm=")[2].rstrip("`")) < 1.03 * 0.864
 
 
 @pytest.mark.parametrize(
-    ("cause", "key", "digit"),
-    [("balance", "bench.balance_g", 0.02), ("dial", "bench.dial_mm", 0.002), ("noise", "", 0.0)],
+    ("cause", "words"),
+    [("balance", "`--set bench.balance_g=0.02`"), ("dial", "`--set bench.dial_mm=0.002`"), ("noise", SEARCH)],
 )
-def test_springs_that_a_bench_leaves_unknown_ask_for_a_finer_one(cause, key, digit):
+def test_springs_that_a_bench_leaves_unknown_ask_for_a_finer_one(cause, words):
     """4.5 times over the limit: what a bench leaves is proportional to its last digits, of 0.1 g and 0.01 mm."""
-    over = missed("reading.calibration", value=0.225, limit=0.05)
-    over = dataclasses.replace(over, reference=f"uncertainty of low_1, most of it by the {cause}")
-    found = hint(over, Design(reading=ReadingRequirements(), bench=Bench(balance_g=0.1)), MADE, ROUGH)
-    assert (f"`--set {key}={digit:g}`" in found) if key else found == SEARCH
+    reference = f"uncertainty of low_1, most of it by the {cause}"
+    over = missed("reading.calibration", value=0.225, limit=0.05, reference=reference)
+    assert words in hint(over, Design(reading=ReadingRequirements(), bench=Bench(balance_g=0.1)), MADE, ROUGH)
 
 
 @pytest.mark.parametrize(
@@ -147,7 +135,6 @@ def test_springs_that_a_bench_leaves_unknown_ask_for_a_finer_one(cause, key, dig
         (missed("geometry.frame_clearance", value=0.1, limit=0.3), Tips(), MADE, 0.4),
         (missed("geometry.neck_clearance", value=-0.03, limit=0.3), Tips(), MADE, 0.27),
         (missed("geometry.cover_over_fruit", value=-0.05, limit=0.3), Tips(), MADE, None),
-        (missed("geometry.mount_over_fruit", value=0.1, limit=0.3), Tips(), MADE, 0.4),
         (missed("geometry.frame_clearance", value=0.4, limit=0.3), Tips(), MADE, None),
         (missed("geometry.min_wall", value=0.1, limit=0.3), Tips(), MADE, None),
     ],
@@ -166,11 +153,8 @@ AT_LIMIT = {"limit": 5.0, "tolerance": 0.01}
         ("P_max", AT_LIMIT | {"error": 0.1}, 0.02, "`--tol 0.005` would decide"),
         ("P_max", AT_LIMIT | {"error": 0.07}, 0.02, "`--tol 0.005` would decide"),
         ("P_max", AT_LIMIT | {"error": 0.5}, 0.02, "no `--tol` would decide"),
-        ("P_max", AT_LIMIT | {"error": 1e3}, 1e-3, "no `--tol` would decide"),
         # the tolerance of a run is the error that it allows to a spring: 0.1 %, which is what the verdict allows
-        ("K_l", {}, 0.02, f"`--tol {DEFAULT_TOLERANCE:g}` would decide"),
         ("K_h", {}, 0.02, f"`--tol {DEFAULT_TOLERANCE:g}` would decide"),
-        ("K_h", {"passed": True}, 0.02, None),
         ("K_h", {"passed": False}, 0.02, None),
         ("K_h", {"error": 0.09}, 0.02, None),  # undecided as the springs were not made
     ],

@@ -21,18 +21,12 @@ def test_every_verdict_that_needs_no_solid_has_a_rule():
     assert [name for name in ruled if ruled.count(name) > 1] == ["bruise"] * 2  # of readings, or of the hardest press
 
 
-def verdicts_of(design, *, made=True):
-    return result_of(design, made=made).verdicts
-
-
-def test_every_run_has_the_same_verdicts_then_those_on_its_solid():
-    assert [verdict.name for verdict in verdicts_of(Design())] == [*ALWAYS, "geometry.valid"]
-    assert [verdict.name for verdict in verdicts_of(Design(), made=False)] == [*ALWAYS, "geometry.made"]
-
-
-def test_each_spring_is_judged_by_its_own_numbers():
+def test_every_run_has_the_same_verdicts_then_those_on_its_solid_and_judges_each_spring_by_its_own_numbers():
     """The stand-ins are as stiff as their targets, and their leaves have the lengths of the reference."""
-    values = {verdict.name: verdict.value for verdict in verdicts_of(Design())}
+    verdicts = result_of().verdicts
+    assert [verdict.name for verdict in verdicts] == [*ALWAYS, "geometry.valid"]
+    assert [verdict.name for verdict in result_of(made=False).verdicts] == [*ALWAYS, "geometry.made"]
+    values = {verdict.name: verdict.value for verdict in verdicts}
     targets = [1e3 * K for K in springs_of(Design()).stiffnesses.stiffnesses]
     assert [values["K_l"], values["K_h"]] == pytest.approx(targets, rel=1e-12)
     assert (values["printable.low"], values["printable.high"]) == LENGTHS
