@@ -72,18 +72,6 @@ def shown():
     return sorted(set().union(*(commands(page.read_text(encoding="utf-8")) for page in PAGES)))
 
 
-def test_commands_are_found():
-    text = "x\n    .venv/bin/pipeline run --nl 1   # why\n    pipeline  IN\n\n```sh\nmake test\n```\n"
-    assert commands(text + "and `pipeline doctor`, not `apt make`.\n") == {
-        "pipeline run --nl 1",
-        "make test",
-        "pipeline doctor",
-    }
-    assert {"make run", "make test", "pipeline design"} <= set(shown())
-    run_here = {command for chain in RUN_HERE.values() for command in chain}
-    assert run_here - {"pipeline run --nl 0.05"} <= set(shown())  # which `make run` does
-
-
 @pytest.mark.parametrize("command", [command for command in shown() if command.startswith("pipeline")])
 def test_shown_command_is_known(command, capsys):
     _, name, *words = shlex.split(command)

@@ -9,10 +9,6 @@ import pytest
 from scripts import loaded_script
 
 from pipeline.storage import workers
-from sensor.design.design_file import TABLE_TYPES
-from sensor.design.processes import PROCESSES
-from sensor.design.tip_mount import pad_height
-from solve.contact.scene import STEEPEST_DEG
 from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
@@ -97,42 +93,6 @@ def test_tables_of_a_page_are_up_to_date(name):
     assert text_of(ROOT / "docs" / name) == GENERATOR.page(name)
 
 
-def test_every_generated_table_stands_on_a_page():
-    text = "".join(text_of(ROOT / "docs" / name) for name in GENERATOR.PAGES)
-    told = dict.fromkeys(re.findall(r"<!-- (\w+: .+?) -->\n\| ", text))
-    asked = {f"design: {name}" for name in TABLE_TYPES} | {"fruits: numbers", "fruits: sources"}
-    asked |= {"processes: numbers", "processes: sources"}
-    asked |= {
-        "words: verdicts",
-        "words: main job",
-        "words: symbols",
-        "answer: calibrate",
-        "answer: read",
-        "answer: fruit",
-        "answer: modulus",
-        "answer: prove",
-        "answer: readings",
-        "answer: simulate",
-        "names: twintip",
-    }
-    assert {comment for comment in told if not comment.startswith("keys: ")} == asked
-
-
-def test_page_on_the_design_has_the_numbers_of_the_code():
-    """Which its tables do not hold: the steepest tip, the pads of a square, the lines of a leaf of PETG."""
-    text = text_of(ROOT / "docs" / "design-file.md")
-    petg = PROCESSES["fdm-petg"]
-    leaves = (petg.leaf_thickness_low_mm, petg.leaf_thickness_high_mm)
-    low, high = (f"{leaf / petg.line_width_mm:g}" for leaf in leaves)
-    pads = sorted({2.0 * pad_height(process) for process in PROCESSES.values()})
-    for sentence in (
-        f"must be at most {STEEPEST_DEG:g} degrees; a run refuses",
-        f"the pads between the plates, {', '.join(f'{pad:g}' for pad in pads[:-1])} or {pads[-1]:g} mm.",
-        f"A leaf of the low spring has {low} lines of {petg.line_width_mm:g} mm, a leaf of the high spring {high}.",
-    ):
-        assert sentence in " ".join(text.split())
-
-
 def test_table_of_the_architecture_has_every_folder():
     section = text_of(ARCHITECTURE).partition("\n## The folders\n")[2].partition("\n## ")[0]
     named = {room for row in ROW.findall(section) for room in re.findall(r"`([a-z_/]+)`", row)}
@@ -169,11 +129,3 @@ def test_walk_of_the_architecture_is_the_order_of_a_run(tmp_path, monkeypatch):
     assert len(walk) >= 20
     assert missing == []
     assert (tmp_path / "run" / "housing.step").exists()
-
-
-def test_page_on_installing_names_the_libraries_that_the_setup_installs():
-    setup = (ROOT / ".ci" / "setup").read_text(encoding="utf-8")
-    page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
-    [installed] = re.findall(r"LIBRARIES=\(([^)]+)\)", setup)
-    [named] = re.findall(r"apt-get install --no-install-recommends ((?:.+\\\n)*.+)", page)
-    assert named.replace("\\", " ").split() == installed.split()

@@ -33,21 +33,6 @@ def valued(report, key):
     return float(report)
 
 
-def numbers_of(left, right):
-    """Return the numbers that the section names between two texts, singly or from one to another."""
-    numbers = set()
-    span = rf"{left}(\d+){right}(?: to {left}(\d+){right})?"
-    for first, last in re.findall(span, SECTION):
-        numbers |= set(range(int(first), int(last or first) + 1))
-    return numbers
-
-
-def test_every_equation_table_and_figure_of_the_paper_is_in_the_section():
-    assert numbers_of(r"\(", r"\)") == set(range(1, 13))
-    assert numbers_of(r"Fig\. ", "") == set(range(1, 12))
-    assert "Table I" in SECTION
-
-
 @pytest.fixture
 def examples(tmp_path, monkeypatch):
     """Return an empty current folder with the examples of the documents."""
@@ -81,16 +66,3 @@ def test_runs_make_the_numbers(examples, capsys):
             digits = len(shown.partition(".")[2])
             assert valued(report, key) == pytest.approx(float(shown), abs=ONE_STEP * 10.0**-digits), key
     assert rows == 17
-
-
-@pytest.mark.study
-def test_study_makes_figure_9(examples):
-    codes = exit_codes()
-    assert [command for command, code in codes.items() if code != 0] == [next(iter(codes))]
-    lines = (examples / "figure-9.csv").read_text(encoding="utf-8").splitlines()
-    header = lines[0].split(",")
-    of_five_percent = dict(zip(header, lines[2].split(","), strict=True))
-    assert float(of_five_percent["verdicts.NL.value"]) == pytest.approx(0.05)
-    K_l = float(of_five_percent["springs.K_l_N_per_m"])
-    K_m = 4629.24
-    assert (K_m / 4.0 - K_l) / (K_m / 2.0 + 3.0 * K_l) == pytest.approx(0.05, rel=1e-4)  # the paper's (12)

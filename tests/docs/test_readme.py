@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import pytest
-from markdown_it import MarkdownIt
 
 from twintip.cli import main
 
@@ -30,13 +29,3 @@ def test_answer_is_what_the_command_prints(tmp_path, monkeypatch, capsys):
     printed_words, printed = told(capsys.readouterr().out)
     assert printed_words == words
     assert printed == pytest.approx(numbers, rel=ROUND_OFF, abs=1e-9)
-
-
-def test_code_hosts_render_it():
-    """By the grammar that they share, CommonMark with tables: no row and no link is left as text."""
-    tokens = MarkdownIt("commonmark").enable("table").parse(README)
-    kinds = [token.type for token in tokens]
-    assert kinds.count("table_open") == len(re.findall(r"^\|[-|]+\|$", README, flags=re.MULTILINE)) > 1
-    inline = [child for token in tokens if token.children for child in token.children]
-    assert [child.content for child in inline if child.type == "text" and re.search(r"\]\(|^\|", child.content)] == []
-    assert sum(child.type == "image" for child in inline) == 1

@@ -13,18 +13,14 @@ from golden.freeze import NUMBERS
 from stand_ins import relaxing_result, result_of, stored_report
 
 from pipeline.reading.read_out import LevelReading
-from pipeline.report.explain.entries import entries
 from pipeline.report.keys import report_key, report_keys
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import Report, report_data
-from pipeline.study.wanted import LEVELS
 from twintip.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "report-json.md").read_text(encoding="utf-8")
-STUDIES = (DOCS / "studies.md").read_text(encoding="utf-8")
-BY_READING = ("reading.bias", "reading.uncertainty", "reading.touch", "reading.calibration", "reading.relaxation")
 WORDS = {
     "SPRING": "(low|high)",
     "NUMBER": "(K_l|K_h|P_max|NL|contact)",
@@ -138,17 +134,6 @@ def timed_report():
     return {"read_out": {"level": data["read_out"]["level"]}, "relaxation": data["relaxation"]}
 
 
-@pytest.mark.parametrize("level", LEVELS)
-def test_page_on_studies_names_what_each_level_gives(level):
-    row = re.search(rf"^\| {level} \| (.*?) \|", STUDIES, flags=re.MULTILINE)[1]
-    keys, _, verdicts = row.partition("the verdict")
-    named = set(re.findall(r"`(\w+)\.\*`", keys))
-    assert named == {re.match(r"\w+", key.name)[0] for key in report_keys() if key.level == level}
-    if level != "files":  # which has the verdicts on solids beside those below
-        asked = set(re.findall(r"`([\w.*]+)`", verdicts.replace("reading.*", "` `".join(BY_READING))))
-        assert asked == {entry.name for entry in entries() if entry.level == level}
-
-
 def test_every_number_of_a_light_report_has_a_unit(timed_report):
     """And the name of its key is found with the places of lists, as a study and `explain` ask for it."""
     paths = [
@@ -185,33 +170,6 @@ def test_no_explained_key_is_missing(report, read_report, timed_report):
     of_others = ("contact.skin",)
     values = [key.name for key in report_keys() if key.is_value and not key.name.startswith(of_others)]
     assert [key for key in values if not any(pattern(key).fullmatch(path) for path in found)] == []
-
-
-@pytest.mark.slow
-def test_page_of_presets_has_the_numbers_of_the_sensor_that_works(read_report):
-    """To two digits; its springs are solved roughly here."""
-    presets = (DOCS / "presets.md").read_text(encoding="utf-8")
-    rows = r"^\| (?:largest error of E|standard uncertainty of E at worst|pressure on the skin divided)\b.*"
-    numbers = [float(cells.split("|")[2].split()[0]) for cells in re.findall(rows, presets, re.M)]
-    reading = read_report["reading"]
-    skin = max(row["pressure_MPa"] / row["limit_MPa"] for row in reading["skin_pressure"])
-    bias = max(abs(row["E_bias_percent"]) for row in reading["moduli"])
-    assert numbers == pytest.approx([bias, reading["uncertainty_percent"], skin], rel=0.03)
-
-
-@pytest.mark.slow
-def test_every_verdict_is_explained(
-    report,
-    read_report,
-    designed,
-    capsys,
-):
-    capsys.readouterr()
-    assert main(["check", os.fspath(designed), "--json"]) == 0
-    checked = json.loads(capsys.readouterr().out)
-    names = {verdict["name"] for verdict in (*report["verdicts"], *read_report["verdicts"], *checked)}
-    assert {"P_max", "sideways.low", "files.unchanged"} <= names
-    assert names - {name for entry in entries() if entry.is_verdict for name in entry.each or (entry.name,)} == set()
 
 
 def test_columns_of_the_table_are_explained(tmp_path):

@@ -22,20 +22,17 @@ COARSE = 4.0  # scale of the mesh
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 
 
-def housings():
-    washers = Design(print=Print(mount="washers"))
-    clamped = dataclasses.replace(default_housing(), mount="holes")
-    return {
-        "covers": default_housing(),
-        "washers": default_housing(washers),
-        "square": square_housing(),
-        "holes": clamped,
-    }
+HOUSINGS = {
+    "covers": default_housing,
+    "washers": lambda: default_housing(Design(print=Print(mount="washers"))),
+    "square": square_housing,
+    "holes": lambda: dataclasses.replace(default_housing(), mount="holes"),
+}
 
 
 @pytest.fixture(scope="module", params=["covers", "washers", pytest.param("square", marks=pytest.mark.slow), "holes"])
 def half(request):
-    housing = housings()[request.param]
+    housing = HOUSINGS[request.param]()
     return clamped_half(flexure_mesh(housing, COARSE), PETG.E_MPa, PETG.poisson, mount_layers(housing))
 
 

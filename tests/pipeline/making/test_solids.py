@@ -6,13 +6,11 @@ from types import SimpleNamespace
 
 import pytest
 import stand_ins
-from squares import GENTLE, LENGTHS
 from stand_ins import GOOD, springs_of
 
 import cad.checks.sensor_checks
 import cad.fabrication.file_shapes
 import cad.files.sensor_files
-from cad.files.step import read_step
 from pipeline.making.solids import SolidMaker
 from pipeline.storage.kept_files import KeptFiles
 from sensor.design.parameters import Design, Print
@@ -97,17 +95,3 @@ def test_files_are_begun_once_and_those_of_a_housing_that_is_not_the_last_one_ar
 def test_no_housing_writes_no_file(tmp_path):
     assert write_solids(Design(), springs_of(Design(), made=False), tmp_path) == ()
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    folder = tmp_path / "square"
-    folder.mkdir()
-    verdicts = write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), folder)
-    assert [verdict.name for verdict in verdicts if verdict.passed is not True] == []
-    assert {"geometry.plates", "geometry.as_designed"} <= {verdict.name for verdict in verdicts}
-    assert len(read_step(folder / "housing.step").Solids()) == 1
-    text = (folder / "assembly.step").read_text(encoding="ascii")
-    named = ("plate_1", "plate_2", "front_cover", "back_cover", "screw_4", "nut_4", "dowel_1", "dowel_2", "fruit")
-    assert [name for name in named if f"'{name}'" not in text] == []

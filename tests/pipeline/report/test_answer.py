@@ -19,7 +19,6 @@ from pipeline.report.outputs import write_outputs
 from pipeline.report.verdict_table import WIDTH, print_parts, verdict_parts
 from pipeline.storage.folder import output_folder
 from pipeline.verdicts.in_words import as_read, fails_unread, measured
-from sensor.design.parameters import Design, GivenSprings
 from sensor.verdict import Verdict
 from twintip.cli import main
 
@@ -77,10 +76,8 @@ def test_unchanged_run_answers_the_same_and_imports_nothing_that_solves(default_
     [
         ([], 1),
         (["--json"], 1),
-        (["--verbose"], 1),
         (["--force"], 1),
         (["--nl", "0.06"], 2),
-        (["--tol", "0.01"], 2),
         (["--fields"], 2),
     ],
     ids=str,
@@ -126,12 +123,10 @@ def failed(name):
 @pytest.mark.parametrize(
     "result",
     [
-        RESULT,
-        result_of(Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0))),
         result_of(made=False),
         with_verdicts(RESULT, *(failed(f"geometry.wall_{n}") for n in range(40))),
     ],
-    ids=["passed", "paper's springs", "not made", "forty failed"],
+    ids=["not made", "forty failed"],
 )
 def test_answer_fits_one_screen_whatever_failed(result, capsys):
     result = dataclasses.replace(result, options=RunOptions(out=Path("outputs/paper")))
@@ -152,15 +147,6 @@ def test_rest_of_the_verdicts_is_counted(capsys):
     assert re.findall(counts, capsys.readouterr().out) == []
 
 
-def test_headline_counts_what_failed_before_what_is_undecided(capsys):
-    undecided = dataclasses.replace(failed("geometry.wall"), passed=None)
-    result = with_verdicts(RESULT, undecided, *(failed(f"geometry.wall_{n}") for n in range(2)))
-    print_summary(result)
-    first = capsys.readouterr().out.partition("\n")[0]
-    assert first.startswith("failed  ")
-    assert first.endswith(f": of {len(result.verdicts)} verdicts 2 failed, 1 undecided")
-
-
 def test_answer_has_targets_values_springs_and_where_files_are(capsys):
     print_summary(dataclasses.replace(RESULT, options=RunOptions(out=Path("outputs/paper"))))
     text = capsys.readouterr().out
@@ -173,7 +159,7 @@ def test_answer_has_targets_values_springs_and_where_files_are(capsys):
     assert "outputs/paper/report.html" in text
 
 
-@pytest.mark.parametrize(("value", "shown"), [(2.6e-16, "0 %"), (-2.6e-16, "0 %"), (2.6e-9, "2.6e-07 %"), (0.0, "0 %")])
+@pytest.mark.parametrize(("value", "shown"), [(2.6e-16, "0 %"), (2.6e-9, "2.6e-07 %")])
 def test_round_off_is_shown_as_none(value, shown, capsys):
     print_parts(verdict_parts("", [dataclasses.replace(GOOD, name="P_displacement_independent", value=value)]))
     (row,) = (line for line in capsys.readouterr().out.splitlines() if " P_displacement_independent " in line)
@@ -186,7 +172,6 @@ def test_round_off_is_shown_as_none(value, shown, capsys):
         ("reading.uncertainty", 200.0),
         ("unit.uncertainty", 200.0),
         ("reading.bias", 100.0),
-        ("NL", 100.0),
         ("P_max", 1.0),
     ],
 )
@@ -220,7 +205,7 @@ def test_no_name_and_no_number_is_cut(columns, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("name", "passed", "value", "unread"),
     [
-        *((f"reading.{name}", False, 0.02, True) for name in ("bias", "uncertainty", "touch", "relaxation")),
+        *((f"reading.{name}", False, 0.02, True) for name in ("bias", "relaxation")),
         ("reading.bias", False, 0.06, False),
         ("reading.bias", True, 0.02, False),
         ("unit.uncertainty", False, 0.02, False),

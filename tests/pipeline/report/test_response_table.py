@@ -11,7 +11,6 @@ from stand_ins import CONTACT, K_M_OVER_E, result_of, sizing_of
 from pipeline.errors.budget import level_press
 from pipeline.errors.sensor_errors import reading_table
 from pipeline.errors.targets import ForceRatioCurve
-from pipeline.report.of_result import report_of_result
 from pipeline.report.response_table import force_columns, response_csv
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
@@ -36,17 +35,6 @@ def test_rows_go_over_modulus_and_travel_to_the_largest_of_both():
     assert len(table) == 72 * 6
     assert (table[-1]["E_MPa"], table[-1]["x_mm"]) == (3.5, 0.6)
     assert table[-1]["P"] == pytest.approx(5.0, rel=1e-5)
-
-
-def test_numbers_have_as_many_digits_as_solvers_agree_on():
-    reading = RESULT.errors.reading
-    planted = replace(reading.response, P_error=np.full_like(reading.response.P, 1.23456e-5))
-    (head, *table) = csv.reader(io.StringIO(response_csv(replace(reading, response=planted), RESULT.design.tips)))
-    digits = [[len(cell.partition("e")[0].replace(".", "").strip("-0")) for cell in row] for row in table]
-    most = dict(zip(head, map(max, zip(*digits, strict=True)), strict=True))
-    assert most["P_mesh_error_percent"] == 3
-    assert {most[name] for name in head if name.startswith("E_")} == {4, 6}
-    assert most["F_l_N"] == 6
 
 
 def test_forces_are_those_of_two_springs_on_one_fruit():
@@ -98,19 +86,6 @@ def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():
     table = reading_table(pair, replace(curve, P=P), level_press(pair, curve.E, curve.x))
     assert np.isnan(table.printed[:, 0]).all()
     np.testing.assert_array_equal(table.printed[:, 1:], RESULT.errors.reading.printed[:, 1:])
-
-
-def test_report_has_the_numbers_of_the_table():
-    """The curve those at full travel; each response the means over the tips of a kind."""
-    report = report_of_result(RESULT)
-    at_full_travel = [row for row in rows() if row["x_mm"] == report.curve.x_mm]
-    for name in ("E_MPa", "P", "E_lower_as_printed_MPa", "E_upper_as_printed_MPa", "E_lower_calibrated_MPa"):
-        written = [row[name] for row in at_full_travel]
-        assert written == pytest.approx(list(getattr(report.curve, name)), rel=5e-4)  # half of the fourth digit
-    table = RESULT.press.table
-    for i, response in enumerate(report.response):
-        assert (response.E_MPa, response.x_mm) == (table.E[i], tuple(table.x))
-        assert (response.F_l_N, response.F_h_N) == (tuple(table.F[i, :, 0]), tuple(table.F[i, :, 1]))
 
 
 def test_forces_of_a_square_are_means_and_stand_singly_at_the_end():

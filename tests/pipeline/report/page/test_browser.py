@@ -31,17 +31,11 @@ def test_page_is_not_wider_than_its_window(address, width, open_page):
 
 
 def test_answer_comes_before_settings_on_a_phone(address, open_page):
-    """What limits the design before the controls of the picture, numbers before their sliders; others are folded."""
+    """What limits the design before the controls of the picture, numbers before their sliders."""
     page = open_page(address, 390, webgl=False)
     places = ("#answer .said", "#answer .limiting", "#part", "#verdicts", "#numbers", "#sliders")
     tops = [page.locator(place).bounding_box()["y"] for place in places]
     assert tops == sorted(tops)
-    shown = [page.locator(f"#slider-{key}").is_visible() for key in ("E", "travel")]
-    folded = page.locator("#more-sliders input")
-    assert [*shown, *(folded.nth(index).is_visible() for index in range(folded.count()))] == [
-        *(True, True),
-        *([False] * folded.count()),
-    ]
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -95,15 +89,6 @@ def test_plot_of_a_number_that_is_missing_is_named_below_the_others(key, dome_pa
     assert page.locator("#plots + p").inner_text().startswith("Not drawn: ")
     assert page.locator("#sliders input").count() >= 2
     assert page.complaints == []
-
-
-def test_every_slider_is_reached_by_the_keyboard(dome_page, open_page):
-    page = open_page(dome_page.address, webgl=False)
-    reached = set()
-    for _ in range(60):
-        page.keyboard.press("Tab")
-        reached.add(page.evaluate("document.activeElement.id"))
-    assert {"slider-E", "slider-travel", "reset"} <= reached
 
 
 def test_validator_finds_no_error(default_run, dome_page):

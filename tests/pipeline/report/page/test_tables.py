@@ -18,7 +18,6 @@ from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_SAMPLES, ReadingRequirements
 from sensor.design.tips import PressMotion
 from sensor.theory.two_spring_law import fruit_stiffness
-from solve.contact.pressure import footprint_pressure
 from solve.contact.response import scene_response
 
 AGREEMENT = 2e-3
@@ -29,11 +28,11 @@ SIDE = 16  # random values of each of two sliders, one in each sixteenth of its 
 SLOPE_STEP = 1e-6  # of P, for the slope of the two-spring law
 
 
-def random_settings(page, rng, key, side=SIDE):
+def random_settings(page, rng, key):
     """Return random moduli and values of another slider over their whole ranges, and a setting for each pair."""
     ends = page.evaluate("() => Object.fromEntries(window.twintip.sliders.map((s) => [s.key, [s.min, s.max]]))")
     moduli, values = (
-        least + (np.arange(side) + rng.random(side)) / side * (largest - least)
+        least + (np.arange(SIDE) + rng.random(SIDE)) / SIDE * (largest - least)
         for least, largest in (ends["E"], ends[key])
     )
     settings = [{"E": E, key: value} for E, value in itertools.product(moduli.tolist(), values.tolist())]
@@ -52,17 +51,6 @@ def off(found, expected):
     return errors.reshape(len(errors), -1).max(axis=1)
 
 
-def least_whole_travel(result):
-    """Return the least travel of the table [mm] from which on every flat tip touches with its whole face."""
-    design, curve = result.design, result.press.curve
-    scene = result.press.scene
-    for travel in curve.x.tolist():
-        pressure = footprint_pressure(scene, result.contact, result.springs.C, design.fruit.E_max_MPa, travel)
-        if (pressure.cell_forces > 0.0).all():
-            return travel
-    return np.inf
-
-
 def pair_over_noise(result, F):
     """Return a modulus over its deviation by one per cent of noise [1]: by the slope of the two-spring law over P."""
     P = F[:, 1] / F[:, 0]
@@ -77,7 +65,7 @@ def pair_over_noise(result, F):
 
 
 def solved_over_travel(result, moduli, travels):
-    """Return the numbers of presses, on the cells of the run where there are any, and where every flat tip is whole."""
+    """Return the numbers of presses, on the cells of the run where there are any."""
     full = result.design.press.travel_mm  # the cells follow from the farthest travel
     solved = scene_response(result.press.scene, result.contact, result.springs.C, moduli, [*travels, full])
     pressure = solved.F / result.design.tips.face_mm2 if solved.mean_pressure is None else solved.mean_pressure
@@ -87,9 +75,7 @@ def solved_over_travel(result, moduli, travels):
     if result.read_out.is_pair and result.press.level:
         numbers["E_read"] = np.repeat(moduli, len(travels))
         numbers["E_over_noise"] = pair_over_noise(result, numbers["F"])
-    is_flat = result.design.tips.tip_shape.has_flat_face
-    least = least_whole_travel(result) if is_flat and not result.press.level else 0.0
-    return numbers, np.tile(travels >= least, len(moduli))
+    return numbers
 
 
 def solved_over_tilt(result, moduli, tilts):
@@ -100,39 +86,34 @@ def solved_over_tilt(result, moduli, tilts):
     model, noises = rise_model(result.pressed), 0.01 * np.array(result.read_out.full_scale_N)
     found = [model.reading(press, noises) for press in solved.F.reshape(count, *solved.F.shape[2:])]
     springs = np.array(result.design.tips.springs)
-    numbers = {
+    return {
         "F": F,
         "P": F[:, springs == "high"].sum(axis=1) / F[:, springs == "low"].sum(axis=1),
         "pressure": pressure,
         "E_read": np.array([each.E for each in found]),
         "E_over_noise": np.sqrt(PRESS_SAMPLES / solved.F.shape[2]) / np.array([each.noise for each in found]),
     }
-    return numbers, np.ones(count, dtype=bool)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "changes", "key", "solved"),
+    ("name", "key", "solved"),
     [
-        ("paper", {}, "travel", solved_over_travel),
-        ("mango", {}, "tilt", solved_over_tilt),
-        pytest.param("paper", {"press.tilt_deg": 1.0}, "travel", solved_over_travel, marks=pytest.mark.study),
-        pytest.param("mango", {}, "travel", solved_over_travel, marks=pytest.mark.study),
-        pytest.param("kiwi", {}, "travel", solved_over_travel, marks=pytest.mark.study),
-        pytest.param("docs/examples/fouly.toml", {}, "travel", solved_over_travel, marks=pytest.mark.study),
+        ("paper", "travel", solved_over_travel),
+        ("mango", "tilt", solved_over_tilt),
+        pytest.param("mango", "travel", solved_over_travel, marks=pytest.mark.study),
+        pytest.param("kiwi", "travel", solved_over_travel, marks=pytest.mark.study),
+        pytest.param("docs/examples/fouly.toml", "travel", solved_over_travel, marks=pytest.mark.study),
     ],
 )
-def test_numbers_over_a_slider_are_those_of_a_solve(name, changes, key, solved, preset_page, open_page, rng):
-    """Settings below the first travel of the table at which every flat tip touches whole are where a tip lifts."""
-    written = preset_page(load_design(name, changes))
+def test_numbers_over_a_slider_are_those_of_a_solve(name, key, solved, preset_page, open_page, rng):
+    written = preset_page(load_design(name))
     page = open_page(written.address, webgl=False)
     moduli, values, settings = random_settings(page, rng, key)
     found = evaluated(page, settings)
-    expected, touching = solved(written.result, moduli, values)
-    assert touching.sum() > len(settings) // 2
-    for number, of_solve in expected.items():
+    for number, of_solve in solved(written.result, moduli, values).items():
         bar = ONE_SAMPLE if (key, number) == ("tilt", "E_over_noise") else AGREEMENT
-        assert off(found[number], of_solve)[touching].max() <= bar, number
+        assert off(found[number], of_solve).max() <= bar, number
 
 
 @pytest.mark.slow
@@ -152,15 +133,6 @@ def test_tilt_takes_the_travel_to_the_full_one_and_the_travel_the_tilt_back(pres
     page.focus("#slider-travel")
     page.keyboard.press("Home")
     assert page.evaluate("() => window.twintip.setting.tilt") == 0.0
-
-
-@pytest.mark.slow
-def test_planted_wrong_number_of_a_table_is_found(flat_page, open_page, rng):
-    page = open_page(flat_page.address, webgl=False)
-    page.evaluate("() => { data.tables[0].numbers.F[1][40][3] *= 1.02; }")  # one node: by finer settings
-    moduli, travels, settings = random_settings(page, rng, "travel", side=2 * SIDE)
-    expected, _ = solved_over_travel(flat_page.result, moduli, travels)
-    assert off(evaluated(page, settings)["F"], expected["F"]).max() > AGREEMENT
 
 
 @pytest.mark.slow
@@ -241,14 +213,9 @@ def test_tip_that_is_off_has_no_reading():
     """A tilt of 3 degrees lifts a tip by 8 mm times tan 3 = 0.4 mm over the other: it is off at the first travel."""
     result = result_of(Design(press=PressMotion(tilt_deg=3.0)))
     assert (result.press.curve.F[1:, 0] == 0.0).any()
-    (table,) = page_tables(written_report(result), result)["tables"]
+    (table,) = page_tables(SimpleNamespace(design=result.design, read_out=result.read_out), result)["tables"]
     assert table["held"] == {"tilt": 3.0}
     assert np.isnan(table["numbers"]["E_read"]).all()  # a tilted pair is not read by its ratio
-
-
-def written_report(result):
-    """Return what the tables ask of a report that is not written."""
-    return dataclasses.make_dataclass("Report", ["design", "read_out"])(result.design, result.read_out)
 
 
 def test_domes_are_interpolated_in_logarithms_and_have_their_own_pressure(dome_page):
