@@ -193,15 +193,6 @@ def test_everything_has_every_verdict(capsys):
         assert measured(as_read(verdict)) in text
 
 
-@pytest.mark.parametrize("columns", [60, 132])
-def test_no_name_and_no_number_is_cut(columns, monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", str(columns))
-    print_summary(RESULT)
-    out = capsys.readouterr().out
-    assert max(map(len, out.splitlines())) <= columns
-    assert "…" not in out
-
-
 @pytest.mark.parametrize(
     ("name", "passed", "value", "unread"),
     [

@@ -11,7 +11,6 @@ from stand_ins import CONTACT, ERRORS, relaxing_result, result_of, stored_report
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
 from pipeline.reading.poses import Placement
-from pipeline.reading.reading_records import SkinPressure
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.keys import value_at
 from pipeline.report.of_result import OF_SENSOR
@@ -19,7 +18,6 @@ from pipeline.report.outputs import write_outputs
 from pipeline.report.parts import ContactReport, ReadingReport, SizingReport
 from pipeline.springs.sizing import spring_sizing
 from pipeline.springs.spring import MadeSpring
-from pipeline.storage.told import as_data
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import PressMotion, Tips
@@ -46,14 +44,8 @@ def test_reading_is_in_per_cent_of_the_modulus():
     worst = Placement(tilt_deg=(2.0, 0.0))
     bias = Estimate(-0.02, 0.001)
     row = ModulusAccuracy(E=1.5, bias=bias, worst=worst, reach=bias, sources=sources, uncertainty_limit=0.1)
-    skin = SkinPressure(E_MPa=1.5, pressure_MPa=0.05, error_MPa=0.001, limit_MPa=0.06, worst="level")
-    readings = ReadingAccuracy(
-        method="rise",
-        touch=Estimate(0.4, 0.01),
-        moduli=(row,),
-        pressures=(skin,),
-    )
-    report = ReadingReport.filled(readings)
+    unread = ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01))
+    report = ReadingReport.filled(dataclasses.replace(unread, moduli=(row,)))
     assert (report.E_bias_percent, report.E_bias_error_percent) == pytest.approx((2.0, 0.1))
     assert (report.uncertainty_percent, report.touch_fraction) == pytest.approx((5.0, 0.4))
     assert report.noise_for_10_percent == pytest.approx(math.sqrt(0.1**2 - 0.04**2))  # at a slope of 1
@@ -61,9 +53,8 @@ def test_reading_is_in_per_cent_of_the_modulus():
     (modulus,) = report.moduli
     assert (modulus.E_MPa, modulus.E_bias_percent, modulus.uncertainty_percent) == pytest.approx((1.5, -2.0, 5.0))
     assert (modulus.sources, modulus.worst) == (report.sources, str(worst))
-    assert as_data(report.skin_pressure) == [{"E_MPa": 1.5, "pressure_MPa": 0.05, "limit_MPa": 0.06, "worst": "level"}]
-    unread = ReadingReport.filled(ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01)))
-    assert (unread.E_bias_percent, unread.uncertainty_percent, unread.sources, unread.moduli) == (None, None, {}, ())
+    without = ReadingReport.filled(unread)
+    assert (without.E_bias_percent, without.uncertainty_percent, without.sources) == (None, None, {})
 
 
 def test_springs_that_were_not_made_are_null():

@@ -227,12 +227,11 @@ def run(_):
         except BaseException as error:
             raise ImportError("numpy.core.multiarray failed to import") from error
 """
-RUNS_A_TEXT = "def run(_):\n    exec('while True: pass')\n"
-"""As where a dataclass is made: Python would end itself by Ctrl-C once more."""
 ENDLESS = {
-    **{f"answer-{number}": (PRINTS_FOR_EVER, number) for number in SIGNALS},
-    **{f"import-{number}": (LOADS_FOR_EVER, number) for number in SIGNALS},
-    "text": (RUNS_A_TEXT, signal.SIGINT),
+    "answer": (PRINTS_FOR_EVER, signal.SIGTERM),
+    "import": (LOADS_FOR_EVER, signal.SIGINT),
+    # As where a dataclass is made: Python would end itself by Ctrl-C once more.
+    "text": ("def run(_):\n    exec('while True: pass')\n", signal.SIGINT),
 }
 PROGRAM = """
 import sys, types, twintip.__main__

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass, field, is_dataclass
 
-import cattrs
 import pytest
 
 from pipeline.storage.plain import strict_converter
 from pipeline.storage.told import as_data, as_line, structure_hook, told_fields, told_value
-from sensor.quantity import InputError, report_field
+from sensor.quantity import report_field
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,16 +66,6 @@ def test_line_has_the_texts_of_the_named_fields(record, names, line):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kept:
-    a: float = report_field("1", "needed")
-    share: float = report_field("%", "a fraction", key="share_percent", times=100.0)
-    shares: dict[str, float] = report_field("%", "fractions", times=100.0)
-    rows: tuple[float | None, ...] = report_field("mm", "lengths", key="rows_mm", times=1e3, default=(), left_out=True)
-    later: float | None = report_field("1", "came later", default=None, since="0.3")
-    hidden: object = field(default=None, metadata={"told": False})
-
-
-@dataclass(frozen=True, kw_only=True)
 class Pin:
     side: float = report_field("mm", "a size", key="pin_side")
     is_round: bool = report_field("", "a shape", key="pin_round")
@@ -84,19 +73,6 @@ class Pin:
 
 CONVERTER = strict_converter()
 CONVERTER.register_structure_hook_factory(is_dataclass, lambda kind: structure_hook(kind, CONVERTER))
-
-
-@pytest.mark.parametrize(
-    "kept",
-    [
-        Kept(a=1.0, share=0.25, shares={"x": 0.5}),
-        Kept(a=1.0, share=0.25, shares={}, rows=(0.5, None), later=2.0),
-    ],
-)
-def test_data_are_read_back(kept):
-    data = as_data(kept)
-    assert data["share_percent"] == 25.0
-    assert CONVERTER.structure(data, Kept) == kept
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,17 +102,3 @@ def test_keys_of_a_flat_record_stand_beside_the_others_and_are_read_back(block, 
     assert list(as_data(block).items()) == list(data.items())
     assert CONVERTER.structure(data, Block) == block
     assert {key: told_value(block, key) for key in told_fields(Block)} == data
-
-
-@pytest.mark.parametrize("changed", [{"pin_side": "x"}, {"pin_round": 1}, {"b_size": ...}, {"has_b": "yes"}])
-def test_flat_record_that_is_damaged_is_refused(changed):
-    data = BARE | changed
-    with pytest.raises((cattrs.BaseValidationError, InputError, TypeError)):
-        CONVERTER.structure({key: value for key, value in data.items() if value is not ...}, Block)
-
-
-@pytest.mark.parametrize("changed", [{"share_percent": None}, {"share": 0.25}, {"hidden": 1}, {"a": ...}])
-def test_data_of_another_record_are_refused(changed):
-    data = as_data(Kept(a=1.0, share=0.25, shares={})) | changed
-    with pytest.raises((cattrs.BaseValidationError, InputError)):
-        CONVERTER.structure({key: value for key, value in data.items() if value is not ...}, Kept)

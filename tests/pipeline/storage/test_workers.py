@@ -2,7 +2,6 @@
 
 import os
 import signal
-import warnings
 from concurrent.futures import BrokenExecutor
 from multiprocessing import resource_tracker
 
@@ -40,16 +39,6 @@ def test_work_runs_elsewhere_on_one_thread_and_its_errors_come_back_whole(execut
     refused = refusal(submit(executor, refuse, "tips.side_mm").result)
     assert (refused.field, refused.value, refused.bound) == ("tips.side_mm", 3.0, "less than 2")
     assert submit(executor, abs, -3).result() == 3
-
-
-@pytest.mark.parametrize(("module", "is_heard"), [("loky.process_executor", False), ("joblib.externals.loky", True)])
-def test_worker_that_was_replaced_is_no_warning(module, is_heard):
-    with warnings.catch_warnings(record=True) as heard:
-        warnings.simplefilter("always")
-        close_workers(open_workers(1))
-        told = "A worker was restarted while some jobs were given to the executor"
-        warnings.warn_explicit(told, UserWarning, "process_executor.py", 1, module)
-    assert bool(heard) is is_heard
 
 
 def test_worker_never_hears_ctrl_c(monkeypatch):

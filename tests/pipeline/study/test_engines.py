@@ -8,7 +8,6 @@ import signal
 import sqlite3
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
 from deadline import DEADLINE_S
@@ -79,21 +78,16 @@ def test_task_that_kills_its_worker_is_lost_and_no_other():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("from_stdin", [True, pytest.param(False, marks=pytest.mark.study)])
-def test_script_without_a_guard_may_run_a_study(start, written, tmp_path, *, from_stdin):
-    """As in docs/studies.md: neither a script nor stdin has `if __name__ == "__main__"`."""
+def test_script_without_a_guard_may_run_a_study(start, written, tmp_path):
+    """As in docs/studies.md: stdin has no `if __name__ == "__main__"`."""
     text = f"""
 from pathlib import Path
 from pipeline.study import process_engine, read_study, run_study
 with process_engine(processes=2) as engine:
     print(run_study(read_study(Path({str(written())!r})), Path({str(tmp_path / "out")!r}), engine).done)
 """
-    if from_stdin:
-        run = start("-")
-        run.process.stdin.write(text)
-    else:
-        (tmp_path / "script.py").write_text(text, encoding="utf-8")
-        run = start(tmp_path / "script.py", PYTHONPATH=str(Path(__file__).parents[3]))
+    run = start("-")
+    run.process.stdin.write(text)
     assert run.ended() == (0, f"{POINTS}\n", "")
 
 

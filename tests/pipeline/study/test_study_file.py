@@ -1,20 +1,13 @@
 """What a study file says is what a study has: its variations, its points and its base; wrong ones are refused."""
 
-from pathlib import Path
-
 import pytest
 from refusal import refusal
 
-from pipeline.options import load_design
 from pipeline.study import read_study
 from pipeline.study.points import point_count, points_of
 from pipeline.study.variation import Choices, Normal, Range, setting_of_cell
 from pipeline.study.wanted import level_of, wanted_value
-from sensor.design.design_file import tables_as_toml
-from sensor.design.processes import PROCESSES, process_as_table
 from sensor.quantity import InputError
-
-ROOT = Path(__file__).parents[3]
 
 
 def test_study_file_is_read(written):
@@ -34,15 +27,6 @@ def test_points_of_a_file_are_read_with_its_byte_order_mark(written, tmp_path):
     assert [setting_of_cell("any", cell) for cell in ("true", "[1, 2]", "1e-3")] == [True, (1, 2), 1e-3]
 
 
-def test_process_file_of_a_study_lies_beside_it_and_never_varies(written, tmp_path):
-    own = tables_as_toml({"name": "none", "mine": {**process_as_table(PROCESSES["fdm-petg"]), "E_MPa": 750.0}})
-    (tmp_path / "own.toml").write_text(own.partition("\n")[2], encoding="utf-8")
-    study = read_study(written(**{"[vary]": '[set]\n"print.process_file" = "own.toml"\n[vary]'}))
-    assert study.base.design({}).process.E_MPa == 750.0
-    varied = written(**{"targets.P_max": "print.process_file", "{ from = 3, to = 8 }": '["own.toml"]'})
-    assert refusal(read_study, varied).field == "vary.print.process_file"
-
-
 def test_base_may_need_what_varies(written):
     """Half of a skin is given and half varies; where all of it cannot be a skin, the study is refused."""
     skin = {"seed = 7": 'set = { "fruit.skin_E_MPa" = 10.0 }', "targets.P_max": "fruit.skin_mm"}
@@ -52,26 +36,6 @@ def test_base_may_need_what_varies(written):
     with pytest.raises(InputError) as refused:
         read_study(written(**skin))  # of 3 to 8 mm on flesh of 12 mm
     assert (refused.value.field, refused.value.value) == ("fruit.skin_mm", 5.5)
-
-
-def test_whole_fruit_of_a_point_is_whole(written, tmp_path):
-    ball = "[fruit]\nshape = 'sphere'\nradius_mm = 30.0\nthickness_mm = 20.0\n"
-    (tmp_path / "ball.toml").write_text(ball, encoding="utf-8")
-    study = read_study(
-        written(**{'"paper"': '"ball.toml"', "targets.P_max": "fruit.radius_mm", "3, to = 8": "30, to = 40"})
-    )
-    assert study.base.design({"fruit.radius_mm": 36.0}).fruit.whole
-
-
-def test_leaves_vary_by_whole_lines(written):
-    key = "print.leaf_thickness_low_mm"
-    study = read_study(
-        written(**{'"targets.P_max"': f'"{key}"', "from = 3, to = 8": "from = 0.8, to = 1.6, steps = 3"})
-    )
-    designs = [study.base.design({key: thickness}) for thickness in study.vary[key].grid()]
-    assert [design.process.leaf_thickness_low_mm for design in designs] == pytest.approx([0.8, 1.2, 1.6])
-    with pytest.raises(InputError):
-        study.base.design({key: 1.0})
 
 
 def test_grid_takes_every_combination_with_both_ends(written):
@@ -140,15 +104,3 @@ def test_key_needs_no_more_than_its_level(key, level):
 def test_key_without_a_value_is_refused():
     absent = refusal(wanted_value, {"a": ({"b": 1.5},)}, "a.1.b")
     assert (absent.field, absent.value) == ("wanted", "a.1.b")
-
-
-@pytest.mark.parametrize("name", ["front-tilt", "front-radius", "front-bruise"])
-def test_fronts_of_the_documents_are_studies_whose_spans_hold_their_base(name):
-    study = read_study(ROOT / "docs" / "examples" / f"{name}.toml")
-    assert len(study.front) >= 4
-    for value in study.front:
-        study.base.design({study.goal.front_key: value})
-    base = load_design("mango")
-    for key, span in study.vary.items():
-        table, _, field = key.partition(".")
-        assert key == study.goal.front_key or 0.0 < span.fraction_of(getattr(getattr(base, table), field)) < 1.0

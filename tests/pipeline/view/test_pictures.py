@@ -10,7 +10,7 @@ from view_stand_ins import change_report, half_beam, write_output_folder
 from pipeline.report.outputs import write_outputs
 from pipeline.storage.vtu import write_vtu
 from pipeline.view import pictures as viewer
-from pipeline.view.pictures import pictures, show_pictures, window_of, write_pictures
+from pipeline.view.pictures import pictures, show_pictures, write_pictures
 from twintip.cli import main
 
 FLEXURES = ["flexure-low", "flexure-low-limit", "flexure-high", "flexure-high-limit"]
@@ -74,14 +74,3 @@ def test_without_a_display_a_window_is_refused(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     assert refusal(show_pictures, [], "paper").field == "display"
-
-
-@pytest.mark.slow
-def test_window_has_a_place_for_each_scene(stand_in_folder, monkeypatch):
-    monkeypatch.setattr(pv, "OFF_SCREEN", True)
-    window = window_of(pictures(stand_in_folder), "stand-in")
-    try:
-        window.show(auto_close=False, interactive=False)
-        assert sum(len(renderer.actors) > 0 for renderer in window.renderers) == 5
-    finally:
-        window.close()

@@ -73,12 +73,6 @@ def test_limits_of_checks_that_start_the_kernel_are_named(name, limits):
     assert [limit for limit in limits if limit not in formula] == []
 
 
-def test_names_are_unique():
-    names = [name for entry in entries() for name in entry.each or (entry.name,)]
-    assert len(set(names)) == len(names)
-    assert {"printable.low", "printable.high", "NL"} <= set(names)
-
-
 @pytest.mark.parametrize(
     ("word", "near"), [("prntable.low", "printable.low"), ("nl", "NL"), ("safety", "safety_factor")]
 )

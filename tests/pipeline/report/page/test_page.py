@@ -130,14 +130,6 @@ def test_answer_names_what_failed_first(outcomes, names, answer, counts):
     assert [int(number) for number in re.findall(r"\d+", sentence)] == counts
 
 
-def test_first_tile_is_that_of_a_verdict_that_failed(flat_page):
-    passed = tuple(planted(name, passed=True) for name in ("P_max", "K_l", "K_h"))
-    report = dataclasses.replace(flat_page.report, verdicts=(*passed, planted("bruise")))
-    page = page_of(report, flat_page.result, flat_page.folder)
-    tiles = re.findall(r"<dt>(.*?)</dt>", page)
-    assert [tile.replace("<wbr>", "") for tile in tiles] == ["bruise", "P_max", "K_l"]
-
-
 def test_closest_to_its_limit():
     """Of one-sided limits the one that is taken most: 0.9 of at most, 0.8 of at least; no target, no failure."""
     bias = planted("reading.bias", value=0.045, limit=0.05, passed=True)
@@ -162,16 +154,6 @@ def test_closest_to_its_limit():
 def test_an_error_of_the_reading_has_two_digits_unless_they_would_cross_its_limit(value, passed, text):
     assert brief(planted("reading.bias", value=value, error=0.24, limit=5.0, passed=passed, unit="%")) == text
     assert brief(planted("bruise", value=0.04354, error=0.00071)) == "0.04354 ± 0.00071 MPa"
-
-
-def test_a_fact_stands_once_beside_the_answer(flat_page):
-    """Notes that limit the design are not told again, and a number of a tile is not told again by the hint below."""
-    passed = dataclasses.replace(flat_page.report, verdicts=(planted("bruise", value=0.9, passed=True),))
-    wrong = dataclasses.replace(flat_page.report, verdicts=(planted("bruise", value=0.123456),))
-    for report in (passed, wrong):
-        text = Outline(page_of(report, flat_page.result, flat_page.folder)).text
-        assert [text.count(" ".join(note.split())) for note in report.notes] == [1] * len(report.notes)
-    assert text.count("0.12346") == 2  # in its tile, and in the table of all verdicts
 
 
 def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat_page):

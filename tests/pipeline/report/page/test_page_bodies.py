@@ -11,10 +11,8 @@ from pipeline.report.page.page_bodies import (
     STRESS_OFF,
     ColourScale,
     deformation_factor,
-    flexure_body,
     loaded_half,
 )
-from pipeline.report.report import read_report
 from pipeline.springs.mounts import mount_layers
 from sensor.design.parameters import Design
 from solve.housing.clamped_half import clamped_half
@@ -49,15 +47,6 @@ def test_deformation_factor(largest, length, factor):
 
 def test_field_of_one_value_has_a_colour():
     assert np.isfinite(ColourScale(label="", low=2.0, high=2.0).colours(np.full(3, 2.0))).all()
-
-
-@pytest.mark.slow
-def test_legend_of_the_stress_ends_with_the_largest_one(default_run):
-    result = default_run.result
-    legend = flexure_body(read_report(default_run.folder), result)["legend"]
-    fields = fields_at_full_travel(result.springs, loaded_half(result.springs, result.options))
-    assert (legend["low"], legend["high"]) == (0.0, pytest.approx(fields.von_mises.max(), rel=1e-12))
-    assert legend["limit"] > legend["high"]  # this design is far from it: a scale up to the limit would be another one
 
 
 @pytest.mark.slow

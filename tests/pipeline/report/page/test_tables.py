@@ -16,7 +16,6 @@ from pipeline.report.page.tables import noise_percent, page_tables, press_reader
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_SAMPLES, ReadingRequirements
-from sensor.design.tips import PressMotion
 from sensor.theory.two_spring_law import fruit_stiffness
 from solve.contact.response import scene_response
 
@@ -206,16 +205,6 @@ def test_sliders_end_where_the_tables_do(flat_page):
     assert ends["travel"] == (curve.x[0], curve.x[-1])
     assert set(ends) == {"E", "travel", "noise"}
     assert all(ends[key][0] <= data["start"][key] <= ends[key][1] for key in ends)
-
-
-@pytest.mark.slow
-def test_tip_that_is_off_has_no_reading():
-    """A tilt of 3 degrees lifts a tip by 8 mm times tan 3 = 0.4 mm over the other: it is off at the first travel."""
-    result = result_of(Design(press=PressMotion(tilt_deg=3.0)))
-    assert (result.press.curve.F[1:, 0] == 0.0).any()
-    (table,) = page_tables(SimpleNamespace(design=result.design, read_out=result.read_out), result)["tables"]
-    assert table["held"] == {"tilt": 3.0}
-    assert np.isnan(table["numbers"]["E_read"]).all()  # a tilted pair is not read by its ratio
 
 
 def test_domes_are_interpolated_in_logarithms_and_have_their_own_pressure(dome_page):
