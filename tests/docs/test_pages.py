@@ -1,15 +1,10 @@
 """The documents are true of the tree: links lead somewhere, generated pages are up to date, rooms exist."""
 
 import re
-import sys
-import threading
 from pathlib import Path
 
 import pytest
 from scripts import loaded_script
-
-from pipeline.storage import workers
-from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -99,33 +94,3 @@ def test_table_of_the_architecture_has_every_folder():
     folders = {path.parent.relative_to(ROOT) for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
     rooms = {folder.as_posix() for folder in folders if len(folder.parts) == 2}
     assert named - set(PACKAGES) == rooms
-
-
-@pytest.mark.slow
-def test_walk_of_the_architecture_is_the_order_of_a_run(tmp_path, monkeypatch):
-    """On one core, where this process makes the solids too; nothing is remembered, so that every stage is solved."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(workers, "available_cores", lambda: 1)
-    section = text_of(ARCHITECTURE).partition("\n## From `--nl 0.05`")[2].partition("\n## ")[0]
-    walk = [(str(ROOT / file), name) for name, file in named_in_files(section)]
-    asked = set(walk)
-    calls = []
-
-    def profile(frame, event, _):
-        call = (frame.f_code.co_filename, frame.f_code.co_qualname)
-        if event == "call" and call in asked:
-            calls.append(call)
-
-    threading.setprofile(profile)
-    sys.setprofile(profile)
-    try:
-        code = main(["run", "--nl", "0.05", "--out", str(tmp_path / "run"), "--json"])
-    finally:
-        sys.setprofile(None)
-        threading.setprofile(None)
-    assert code == 0
-    remaining = iter(calls)
-    missing = [step for step in walk if step not in remaining]  # each step is looked for behind the one before
-    assert len(walk) >= 20
-    assert missing == []
-    assert (tmp_path / "run" / "housing.step").exists()

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.report.keys import value_at
+from pipeline.report.report import read_report
 from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
@@ -18,19 +20,6 @@ SECTION = PRESETS.partition("\n## The paper, line by line\n")[2].partition("\n##
 COMMAND = re.compile(r"(?:^    |`)pipeline (\w+ [^`\n]+)", flags=re.MULTILINE)
 ROW = re.compile(r"^\|[^|]+\|[^|]+\| ([\d.]+) \| `([\w.]+)` \|$", flags=re.MULTILINE)
 ONE_STEP = 0.51  # of the last digit that is shown
-
-
-def valued(report, key):
-    """Return the number that a dotted key has in a report; a verdict goes by its name."""
-    for word in key.split("."):
-        if isinstance(report, list):
-            by_name = {row.get("name"): row for row in report if isinstance(row, dict)}
-            report = by_name[word] if word in by_name else report[int(word)]
-        else:
-            assert isinstance(report, dict)
-            report = report[word]
-    assert isinstance(report, int | float)
-    return float(report)
 
 
 @pytest.fixture
@@ -60,9 +49,9 @@ def test_runs_make_the_numbers(examples, capsys):
     sized_by_hayes, _, for_the_contact = SECTION.partition("### Sized for the true contact")
     rows = 0
     for text, folder in ((sized_by_hayes, "hayes"), (for_the_contact, "paper")):
-        report = json.loads((examples / "outputs" / folder / "report.json").read_text(encoding="utf-8"))
+        report = read_report(examples / "outputs" / folder)
         for shown, key in ROW.findall(text):
             rows += 1
             digits = len(shown.partition(".")[2])
-            assert valued(report, key) == pytest.approx(float(shown), abs=ONE_STEP * 10.0**-digits), key
+            assert value_at(report, key) == pytest.approx(float(shown), abs=ONE_STEP * 10.0**-digits), key
     assert rows == 17

@@ -6,16 +6,14 @@ import shutil
 from pathlib import Path
 
 import pytest
+from example_files import STIFFNESS, write_example_files
 from stand_ins import result_of
 
 import twintip
 from docs.docstrings import docstring
-from pipeline.report.outputs import write_outputs
-from sensor.quantity import STANDARD_GRAVITY
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-STIFFNESS = {"low": 1.0, "high": 22.0}  # [N/mm] of the printed springs
 RUNS, CUTS, READS, CALIBRATES, TESTS, FORMULAS = re.findall(r"(?ms)^```python\n(.+?)^```", PAGE)
 
 
@@ -57,21 +55,11 @@ def test_cut_takes_its_volume_from_the_housing():
 def test_press_is_read(tmp_path, monkeypatch, capsys):
     """The press is on a fruit of 1.5 MPa; springs as designed are 11 to 19 % softer than those that pressed it."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "outputs" / "mine").mkdir(parents=True)
-    write_outputs(result_of(), tmp_path / "outputs" / "mine")
-    page = (ROOT / "docs" / "read-a-fruit.md").read_text(encoding="utf-8")
-    table = re.search(r"^    t_s,x_mm,F_l_N,F_h_N\n(?:    .+\n)+", page, flags=re.MULTILINE)
-    assert table is not None
-    (tmp_path / "press.csv").write_text(re.sub(r"^    ", "", table[0], flags=re.MULTILINE), encoding="utf-8")
+    write_example_files(tmp_path)
     names = run_example(READS)
     reading = names["reading"]
     assert abs(reading.E / 1.5 - 1.0) < reading.u
     assert capsys.readouterr().out.split()[0] == str(reading.E)
-
-    rows = ["tip,weight_g,deflection_mm"]
-    for tip, K in STIFFNESS.items():
-        rows += [f"{tip},{grams},{1e-3 * STANDARD_GRAVITY * grams / K}" for grams in (0, 20, 50, 100)]
-    (tmp_path / "weights.csv").write_text("\n".join(rows), encoding="utf-8")
     made = run_example(CALIBRATES, **names)
     assert made["calibration"].unit.K_N_per_m == pytest.approx([1e3 * K for K in STIFFNESS.values()], rel=1e-9)
     assert [reading.flags for reading in made["readings"]] == [()]

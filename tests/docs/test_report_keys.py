@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 from golden.freeze import NUMBERS
-from stand_ins import relaxing_result, result_of, stored_report
+from stand_ins import relaxing_result, result_of
 
 from pipeline.reading.read_out import LevelReading
-from pipeline.report.keys import report_key, report_keys
+from pipeline.report.keys import report_keys
 from pipeline.report.of_result import report_of_result
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import Report, report_data
@@ -57,18 +57,6 @@ def pattern(key):
     return re.compile(re.sub(r"\b[A-Z]{3,}(?=\b|_)", lambda word: WORDS[word[0]], re.escape(key)))
 
 
-def numbers(value, path=""):
-    """Yield the path of every number in nested tables and lists, with the place of each element of a list."""
-    if isinstance(value, dict):
-        for key, item in value.items():
-            yield from numbers(item, f"{path}.{key}" if path else key)
-    elif isinstance(value, list):
-        for place, item in enumerate(value):
-            yield from numbers(item, f"{path}.{place}")
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        yield path
-
-
 def explained(kind):
     """Return the names in the first column of every table of the page whose first column is of a kind."""
     names: list[str] = []
@@ -76,11 +64,6 @@ def explained(kind):
         for row in table.splitlines():
             names += re.findall(r"`([^`]+)`", row.split("|")[1])
     return names
-
-
-def unexplained(names):
-    patterns = [pattern(key.name) for key in report_keys() if key.is_value]
-    return {name for name in names if not any(each.fullmatch(name) for each in patterns)}
 
 
 SUFFIXES = {
@@ -134,15 +117,6 @@ def timed_report():
     return {"read_out": {"level": data["read_out"]["level"]}, "relaxation": data["relaxation"]}
 
 
-def test_every_number_of_a_light_report_has_a_unit(timed_report):
-    """And the name of its key is found with the places of lists, as a study and `explain` ask for it."""
-    paths = [
-        path for path in numbers({**stored_report(result_of()), **timed_report}) if not path.startswith("verdicts")
-    ]
-    assert len(paths) > 1000
-    assert [path for path in paths if not (report_key(path) and report_key(path).unit)] == []
-
-
 def test_tables_of_files_have_every_file_that_a_design_or_a_run_writes():
     """Beside those of the frozen design: the files of pins, of a read-out and of --fields."""
     frozen = json.loads((NUMBERS / "paper.json").read_text(encoding="utf-8"))["design files"]
@@ -159,17 +133,13 @@ def test_files_of_the_design_are_those_that_are_frozen(designed):
 
 
 @pytest.mark.slow
-def test_every_key_is_explained(report, read_report, timed_report):
-    assert unexplained(all_leaves(report, read_report, timed_report)) == set()
-
-
-@pytest.mark.slow
-def test_no_explained_key_is_missing(report, read_report, timed_report):
+def test_every_key_is_explained_and_no_explained_key_is_missing(report, read_report, timed_report):
     """But for those of a skin, which none of these three designs has."""
     found = all_leaves(report, read_report, timed_report)
-    of_others = ("contact.skin",)
-    values = [key.name for key in report_keys() if key.is_value and not key.name.startswith(of_others)]
-    assert [key for key in values if not any(pattern(key).fullmatch(path) for path in found)] == []
+    patterns = {key.name: pattern(key.name) for key in report_keys() if key.is_value}
+    assert [path for path in found if not any(each.fullmatch(path) for each in patterns.values())] == []
+    asked = {name: each for name, each in patterns.items() if not name.startswith("contact.skin")}
+    assert [name for name, each in asked.items() if not any(map(each.fullmatch, found))] == []
 
 
 def test_columns_of_the_table_are_explained(tmp_path):

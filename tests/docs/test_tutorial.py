@@ -30,12 +30,6 @@ def number(pattern, text):
     return float(found[0])
 
 
-def columns(tests, index):
-    """Return a column of the first table of moduli, as printed: E, its error, Hertz's E and the paper's."""
-    rows = re.findall(r"fruit-\d\.csv[ \d]*│ +([\d.]+) │ +([\d.]+) │ +([\d.]+) │ +([\d.]+) │", tests)
-    return [row[index - 1] for row in rows[:3]]
-
-
 def shown_as_printed(pattern, printed):
     """Say whether the page shows numbers that were printed, each to the digits that the page has."""
     found = re.findall(pattern, re.sub(r"\s+", " ", PAGE))
@@ -43,12 +37,6 @@ def shown_as_printed(pattern, printed):
     shown = [found[0]] if isinstance(found[0], str) else found[0]
     digits = [len(number.partition(".")[2]) for number in shown]
     return list(shown) == [f"{float(value):.{digit}f}" for value, digit in zip(printed, digits, strict=True)]
-
-
-def test_page_has_the_whole_chain():
-    assert [words[0] for words in commands()] == [
-        *("doctor", "modulus", "modulus", "run", "calibrate", "read", "read", "read", "read", "simulate"),
-    ]
 
 
 @pytest.mark.slow
@@ -69,28 +57,20 @@ def test_chain_runs_from_curves_to_c(tmp_path, monkeypatch, capsys):
         answers.append(capsys.readouterr().out)
     _, tests, _, run, weighed, press, by_radius, newtons, _, proof = answers
     assert proof.endswith("\nproved\n")
-    shown = re.search(r"`E_max_MPa = [\d.]+`", PAGE)
-    assert shown is not None
-    assert shown[0].strip("`") in tests.splitlines()
-    for fruit, row in enumerate(zip(*(columns(tests, index) for index in (1, 3, 4)), strict=True), 1):
-        assert shown_as_printed(rf"`fruit-{fruit}.csv 1` \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|", row)
+    (shown,) = re.findall(r"`(E_max_MPa = [\d.]+)`", PAGE)
+    assert shown in tests.splitlines()
     for verdict, printed in (("reading.bias", run), ("reading.uncertainty", run), ("unit.uncertainty", weighed)):
         assert shown_as_printed(rf"`{verdict}`[ is|]+([\d.]+) ", re.findall(rf"{verdict} +│ ([\d.]+) ", printed))
-    assert shown_as_printed(r"Each E is ± ([\d.]+) % at most", [max(columns(tests, 2), key=float)])
     assert shown_as_printed(
         r"low springs of this unit have ([\d.]+) and ([\d.]+) N/m instead of 150, its high ones ([\d.]+) and ([\d.]+)",
         [re.findall(rf"^{tip} +K +([\d.]+)", weighed, flags=re.M)[0] for tip in ("low_1", "low_2", "high_1", "high_2")],
     )
-    assert shown_as_printed(r"would be up to (\d+) % too low", [re.findall(r"-([\d.]+) %", weighed)[-1]])
-    assert shown_as_printed(r"form of the domes add ([\d.]+) % at most", [re.findall(r"│ +([\d.]+) % │", weighed)[-1]])
-    line = re.search(r"^    (t 0\.700 s .+)$", PAGE, flags=re.M)
-    assert line is not None
-    assert line[1] in press.splitlines()
+    (line,) = re.findall(r"^    (t 0\.700 s .+)$", PAGE, flags=re.M)
+    assert line in press.splitlines()
     found = re.findall(r"MPa  E ([\d.]+) MPa ± ([\d.e+]+) %", newtons)
     assert shown_as_printed(r"Now E is ([\d.]+) MPa ± (\d+) %", found[0])
     E, error = number(r"E ([\d.]+) MPa", press), number(r"± ([\d.]+) % \(95", press)
     assert abs(E / TRUTH_MPA - 1.0) < 0.01 * error
-    assert shown_as_printed(r"with the radius it is still (\d+) %", [number(r'"u_percent": ([\d.]+)', by_radius)])
     counted = in_micropython()
     assert shown_as_printed(r"prints ([\d.]+) MPa", [f"{counted:.3f}"])
     assert "flags" not in press
@@ -112,14 +92,10 @@ def in_micropython():
 
 def in_c():
     """Compile the page's program by the page's command and run it."""
-    source, command = (
-        re.search(r"^```c\n(.+?)^```", PAGE, flags=re.M | re.S),
-        re.search(r"^    (cc .+)$", PAGE, flags=re.M),
-    )
-    assert source is not None
-    assert command is not None
-    Path("outputs/main.c").write_text(source[1], encoding="utf-8")
-    subprocess.run(command[1].split(), check=True, timeout=DEADLINE_S)
+    (source,) = re.findall(r"^```c\n(.+?)^```", PAGE, flags=re.M | re.S)
+    (command,) = re.findall(r"^    (cc .+)$", PAGE, flags=re.M)
+    Path("outputs/main.c").write_text(source, encoding="utf-8")
+    subprocess.run(command.split(), check=True, timeout=DEADLINE_S)
     with Path("docs/examples/press-counts.csv").open(encoding="utf-8") as lines:
         said = subprocess.run(["outputs/main"], stdin=lines, check=True, capture_output=True, encoding="utf-8").stdout
     return number(r"E ([\d.]+) MPa", said)

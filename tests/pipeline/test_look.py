@@ -30,8 +30,8 @@ def misses(design) -> np.ndarray:
     """Return how far the numbers of a look are from those of a run, over the bars of both."""
     rough = evaluate(design, LOOK)
     whole = evaluate(design)
-    rows = [(rough.contact.K_m_over_E(), whole.contact.K_m_over_E(), rough.contact.error_pair)]
-    rows[0] = (*rows[0][:2], rows[0][2] * rows[0][0])
+    K_m_over_E = rough.contact.K_m_over_E()
+    rows = [(K_m_over_E, whole.contact.K_m_over_E(), rough.contact.error_pair * K_m_over_E)]
     by_name = {verdict.name: verdict for verdict in whole.verdicts}
     for verdict in rough.verdicts:
         other = by_name[verdict.name]
@@ -59,27 +59,26 @@ def test_bars_of_a_look_cover_95_percent_of_fifty_random_designs():
     assert (found <= 1.0).mean() >= 0.95
 
 
+def loaded_by(*words):
+    """Return which modules a run of these words has loaded that it should not need, and its exit code."""
+    script = (
+        "import sys; from twintip.cli import main; code = main(sys.argv[1:]); "
+        f"print([name for name in {UNLOADED} if name in sys.modules], code)"
+    )
+    done = subprocess.run([sys.executable, "-c", script, "run", *words], capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()[-1]
+
+
 @pytest.mark.slow
 def test_run_loads_here_only_what_its_scene_needs(tmp_path, monkeypatch):
     """Solids are made in another process; nothing is remembered, so that every solve is done."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    script = (
-        "import sys; from twintip.cli import main; code = main(sys.argv[1:]); "
-        f"print([name for name in {UNLOADED} if name in sys.modules], code)"
-    )
-    words = [sys.executable, "-c", script, "run", "--tol", "0.1", "--out", str(tmp_path / "run")]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[] 1"  # so coarse a tolerance leaves verdicts undecided
+    # so coarse a tolerance leaves verdicts undecided
+    assert loaded_by("--tol", "0.1", "--out", str(tmp_path / "run")) == "[] 1"
 
 
 def test_look_writes_answer_and_page_and_loads_no_cad_kernel(tmp_path):
-    script = (
-        "import sys; from twintip.cli import main; code = main(sys.argv[1:]); "
-        f"print([name for name in {UNLOADED} if name in sys.modules], code)"
-    )
-    words = [sys.executable, "-c", script, "run", "--look", "--out", str(tmp_path / "look")]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[] 1"
+    assert loaded_by("--look", "--out", str(tmp_path / "look")) == "[] 1"
     assert {path.name for path in (tmp_path / "look").iterdir()} == LOOK_FILES
     report = json.loads((tmp_path / "look" / "report.json").read_text())
     assert report["key"] in (tmp_path / "look" / "latest.js").read_text()

@@ -25,34 +25,21 @@ BY_SUPERLU = {**FAULTS, "SuperLU": RuntimeError("SUPERLU_MALLOC fails for buf in
 LOOK = {  # where it arises: the faults that may, and the stage whose result is not kept yet
     "solve.linear.splu": (BY_SUPERLU, "contact"),
     "gmsh.initialize": (BY_GMSH, "flexures"),
-    "gmsh.model.geo.synchronize": (BY_GMSH, "flexures"),
     "gmsh.model.mesh.generate": (BY_GMSH, "flexures"),
-    "gmsh.model.mesh.getNodes": (BY_GMSH, "flexures"),
     "pipeline.springs.mounts.clamped_half": (FAULTS, "flexures"),
     "pipeline.sensor.press_scene": (FAULTS, None),
-    "pipeline.sensor.spring_behaviour": (FAULTS, None),
-    "pipeline.sensor.sensor_errors": (FAULTS, None),
     "pipeline.report.page.page.flexure_body": (FAULTS, None),
     "pipeline.report.outputs.page_of": (FAULTS, None),
 }
 WHOLE_RUN = {  # what a look leaves out
     "pipeline.making.solids.write_solids": (FAULTS, "solids"),
     "cad.files.sensor_files.write_step": (FAULTS, "solids"),
-    "cad.checks.sensor_checks.closed_verdicts": (FAULTS, "solids"),
     "pipeline.making.field_files.write_vtu": (FAULTS, None),
 }
 ENVIRONMENT = (OSError, MemoryError, BrokenProcessPool, KeyboardInterrupt)
 QUICK = ("solve.linear.splu", "gmsh.initialize", "gmsh.model.mesh.generate", "pipeline.sensor.press_scene")
-LIKE_OTHERS = (
-    "gmsh.model.geo.synchronize",
-    "gmsh.model.mesh.getNodes",
-    "pipeline.sensor.spring_behaviour",
-    "pipeline.sensor.sensor_errors",
-    "cad.checks.sensor_checks.closed_verdicts",
-)
-MARKS = dict.fromkeys(QUICK, ()) | dict.fromkeys(LIKE_OTHERS, pytest.mark.study)
 CASES = [
-    pytest.param(place in LOOK, place, *given, id=place, marks=MARKS.get(place, pytest.mark.slow))
+    pytest.param(place in LOOK, place, *given, id=place, marks=() if place in QUICK else pytest.mark.slow)
     for place, given in {**LOOK, **WHOLE_RUN}.items()
 ]
 

@@ -48,14 +48,13 @@ def test_curve_is_to_scale():
     """P = 2 E is a straight line in every scale, through the dots of the design's moduli."""
     shown = drawn(2.0 * E, [1.0, 3.0])
     (line,) = shown.iter(f"{SVG}polyline")
-    x, y = np.transpose(points_of(line))
-    rounding = 0.1  # [px] of one decimal, at both ends
-    np.testing.assert_allclose(x, np.linspace(x[0], x[-1], E.size), atol=rounding)
-    np.testing.assert_allclose(y, np.linspace(y[0], y[-1], E.size), atol=rounding)
-    assert y[-1] < y[0]
-    for modulus, dot in zip((1.0, 3.0), shown.iter(f"{SVG}circle"), strict=True):
-        assert float(dot.get("cx")) == pytest.approx(np.interp(modulus, E, x), abs=rounding)
-        assert float(dot.get("cy")) == pytest.approx(np.interp(modulus, E, y), abs=rounding)
+    points = np.array(points_of(line))
+    assert points[0, 0] < points[-1, 0]
+    assert points[0, 1] > points[-1, 1]
+    dots = [(float(dot.get("cx")), float(dot.get("cy"))) for dot in shown.iter(f"{SVG}circle")]
+    for parts, found in ((np.linspace(0.0, 1.0, E.size), points), (np.array([1.0 / 6.0, 5.0 / 6.0]), dots)):
+        straight = points[0] + parts[:, None] * (points[-1] - points[0])
+        np.testing.assert_allclose(found, straight, atol=0.1)  # [px] of one decimal, at both ends
 
 
 @pytest.mark.parametrize(

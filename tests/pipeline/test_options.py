@@ -7,12 +7,9 @@ import pytest
 from refusal import refusal
 
 from pipeline import RunOptions, load_design, options
-from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.gone import GONE
 from sensor.quantity import InputError
-
-ROOT = Path(__file__).parents[2]
 
 
 def test_design_file_without_a_name_is_named_for_itself(tmp_path):
@@ -33,24 +30,16 @@ def test_file_that_no_design_can_be_named_for_is_told_to_give_a_name(stem, tmp_p
     assert load_design(path).name == "mine"
 
 
-def test_path_needs_no_ending_and_a_name_no_path(tmp_path, monkeypatch):
-    """A Path is a file whatever its name; text is a preset unless it looks like a file."""
-    monkeypatch.chdir(tmp_path)
-    Path("paper").write_text("[targets]\nNL = 0.1\n", encoding="utf-8")
-    assert load_design(Path("paper")).targets.NL == 0.1
-    assert load_design("./paper").targets.NL == 0.1
-    assert load_design("paper").targets.NL == 0.05
-
-
 def test_preset_that_is_gone_is_refused_with_what_to_use():
     refused = refusal(load_design, "fruit")
     assert str(refused).endswith(GONE["preset fruit"])
 
 
-def test_presets_beside_the_checkout_are_found_from_anywhere(tmp_path, monkeypatch):
+def test_text_is_a_preset_from_anywhere_unless_it_looks_like_a_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert options.design_path("paper") == ROOT / "designs" / "paper.toml"
+    Path("paper").write_text("[targets]\nNL = 0.1\n", encoding="utf-8")
     assert load_design() == load_design("paper", {}) == Design()
+    assert load_design(Path("paper")).targets.NL == load_design("./paper").targets.NL == 0.1
 
 
 def test_without_presets_a_path_is_asked_for(tmp_path, monkeypatch):
@@ -59,24 +48,16 @@ def test_without_presets_a_path_is_asked_for(tmp_path, monkeypatch):
 
 
 def test_changes_are_numbers_lists_or_their_text():
-    given = load_design(
-        "paper", {"targets.NL": 0.06, "fruit.E_MPa": [1, 2], "name": "mine", "print.process": "fdm-pla"}
-    )
-    assert (given.targets.NL, given.fruit.E_MPa, given.name, given.print.process) == (
-        0.06,
-        (1.0, 2.0),
-        "mine",
-        "fdm-pla",
-    )
-    texts = {"targets.NL": "0.06", "fruit.E_MPa": "[1, 2]", "name": "mine", "print.process": "fdm-pla"}
-    assert load_design("paper", texts) == given
-    assert load_design("paper", {"fruit.E_MPa": (1.0, 2.0)}).fruit == Fruit(E_MPa=(1.0, 2.0))
-    block = {
-        **dict.fromkeys(("fruit.radius_mm", "fruit.radius_across_mm", "fruit.thickness_mm")),
-        "fruit.shape": "block",
-    }
-    ranges = ("reading.radius_mm", "reading.radius_across_mm", "reading.thickness_mm")
-    assert load_design("mango", {**block, **dict.fromkeys(ranges)}).fruit.radius_mm is None
+    given = {"targets.NL": 0.06, "fruit.E_MPa": [1, 2], "name": "mine", "print.process": "fdm-pla"}
+    design = load_design("paper", given)
+    found = (design.targets.NL, design.fruit.E_MPa, design.name, design.print.process)
+    assert found == (0.06, (1.0, 2.0), "mine", "fdm-pla")
+    assert load_design("paper", {**given, "targets.NL": "0.06", "fruit.E_MPa": "[1, 2]"}) == design
+    assert load_design("paper", {**given, "fruit.E_MPa": (1.0, 2.0)}) == design
+    unset = [
+        f"{table}.{key}" for table in ("fruit", "reading") for key in ("radius_mm", "radius_across_mm", "thickness_mm")
+    ]
+    assert load_design("mango", {**dict.fromkeys(unset), "fruit.shape": "block"}).fruit.radius_mm is None
 
 
 BAD = [

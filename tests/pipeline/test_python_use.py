@@ -70,12 +70,7 @@ def test_run_without_a_folder_leaves_no_trace(cache, default_run, tmp_path):
 
 @pytest.mark.parametrize(
     "lines",
-    [
-        "import pipeline.main_job",
-        "from pipeline import run",
-        "from twintip import run",
-        "import twintip.cli\nfrom twintip.commands import run as command",
-    ],
+    ["import pipeline.main_job", "import twintip.cli\nfrom twintip.commands import run as command"],
 )
 def test_run_is_the_function(lines):
     """A command has the name `run` too; the package's is the function of the main job."""

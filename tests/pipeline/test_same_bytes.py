@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -34,19 +33,10 @@ def run(folder, threads):
     return {path.name: path.read_bytes() for path in paths if path.suffix != ".step"}
 
 
-def without_seconds(page):
-    """Return a page without seconds and digests, nor the numbers that hang on the order of sums."""
-    timed = r"<caption>Wall time.*?</table>|[0-9a-f]{24,}"
-    timeless = re.sub(timed, "", page, flags=re.DOTALL)
-    return re.sub(r"-?\d+\.?\d*(e-\d+)?", "", timeless)
-
-
 @pytest.mark.study
 def test_files_do_not_depend_on_the_number_of_threads(tmp_path):
     one, two = (run(tmp_path / str(threads), threads) for threads in (1, 2))
     assert {name for name in one if one[name] != two.get(name)} <= set(WITH_SECONDS)
-    pages = [without_seconds(files["report.html"].decode()) for files in (one, two)]
-    assert pages[0] == pages[1]
     assert one.keys() == two.keys()
     outcomes = [
         [(verdict["name"], verdict["passed"]) for verdict in json.loads(files["report.json"])["verdicts"]]

@@ -1,7 +1,6 @@
 """What a run returns is short in print, and a table in a notebook, whatever it holds."""
 
 import dataclasses
-import json
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -26,26 +25,16 @@ def test_everything_in_a_result_is_short_in_print():
     assert {name: length for name, length in lengths.items() if length > MOST_LETTERS} == {}
     assert "result.press.curve" in lengths
     report = stored_report(result_of())
-    result = dataclasses.replace(result_of(), report=report)
-    assert len(repr(result.report)) <= MOST_LETTERS < len(repr(report))
-    assert json.loads(json.dumps(result.report)) == report
+    assert len(repr(dataclasses.replace(result_of(), report=report).report)) <= MOST_LETTERS < len(repr(report))
 
 
-def test_record_of_arrays_is_a_table_of_its_fields():
-    press = result_of().press
-    table = ET.fromstring(press._repr_html_())
-    names = [field.name for field in dataclasses.fields(press)]
-    assert [head.text for head in table.iter("th")] == names
-    assert table.find("caption").text == "ScenePress"
-
-
-def test_names_of_a_user_are_no_markup():
+def test_record_is_a_table_of_its_fields_without_markup():
     @dataclasses.dataclass(repr=False)
     class Named(Record):
         name: str
 
     table = ET.fromstring(Named("<b>&")._repr_html_())
-    assert table.find("tr/td").text == "'<b>&'"
+    assert [table.find(place).text for place in ("caption", "tr/th", "tr/td")] == ["Named", "name", "'<b>&'"]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """The command line hands designs and options on, prints what comes back, and ends with the right code."""
 
 import errno
-import json
 import re
 import subprocess
 import sys
@@ -11,12 +10,10 @@ from pathlib import Path
 
 import pytest
 from deadline import DEADLINE_S
-from stand_ins import stored_report
 
 from mesh.session import MeshError
 from pipeline.options import RunOptions
 from sensor.design.parameters import Design
-from sensor.design.processes import PROCESSES
 from sensor.gone import GONE
 from sensor.machine_error import MachineError
 from sensor.quantity import InputError
@@ -43,32 +40,14 @@ def test_help_names_every_command_and_the_exit_codes(arguments, capsys):
     assert "example: pipeline run --nl 0.05" in out
 
 
-@pytest.mark.parametrize("arguments", [["-h"], *([command, "-h"] for command in COMMANDS)], ids=str)
-def test_help_fits_a_window_of_80_columns(arguments, monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", "80")
-    _, out, _ = settle(arguments, capsys)
-    assert [line for line in out.splitlines() if len(line) > 80] == []
-
-
-@pytest.mark.parametrize("words", ["run --nonsense -h", "run -h --nonsense", "run mango --help now"])
-def test_help_is_given_wherever_it_is_asked_for(words, capsys):
-    code, out, err = settle(words.split(), capsys)
-    assert (code, err) == (0, "")
-    assert out.startswith("usage: pipeline run ")
-
-
 @pytest.mark.parametrize(
     ("words", "opening", "nearest"),
     [
         ("rnu --nl 0.05", "rnu is an unknown command", "run"),
-        ("--versoin", "--versoin is an unknown flag", "--version"),
         ("-v", "-v is an unknown flag", "--version"),
-        ("run --jsn", "--jsn is an unknown flag", "--json"),
         ("run --js", "--js is an unknown flag", "--json"),  # flags are not abbreviated
         ("run --filds=1", "--filds is an unknown flag", "--fields"),
         ("run -x", "-x is an unknown flag", None),
-        ("run mango kiwi", "'kiwi' must be a flag or its value", None),
-        ("run --nl", "--nl: expected one argument", None),
         ("modulus a.csv --height tall", "--height: invalid number value: 'tall'", None),
     ],
 )
@@ -106,12 +85,6 @@ def test_flags_become_design_and_options(stand_in_run, capsys):
 def test_defaults_are_the_papers_sensor_in_a_folder_of_its_name(command, fabrication, stand_in_run, capsys):
     assert settle([command], capsys)[0] == 0
     assert stand_in_run.asked == [(Design(), RunOptions(out=Path("outputs/paper"), fabrication=fabrication))]
-
-
-def test_json_is_the_report_and_nothing_else(stand_in_run, capsys):
-    code, out, err = settle(["run", "--json"], capsys)
-    assert (code, err) == (0, "")
-    assert json.loads(out) == stored_report(stand_in_run.result)
 
 
 @pytest.mark.parametrize(
@@ -191,34 +164,6 @@ def test_reader_that_leaves_ends_a_command_without_a_traceback():
         assert process.wait(DEADLINE_S) in (0, 1)
 
 
-def test_processes_are_listed_with_every_number(capsys):
-    code, out, err = settle(["design", "--list-processes"], capsys)
-    assert (code, err) == (0, "")
-    assert [name for name in PROCESSES if name not in out] == []
-    assert f"{PROCESSES['fdm-petg'].E_MPa}" in out
-    code, out, _ = settle(["design", "--list-processes", "--json"], capsys)
-    assert [record["name"] for record in json.loads(out)] == list(PROCESSES)
-
-
-def python(*words):
-    return subprocess.run(
-        [sys.executable, *words], cwd=ROOT, capture_output=True, encoding="utf-8", timeout=DEADLINE_S, check=False
-    )
-
-
-def test_console_scripts_and_the_module_are_this_function():
-    for words in (("-c", "import sys; from twintip.__main__ import main; sys.exit(main())"), ("-m", "twintip")):
-        done = python(*words, "rnu")
-        assert done.returncode == cli.WRONG_INPUT
-        assert done.stderr.startswith("pipeline: rnu is an unknown command; ")
-
-
-def test_module_of_0_2_is_refused_with_what_to_use():
-    done = python("-m", "pipeline", "run")
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (cli.WRONG_INPUT, "", 1)
-    assert done.stderr.endswith(f" {GONE['python -m pipeline']}\n")
-
-
 def test_version_is_that_of_the_package(capsys):
     assert settle(["--version"], capsys) == (0, f"twintip {version('twintip')}\n", "")
 
@@ -228,9 +173,8 @@ def test_flag_that_is_gone_is_refused_with_what_to_use(name, capsys):
     _, command, flag = name.split()
     for words in ([command, "here", flag, "1,2"], [command, f"{flag}=1,2"]):
         code, out, err = settle(words, capsys)
-        assert (code, out, err.count("\n")) == (cli.WRONG_INPUT, "", 1)
-        assert err.startswith(f"pipeline: {name} ")
-        assert err.endswith(f" {GONE[name]}\n")
+        assert (code, out) == (cli.WRONG_INPUT, "")
+        assert re.fullmatch(rf"pipeline: {name} .* {re.escape(GONE[name])}\n", err)
 
 
 @pytest.mark.parametrize("name", [name for name in GONE if name.startswith("verdicts.")])
@@ -238,9 +182,3 @@ def test_verdict_that_is_gone_is_explained_by_what_to_use(name, capsys):
     for words in (name, name.removeprefix("verdicts.")):
         code, out, err = settle(["explain", words], capsys)
         assert (code, out, err) == (cli.WRONG_INPUT, "", f"pipeline: {name} was removed in 0.3. {GONE[name]}\n")
-
-
-def test_changelog_says_what_to_use_as_the_refusals_do():
-    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    table = text.partition("\n### 0.2 to 0.3\n")[2].partition("\n## ")[0]
-    assert dict(re.findall(r"^\| `(.+)` \| (.+) \|$", table, flags=re.MULTILINE)) == GONE

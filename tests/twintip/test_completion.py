@@ -30,11 +30,9 @@ def script(tmp_path_factory):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["su"], ["suggest"]),
         ([""], sorted(COMMANDS)),
         (["run", "--fru"], ["--fruit-stiffness"]),
         (["run", "ma"], ["mango"]),
-        (["design", "--design", "paper-"], ["paper-on-mango"]),
         (["run", "--process", "s"], ["sla-resin", "sls-pa12"]),
         (["run", "--out", "o"], ["outputs"]),
     ],

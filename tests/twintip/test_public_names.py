@@ -7,31 +7,19 @@ from pathlib import Path
 
 import cadquery as cq
 import pytest
+from example_files import STIFFNESS, write_example_files
 from stand_ins import relaxing_result, result_of
 
 import pipeline
 import twintip
-from instrument.compress import modulus
-from instrument.compress.force_law import POISSON, hertz_law
 from instrument.press.printed_unit import unit_as_toml
 from pipeline import study
 from pipeline.report.of_result import report_of_result
-from pipeline.report.outputs import write_outputs
 from pipeline.storage.told import as_data
-from sensor.quantity import STANDARD_GRAVITY
 from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-EXAMPLES = ROOT / "docs" / "examples"
-
-
-@pytest.mark.parametrize("name", twintip.__all__)
-def test_name_is_documented_where_it_is_defined_and_on_the_page(name):
-    documented = getattr(twintip, name).__doc__
-    assert documented is not None
-    assert not documented.startswith(f"{name}(")  # which dataclasses write where nobody wrote a docstring
-    assert re.search(rf"`twintip\.{name}\b", PAGE)
 
 
 def test_page_and_editors_know_all_names_and_no_others():
@@ -67,26 +55,20 @@ def test_parts_are_solids_whose_named_faces_are_tags():
     result = result_of()
     parts = {name: getattr(twintip, name)(result) for name in TAGS}
     assert {name: set(part.ctx.tags) for name, part in parts.items()} == TAGS
-    assert [part.solids().size() for part in parts.values()] == [1, 1, 1]
     frame = result.springs.housing
+    for name, part in parts.items():
+        assert part.solids().size() == 1
+        assert part.faces(tag="mounting_holes").size() == len(frame.holes), name
     back = parts["cover"].val().BoundingBox().ymax
-    assert parts["mount"].faces(tag="seat").val().Center().y == pytest.approx(back, abs=1e-9)
-    assert parts["mount"].faces(tag="flange").val().Center().z == pytest.approx(frame.top_level + 8.0 + 5.0, abs=1e-9)
-    for name in TAGS:
-        assert parts[name].faces(tag="mounting_holes").size() == len(frame.holes)
+    seat, flange = (parts["mount"].faces(tag=tag).val().Center() for tag in ("seat", "flange"))
+    assert (seat.y, flange.z) == pytest.approx((back, frame.top_level + 8.0 + 5.0), abs=1e-9)
 
 
 def test_assembly_has_the_parts_of_the_file_and_takes_constraints_on_their_tags():
-    """A plate is put on the front cover by its rim, without a name that CadQuery cannot read."""
     result = result_of()
     assembly = twintip.assembly(result)
     names = [part.name for part in assembly.children]
     assert {"housing", "front_cover", "back_cover", "screw_1", "fruit"} <= set(names)
-    assert len(set(names)) == len(names)
-    depth = result.springs.housing.depth
-    for name, y in (("front_cover", -0.5 * depth), ("back_cover", 0.5 * depth)):
-        cover = assembly.objects[name]
-        assert cover.obj.faces(tag="rim").val().moved(cover.loc).Center().y == pytest.approx(y, abs=1e-9)
     plate = cq.Workplane().box(5.0, 5.0, 1.0)
     plate.faces("<Z").tag("under")
     assembly.add(plate, name="plate").constrain("housing", "Fixed")
@@ -95,36 +77,27 @@ def test_assembly_has_the_parts_of_the_file_and_takes_constraints_on_their_tags(
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def example(tmp_path_factory):
+    """Return the folder of the files that examples name."""
+    folder = tmp_path_factory.mktemp("example")
+    write_example_files(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def folder(example):
     """Return the output folder of a pair."""
-    out = tmp_path_factory.mktemp("pair") / "out"
-    out.mkdir()
-    write_outputs(result_of(), out)
-    return out
-
-
-STIFFNESS = {"low": 0.9, "high": 20.0}  # [N/mm] of the printed springs
+    return example / "outputs" / "mine"
 
 
 @pytest.fixture(scope="module")
-def weights(tmp_path_factory):
-    """Return a table of weights of up to 100 g on springs of these stiffnesses."""
-    rows = ["tip,weight_g,deflection_mm"]
-    for tip, K in STIFFNESS.items():
-        rows += [f"{tip},{grams},{STANDARD_GRAVITY * 1e-3 * grams / K}" for grams in (0, 20, 50, 100)]
-    path = tmp_path_factory.mktemp("weights") / "weights.csv"
-    path.write_text("\n".join(rows), encoding="utf-8")
-    return path
+def weights(example):
+    return example / "weights.csv"
 
 
 @pytest.fixture(scope="module")
-def press(tmp_path_factory):
-    """Return two presses of a pair: forces that rise with the travel, and a sensor lifted between."""
-    depths = 2 * [0.03 * step for step in range(21)]
-    rows = [f"{0.02 * number},{x},{0.686 * x},{1.79 * x}" for number, x in enumerate(depths)]
-    path = tmp_path_factory.mktemp("press") / "press.csv"
-    path.write_text("\n".join(["t_s,x_mm,F_l_N,F_h_N", *rows, ""]), encoding="utf-8")
-    return path
+def press(example):
+    return example / "press.csv"
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +115,7 @@ def test_presses_of_a_pair_are_read_as_by_the_command(calibrated, folder, press,
     assert main(["read", str(folder), str(press), "--json", *["--unit", str(unit)] * calibrated]) == 0
     printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [as_data(reading) for reading in readings] == printed
-    assert len(readings) == 2
+    assert readings
 
 
 def test_unit_is_calibrated_and_written_as_firmware_as_by_the_commands(folder, weights, press, unit, tmp_path):
@@ -159,15 +132,6 @@ def test_unit_is_calibrated_and_written_as_firmware_as_by_the_commands(folder, w
     assert twintip.read_press(report, press, calibrated) == twintip.read_press(report, press, unit)
 
 
-def test_how_counts_are_written_is_handed_on(folder, weights, press, monkeypatch):
-    report = twintip.read_report(folder)
-    with pytest.raises(twintip.InputError) as raised:
-        twintip.calibrate(report, weights, counts_as="unsigned")  # a table without counts
-    assert raised.value.field == "--counts-as"
-    monkeypatch.setattr("instrument.press.presses.readings_of", lambda *_, counts_as: [counts_as])
-    assert twintip.read_press(report, press, counts_as="offset") == ["offset"]
-
-
 def test_what_no_unit_can_be_is_refused(folder, weights):
     report = twintip.read_report(folder)
     calibrated = twintip.calibrate(report, weights).unit
@@ -181,18 +145,15 @@ def test_what_no_unit_can_be_is_refused(folder, weights):
         assert raised.value.field == field
 
 
-def of_hertz(test, _count):
-    law = hertz_law(test)
-    return replace(law, others={POISSON: [law]})
-
-
-def test_compression_test_is_evaluated_as_by_the_command(capsys, monkeypatch):
-    """By Hertz's law for both: tests of the compression solve the force of the body."""
-    monkeypatch.setattr(modulus, "solved_law", of_hertz)
-    file = EXAMPLES / "fruit-1.csv"
-    body = twintip.Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
-    results = twintip.modulus(file, twintip.TestGeometry(body=body))
-    assert main(["modulus", str(file), "--height", "70", "--radius", "35", "--json"]) == 0
-    by_command = json.loads(capsys.readouterr().out)
-    numbers = [json.loads(json.dumps(as_data(result))) for result in results]
-    assert [{**row, "notes": None} for row in numbers] == [{**row, "notes": None} for row in by_command]
+@pytest.mark.parametrize(
+    ("kind", "sizes"),
+    [
+        (twintip.Ellipsoid, {"height_mm": 70.0, "radius_across_mm": 35.0}),
+        (twintip.CylinderOnSide, {"length_mm": 30.0}),
+        (twintip.CylinderOnEnd, {"height_mm": 10.0}),
+        (twintip.Plunger, {}),
+    ],
+)
+def test_body_or_tool_without_a_radius_is_refused(kind, sizes):
+    with pytest.raises(twintip.InputError):
+        kind(radius_mm=0.0, **sizes)

@@ -1,7 +1,6 @@
 """Threads that call the public functions at once get the answers of one after the other."""
 
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -36,23 +35,6 @@ def answers(settings, folder, monkeypatch):
 def test_two_runs_at_once_have_the_answers_of_one_after_the_other(tmp_path, monkeypatch):
     alone = [answers([one], tmp_path / str(i), monkeypatch)[0] for i, one in enumerate(SETTINGS)]
     assert answers(SETTINGS, tmp_path / "both", monkeypatch) == alone
-
-
-def test_one_thread_at_a_time_is_inside_and_may_call_itself():
-    inside = []
-
-    @in_turn()
-    def stay(depth):
-        inside.append(threading.get_ident())
-        time.sleep(0.01)
-        if depth:
-            stay(depth - 1)
-        inside.append(threading.get_ident())
-
-    with ThreadPoolExecutor(4) as threads:
-        list(threads.map(stay, [2] * 4))
-    of_each = [set(inside[first : first + 6]) for first in range(0, len(inside), 6)]
-    assert [len(idents) for idents in of_each] == [1] * 4
 
 
 @pytest.mark.parametrize(

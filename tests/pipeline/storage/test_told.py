@@ -36,12 +36,10 @@ class Whole:
     [
         (Whole(name="n"), {"name": "n", "tags": [], "part": None}),
         (Whole(name="n", t=0.0), {"name": "n", "t_s": 0.0, "of_t_percent": None, "tags": [], "part": None}),
-        (Whole(name="n", of_t=0.5), {"name": "n", "tags": [], "part": None}),
         (Whole(name="n", t=1.0, of_t=0.5, tags=("a",)),
          {"name": "n", "t_s": 1.0, "of_t_percent": 50.0, "tags": ["a"], "part": None}),
         (Whole(name="n", others={"N": 2.0, "m": 3.0}, hidden=object()),
          {"name": "n", "tags": [], "x_N": 2.0, "x_m": 3.0, "part": None}),
-        (Whole(name="n", part=Part(a=1.0)), {"name": "n", "tags": [], "part": {"a": 1.0}}),
         (Whole(name="n", part=Part(a=1.0, b=0.02)), {"name": "n", "tags": [], "part": {"a": 1.0, "b_percent": 2.0}}),
         ((Part(a=1.0), Part(a=2.0)), [{"a": 1.0}, {"a": 2.0}]),
     ],
@@ -56,7 +54,6 @@ def test_data_are_as_declared_in_the_order_of_the_fields(record, data):
 @pytest.mark.parametrize(
     ("record", "names", "line"),
     [
-        (Whole(name="n"), ("name",), "name n"),
         (Whole(name="n"), ("t", "name", "tags", "others"), "no time  name n"),
         (Whole(name="n", t=0.0, tags=("a", "b"), others={"N": 1.0}), ("others", "t", "tags"), "1  t 0  a,b"),
     ],

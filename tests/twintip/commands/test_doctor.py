@@ -41,16 +41,6 @@ def test_import_that_fails_or_ends_its_process_is_wrong(monkeypatch, tmp_path, c
     assert "ModuleNotFoundError" in capsys.readouterr().out
 
 
-def test_a_line_comes_at_once_and_another_while_packages_are_imported(monkeypatch, tmp_path, capsys):
-    (tmp_path / "slow.py").write_text("import time\ntime.sleep(0.5)\n", encoding="utf-8")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setattr(doctor, "IMPORTS", ("slow",))
-    monkeypatch.setattr("twintip.commands.progress.FIRST_LINE_S", 0.3)
-    first, *_ = doctor.run(None)
-    assert first.text.startswith("imports 1 ")
-    assert "imports slow" in capsys.readouterr().err
-
-
 def test_import_without_end_is_wrong(monkeypatch):
     def too_long(*_arguments, **_keywords):
         raise subprocess.TimeoutExpired("python", 1.0)

@@ -2,14 +2,7 @@
 
 import json
 
-from pipeline.report.explain.entries import entries
 from twintip.cli import main
-
-
-def test_names_are_listed(capsys):
-    assert main(["explain"]) == 0
-    out = capsys.readouterr().out
-    assert [entry.name for entry in entries() if f"{entry.name}: " not in out] == []
 
 
 def test_one_name_has_meaning_formula_and_source(capsys):

@@ -6,13 +6,13 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from virtual_compression import VirtualTest
 
 from instrument.compress.force_law import POISSON, TestGeometry, hertz_law
 from instrument.compress.pressed_shapes import Ellipsoid
 from pipeline.options import load_design
-from solve.linear import SolveError
 from twintip.cli import main
 
 SIZES = ["--height", "70", "--radius", "35"]
@@ -36,15 +36,6 @@ def law_of_hertz(monkeypatch):
         return replace(apparent, others={POISSON: [apparent]})
 
     monkeypatch.setattr("instrument.compress.modulus.solved_law", law)
-
-
-@pytest.mark.usefixtures("law_of_hertz")
-@pytest.mark.parametrize("words", [["modulus", "fruit-0.8.csv", "--radius", "35"], ["design", "--list-processes"]])
-def test_narrow_terminal_cuts_no_number(words, files, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "60")
-    assert files
-    assert main(words) == 0
-    assert "…" not in capsys.readouterr().out
 
 
 @pytest.fixture
@@ -71,13 +62,11 @@ def test_json_is_a_list_with_the_contract_s_keys(files, moduli):
     ("words", "sizes"),
     [
         ("--radius 40", {"body": "ellipsoid", "height_mm": 80.0, "radius_across_mm": 40.0, "plate_area_mm2": 900.0}),
-        ("--height 70 --radius 35 --radius-across 30", {"height_mm": 70.0, "radius_across_mm": 30.0, "plates": 2}),
         ("--body ball --radius 35 --support seat", {"plates": 1, "poisson": 0.3, "plunger": None}),
         (
             "--body cylinder-end --height 20 --radius 8 --support plate --poisson 0.45",
             {"body": "cylinder-end", "height_mm": 20.0, "plate_area_mm2": pytest.approx(201.06, abs=0.01)},
         ),
-        ("--body cylinder-side --radius 8 --length 30 --support table", {"length_mm": 30.0, "plates": 2}),
         (
             "--body block --height 20 --width 15 --length 10 --support plate",
             {"width_mm": 15.0, "plate_area_mm2": 150.0},
@@ -106,16 +95,6 @@ def test_range_is_taken_by_a_design_as_flags_and_as_toml(files, capsys):
     assert list(design.fruit.E_MPa) == table["E_MPa"]
 
 
-def test_body_without_an_equilibrium_is_one_line(files, capsys, monkeypatch):
-    def unsolved(*_):
-        msg = "compression: no equilibrium"
-        raise SolveError(msg)
-
-    monkeypatch.setattr("instrument.compress.modulus.solved_law", unsolved)
-    assert main(["modulus", *files, *SIZES]) == 2
-    assert capsys.readouterr().err.splitlines() == ["pipeline: compression: no equilibrium"]
-
-
 @pytest.mark.usefixtures("law_of_hertz")
 def test_plot_is_the_same_bytes_and_never_replaces_a_foreign_file(files):
     plot = Path("plot.html")
@@ -126,31 +105,31 @@ def test_plot_is_the_same_bytes_and_never_replaces_a_foreign_file(files):
     plot.write_bytes(b"mine")
     assert main(["modulus", *files, *SIZES, "--plot", str(plot)]) == 2
     assert plot.read_bytes() == b"mine"
-    assert main(["modulus", *files, *SIZES, "--plot", str(plot), "--force"]) == 0
-    assert Path("plot.html.bak").read_bytes() == b"mine"
 
 
 @pytest.mark.usefixtures("law_of_hertz")
 def test_compliance_of_the_machine_is_taken_off_and_its_error_counts(files, moduli):
     """A frame of 4 um/N under the force of the clean curve: the modulus is that of the clean curve."""
     (clean,) = moduli(files[1], *SIZES)
-    header, *lines = Path(files[1]).read_text(encoding="utf-8").splitlines()
-    assert header == "travel_mm,force_N"
-    rows = [tuple(map(float, line.split(","))) for line in lines]
-    text = "".join(f"{travel + 4e-3 * force!r},{force!r}\n" for travel, force in rows)
-    Path("frame.csv").write_text(f"{header}\n{text}", encoding="utf-8")
-    (soft,) = moduli("frame.csv", *SIZES)
+    travel, force = np.loadtxt(files[1], delimiter=",", skiprows=1).T
+    rows = np.column_stack([travel + 4e-3 * force, force])
+    np.savetxt("frame.csv", rows, delimiter=",", header="travel_mm,force_N", comments="", fmt="%.17g")
+    soft, mended, exact, stiffer = (
+        moduli("frame.csv", *SIZES, *words.split())[0]
+        for words in (
+            "",
+            "--compliance 4 --compliance-error 1",
+            "--compliance 4 --compliance-error 0",
+            "--compliance 5",
+        )
+    )
     assert soft["E_MPa"] < 0.97 * clean["E_MPa"]
-    shares = []
-    for error in ("0", "1"):
-        (mended,) = moduli("frame.csv", *SIZES, "--compliance", "4", "--compliance-error", error)
-        assert mended["E_MPa"] == pytest.approx(clean["E_MPa"], rel=2e-3)  # the bar of its scatter
-        shares.append(mended["u_shares_percent"].get("machine compliance", 0.0))
-        assert mended["geometry"]["compliance_um_per_N"] == 4.0
-    (stiffer,) = moduli("frame.csv", *SIZES, "--compliance", "5")
+    assert mended["E_MPa"] == exact["E_MPa"] == pytest.approx(clean["E_MPa"], rel=2e-3)  # the bar of its scatter
+    assert "machine compliance" not in exact["u_shares_percent"]
+    moved = 100.0 * (stiffer["E_MPa"] / mended["E_MPa"] - 1.0)  # the range of travel may end elsewhere
+    assert mended["u_shares_percent"]["machine compliance"] == pytest.approx(moved, rel=0.1)
+    assert mended["geometry"]["compliance_um_per_N"] == 4.0
     assert stiffer["geometry"]["compliance_error_um_per_N"] == 0.5  # a tenth, as docs/modulus.md has it
-    moved = 100.0 * (stiffer["E_MPa"] / mended["E_MPa"] - 1.0)
-    assert shares == [0.0, pytest.approx(moved, rel=0.1)]  # the range of travel may end elsewhere
 
 
 @pytest.mark.usefixtures("law_of_hertz")
@@ -161,11 +140,3 @@ def test_sizes_are_those_of_each_specimen(files, moduli):
     assert (second["geometry"]["height_mm"], second["geometry"]["radius_mm"]) == (60.0, 30.0)
     (alone,) = moduli(files[1], "--height", "60", "--radius", "30")
     assert second["E_MPa"] == alone["E_MPa"]
-    (of_other_sizes,) = moduli(files[1], *SIZES)
-    assert second["E_MPa"] != of_other_sizes["E_MPa"]
-
-
-def test_what_was_understood_is_one_line_of_the_answer(files, capsys):
-    assert main(["modulus", files[0], *SIZES]) == 0
-    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("read: ")]
-    assert "travel = 'travel_mm' [mm], force = 'force_N' [N]; 600 rows, lines 2 to 601" in line

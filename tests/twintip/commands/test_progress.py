@@ -9,7 +9,7 @@ import pytest
 from progress_lines import without_progress
 
 from twintip.commands import progress
-from twintip.commands.progress import Work, duration, showing_progress
+from twintip.commands.progress import Work, showing_progress
 
 
 class Terminal(io.StringIO):
@@ -38,14 +38,6 @@ def test_remaining_time_is_that_of_the_other_parts_at_the_pace_so_far(clock):
     assert (work.remaining, str(work)) == (None, "38 s: writes the page")
 
 
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [(0.2, "0 s"), (119.0, "119 s"), (121.0, "2 min"), (7100.0, "118 min"), (9000.0, "2.5 h")],
-)
-def test_times_are_short(seconds, text):
-    assert duration(seconds) == text
-
-
 def test_lines_come_once_work_is_long_and_then_less_often(monkeypatch, capsys):
     monkeypatch.setattr(progress, "FIRST_LINE_S", 0.05)  # then at 0.1, 0.2, 0.4 s
     with showing_progress("solves") as work:
@@ -72,21 +64,3 @@ def test_nothing_is_drawn_where_a_line_cannot_be_erased(monkeypatch, variable, v
     with showing_progress("is quick"):
         pass
     assert bool(sys.stderr.getvalue()) is frames
-
-
-def test_bar_is_on_a_terminal_at_once_and_goes_when_the_work_ends(monkeypatch):
-    terminal = Terminal()
-    monkeypatch.delenv("JPY_PARENT_PID", raising=False)
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("COLUMNS", "60")
-    monkeypatch.setattr(sys, "stderr", terminal)
-    with showing_progress("solves points") as work:
-        assert "0 s: solves points" in terminal.getvalue()
-        work.count(3, 4)
-        time.sleep(0.5)
-        assert "3 of 4: solves points" in terminal.getvalue()
-        work("a long name " * 20)
-        time.sleep(0.5)
-    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", terminal.getvalue())
-    assert max(map(len, re.split(r"[\r\n]", plain))) <= 60
-    assert terminal.getvalue().endswith("\x1b[2K")  # the line is erased

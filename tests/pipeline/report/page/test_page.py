@@ -2,10 +2,10 @@
 
 import base64
 import dataclasses
+import html
 import json
 import re
 import zlib
-from html.parser import HTMLParser
 
 import pytest
 from stand_ins import result_of
@@ -30,41 +30,15 @@ IN_PERCENT = (
     "reading.touch",
     "reading.relaxation",
 )
-VOID = {"meta", "input", "br", "wbr", "link", "img", "hr"}
 SCRIPT = re.compile(r'<script(?: type="text/plain")?>.*?</script>', re.DOTALL)  # libraries name places, ask none
 OUTSIDE = re.compile(
     r"""(?:src|href|action|data|poster)\s*=\s*["']?\s*(?:https?:)?//|url\(\s*["']?(?:https?:)?//|@import"""
 )
 
 
-class Outline(HTMLParser):
-    """Checks that elements close in order, and keeps their attributes and the text that is read."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.open, self.faults, self.elements, self.words = [], [], [], []
-        self.feed(text)
-        self.faults += [f"{tag} is not closed" for tag in self.open]
-
-    def handle_starttag(self, tag, attributes):
-        self.elements.append((tag, dict(attributes)))
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attributes):
-        self.elements.append((tag, dict(attributes)))
-
-    def handle_endtag(self, tag):
-        if not self.open or self.open.pop() != tag:
-            self.faults.append(f"{tag} closes another element")
-
-    def handle_data(self, data):
-        if not {"script", "style"} & set(self.open):
-            self.words.append(data)
-
-    @property
-    def text(self):
-        return " ".join(" ".join(self.words).split())
+def text_of(page):
+    """Return the text of a page that is read."""
+    return " ".join(html.unescape(re.sub(r"<(script|style)\b.*?</\1>|<[^>]*>", " ", page, flags=re.DOTALL)).split())
 
 
 def data_of(text):
@@ -78,18 +52,17 @@ def page(request):
     return request.getfixturevalue(request.param)
 
 
-def test_page_is_well_formed_and_needs_nothing_from_elsewhere(page):
-    outline = Outline(page.text)
-    assert outline.faults == []
-    ids = [attributes["id"] for _, attributes in outline.elements if "id" in attributes]
-    assert len(ids) == len(set(ids))
-    assert OUTSIDE.findall(SCRIPT.sub("", page.text)) == []
+def test_page_needs_nothing_from_elsewhere_and_no_name_twice(page):
+    written = SCRIPT.sub("", page.text)
+    ids = re.findall(r'<[^>]* id="([^"]+)"', written)
+    assert len(ids) == len(set(ids)) > 0
+    assert OUTSIDE.findall(written) == []
     assert len(page.text.encode()) < MOST_BYTES
 
 
 def test_numbers_of_the_page_are_those_of_the_report(page):
     data = json.loads((page.folder / "report.json").read_text(encoding="utf-8"))
-    text = Outline(page.text).text
+    text = text_of(page.text)
     for verdict in data["verdicts"]:
         scale = 100.0 if verdict["name"] in IN_PERCENT else 1.0
         value, bar = verdict["value"], verdict["error"]
@@ -161,7 +134,7 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
     wrong = planted("bruise", remedy="travel at most 0.05 mm", reference="<script>alert(1)</script>")
     report = dataclasses.replace(flat_page.report, verdicts=(unread, wrong))
     page = page_of(report, flat_page.result, flat_page.folder)
-    text = Outline(page).text
+    text = text_of(page)
     assert "≤ 5 %" in text
     assert "travel at most 0.05 mm" in text
     assert "<script>alert" not in page
@@ -172,7 +145,7 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
 def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
     """Springs that were not made bend no flexure."""
     write_outputs(result_of(made=False), tmp_path, page=True)
-    text = Outline((tmp_path / PAGE).read_text(encoding="utf-8")).text
+    text = text_of((tmp_path / PAGE).read_text(encoding="utf-8"))
     assert "springs under load, no part is made" in text
     assert "assembly, no part is made" in text
 
@@ -188,10 +161,10 @@ def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tm
     drawings = data_of(page)["drawings"]
     assert [drawing["name"] for drawing in drawings] == ["drawing.svg", "wiring.svg"]
     assert zlib.decompress(base64.b64decode(drawings[0]["content"])) == b"<svg>1</svg>"
-    (cost,) = [attributes for _, attributes in Outline(page).elements if attributes.get("id") == "print-cost"]
-    assert float(cost["data-mass"]) == pytest.approx(2 * 6.1 + 13.9)
-    density = report.design.process.density_g_per_cm3
-    assert float(cost["data-printed"]) == pytest.approx(float(cost["data-mass"]) / density)
+    (cost,) = re.findall(r'<[^>]*id="print-cost"[^>]*>', page)
+    mass, printed = (float(re.search(rf'data-{name}="(.+?)"', cost)[1]) for name in ("mass", "printed"))
+    assert mass == pytest.approx(2 * 6.1 + 13.9)
+    assert printed == pytest.approx(mass / report.design.process.density_g_per_cm3)
 
 
 def test_numbers_that_are_not_finite_are_none_in_the_data_of_the_page():
