@@ -29,10 +29,8 @@ def test_editor_that_gives_show_object_is_shown_the_assembly(tmp_path, monkeypat
 
 def test_gallery_has_every_example():
     assert sorted(GALLERY.ORDER) == sorted(path.stem for path in (ROOT / "examples").glob("*.py"))
-    assert len(GALLERY.ORDER) == 11
-    _, mark, gallery = GALLERY.PAGE.read_text(encoding="utf-8").partition(GALLERY.MARK)
-    assert mark
-    assert len(re.findall("^##+ ", gallery, flags=re.MULTILINE)) == 11
+    _, _, gallery = GALLERY.PAGE.read_text(encoding="utf-8").partition(GALLERY.MARK)
+    assert len(re.findall("^##+ ", gallery, flags=re.MULTILINE)) == len(GALLERY.ORDER) > 10
 
 
 @pytest.mark.parametrize("name", GALLERY.ORDER)

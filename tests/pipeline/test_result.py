@@ -32,11 +32,13 @@ def test_verdicts_on_files_stand_behind_those_on_printing_and_at_the_end():
     result = result_of()
     sensor = dataclasses.replace(result, verdicts=tuple(one for one in result.verdicts if one.row.group != "solid"))
     making = dataclasses.replace(GOOD, name="sideways.low", passed=False)
-    names = [verdict.name for verdict in with_file_verdicts(sensor, [GOOD], [making])]
-    behind = 1 + names.index("printable.high")
-    assert names[:behind] + names[behind + 1 : -1] == [verdict.name for verdict in sensor.verdicts]
-    assert (names[behind], names[-1]) == (GOOD.name, making.name)
-    assert with_file_verdicts(sensor, [GOOD], [making])[-1].remedy
+    *verdicts, last = with_file_verdicts(sensor, [GOOD], [making])
+    names = [verdict.name for verdict in verdicts]
+    behind = names.index("printable.high") + 1
+    assert names.pop(behind) == GOOD.name
+    assert names == [verdict.name for verdict in sensor.verdicts]
+    assert last.name == making.name
+    assert last.remedy
 
 
 @pytest.mark.parametrize("limit_MPa", [1.2, 5.0])

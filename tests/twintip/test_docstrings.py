@@ -3,7 +3,6 @@
 import dataclasses
 import doctest
 import inspect
-import re
 import shutil
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from example_files import write_example_files
 from stand_ins import result_of
 
 import twintip
-from docs.docstrings import GROUPS, SECTIONS, docstring, signature
+from docs.docstrings import GROUPS, docstring, signature
 from pipeline import main_job
 
 ROOT = Path(__file__).parents[2]
@@ -62,16 +61,6 @@ def entry_names(parts, title):
 
 def test_groups_of_the_page_have_every_public_name_once():
     assert sorted(name for names in GROUPS.values() for name in names) == twintip.__all__
-
-
-@pytest.mark.parametrize("name", twintip.__all__)
-def test_docstring_is_a_line_and_sections_in_the_order_of_numpydoc(name):
-    parts = docstring(name)
-    titles = re.findall(r"^(.+)\n-+$", inspect.getdoc(getattr(twintip, name)), flags=re.MULTILINE)
-    assert titles == [title for title in SECTIONS if title in titles]
-    assert [*parts.sections, "Examples"] == titles
-    assert re.fullmatch(r"[A-Z].*[.]", parts.summary)
-    assert [entry for entries in parts.sections.values() for entry in entries if not entry.meaning.endswith(".")] == []
 
 
 @pytest.mark.parametrize("name", [name for name in twintip.__all__ if signature(name)])

@@ -2,14 +2,11 @@
 
 import dataclasses
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from deadline import DEADLINE_S
+from programs import PYTHON, ended
 from stand_ins import GOOD, print_everything, print_summary, result_of
 
 import pipeline
@@ -22,7 +19,6 @@ from pipeline.verdicts.in_words import as_read, fails_unread, measured
 from sensor.verdict import Verdict
 from twintip.cli import main
 
-ROOT = Path(__file__).parents[3]
 UNNEEDED = {"numpy", "scipy", "cadquery", "gmsh", "skfem", "matplotlib", "vtkmodules", "trimesh", "cattrs", "loky"}
 MOST_LINES = 24  # of a terminal as it opens
 RESULT = result_of()
@@ -58,15 +54,7 @@ def test_unchanged_run_answers_the_same_and_imports_nothing_that_solves(default_
         print(*sorted({UNNEEDED!r} & set(sys.modules)), file=sys.stderr)
         sys.exit(code)
     """
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        cwd=ROOT,
-        env=dict(os.environ),
-        capture_output=True,
-        encoding="utf-8",
-        timeout=DEADLINE_S,
-        check=False,
-    )
+    done = ended(PYTHON, "-c", program)
     assert (done.returncode, done.stderr, done.stdout) == (default_run.code, "\n", default_run.printed)
     assert {path.name: path.read_bytes() for path in default_run.folder.iterdir()} == before
 
@@ -145,18 +133,6 @@ def test_rest_of_the_verdicts_is_counted(capsys):
     targets = tuple(verdict for verdict in RESULT.verdicts if verdict.name in ("P_max", "NL"))
     print_summary(dataclasses.replace(RESULT, verdicts=targets))
     assert re.findall(counts, capsys.readouterr().out) == []
-
-
-def test_answer_has_targets_values_springs_and_where_files_are(capsys):
-    print_summary(dataclasses.replace(RESULT, options=RunOptions(out=Path("outputs/paper"))))
-    text = capsys.readouterr().out
-    for verdict in RESULT.verdicts:
-        if verdict.name in ("P_max", "NL", "K_l", "K_h"):
-            row = next(line for line in text.splitlines() if line.startswith(f"│ {verdict.name} "))
-            assert measured(as_read(verdict)) in row
-    assert "905.7" in text.partition("low spring:")[2]
-    assert "14.76 x 1.2 x 10 mm" in text.partition("high spring:")[2]
-    assert "outputs/paper/report.html" in text
 
 
 @pytest.mark.parametrize(("value", "shown"), [(2.6e-16, "0 %"), (2.6e-9, "2.6e-07 %")])

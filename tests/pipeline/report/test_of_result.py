@@ -138,19 +138,13 @@ def test_number_that_is_not_finite_is_not_written(tmp_path):
     assert not (tmp_path / "report.json").exists()
 
 
-def test_relaxation_is_in_seconds_and_per_cent():
-    """Rows of each modulus, and the moment at which a reading moves least."""
+def test_relaxation_has_a_row_for_each_modulus_and_the_moment_at_which_a_reading_moves_least():
     result = relaxing_result()
     over_time, report = result.over_time, stored_report(result)["relaxation"]
-    assert report["moves_percent"] == pytest.approx(100.0 * over_time.moves.value)
-    assert report["moves_error_percent"] == pytest.approx(100.0 * over_time.moves.error)
     assert (report["stop_s"], report["at_s"]) == (over_time.t[over_time.stop], over_time.t[over_time.at])
     assert report["moments"][0]["moves_percent"] == over_time.steadiest.moves_percent
-    assert report["t_s"] == over_time.t.tolist()
-    for key, numbers in (("P", over_time.P), ("E_apparent_MPa", over_time.apparent)):
-        np.testing.assert_array_equal(np.array([row[key] for row in report["moduli"]], dtype=float), numbers)
-    forces = [row["F_N"] for row in report["moduli"]]
-    np.testing.assert_allclose(np.array(forces, dtype=float), np.swapaxes(over_time.F, 1, 2))
+    for key, numbers in (("P", over_time.P), ("F_N", np.swapaxes(over_time.F, 1, 2))):
+        np.testing.assert_allclose(np.array([row[key] for row in report["moduli"]], dtype=float), numbers)
 
 
 def test_compliance_is_read_back_with_the_error_of_each_of_its_parts():

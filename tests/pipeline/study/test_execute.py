@@ -147,19 +147,24 @@ def test_ended_study_goes_on_to_the_same_points(written, engine, tmp_path):
     assert [(row.number, row.values) for row in ended] == [(row.number, row.values) for row in whole]
 
 
-def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, tmp_path, monkeypatch):
-    """The exit code of the command is then 1."""
+def failing(monkeypatch, error, *, always=False):
+    """Let the second point of a study raise an error, or all."""
     count = iter(range(8))
 
     def solve(*_):
-        if next(count) == 1:
-            raise KeyError
+        if next(count) == 1 or always:
+            raise error
         return {"springs": {"K_l_N_per_m": 1.0, "K_h_N_per_m": 2.0}}
 
     monkeypatch.setattr(tasks, "SensorParts", solve)
+
+
+def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, tmp_path, monkeypatch):
+    """The exit code of the command is then 1."""
+    failing(monkeypatch, KeyError())
     summary = run_study(read_study(written()), tmp_path / "out", engine)
     assert (summary.done, summary.failed) == (7, 1)
-    count = iter(range(8))
+    failing(monkeypatch, KeyError())
     monkeypatch.setattr(command, "chosen_engine", lambda *_: nullcontext(engine))
     assert main(["study", str(written()), "--out", str(tmp_path / "other")]) == 1
 
@@ -167,22 +172,15 @@ def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, t
 @pytest.mark.parametrize("error", [MemoryError("9 GiB"), OSError(errno.EIO, "I/O error"), MachineError("gmsh says")])
 def test_fault_of_the_machine_is_exit_code_2_and_tried_again(written, engine, tmp_path, monkeypatch, capsys, error):
     """The other points are solved; a search ends, because its next points follow from those before."""
-    count = iter(range(8))
-
-    def solve(*_):
-        if next(count) == 1:
-            raise error
-        return {"springs": {"K_l_N_per_m": 1.0, "K_h_N_per_m": 2.0}}
-
     monkeypatch.setattr(command, "chosen_engine", lambda *_: nullcontext(engine))
     words = ["study", str(written()), "--out", str(tmp_path / "out")]
     with monkeypatch.context() as patch:
-        patch.setattr(tasks, "SensorParts", solve)
+        failing(patch, error)
         assert main(words) == 2
         assert capsys.readouterr().err.count("\n") == 1
         with stored_study(tmp_path / "out") as store:
             assert (store.counts()["done"], store.machine_faults()) == (7, 1)
-        count = iter([1])
+        failing(patch, error, always=True)
         with pytest.raises(type(error)):
             tasks.solve_points(replace(read_study(written()), how="search"), tmp_path, [Point(number=0, settings={})])
     assert main(words) == 0
@@ -190,20 +188,16 @@ def test_fault_of_the_machine_is_exit_code_2_and_tried_again(written, engine, tm
         assert store.counts() == {"done": 8, "refused": 0, "failed": 0}
 
 
-@pytest.mark.parametrize("wrapped", [False, True])
-def test_full_disk_is_no_fault_of_a_point(written, engine, tmp_path, monkeypatch, *, wrapped):
-    def solve(*_):
-        full = OSError(errno.ENOSPC, "No space left on device", "response.csv")
-        if not wrapped:
-            raise full
-        message = "--out: must have room"
-        raise InputError(message) from full
-
+def test_full_disk_is_no_fault_of_a_point(written, engine, tmp_path, monkeypatch):
+    full = OSError(errno.ENOSPC, "No space left on device", "response.csv")
+    wrapped = InputError("--out: must have room")
+    wrapped.__cause__ = full
     study = read_study(written())
-    with monkeypatch.context() as patch:
-        patch.setattr(tasks, "SensorParts", solve)
-        with pytest.raises((OSError, InputError)):
-            run_study(study, tmp_path / "out", engine)
+    for error in (full, wrapped):
+        with monkeypatch.context() as patch:
+            failing(patch, error, always=True)
+            with pytest.raises(type(error)):
+                run_study(study, tmp_path / "out", engine)
     assert run_study(study, tmp_path / "out", engine).done == 8
 
 

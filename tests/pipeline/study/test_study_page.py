@@ -17,6 +17,17 @@ from pipeline.study.tasks import PointResult
 TWO = '"targets.P_max" = { from = 3, to = 8 }\n"targets.NL" = { from = 0.03, to = 0.08 }'
 
 
+FRONT = """
+base = "mango"
+[vary]
+"press.travel_mm" = { from = 0.3, to = 0.5 }
+"print.process" = ["fdm-petg", "sla-resin"]
+[optimise]
+[optimise.front]
+"fruit.bruise_limit_MPa" = [[0.05, 0.1, 0.2, 0.3], [0.06, 0.1, 0.2, 0.3], [0.04, 0.1, 0.2, 0.3]]
+"""
+
+
 def planted(study):
     """Yield points whose numbers follow formulas; every tenth is refused, each with a number of its own."""
     for point in points_of(study):
@@ -82,20 +93,10 @@ def test_page_shows_what_varies_and_what_was_asked_for_alone(written, tmp_path):
     assert [one.key for one in shown if one.varies] == list(study.vary)
     asked = [f"verdicts.{name}.value" for name in study.goal.under]
     assert sorted(one.key for one in shown if not one.varies) == sorted(asked)
-    assert next((one.low, one.high) for one in shown if one.key == "press.travel_mm") == (0.3, 0.5)
+    assert (shown[0].label, shown[0].low, shown[0].high) == ("press.travel_mm", 0.3, 0.5)
+    assert "bruise [MPa]" in {one.label for one in shown}
     assert is_part_of_limit("verdicts.bruise.limit")
     assert not is_part_of_limit("verdicts.P_max.limit")
-
-
-FRONT = """
-base = "mango"
-[vary]
-"press.travel_mm" = { from = 0.3, to = 0.5 }
-"print.process" = ["fdm-petg", "sla-resin"]
-[optimise]
-[optimise.front]
-"fruit.bruise_limit_MPa" = [[0.05, 0.1, 0.2, 0.3], [0.06, 0.1, 0.2, 0.3], [0.04, 0.1, 0.2, 0.3]]
-"""
 
 
 @pytest.mark.slow

@@ -46,15 +46,6 @@ def test_command_that_is_printed_gives_the_design(found, capsys):
 
 
 @pytest.mark.usefixtures("found")
-def test_json_says_what_changes(capsys):
-    assert main([*BRUISED, "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["changes"] == [{"key": "press.travel_mm", "from": 0.6, "to": 0.07}]
-    assert data["design"]["press"]["travel_mm"] == 0.07
-    assert data["command"].endswith("--set press.travel_mm=0.07")
-
-
-@pytest.mark.usefixtures("found")
 def test_design_file_reads_back_as_the_design(tmp_path):
     assert main([*BRUISED, "--out", "mended.toml"]) == 0
     text = (tmp_path / "mended.toml").read_text(encoding="utf-8")

@@ -1,8 +1,5 @@
 """The page in a real browser: no request, no complaint, nothing too wide, nothing that a reader cannot reach."""
 
-import json
-import re
-
 import pytest
 from browser import NO_WEBGL, grave_findings, validator_findings
 from deadline import DEADLINE_S
@@ -72,22 +69,6 @@ def test_still_of_a_body_is_printed_and_shown_without_webgl(dome_page, open_page
     labels = page.locator("#bodies .still .label").all_inner_texts()
     assert labels == ["low tip", "low spring", "high tip", "high spring"]
     assert page.locator("model-viewer").count() == 0
-    assert page.complaints == []
-
-
-@pytest.mark.parametrize("key", ["curve", "response", "errors"])
-def test_plot_of_a_number_that_is_missing_is_named_below_the_others(key, dome_page, open_page, tmp_path):
-    """The data of the page with one key emptied: what needs it says so, all else is drawn."""
-    before, data, after = re.split(r'(?<=id="data">)(.*?)(?=</script>)', dome_page.text, maxsplit=1, flags=re.DOTALL)
-    emptied = json.loads(data)
-    emptied["report"][key] = {} if isinstance(emptied["report"][key], dict) else []
-    (tmp_path / "page.html").write_text(before + json.dumps(emptied) + after, encoding="utf-8")
-    page = open_page((tmp_path / "page.html").as_uri(), webgl=False)
-    figures = page.locator("#plots figure:has(> h3)")
-    shown = sum(figures.nth(i).is_visible() for i in range(figures.count()))
-    assert 0 < shown < figures.count()
-    assert page.locator("#plots + p").inner_text().startswith("Not drawn: ")
-    assert page.locator("#sliders input").count() >= 2
     assert page.complaints == []
 
 

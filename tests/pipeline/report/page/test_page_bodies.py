@@ -22,10 +22,9 @@ def test_colours_run_from_dark_to_bright_and_are_cut_at_the_ends():
     """Relative luminance of IEC 61966-2-1 rises with the value: the scale reads without hue."""
     colours = ColourScale(label="", low=0.0, high=10.0).colours(np.linspace(-1.0, 11.0, 25))
     linear = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
-    luminance = linear @ np.array([0.2126, 0.7152, 0.0722])
-    assert (np.diff(luminance[2:-2]) > 0.0).all()
-    np.testing.assert_allclose(colours[:3], np.broadcast_to(np.array([0x44, 0x01, 0x54]) / 255.0, (3, 3)))
-    np.testing.assert_allclose(colours[-3:], np.broadcast_to(np.array([0xFD, 0xE7, 0x25]) / 255.0, (3, 3)))
+    assert (np.diff(linear[2:-2] @ np.array([0.2126, 0.7152, 0.0722])) > 0.0).all()
+    for cut, end in ((slice(3), [0x44, 0x01, 0x54]), (slice(-3, None), [0xFD, 0xE7, 0x25])):
+        np.testing.assert_allclose(255.0 * colours[cut], [end] * 3)
 
 
 @pytest.mark.parametrize(
@@ -34,9 +33,7 @@ def test_colours_run_from_dark_to_bright_and_are_cut_at_the_ends():
         (1.0, 62.5, 5.0),
         (1.0, 62.4, 2.0),
         (0.4, 78.0, 10.0),
-        (1e-6, 10.0, 5e5),
         (8.0, 100.0, 1.0),
-        (100.0, 10.0, 1.0),
         (0.0, 9.0, 1.0),
     ],
 )

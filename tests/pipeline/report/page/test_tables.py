@@ -196,17 +196,6 @@ def test_noise_of_the_sliders(flat_page):
         assert noise_percent(SimpleNamespace(design=asked, read_out=read_out)) == pytest.approx(expected)
 
 
-def test_sliders_end_where_the_tables_do(flat_page):
-    data = tables_of(flat_page)
-    fruit = flat_page.report.design.fruit
-    ends = {slider["key"]: (slider["min"], slider["max"]) for slider in data["sliders"]}
-    curve = flat_page.result.press.curve
-    assert ends["E"] == (min(fruit.E_MPa), fruit.E_max_MPa)
-    assert ends["travel"] == (curve.x[0], curve.x[-1])
-    assert set(ends) == {"E", "travel", "noise"}
-    assert all(ends[key][0] <= data["start"][key] <= ends[key][1] for key in ends)
-
-
 def test_domes_are_interpolated_in_logarithms_and_have_their_own_pressure(dome_page):
     (table,) = tables_of(dome_page)["tables"]
     assert [axis["log"] for axis in table["axes"]] == [True, True]
