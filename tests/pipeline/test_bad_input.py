@@ -2,12 +2,11 @@
 
 import os
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from deadline import DEADLINE_S
+from programs import PYTHON, ended
 from stand_ins import write_paper
 
 from pipeline.study.study_file import read_study
@@ -37,9 +36,7 @@ def test_name_without_end_is_cut_in_its_line(tmp_path, capsys):
 @pytest.mark.parametrize("flags", [["--nl", "five"], ["--out", str(ROOT)]])
 def test_refusal_imports_nothing_heavy(flags):
     program = f"import sys; from twintip.cli import main; main(['run', *{flags!r}]); print(*sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=DEADLINE_S
-    )
+    done = ended(PYTHON, "-c", program)
     assert done.stderr.startswith("pipeline: ")
     assert {"numpy", "cadquery", "gmsh", "skfem", "rich", "pyvista"} & set(done.stdout.split()) == set()
 
@@ -108,14 +105,7 @@ def test_byte_order_mark_is_no_part_of_a_file(output):
 
 def test_closed_input_is_an_empty_stream(output):
     line = f'exec "{sys.executable}" -m twintip read "$0" - <&-'
-    done = subprocess.run(
-        ["/bin/bash", "-c", line, str(output)],
-        cwd=ROOT,
-        capture_output=True,
-        encoding="utf-8",
-        check=False,
-        timeout=DEADLINE_S,
-    )
+    done = ended("/bin/bash", "-c", line, output)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].startswith("pipeline: -, line 1 = ''")
     assert "Traceback" not in done.stderr

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from deadline import DEADLINE_S
+from programs import ended
 from progress_lines import without_progress
 
 from pipeline.storage.folder import whole_report
@@ -33,15 +34,7 @@ PLACES = [
 @pytest.mark.parametrize(("words", "variables", "before", "streams", "expected"), [place[1:] for place in PLACES])
 def test_command_ends_with_its_code_and_at_most_one_line(words, variables, before, streams, expected, tmp_path):
     line = f'{before}; exec "{sys.executable}" -c "$0" {words} {streams}'
-    done = subprocess.run(
-        ["/bin/bash", "-c", line, PROGRAM],
-        cwd=tmp_path,
-        env={**os.environ, **variables},
-        capture_output=True,
-        encoding="utf-8",
-        timeout=DEADLINE_S,
-        check=False,
-    )
+    done = ended("/bin/bash", "-c", line, PROGRAM, cwd=tmp_path, **variables)
     assert done.returncode == expected, done.stderr
     assert done.stderr.count("\n") == (1 if expected == 2 and "2>" not in streams else 0)
 
@@ -52,8 +45,11 @@ def test_command_ends_with_its_code_and_at_most_one_line(words, variables, befor
 )
 def test_killed_run_leaves_nothing_and_the_next_run_is_whole(number, code, tmp_path):
     command = [sys.executable, "-m", "twintip", "run", "--tol", "0.1", "--out", str(tmp_path / "out")]
-    given = {"cwd": ROOT, "env": {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}, "encoding": "utf-8"}
-    first = subprocess.Popen([*command, "--nl", "0.06"], stderr=subprocess.PIPE, **given)
+    cache = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    environment = {**os.environ, **cache}
+    first = subprocess.Popen(
+        [*command, "--nl", "0.06"], cwd=ROOT, env=environment, stderr=subprocess.PIPE, encoding="utf-8"
+    )
     while not (tmp_path / ".out.twintip").exists():
         assert first.poll() is None
         time.sleep(0.05)
@@ -64,7 +60,6 @@ def test_killed_run_leaves_nothing_and_the_next_run_is_whole(number, code, tmp_p
         assert without_progress(complaint) == "pipeline: interrupted\n"
         assert {path.name for path in tmp_path.iterdir()} <= {"cache"}
     assert not (tmp_path / "out").exists()
-    ended = subprocess.run(command, stdout=subprocess.DEVNULL, check=False, timeout=DEADLINE_S, **given)
-    assert ended.returncode == 1  # so coarse a tolerance leaves verdicts undecided
+    assert ended(*command, **cache).returncode == 1  # so coarse a tolerance leaves verdicts undecided
     assert json.loads(whole_report(tmp_path / "out"))["design"]["targets"]["NL"] == 0.05
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cache", "out"]

@@ -70,15 +70,6 @@ def test_springs_of_a_line_are_those_it_gives_and_do_not_move_each_other(line):
     assert (report["springs"]["K_l_N_per_m"], report["springs"]["K_h_N_per_m"]) == (753.0, 17300.0)
 
 
-@pytest.mark.parametrize("limit", ["bias", pytest.param("uncertainty", marks=pytest.mark.slow)])
-def test_line_that_reads_badly_fails_by_that_reading(limit, tmp_path):
-    """It is off by per cents: a limit of a thousandth is planted."""
-    planted = {f"reading.{limit}_limit": 1e-3}
-    assert main(["run", "--look", "--design", FOULY, *flags(**planted), "--out", str(tmp_path / "bad")]) == 1
-    failed = [verdict["name"] for verdict in report_of(tmp_path / "bad")["verdicts"] if not verdict["passed"]]
-    assert failed == [f"reading.{limit}"]
-
-
 def test_files_to_make_a_line_by_are_refused_before_any_work(tmp_path, capsys, monkeypatch):
     job = importlib.import_module("pipeline.sensor")
     monkeypatch.setattr(job, "fruit_compliance", lambda *_: pytest.fail("solved"))

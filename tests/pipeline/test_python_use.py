@@ -1,33 +1,13 @@
 """The run as a function: nothing is written, printed or switched, and its name stays a function."""
 
 import json
-import os
-import subprocess
 import sys
 from inspect import isfunction
-from pathlib import Path
 
 import pytest
-from deadline import DEADLINE_S
+from programs import PYTHON, ROOT, ended
 
 import pipeline
-
-ROOT = Path(__file__).parents[2]
-
-
-def python(folder, *words, **changes):
-    """Run Python on words as a user does who has the project installed, in a folder of his own."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), **changes}
-    return subprocess.run(
-        [sys.executable, *words],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        encoding="utf-8",
-        check=False,
-        timeout=DEADLINE_S,
-    )
-
 
 PROGRAM = """
 import json, os, signal, sys, threading
@@ -60,7 +40,7 @@ def test_run_without_a_folder_leaves_no_trace(cache, default_run, tmp_path):
     changes = {"TMPDIR": str(tmp_path / "temporary")}
     if cache == "empty":
         changes["XDG_CACHE_HOME"] = str(tmp_path / "cache")
-    done = python(tmp_path / "here", "-c", PROGRAM, str(tmp_path / "seen.json"), **changes)
+    done = ended(PYTHON, "-c", PROGRAM, tmp_path / "seen.json", cwd=tmp_path / "here", PYTHONPATH=str(ROOT), **changes)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert [list((tmp_path / name).iterdir()) for name in ("here", "temporary")] == [[], []]
     expected = [[verdict.name, verdict.value, verdict.passed] for verdict in default_run.result.verdicts]
@@ -75,8 +55,6 @@ def test_run_without_a_folder_leaves_no_trace(cache, default_run, tmp_path):
 def test_run_is_the_function(lines):
     """A command has the name `run` too; the package's is the function of the main job."""
     names: dict[str, object] = {}
-    exec(lines, names)
-    exec("from pipeline import run", names)
+    exec(f"{lines}\nfrom pipeline import run", names)
     assert isfunction(names["run"])
-    assert names["run"] is sys.modules["pipeline.main_job"].run
-    assert pipeline.run is names["run"]
+    assert names["run"] is pipeline.run is sys.modules["pipeline.main_job"].run

@@ -1,16 +1,11 @@
 """The same bytes with one thread and with two: threads change the order of sums, not what is written."""
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
-from deadline import DEADLINE_S
+from programs import PYTHON, ended
 from progress_lines import without_progress
 
-ROOT = Path(__file__).parents[2]
 WITH_SECONDS = ("report.json", "report.html")
 
 
@@ -19,15 +14,7 @@ def run(folder, threads):
     variables = {"XDG_CACHE_HOME": str(folder / "cache")}
     variables |= {f"{library}_NUM_THREADS": str(threads) for library in ("OMP", "OPENBLAS", "MKL")}
     words = ["run", "--tol", "0.1", "--fields", "--out", str(folder / "out")]
-    done = subprocess.run(
-        [sys.executable, "-m", "twintip", *words],
-        cwd=ROOT,
-        env={**os.environ, **variables},
-        capture_output=True,
-        encoding="utf-8",
-        check=False,
-        timeout=DEADLINE_S,
-    )
+    done = ended(PYTHON, "-m", "twintip", *words, **variables)
     assert without_progress(done.stderr) == ""
     paths = sorted((folder / "out").iterdir())
     return {path.name: path.read_bytes() for path in paths if path.suffix != ".step"}

@@ -2,10 +2,9 @@
 
 import re
 import shutil
-import subprocess
 
 import pytest
-from deadline import DEADLINE_S
+from programs import ended
 
 from sensor.quantity import InputError
 from twintip import cli
@@ -41,10 +40,7 @@ def script(tmp_path_factory):
 def test_bash_completes_a_word(script, tmp_path, words, expected):
     (tmp_path / "outputs").mkdir()
     (tmp_path / "other.txt").touch()
-    done = subprocess.run(
-        ["bash", "-c", ASK, "bash", script, "pipeline", *words],
-        cwd=tmp_path, capture_output=True, encoding="utf-8", check=True, timeout=DEADLINE_S,
-    )  # fmt: skip
+    done = ended("bash", "-c", ASK, "bash", script, "pipeline", *words, cwd=tmp_path)
     assert sorted(done.stdout.split()) == expected
     assert done.stderr == ""
 

@@ -55,14 +55,6 @@ def test_new_answer_replaces_all_files_of_the_one_before(tmp_path):
     assert earlier_answer(out).lost_files(out, command) is None
 
 
-def test_files_that_the_same_command_makes_no_more_are_counted_alone(tmp_path):
-    out = tmp_path / "out"
-    answered(Design(), out, made=["cover.stl"])
-    before = earlier_answer(out)
-    command = answered(Design(), out)
-    assert before.lost_files(out, command) == "1 files of the answer before are gone, as cover.stl"
-
-
 def test_look_refuses_the_folder_of_a_whole_run_and_takes_its_own(tmp_path):
     run, look = tmp_path / "run", tmp_path / "look"
     refuse_folder_of_a_run(run)  # a new one

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from deadline import DEADLINE_S
+from programs import PYTHON, ended
 
 from mesh.session import gmsh_session
 from pipeline.storage import files, folder, interrupts
@@ -252,14 +253,7 @@ def run(_):
 
 
 def test_wrong_input_is_one_line_though_a_worker_leaves_a_semaphore():
-    done = subprocess.run(
-        [sys.executable, "-c", LEAVES_A_SEMAPHORE + PROGRAM],
-        cwd=Path(__file__).parents[3],
-        capture_output=True,
-        encoding="utf-8",
-        check=False,
-        timeout=DEADLINE_S,
-    )
+    done = ended(PYTHON, "-c", LEAVES_A_SEMAPHORE + PROGRAM)
     assert (done.returncode, done.stderr) == (2, "ready\npipeline: wrong\n")
 
 

@@ -2,13 +2,12 @@
 
 import io
 import json
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from deadline import DEADLINE_S
+from programs import PYTHON, ended
 from stand_ins import CONTACT, result_of
 
 from pipeline.report.outputs import write_outputs
@@ -16,7 +15,6 @@ from sensor.design.design_file import design_from_mapping
 from sensor.design.processes import PROCESSES
 from twintip.cli import main
 
-ROOT = Path(__file__).parents[4]
 GRAM = 9.80665e-3  # [N]
 
 
@@ -202,11 +200,7 @@ from twintip.cli import main
 assert main(["read", {paper.folder!r}, "--forces", "0.37,1.07"]) == 0
 print(sorted({{"cadquery", "OCP", "gmsh", "skfem", "pyvista", "scipy"}} & set(sys.modules)))
 """
-    command = [sys.executable, "-c", code]
-    out = subprocess.run(
-        command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=DEADLINE_S
-    ).stdout
-    assert out.splitlines()[-1] == "[]"
+    assert ended(PYTHON, "-c", code).stdout.splitlines()[-1] == "[]"
 
 
 def presses_of_fruits(paper, moduli, names=""):

@@ -7,12 +7,6 @@ import pytest
 from refusal import refusal
 from stand_ins import result_of
 
-from cad.checks.as_designed import FOREIGN_MM, OWN_MM
-from cad.checks.clearance import STOP_SAFETY
-from cad.checks.leaf_section import THICKNESS_TOLERANCE_MM
-from cad.checks.triangle_checks import LONGEST_MM, SHORTEST_MM
-from cad.files.stl import CHORD_MM
-from pipeline.making.fabrication import SIDEWAYS_LEAST
 from pipeline.report.explain.entries import entries, entry_of
 from pipeline.report.explain.explained_numbers import number_in
 from pipeline.report.outputs import write_outputs
@@ -55,22 +49,6 @@ def test_source_is_a_page_with_its_heading(entry):
     anchors = [re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles]
     assert heading is None or heading in anchors
     assert entry.meaning.endswith((".", "?"))
-
-
-@pytest.mark.parametrize(
-    ("name", "limits"),
-    [
-        ("geometry.stops_*", [f"{STOP_SAFETY:g} times"]),
-        ("geometry.as_designed", [f"{OWN_MM:g} mm", f"{OWN_MM + CHORD_MM:g} mm", f"{FOREIGN_MM:g} mm"]),
-        ("geometry.leaf_thickness_*", [f"{THICKNESS_TOLERANCE_MM:g} mm"]),
-        ("geometry.units", [f"{SHORTEST_MM:g} and {LONGEST_MM:g} mm"]),
-        ("sideways.*", [f"{SIDEWAYS_LEAST['low']:g} (low)", f"{SIDEWAYS_LEAST['high']:g} (high)"]),
-    ],
-)
-def test_limits_of_checks_that_start_the_kernel_are_named(name, limits):
-    """The others are filled in from their rows; an import of these would start CadQuery."""
-    formula = next(entry.formula for entry in entries() if entry.name == name)
-    assert [limit for limit in limits if limit not in formula] == []
 
 
 @pytest.mark.parametrize(
