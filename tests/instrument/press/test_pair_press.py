@@ -46,18 +46,6 @@ def test_line_reads_through_a_tilt_that_the_force_ratio_does_not(paper, E, tilt)
         assert abs(reading.others["force_ratio"] / E - 1.0) > 0.15
 
 
-def test_each_press_of_a_signal_is_one_reading(paper):
-    air = np.zeros((20, 2))
-    forces = np.concatenate([air, press(paper, 0.8), air, press(paper, 3.0, 1.0), air])
-    times = 1e-3 * np.arange(len(forces))
-    readings = readings_at(paper.measuring(), times, forces)
-    assert [reading.E for reading in readings] == [pytest.approx(0.8, rel=1e-3), pytest.approx(3.0, rel=0.01)]
-    assert [reading.t for reading in readings] == [pytest.approx(0.059), pytest.approx(0.119)]
-    every = readings_at(paper.measuring(), times, forces, every_sample=True)
-    assert len(every) > 60
-    assert pytest.approx(readings[-1].E) == every[-1].E
-
-
 def test_signal_without_a_press_is_told(paper):
     (reading,) = readings_at(paper.measuring(), [0.0, 1.0], np.array([[0.0, 0.0], [0.0, 0.001]]))
     assert (reading.E, reading.flags) == (None, ("lift_off",))
