@@ -22,8 +22,6 @@ SUPPLY_V = 3.3
 INTERNAL_V = 2.048  # 8.3.6
 CLOCK_MHZ = 4.096  # 8.3.7
 CYCLES = (204850, 91218, 46226, 23762, 12562, 6994, 4242)  # 8.3.5: of a single shot in normal mode, by DR
-TURBO_CYCLES = (102434, 45618, 23122, 11890, 6290, 3506, 2130)
-PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3), (1, 0), (3, 2))  # 8.6.1: MUX 0000 to 0111
 RESET_US = 50.0 + 32.0 / CLOCK_MHZ  # 8.5.3.1
 FASTEST_BAUD = 1e9 / 150.0  # 6.6
 WRITE_US, READ_US = 1.0, 10.0  # that a board takes for a pin: little to set one, some more in a loop that waits
@@ -37,8 +35,8 @@ class UnpluggedError(Exception):
 class Chip:
     """An ADS1220 whose inputs have levels, as shares of the supply, by input and time [us].
 
-    `faults` are commands that no data sheet has, or that come when it takes none. `conversions` are MUX, start
-    [us] and count of those that were read.
+    `faults` are commands that no data sheet has, or that come when it takes none, and settings that measure no input
+    against ground once. `conversions` are MUX, start [us] and count of those that were read.
     """
 
     def __init__(self, level):
@@ -68,33 +66,27 @@ class Chip:
 
     def ready_at(self):
         """Return when the conversion that runs is ready [us], 8.3.5."""
-        cycles = {0: CYCLES, 2: TURBO_CYCLES}.get(self.registers[1] >> 3 & 3)
-        if cycles is None or not self.converts:
+        if self.registers[1] >> 3 & 3 or not self.converts:  # a mode that is not the normal one
             return float("inf")
-        return self.started + cycles[min(self.registers[1] >> 5, 6)] / CLOCK_MHZ
+        return self.started + CYCLES[min(self.registers[1] >> 5, 6)] / CLOCK_MHZ
 
     def update(self, t):
         """Finish a conversion whose time has come: DRDY falls, 8.5.1.3."""
-        while self.started is not None and t >= self.ready_at():
+        if self.started is not None and t >= self.ready_at():
             end = self.ready_at()
             self.data = self.converted(0.5 * (self.started + end))
             self.of_data = (self.registers[0] >> 4, self.started, self.data)
-            self.started = end if self.registers[1] & 4 else None  # CM: continuous
+            self.started = None
             self.data_ready = 0
 
     def converted(self, t):
         """Return the count of the inputs at a time, 8.5.2 and 8.6.1."""
-        if self.registers[1] & 2:
-            return 25 << 15  # the temperature of the chip
         mux, gain = self.registers[0] >> 4, 2 ** (self.registers[0] >> 1 & 7)
-        if mux >= 12:
-            share = 0.25 if mux < 14 else 0.0
-        elif mux >= 8:
-            share, gain = self.level(mux - 8, t), min(gain, 4)
-        else:
-            share = self.level(PAIRS[mux][0], t) - self.level(PAIRS[mux][1], t)
+        if self.registers[1] & 6 or not 8 <= mux < 12:
+            self.faults.append(f"registers {self.registers}: temperature, continuous, or no single input")
+            return 0
         reference = {0: INTERNAL_V, 3: SUPPLY_V}.get(self.registers[2] >> 6, 1e-9)
-        count = round(share * SUPPLY_V / reference * gain * 2**23)
+        count = round(self.level(mux - 8, t) * SUPPLY_V / reference * min(gain, 4) * 2**23)
         return max(-GREATEST - 1, min(count, GREATEST))
 
     def exchange(self, byte, t):
@@ -162,17 +154,13 @@ class Board:
     def transfer(self, byte, sck, mosi, miso, baud, msb_first, mode):
         """Return the byte that comes in while one goes out.
 
-        The chip changes its line at rising edges and reads at falling ones, mode 1, 8.5.1. In any other mode both sides
-        read an edge too early or too late.
+        The chip changes its line at rising edges and reads at falling ones, mode 1, 8.5.1, and takes the high bit
+        first. It understands nothing else.
         """
         self.t += 8e6 / baud
-        joined = (sck, mosi) == (self.wires["SCLK"], self.wires["DIN"])
-        if not joined or baud > FASTEST_BAUD:
+        if (sck, mosi, msb_first, mode) != (self.wires["SCLK"], self.wires["DIN"], 1, 1) or baud > FASTEST_BAUD:
             return 0xFF
-        out = byte if msb_first else int(f"{byte:08b}"[::-1], 2)
-        back = self.chip.exchange(out if mode == 1 else out << 1 & 0xFF, self.t)
-        back = back if mode == 1 else back >> 1
-        back = back if msb_first else int(f"{back:08b}"[::-1], 2)
+        back = self.chip.exchange(byte, self.t)
         return back if miso == self.wires["DOUT"] else 0xFF
 
 

@@ -63,6 +63,7 @@ IN_FIRMWARE = (
 )
 """Flags of firmware, from bit 0 on: programs of users know them by number."""
 EXACT = 1e-9  # [%] of springs that are known
+SHARES = np.linspace(0.025, 1.0, 40)  # of the full travel, in a press
 PAPER = (906.0, 20830.0)  # [N/m] springs that its targets size
 ACROSS = (0.76, 0.21)  # [mm/N] of low and high domes of the mango across their plates
 
@@ -129,6 +130,11 @@ class MeasuredDesign:
         scene = scene_of(self.design, (), self.sideways)
         return pose_forces(scene, self.contact, share[:, None] * self.C * share, poses).F
 
+    def press(self, E, shares=SHARES, factors=1.0, **stand):
+        """Return the forces [N] at shares of the full travel of one press, (samples, tips)."""
+        travels = (np.asarray(shares) * self.design.press.travel_mm).tolist()
+        return self.forces([Pose(E=E, travel=x, stand=Stand(**stand)) for x in travels], factors)
+
     def measuring(self, factors=1.0, percent=EXACT, gain_percent=0.0, classes=None):
         """Return a unit that takes its springs for stiffer by factors than designed; they do not creep."""
         count = len(self.K)
@@ -168,6 +174,21 @@ def read_log(sensor, rows):
 def text_of(head, rows):
     """Return a table as text; `head` are its labels with commas between."""
     return "\n".join([head, *(",".join(map(str, row)) for row in rows)])
+
+
+GRAM = 9.80665e-3  # [N]
+
+
+def weighed(names, loads, shown, counts=lambda _: ()):
+    """Return the rows of weights on each tip in turn: its name, load [g], deflection [mm] and counts.
+
+    `loads` [N] are those of each tip. `shown` takes a tip and its load, `counts` the forces of all tips [N].
+    """
+    rows = []
+    for tip, (name, of_tip) in enumerate(zip(names, loads, strict=True)):
+        for load in of_tip:
+            rows.append([name, load / GRAM, shown(tip, load), *counts(load * np.eye(len(names))[tip])])
+    return rows
 
 
 def lines_of(times, forces):

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from measured_units import text_of
 
+from instrument.press.signals import count_keys
 from pipeline.reading.bench_uncertainty import left_by_bench
 from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench
 from sensor.quantity import STANDARD_GRAVITY
@@ -16,13 +18,10 @@ DRAWS = 100
 
 
 def drawn_digits(rng, exact, digit):
-    """Return readings from a zero that is anywhere, rounded to a last digit, which is a power of ten."""
-    return np.round(exact + rng.uniform(-0.5, 0.5) * digit, decimals(digit))
-
-
-def decimals(digit):
-    """Return how many decimals a last digit has."""
-    return max(0, round(-np.log10(digit)))
+    """Return readings as text from a zero that is anywhere, rounded to a last digit, which is a power of ten."""
+    decimals = max(0, round(-np.log10(digit)))
+    shown = np.round(exact + rng.uniform(-0.5, 0.5) * digit, decimals)
+    return [f"{each:.{decimals}f}" for each in shown - (shown[0] if exact[0] == 0.0 else 0.0)]
 
 
 class BenchTables:
@@ -44,30 +43,24 @@ class BenchTables:
 
     def weights(self, rng):
         """Return a table of weights: each load is near a sixth of the range, as a maker has it."""
-        counts = ",".join(f"counts_{number}" for number in range(1, len(self.names) + 1))
-        lines = [f"tip,weight_g,deflection_mm,{counts}"]
+        rows = []
         for tip, name in enumerate(self.names):
             most = min(PRESSED * self.full_scale[tip], N_PER_G * self.bench.balance_max_g)
             loads = most * (np.array(WEIGHED_AT) + np.append(0.0, rng.uniform(-0.05, 0.05, len(WEIGHED_AT) - 1)))
             grams = drawn_digits(rng, loads / N_PER_G, self.bench.balance_g)
-            grams -= grams[0]
             shown = drawn_digits(rng, loads / self.measured.K[tip], self.bench.dial_mm)
-            for load, weight, deflection in zip(loads, grams, shown, strict=True):
-                row = [COUNTS_PER_N * load * (tip == own) for own in range(len(self.names))]
-                read = f"{weight:.{decimals(self.bench.balance_g)}f},{deflection:.{decimals(self.bench.dial_mm)}f}"
-                lines.append(f"{name},{read},{','.join(f'{each:.1f}' for each in row)}")
-        return "\n".join(lines)
+            counts = COUNTS_PER_N * np.outer(loads, np.eye(len(self.names))[tip]).round(8)
+            rows += [[name, *read, *each] for *read, each in zip(grams, shown, counts.tolist(), strict=True)]
+        return text_of(",".join(["tip,weight_g,deflection_mm", *count_keys(len(self.names))]), rows)
 
     def plate(self, rng):
         """Return a press of all tips on a plate, at steps near those of the docs."""
         deepest = PRESSED * float((self.full_scale / self.measured.K).min())
         travel = deepest * (np.array(PLATE_AT) + rng.uniform(-0.02, 0.02, len(PLATE_AT)))
         shown = drawn_digits(rng, travel, self.bench.dial_mm)
-        lines = [",".join(["travel_mm", *(f"counts_{number}" for number in range(1, len(self.names) + 1))])]
-        for x, read in zip(travel, shown, strict=True):
-            read = f"{read:.{decimals(self.bench.dial_mm)}f}"
-            lines.append(",".join([read, *(f"{COUNTS_PER_N * K * x:.1f}" for K in self.measured.K)]))
-        return "\n".join(lines)
+        counts = COUNTS_PER_N * np.outer(travel, self.measured.K).round(8)
+        rows = [[read, *each] for read, each in zip(shown, counts.tolist(), strict=True)]
+        return text_of(",".join(["travel_mm", *count_keys(len(self.names))]), rows)
 
 
 @pytest.fixture

@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import elastic, read_press
-from scipy.special import stdtr, stdtrit
+from measured_units import elastic, read_press, text_of, weighed
 
 from instrument.press.measuring import MeasuringUnit
 from sensor.theory.straight_line import fitted
 from solve.contact.pose_forces import Pose
 
-GRAM = 9.80665e-3  # [N]
 SAMPLES = 30
 
 
@@ -25,26 +23,6 @@ def test_lack_of_fit_is_that_of_a_line_through_a_parabola(rng):
         of_weights, of_press = (np.polyfit(F, p0 + p1 * F + p2 * F**2, 1)[0] for F in (weights, press))
         middle = 0.5 * np.cov(press, press**2)[0, 1] / press.var(ddof=1)
         assert lack.at_zero + lack.per_x * middle == pytest.approx(of_press / of_weights - 1.0, abs=1e-9)
-
-
-@pytest.mark.parametrize("count", [5, 9, 17])
-def test_straight_noisy_lines_keep_their_bars_as_often_as_student_says(count, rng):
-    """A bend is told beyond 1.5 times what holds 95 %; the bar of all other lines is that of a straight line."""
-    draws = 1000
-    freedom = count - 3
-    chance = 2.0 * stdtr(freedom, -1.5 * stdtrit(freedom, 0.975))
-    x = np.linspace(0.0, 1.0, count)
-    told = 0
-    for _ in range(draws):
-        shown = x + 0.01 * rng.normal(size=count)
-        line = fitted(x, shown, np.zeros(count))
-        is_told = any(line.bend.lack_of_fit)
-        told += is_told
-        residuals = shown - np.polyval(np.polyfit(x, shown, 1), x)
-        deviation = np.linalg.norm(residuals) / np.sqrt(count - 2) / np.linalg.norm(x - x.mean())
-        student = stdtrit(count - 2, 0.975) / 2.0
-        assert is_told or line.slope.error == pytest.approx(student * deviation, rel=2e-3)
-    assert told == pytest.approx(draws * chance, abs=4.0 * np.sqrt(draws * chance))
 
 
 def pair_forces(measured, E, at_zero, per_N):
@@ -115,18 +93,15 @@ class Bench:
 
     def weights(self):
         """Return the table of the unit's weights, up and down."""
-        names = [tip.name for tip in self.measured.report.tips]
-        rows = ["tip,weight_g,deflection_mm,counts_l,counts_h"]
         up = np.linspace(0.0, 1.0, self.steps)
-        for tip, name in enumerate(names):
-            loads = np.zeros((2 * self.steps - 1, len(names)))
-            loads[:, tip] = self.reach[tip] * np.concatenate([up, up[-2::-1]])
-            for load, counts in zip(loads, self.counts(loads), strict=True):
-                F = load[tip]
-                sunk = F / self.measured.K[tip] * (1.0 + 0.5 * self.of_spring[tip] * F)
-                shown = ",".join(f"{count:.0f}" for count in counts)
-                rows.append(f"{name},{F / GRAM:.9g},{round(sunk / self.step) * self.step:.6f},{shown}")
-        return "\n".join(rows)
+
+        def shown(tip, load):
+            sunk = load / self.measured.K[tip] * (1.0 + 0.5 * self.of_spring[tip] * load)
+            return f"{round(sunk / self.step) * self.step:.6f}"
+
+        names = [tip.name for tip in self.measured.report.tips]
+        loads = np.outer(self.reach, np.concatenate([up, up[-2::-1]]))
+        return text_of("tip,weight_g,deflection_mm,counts_l,counts_h", weighed(names, loads, shown, self.counts))
 
     def press(self, E):
         """Return the counts of a level press on a fruit of modulus E [MPa], (samples, tips)."""
@@ -176,9 +151,8 @@ def test_bend_on_a_plate_is_told_with_its_size(bend, paper, calibrate, rng):
     bench.noise *= 0.0
     bench.step = 1e-6
     travels = np.concatenate([np.linspace(0.1, 1.0, 6), np.linspace(0.9, 0.1, 5)]) * min(bench.reach / paper.K)
-    counts = bench.counts(np.outer(travels, paper.K))
-    rows = [f"{x:.6f},{low:.0f},{high:.0f}" for x, (low, high) in zip(travels, counts, strict=True)]
-    plate = "\n".join(["travel_mm,counts_l,counts_h", *rows])
+    rows = np.column_stack([travels.round(6), bench.counts(np.outer(travels, paper.K))])
+    plate = text_of("travel_mm,counts_l,counts_h", rows.tolist())
     unit = elastic(calibrate(paper.report, bench.weights(), plate).unit)
     for E in (0.7, 3.0):
         forces = [unit.forces_of_counts(row, np.zeros(2)) for row in bench.press(E)]

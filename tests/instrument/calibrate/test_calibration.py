@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import read_press, text_of
+from measured_units import GRAM, read_press, text_of, weighed
 from refusal import refusal
 from stand_ins import default_housing
 
@@ -12,10 +12,8 @@ from cad.parts.coupon import modulus_factor
 from instrument.calibrate.calibration import measured_print, modulus_of_coupon
 from instrument.calibrate.unit_table import level_press, unit_table
 from sensor.theory.leaf_spring import pair_length, pair_stiffness
-from solve.contact.pose_forces import Pose
 
 THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick
-GRAM = 9.80665e-3  # [N]
 TIPS = "tip,weight_g,deflection_mm"
 
 
@@ -46,34 +44,22 @@ def test_table_of_a_unit_is_that_of_its_springs(name, request):
     assert row.u == pytest.approx(2.0 * np.linalg.norm([*moved, *sensor.by_form(row.E)]), rel=0.01)
 
 
-def test_table_of_a_unit_on_a_plate_counts_its_channels(mango):
-    """Springs exact, each channel 1 % off: the error is of forces of which one is 1 % larger, and of the domes."""
-    sensor = mango.measuring(gain_percent=1.0)
-    sensor = replace(sensor, unit=replace(sensor.unit, calibrated_by="plate"))
-    row = unit_table(sensor, mango.measuring())[0]
-    press = level_press(sensor, row.E)
-    plain = read_press(sensor, press).E
-    moved = [10.0 * (read_press(sensor, press * (1.0 + 1e-3 * one)).E / plain - 1.0) for one in np.eye(4)]
-    assert row.u == pytest.approx(2.0 * np.linalg.norm([*moved, *sensor.by_form(row.E)]), rel=0.01)
-
-
 def test_springs_that_read_nothing_of_a_unit_leave_its_table_open(paper):
     """The design's low spring is taken for stiffer than its high one: the forces belong to no modulus of it."""
     sensor = paper.measuring()
     assert {row.with_design for row in unit_table(sensor, sensor.with_stiffness(0, 30.0))} == {None}
 
 
-def weighed(K, loads):
+def weights_of(names, K, loads):
     """Return a table of loads [N] on springs K [N/mm], which a dial shows exactly, but for a zero of its own."""
-    rows = [[name, F / GRAM, f"{F / of_tip + 0.03:.9f}"] for name, of_tip in K for F in loads(of_tip)]
+    rows = weighed(names, [loads] * len(K), lambda tip, load: f"{load / K[tip] + 0.03:.9f}")
     return text_of(TIPS, rows)
 
 
 def test_weights_tell_the_springs_and_how_to_trim_them(housed, paper, calibrate):
     """A stiff spring is filed longer, a soft one clamped shorter, by what the beam formula needs; the zero is off."""
     K = paper.K * (1.2, 0.9)
-    table = weighed(zip(("low", "high"), K.tolist(), strict=True), lambda _: (0.0, 20.0 * GRAM, 40.0 * GRAM))
-    calibration = calibrate(housed, table)
+    calibration = calibrate(housed, weights_of(("low", "high"), K, (0.0, 20.0 * GRAM, 40.0 * GRAM)))
     assert calibration.unit.stiffnesses == pytest.approx(K.tolist(), rel=1e-6)
     assert [longer > 0.0 for longer in calibration.trims] == [True, False]
     for longer, own, target, arm in zip(calibration.trims, K, paper.K, housed.housing.arms, strict=True):
@@ -135,8 +121,7 @@ def test_a_coupon_that_bends_is_wider_by_its_bend(housed, tmp_path):
 
 def test_gains_without_counts_are_as_certain_as_the_design_with_their_drift(mango, calibrate):
     """A drift lies anywhere within its bound."""
-    K = zip((tip.name for tip in mango.report.tips), mango.K.tolist(), strict=True)
-    table = weighed(K, lambda _: (0.0, GRAM, 2.0 * GRAM))
+    table = weights_of([tip.name for tip in mango.report.tips], mango.K, (0.0, GRAM, 2.0 * GRAM))
     drifts = np.array(mango.report.read_out.signal.gain_drift_percent)
     expected = np.hypot(mango.design.reading.uncalibrated_gain_percent, drifts / np.sqrt(3.0))
     assert calibrate(mango.report, table).unit.gain_percent == pytest.approx(expected.tolist(), rel=1e-9)
@@ -145,7 +130,7 @@ def test_gains_without_counts_are_as_certain_as_the_design_with_their_drift(mang
 def test_level_forces_are_those_of_the_engine(mango, paper):
     for measured, near in ((mango, 5e-3), (paper, 1e-6)):
         for E in (0.5, 3.5):
-            expected = measured.forces([Pose(E=E, travel=measured.design.press.travel_mm)])[0]
+            (expected,) = measured.press(E, [1.0])
             assert level_press(measured.measuring(), E)[-1] == pytest.approx(expected, rel=near)
 
 

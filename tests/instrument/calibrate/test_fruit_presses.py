@@ -171,8 +171,7 @@ def test_reading_tells_the_scale_and_where_it_ends(mango, tmp_path):
     path.write_text(unit_as_toml(unit), encoding="utf-8")
     scaled = replace(sensor, unit=read_unit(path, mango.report))
     assert scaled.unit == unit
-    travels = (np.linspace(0.1, 1.0, 20) * mango.design.press.travel_mm).tolist()
-    half, beyond = (mango.forces([Pose(E=E, travel=x) for x in travels]) for E in (1.0, 3.0))
+    half, beyond = (mango.press(E, np.linspace(0.1, 1.0, 20)) for E in (1.0, 3.0))
     assert "beyond_scale" not in read_press(sensor, beyond).flags
     data = as_data(read_press(scaled, half))
     E = data["E_MPa"]

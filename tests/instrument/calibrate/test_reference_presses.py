@@ -24,7 +24,6 @@ from instrument.calibrate.unit_table import error_sources, level_press, read_exa
 from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.press.fruit_reading import FruitReading
 from sensor.quantity import BOUNDED
-from solve.contact.pose_forces import Pose, Stand
 from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 from solve.presses.pressing import press
 from twintip.cli import main
@@ -63,16 +62,8 @@ def on_ball(mango, tmp_path):
 @pytest.fixture(scope="module")
 def presses(mango):
     """Return presses of the engine on deep flesh of a ball, each at another tilt."""
-    x = mango.design.press.travel_mm * np.linspace(0.15, 1.0, 30)
-    return [
-        mango.forces(
-            [
-                Pose(E=FIRM, travel=at, stand=Stand(tilt_deg=tilt, radii_mm=(RADIUS, RADIUS), thickness_mm=DEEP))
-                for at in x.tolist()
-            ]
-        )
-        for tilt in TILTS
-    ]
+    ball = {"radii_mm": (RADIUS, RADIUS), "thickness_mm": DEEP}
+    return [mango.press(FIRM, np.linspace(0.15, 1.0, 30), tilt_deg=tilt, **ball) for tilt in TILTS]
 
 
 @pytest.mark.parametrize("scale", [0.9, 1.0, 1.2])

@@ -158,11 +158,6 @@ def test_tap_before_the_test_is_no_loading(reached, is_first):
         assert refusal(phases, curve).field == curve.cell(last, "travel")
 
 
-def test_travel_that_goes_back_without_its_force_is_no_end():
-    curve = specimen(moved(X, slice(400, 500), -3.0), F)
-    assert refusal(phases, curve).field == curve.cell(400, "travel")
-
-
 def test_travel_of_the_frame_is_taken_off():
     """A frame of 3 um/N under 160 N."""
     curve = phases(specimen(X + 3e-3 * F, F)).loading

@@ -85,12 +85,9 @@ def virtual_error(row, told, rng):
     return result.E_MPa / E - 1.0, 0.01 * result.u_percent
 
 
-@pytest.mark.parametrize(
-    "name", ["end", *(pytest.param(name, marks=pytest.mark.study) for name in FORMS if name != "end")]
-)
-def test_modulus_of_a_body_is_in_its_bar(name, rng):
-    chosen = [row for row in rows() if row[0] == name]
-    row = chosen[int(rng.integers(len(chosen)))]
+def test_modulus_of_a_body_is_in_its_bar(rng):
+    """The study below has all bodies."""
+    row = next(row for row in rows() if row[0] == "end")
     error, bar = virtual_error(row, told_ratio(float(row[1]), rng), rng)
     assert abs(error) < bar < 0.25
 

@@ -23,7 +23,6 @@ from instrument.press import press_core
 from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import flags_of_forces
 from instrument.press.press_core import Unit
-from solve.contact.pose_forces import Pose
 
 AGREES = 1e-5  # single precision over a thousand samples
 
@@ -51,9 +50,8 @@ def test_a_thousand_noisy_samples_are_read_alike(name, designs, rng, tmp_path):
     """The running sums of single precision do not drift; tips that lean are read by the part that is seated."""
     measured = designs(name)
     sensor = measured.measuring(FACTORS[name])
-    travel = measured.design.press.travel_mm
     shares = np.linspace(0.15, 1.0, 30)
-    forces = measured.forces([Pose(E=1.2, travel=share * travel) for share in shares.tolist()], FACTORS[name])
+    forces = measured.press(1.2, shares, FACTORS[name])
     rows = np.column_stack([np.interp(np.linspace(0.15, 1.0, 1000), shares, tip) for tip in forces.T])
     rows = (rows + 0.3 * rng.normal(size=rows.shape) * sensor.noises).astype(np.float32)
     expected = as_firmware(read_log(sensor, rows))
@@ -97,8 +95,7 @@ def test_fruit_of_one_to_ten_presses_agrees(wide, mango, rng, tmp_path):
     fruit = module["Fruit"]()
     rows, presses, expected = [], [], []
     for number, E in enumerate(np.exp(wide * rng.normal(size=10)).tolist()):
-        travels = np.linspace(0.1, 1.0, 2 if number == 2 else 30) * mango.design.press.travel_mm
-        forces = mango.forces([Pose(E=E, travel=at) for at in travels.tolist()])
+        forces = mango.press(E, np.linspace(0.1, 1.0, 2 if number == 2 else 30))
         forces = (forces + rng.normal(size=forces.shape) * sensor.noises).astype(np.float32)
         rows += [forces, np.full((1, 4), math.nan)]
         presses.append(read_log(sensor, forces))

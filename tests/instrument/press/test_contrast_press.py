@@ -15,7 +15,6 @@ from stored_presses import STORED, random_fruits, square
 
 from instrument.firmware.firmware import header_text, module_text
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.contact.pose_forces import Pose, Stand
 from solve.presses.pressing import press
 from twintip.cli import main
 
@@ -45,8 +44,7 @@ def into_the_ball(ball):
 
 def forces_into_the_fruit(measured):
     """Return the forces [N] at thirty travels, the last one full, where all tips touch."""
-    travel = measured.design.press.travel_mm
-    forces = measured.forces([Pose(E=E, travel=float(share) * travel, stand=Stand(tilt_deg=TILT)) for share in SHARES])
+    forces = measured.press(E, SHARES, tilt_deg=TILT)
     return forces[(forces > 0.02).all(axis=1)]
 
 
@@ -210,10 +208,8 @@ def test_a_zero_that_is_off_by_less_than_a_per_cent_is_no_touch(mango, tip, modu
     A slope is of first order, and the second is as large where a zero is a third of the force at the last touch. Taken
     for a touch, the same zero moves 3.5 MPa by more than half.
     """
-    design = mango.design
-    travels = np.linspace(0.0, design.press.travel_mm, 25)[1:].tolist()
     saddle = {"radii_mm": (45.0, 110.0), "azimuth_deg": 30.0, "tilt_deg": (1.5, 1.0), "from_touch": True}
-    forces = mango.forces([Pose(E=modulus, travel=x, stand=Stand(**saddle)) for x in travels])
+    forces = mango.press(modulus, np.linspace(0.0, 1.0, 25)[1:], **saddle)
     sensor = mango.measuring()
     zero = 0.008 * np.array(sensor.report.read_out.full_scale_N)[tip]
     found = read_rise(sensor.rise_law, rise_of(forces, 4, sensor.least_forces), np.zeros(4))

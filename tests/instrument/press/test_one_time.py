@@ -21,7 +21,6 @@ from pipeline.tables.rows import Rows
 from sensor.design.processes import PROCESSES
 from sensor.design.readout import Readout
 from sensor.design.signal_path import SpringToRead, balanced_order, signal_path
-from solve.contact.pose_forces import Pose
 
 PRESSES = STORED["presses"]
 HIGH_LATER = np.array([0.0, 1.0, 0.0, 1.0])
@@ -135,7 +134,7 @@ def at_once(paper):
 
 def pair_by_hand(paper, duration, E=3.5):
     """Return the forces [N] of a pair each 0.1 s; flat tips rise evenly."""
-    (full,) = paper.forces([Pose(E=E, travel=paper.design.press.travel_mm)])
+    (full,) = paper.press(E, [1.0])
     times = np.arange(0.0, duration, 0.1)[:, None]
     return full * (1.0 - (1.0 - np.clip(times / duration, 0.0, 1.0)) ** 2)
 

@@ -10,13 +10,10 @@ from instrument.press.presses import refuse_out_of_scale
 from instrument.press.seating import seating_of
 from sensor.design.reading import ReadingRequirements
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.contact.pose_forces import Pose, Stand
-
-TRAVELS = np.linspace(0.03, 0.6, 40)
 
 
-def press(paper, E, tilt=0.0, factors=1.0):
-    return paper.forces([Pose(E=E, travel=x, stand=Stand(tilt_deg=(tilt, 0.0))) for x in TRAVELS.tolist()], factors)
+def press(paper, E, tilt=0.0):
+    return paper.press(E, np.linspace(0.05, 1.0, 40), tilt_deg=(tilt, 0.0))
 
 
 def read(sensor, forces):
@@ -93,8 +90,7 @@ def curved():
 def test_samples_before_flat_tips_are_seated_do_not_count(curved):
     """By the contact solver: the whole press is read some per cent too firm, its seated part is not."""
     sensor = curved.measuring()
-    travels = np.linspace(0.02, 1.0, 40) * curved.design.press.travel_mm
-    forces = curved.forces([Pose(E=0.5, travel=x, stand=Stand(tilt_deg=(1.0, 0.0))) for x in travels.tolist()])
+    forces = curved.press(0.5, np.linspace(0.02, 1.0, 40), tilt_deg=(1.0, 0.0))
     seated = read(sensor, forces)
     assert pytest.approx(0.5, rel=1e-3) == seated.E
     found = read_rise(sensor.rise_law, rise_of(forces, 2, sensor.least_forces), sensor.noises)

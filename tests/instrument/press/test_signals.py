@@ -5,7 +5,7 @@ import itertools
 import pytest
 from refusal import refusal
 
-from instrument.press.signals import Signal, numbers_of_text
+from instrument.press.signals import Signal
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.rows import Rows, WholeRows
 
@@ -39,11 +39,6 @@ def test_samples_have_time_travel_and_forces():
 def test_columns_are_taken_by_name_and_unit(text):
     (sample,) = signal_of(text)
     assert sample.forces == pytest.approx((0.25, 1.5))
-
-
-def test_four_tips_have_numbers():
-    (sample,) = signal_of("t_s,F_1_N,F_2_N,F_3_N,F_4_N\n0,1,2,3,4\n", 4)
-    assert sample.forces == (1.0, 2.0, 3.0, 4.0)
 
 
 def test_unit_that_is_not_given_is_noted():
@@ -126,9 +121,3 @@ def test_channels_are_named_by_a_flag():
     for label in ("A (V)", "A_mV", "A (counts)"):
         rows = Rows([f"t_s,{label},F_h_N\n", "0,1,2\n"], "-")
         assert label in refusal(Signal, rows, 2, ColumnFlags(f"F_l={label}")).field
-
-
-def test_forces_of_a_flag():
-    assert numbers_of_text("0.2, 1.5", 2, "--forces", "N") == [0.2, 1.5]
-    for text in ("1,2,3", "1,two", "1,nan", "1", ""):
-        assert refusal(numbers_of_text, text, 2, "--forces", "N").field == "--forces"

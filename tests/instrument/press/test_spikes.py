@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from measured_units import random_pose, read_press, readings_at
 
+from sensor.design.reading import ReadingRequirements
 from sensor.quantity import InputError
 from sensor.theory.contrast_rise import moduli_without, rise_of
-from solve.contact.pose_forces import Pose, Stand
 
 STEPS = np.linspace(0.0, 1.0, 41)
 AIR = 4  # samples before and after a press
@@ -31,13 +31,10 @@ class Hand:
         self.rate = 20.0 if signal is None else signal.rate_Hz
         full = measured.design.press.travel_mm
         self.fruit = []
+        lean = {"tilt_deg": 1.0, "off_centre_mm": 0.0, "radius_spread": 0.0}
+        design = replace(measured.design, reading=measured.design.reading or ReadingRequirements(**lean))
         for E in np.exp(rng.uniform(np.log(0.5), np.log(3.5), fruit)).tolist():
-            if measured.design.reading is None:
-                pose = Pose(
-                    E=E, travel=full, stand=Stand(tilt_deg=(float(rng.uniform(-1.0, 1.0)), 0.0), from_touch=True)
-                )
-            else:
-                pose = random_pose(measured.design, rng, E, full)
+            pose = random_pose(design, rng, E, full)
             self.fruit.append(measured.forces([replace(pose, travel=float(step) * full) for step in STEPS[1:]]))
 
     def press(self, samples=None):
@@ -54,14 +51,14 @@ class Hand:
         elif end == 1:
             depth = np.append(depth, depth[-2 : -2 - int(rng.integers(3, 9)) : -1])
         depth = np.concatenate([np.zeros(AIR), depth])
-        at = np.arange(len(depth))
-        rows = np.column_stack(
-            [
-                np.interp(np.interp(at + delay, at, depth), STEPS, tip)
-                for delay, tip in zip(self.delays, forces.T, strict=True)
-            ]
-        )
+        rows = self.in_turn(forces, depth)
         return rows + self.sensor.noises * rng.normal(size=rows.shape)
+
+    def in_turn(self, forces, depth):
+        """Return forces [N] at depths of a press, each channel at its own time."""
+        at = np.arange(len(depth))
+        pairs = zip(self.delays, forces.T, strict=True)
+        return np.column_stack([np.interp(np.interp(at + delay, at, depth), STEPS, tip) for delay, tip in pairs])
 
     def spoilt(self, rows):
         """Return a press with one bad sample of one channel: of any kind, at any place with all tips on the fruit."""
@@ -180,10 +177,7 @@ def test_the_deepest_sample_is_left_out_and_named(name, factor, hands):
     """
     hand = hands[name]
     forces = np.vstack([np.zeros(len(hand.delays)), hand.fruit[0]])
-    at = np.linspace(0.0, 1.0, 25)
-    rows = np.column_stack(
-        [np.interp(at + delay / 24.0, STEPS, tip) for delay, tip in zip(hand.delays, forces.T, strict=True)]
-    )
+    rows = hand.in_turn(forces, np.linspace(0.0, 1.0, 25))
     (clean,) = hand.read(rows)
     for channel in range(rows.shape[1]):
         for place in (12, len(rows) - 1):

@@ -11,15 +11,13 @@ from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
 from instrument.press.spikes import spike_constants
 from pipeline.tables.rows import Rows
-from solve.contact.pose_forces import Pose
 
 HEAD = "t_s,F_l_N,F_h_N"
-INTO = np.linspace(0.1, 0.6, 40)
 
 
 @pytest.fixture(scope="module")
 def forces(paper):
-    return paper.forces([Pose(E=1.0, travel=x) for x in INTO.tolist()])
+    return paper.press(1.0, np.linspace(1.0 / 6.0, 1.0, 40))
 
 
 def lines_of(rows):
@@ -91,15 +89,14 @@ def test_line_of_a_touch_goes_through_the_mean_of_the_samples_that_count(paper, 
     assert len(taken) > len(forces) - 8
 
 
-def test_noise_beyond_what_is_stated_is_no_bad_sample(paper, rng):
+def test_noise_beyond_what_is_stated_is_no_bad_sample(paper, forces, rng):
     """The scatter of a touch raises the limit of its residuals; that of normal noise is one in 1.7 million samples.
 
     Before twenty rows have shown the scatter to about a fifth, the stated noise has its say.
     """
     sensor = paper.measuring()
     unit = press_core.Unit({**spike_constants(sensor), "gains": [1.0, 1.0], "several": 1})
-    (full,) = paper.forces([Pose(E=1.0, travel=INTO[-1])])
-    rising = np.linspace(0.3, 1.0, 400)[:, None] * full
+    rising = np.linspace(0.3, 1.0, 400)[:, None] * forces[-1]
     dropped = []
     touch = press_core.Touch(unit, lambda *_: None, dropped.append)
     for sample in (rising + 4.0 * np.array(unit.errors) * rng.normal(size=rising.shape)).tolist():

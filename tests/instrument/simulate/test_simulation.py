@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from refusal import refusal
-from stored_presses import STORED, square
 
 from instrument.calibrate.calibration import calibrate_unit, measured_print
 from instrument.calibrate.hard_plate import measured_plate
@@ -16,7 +15,6 @@ from instrument.press.reference_ball import BallCorrection
 from instrument.press.signals import Signal
 from instrument.simulate.bench_tables import plate_table, weights_table
 from instrument.simulate.drawn_fruit import (
-    PressedFruit,
     beyond_design,
     bruised,
     drawn_fruit,
@@ -30,34 +28,6 @@ from instrument.simulate.unit import designed_unit, drawn_unit, given_unit, refu
 from pipeline.options import load_design
 from pipeline.tables.rows import Rows
 from sensor.design.bench import Bench
-
-MARKS = {0: (), 3: pytest.mark.slow, 5: pytest.mark.slow}  # a level press, a tilted one, one of a ball
-
-
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param(case, id=f"{case['E']}-{case['R1']}-{case['R2']}", marks=MARKS.get(number, pytest.mark.study))
-        for number, case in enumerate(STORED["presses"])
-    ],
-)
-def test_presses_are_those_of_another_program(case, mango):
-    """Its forces converge to 0.5 %, small ones to as much of the largest."""
-    tilt = np.radians(case["tilt_azimuth"])
-    fruit = PressedFruit(
-        E=case["E"],
-        radii=(case["R1"], case["R2"]),
-        azimuth=case["azimuth"],
-        thickness=None,
-        poisson=STORED["poisson"],
-        tilt=(case["tilt"] * np.cos(tilt), case["tilt"] * np.sin(tilt)),
-    )
-    unit = replace(designed_unit(mango.report), domes=square())
-    press = press_curve(unit, fruit, Hand(travel=case["travel"][-1], press_s=3.0))
-    theirs = np.array(case["forces"])[19::5]
-    t = 3.0 * np.array(case["travel"])[19::5] / case["travel"][-1]
-    ours = press.at(np.repeat(t[:, None], 4, axis=1)) * unit.domes.K
-    assert ours == pytest.approx(theirs, rel=0.005, abs=0.005 * theirs.max())
 
 
 def asked_of(report, **changes):
@@ -204,22 +174,6 @@ def test_channels_come_one_after_the_other_in_a_log_of_the_read_out(mango):
     late = 1e3 * (np.interp(2.0, slow[:, 0], slow[:, 3]) - np.interp(2.0, fast[:, 0], fast[:, 3]))
     slope = 1e3 * np.gradient(fast[:, 3], fast[:, 0])[840]
     assert late == pytest.approx(slope * 1e-3 * report.read_out.signal.delay_ms[2], rel=0.1)
-
-
-@pytest.mark.slow
-def test_noise_unevenness_and_relaxation_are_in_the_log_if_asked_for(mango):
-    """Forces of flesh that relaxes are those of a modulus between what is left and all."""
-    report = mango.report
-    plain, noisy, uneven, relaxed = (
-        numbers_of(log_of_fruit(report, designed_unit(report), asked_of(report, **each)))[:, 1:]
-        for each in ({}, {"noise": True}, {"uneven": True}, {"relaxation": ((0.4, 1.0),)})
-    )
-    assert not plain[:19].any()
-    assert not uneven[:19].any()
-    assert noisy[:19].std(axis=0) == pytest.approx(report.read_out.signal.noise_N, rel=0.5)
-    assert (plain[99:] != uneven[99:]).any()
-    assert (relaxed[199] < plain[199]).all()
-    assert (relaxed[199] > 0.5 * plain[199]).all()
 
 
 def test_the_curve_between_solved_samples(mango):
