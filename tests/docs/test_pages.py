@@ -89,7 +89,7 @@ def test_tables_of_a_page_are_up_to_date(name):
 
 
 def test_table_of_the_architecture_has_every_folder():
-    section = text_of(ARCHITECTURE).partition("\n## The folders\n")[2].partition("\n## ")[0]
+    section = text_of(ARCHITECTURE).partition("\n## Where is what\n")[2].partition("\n## ")[0]
     named = {room for row in ROW.findall(section) for room in re.findall(r"`([a-z_/]+)`", row)}
     folders = {path.parent.relative_to(ROOT) for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
     rooms = {folder.as_posix() for folder in folders if len(folder.parts) == 2}
