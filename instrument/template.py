@@ -16,7 +16,10 @@ _BAR = " | "
 
 
 def render_template(template: str, number: object = repr, **values: object) -> str:
-    """Return a template filled with values; `number` is the function of its filter `number`."""
+    """Return the text of a template, filled with `values`.
+
+    `number` is the function that the template's filter `number` applies to a number, for example a C literal.
+    """
     environment = template_environment(_ROOM)
     environment.filters["number"] = number
     environment.filters["hex"] = "0x{:02X}".format
@@ -24,7 +27,10 @@ def render_template(template: str, number: object = repr, **values: object) -> s
 
 
 def template_parts(template: str, **values: object) -> list[RenderableType]:
-    """Return a filled template as text and tables: lines with bars are the rows of a table, the first its header."""
+    """Return a filled template as texts and tables for the terminal.
+
+    Consecutive lines that contain ` | ` are a table, and the first of them is its header. Other lines are text.
+    """
     parts: list[RenderableType] = []
     lines = render_template(template, **values).splitlines()
     for is_table, block in itertools.groupby(lines, key=lambda line: _BAR in line):

@@ -55,13 +55,13 @@ _WEIGHED = {
     "deflection": Quantity(units=LENGTH, most=100.0, words=tuple(WORDS["words"]["travel"])),
 }
 _SINCE = Quantity(units=TIME, default="s", most=WEIGHED_AFTER.at_most or math.inf)
-"""The time since a weight was hung has a column of its own; the clock of a serial monitor does not show it."""
+"""The time since a weight was hung needs its own column, because the clock of a serial monitor does not show it."""
 WITHOUT_PLATE = "the design expects a press on a hard plate: without --plate firm flesh is read with a larger error"
 WITHOUT_BALL = "the design expects presses on a reference ball: without --ball the form of the domes moves all readings"
 UNLIKE_DESIGN = 3.0
 """Largest ratio of a spring's stiffness to its design, either way; prints differ by less."""
 KNOWN_WELL_PERCENT = 0.5
-"""Error of a stiffness at 95 % below which a spring is well known; a dial leaves about as much without a plate."""
+"""Half width at 95 % [%] of a stiffness that is well known: about what a dial gives without a plate."""
 _EXAMPLE = "tip,weight_g,deflection_mm"
 _BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_per_N")
 
@@ -69,18 +69,21 @@ _BENDS = ("force_bend", "force_bend_per_N", "deflection_bend", "deflection_bend_
 def _unit_data(calibration: "Calibration") -> Plain:
     """Return the part of a unit that the answer contains; unit.toml has all of it."""
     unit = as_data(calibration.unit)
-    told = {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
-    return told if calibration.unit.ball is None else {**told, "ball": unit["ball"]}
+    shown = {key: unit[key] for key in ("tips", "method", "K_N_per_m", "K_percent", *_BENDS)}
+    return shown if calibration.unit.ball is None else {**shown, "ball": unit["ball"]}
 
 
 def _trims_data(calibration: "Calibration") -> Plain:
-    """Return the trim of each tip by its name; there are none if the design has no housing."""
+    """Return the trim of each tip with the tip's name; the list is empty if the design has no housing."""
     trims = zip(calibration.unit.tips, calibration.trims, strict=False)
     return {"trims": [{"tip": tip, "leaf_longer_mm": longer} for tip, longer in trims]}
 
 
 def _channels_data(calibration: "Calibration") -> Plain:
-    """Return the channels, with the gain errors of the unit in place of their own, because a plate changes them."""
+    """Return the calibration of the channels, with the unit's gain errors in place of its own.
+
+    They differ if a press on a plate determined the gains.
+    """
     return {"channels": {**as_data(calibration.channels), "gain_percent": [*calibration.unit.gain_percent]}}
 
 
@@ -208,9 +211,11 @@ def calibrate(
 def measured_print(
     source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
 ) -> MeasuredTable:
-    """Return the measured table of a print, with signed counts; its column of texts is `tip` or `coupon`.
+    """Read the table of weights and deflections of a print.
 
-    `counts_as` is the notation of the counts, as in `signed_counts`. Raises InputError.
+    Its column of texts is `tip` for a unit, with the signed counts of all channels or of none, or `coupon`. `flags`
+    states columns and units that the header lacks. `counts_as` is the notation of the counts, as in `signed_counts`.
+    Raises InputError for a table that has neither column or only some of the counts, and for an unknown tip.
     """
     counts = count_keys(len(report.tips))
     quantities = flags.applied({**_OBJECTS, **_WEIGHED, "t": _SINCE, **dict.fromkeys(counts, COUNTS)})
@@ -222,33 +227,33 @@ def measured_print(
     if "tip" not in table.texts:
         refuse_without_counts(counts_as, table.source)
         return table
-    counted = [key for key in counts if key in table.numbers]
-    others = [label for label in table.passed_over if label.lower().startswith("counts")]
-    if others or 0 < len(counted) < len(counts):
+    count_columns = [key for key in counts if key in table.numbers]
+    unknown_columns = [label for label in table.passed_over if label.lower().startswith("counts")]
+    if unknown_columns or 0 < len(count_columns) < len(counts):
         bound = f"the counts of all channels, {', '.join(counts)}, or of none"
-        text = ", ".join([*counted, *others])
+        text = ", ".join([*count_columns, *unknown_columns])
         raise validation_error(place, text, "", bound, f"for instance {','.join([_EXAMPLE, *counts])}")
-    table = _with_names(table, [tip.name for tip in report.tips])
-    if not counted:
+    table = _complete_names(table, [tip.name for tip in report.tips])
+    if not count_columns:
         refuse_without_counts(counts_as, table.source)
         return table
     return with_signed_counts(table, counts, counts_as, saturation_of(report))
 
 
-def _with_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
-    """Return a table whose tips or leaves have the names of the design; a unique initial is accepted.
+def _complete_names(table: MeasuredTable, names: Sequence[str]) -> MeasuredTable:
+    """Return a table whose tips or leaves have the `names` of the design.
 
-    Raises InputError for another name.
+    Case is ignored, and a unique initial is accepted. Raises InputError for another name.
     """
     ((column, texts),) = table.texts.items()
     initials = [name[0].casefold() for name in names]
-    known = {name.casefold(): name for name in names}
-    known |= {initial: name for initial, name in zip(initials, names, strict=True) if initials.count(initial) == 1}
+    full_names = {name.casefold(): name for name in names}
+    full_names |= {initial: name for initial, name in zip(initials, names, strict=True) if initials.count(initial) == 1}
     for line, text in zip(table.lines, texts, strict=True):
-        if text.casefold() not in known:
+        if text.casefold() not in full_names:
             place = place_of(table.source, line, column)
             raise validation_error(place, text, "", f"one of {', '.join(names)}", "take the names in report.json")
-    return replace(table, texts={column: tuple(known[text.casefold()] for text in texts)})
+    return replace(table, texts={column: tuple(full_names[text.casefold()] for text in texts)})
 
 
 def calibrate_unit(
@@ -259,11 +264,12 @@ def calibrate_unit(
     after_s: float | None = None,
     ball: PressedBall | None = None,
 ) -> Calibration:
-    """Return the calibration of a unit from a table of weights.
+    """Return the calibration of a unit from a table of weights, from `measured_print`.
 
     `fruit` are presses of fruit for a scale, from `measured_fruit`. `plate` is a press on a hard plate, from
     `measured_plate`. `after_s` [s] is the time from hanging a weight to its reading, if the table has no times. Presses
-    on a `ball` correct all readings. Raises InputError, also if a unit with these springs reads no modulus.
+    on a reference `ball` give a factor that corrects all readings. Raises InputError if a table does not determine the
+    springs or contradicts the design, and if a unit with these springs reads no modulus.
     """
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighed = weighing(table, report, after_s)
@@ -275,17 +281,19 @@ def calibrate_unit(
     _refuse_unlike_design(table, springs, designed)
     channels = weighed_channels(table, report, lines, weighed.forces)
     assumed = [weighed.note] if weighed.note else []
-    pressed = None
+    plate_springs = None
+    requirements = report.design.reading or ReadingRequirements()
     if plate is not None:
-        pressed = _on_plate(plate, table, channels, springs, report)
-        assumed += _worse_on_plate(pressed, springs, names, plate)
-    elif (report.design.reading or ReadingRequirements()).on_plate:
+        plate_springs = _springs_on_plate(plate, table, channels, springs, report)
+        assumed += _note_on_plate(plate_springs, springs, names, plate)
+    elif requirements.on_plate:
         assumed = [WITHOUT_PLATE, *assumed]
-    assumed += _bent(table, report, deflections, channels)
-    unit = _printed_unit(report, weighed, deflections, channels, pressed)
+    assumed += _notes_on_bends(table, report, deflections, channels)
+    unit = _printed_unit(report, weighed, deflections, channels, plate_springs)
     sensor = MeasuringUnit(report=report, unit=unit)
-    if ball is None and (report.design.reading or ReadingRequirements()).calibrated_by == "ball":
+    if ball is None and requirements.calibrated_by == "ball":
         assumed = [WITHOUT_BALL, *assumed]
+    # The ball is read by the calibrated springs, and its correction is part of the unit from here on.
     ball_presses = None
     if ball is not None:
         correction, ball_presses = correction_by_ball(ball, sensor)
@@ -294,8 +302,8 @@ def calibrate_unit(
     nominal = designed.unit.stiffnesses
     try:
         scale = None if fruit is None else scale_of_presses(fruit, sensor)
-        shown = unit_table(sensor, designed)
-        verdicts = unit_verdicts(sensor, shown)
+        rows = unit_table(sensor, designed)
+        verdicts = unit_verdicts(sensor, rows)
         error_by = error_sources(sensor)
     except ReadingError as error:
         msg = f"{table.source}: {error}"
@@ -303,7 +311,7 @@ def calibrate_unit(
     return Calibration(
         unit=unit if scale is None else replace(unit, scale=scale.scale),
         nominal=nominal,
-        table=shown,
+        table=rows,
         verdicts=verdicts,
         trims=trims(sensor, nominal),
         assumed=assumed,
@@ -322,26 +330,27 @@ def _printed_unit(
     weighed: Weighing,
     deflections: Sequence[Line],
     channels: ChannelCalibration | None,
-    pressed: Sequence[PressedSpring] | None,
+    plate_springs: Sequence[PressedSpring] | None,
 ) -> PrintedUnit:
-    """Return the unit from its deflections under weights, its channels, and a press on a plate.
+    """Return the unit from its deflections under weights, its channels, and the springs measured on a plate.
 
-    A plate determines springs and deflections; `gain_percent` is then the error of each channel's deflection.
+    `deflections` are the lines of deflection [mm] against weight [N], one for each tip. With a plate, its springs
+    replace those from the weights, and `gain_percent` is the error of each channel's deflection.
     """
-    if pressed is not None:
+    if plate_springs is not None:
         method = "counts of weights, and a hard plate"
-        springs = [spring.K for spring in pressed]
-        left_percent: Sequence[float] = [spring.left_percent for spring in pressed]
-        of_deflections = [spring.lack_of_fit for spring in pressed]
+        springs = [spring.K for spring in plate_springs]
+        gain_errors: Sequence[float] = [spring.left_percent for spring in plate_springs]
+        spring_bends = [spring.lack_of_fit for spring in plate_springs]
     else:
         method = "weights and deflections" + (", counts of the same weights" if channels else "")
         springs = [spring_of(line) for line in deflections]
         gain_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
-        left_percent = channels.gain_percent if channels else len(springs) * [gain_percent]
-        of_deflections = [line.bend.lack_of_fit for line in deflections]
+        gain_errors = channels.gain_percent if channels else len(springs) * [gain_percent]
+        spring_bends = [line.bend.lack_of_fit for line in deflections]
     drifts = report.read_out.channels.gain_drift_percent
-    force_bend, force_bend_per_N = _columns_of(channels.lacks_of_fit if channels else ())
-    deflection_bend, deflection_bend_per_N = _columns_of(of_deflections)
+    force_bend, force_bend_per_N = _split_bends(channels.lacks_of_fit if channels else ())
+    deflection_bend, deflection_bend_per_N = _split_bends(spring_bends)
     return PrintedUnit(
         design=report.design.name,
         design_sha256=design_digest(report.design),
@@ -351,11 +360,11 @@ def _printed_unit(
         K_percent=tuple(spring.percent for spring in springs),
         gain=(1.0,) * len(springs),
         # A gain drift lies anywhere within its bound.
-        gain_percent=tuple(math.hypot(*each) for each in zip(left_percent, BOUNDED * np.array(drifts), strict=True)),
+        gain_percent=tuple(math.hypot(*errors) for errors in zip(gain_errors, BOUNDED * np.array(drifts), strict=True)),
         newtons_per_count=channels.newtons_per_count if channels else (),
         zero_counts=tuple(channels.zero_counts.tolist()) if channels else (),
         saturation_counts=channels.saturation if channels else 0,
-        calibrated_by="weights" if pressed is None else "plate",
+        calibrated_by="weights" if plate_springs is None else "plate",
         weighed_after_s=weighed.after_s,
         creep_per_decade=weighed.creep.per_decade if weighed.own else None,
         creep_error=weighed.creep.error if weighed.own else None,
@@ -366,8 +375,11 @@ def _printed_unit(
     )
 
 
-def _columns_of(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
-    """Return the lack of fit of all tips at zero force and per newton; None for both if all lines are straight."""
+def _split_bends(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
+    """Return the relative error of each tip's slope at zero force [1], and its change with the force [1/N].
+
+    Both are None if all calibration lines are straight.
+    """
     if not any(map(any, lacks_of_fit)):
         return None, None
     at_zero, per_N = zip(*lacks_of_fit, strict=True)
@@ -375,7 +387,7 @@ def _columns_of(lacks_of_fit: Sequence[LackOfFit]) -> tuple[tuple[float, ...] | 
 
 
 def _refuse_unlike_design(table: MeasuredTable, springs: Sequence[Estimate], designed: MeasuringUnit) -> None:
-    """Raise InputError for a spring three times too stiff or too soft for its design, which no print is."""
+    """Raise InputError for a spring whose stiffness differs from its design by a factor that no print has."""
     nominal = designed.unit.stiffnesses
     for tip, spring, K in zip(designed.report.tips, springs, nominal, strict=True):
         ratio = spring.value / K
@@ -385,14 +397,17 @@ def _refuse_unlike_design(table: MeasuredTable, springs: Sequence[Estimate], des
             raise validation_error(field, float(f"{ratio:.3g}"), "", bound, "check names of tips, and the units")
 
 
-def _on_plate(
+def _springs_on_plate(
     plate: MeasuredTable,
     table: MeasuredTable,
     channels: ChannelCalibration | None,
     weighed: Sequence[Estimate],
     report: Report,
 ) -> list[PressedSpring]:
-    """Return the springs from a plate; raises InputError without counts of weights, and as `pressed_springs` does."""
+    """Return the springs measured by a press on a plate; `weighed` are their stiffnesses from the weights [N/mm].
+
+    Raises InputError if the table of weights has no counts, and for a press that contradicts the weights.
+    """
     if channels is None:
         columns = ", ".join(count_keys(len(weighed)))
         bound = "a table with counts of each channel, which --plate needs"
@@ -400,30 +415,35 @@ def _on_plate(
     return pressed_springs(plate, channels, weighed, report)
 
 
-def _worse_on_plate(
-    pressed: Sequence[PressedSpring], weighed: Sequence[Estimate], names: Sequence[str], plate: MeasuredTable
+def _note_on_plate(
+    plate_springs: Sequence[PressedSpring], weighed: Sequence[Estimate], names: Sequence[str], plate: MeasuredTable
 ) -> list[str]:
-    """Return a note if a plate determines a spring much less accurately than the weights did."""
-    known = [(on_plate.K.percent, before.percent) for on_plate, before in zip(pressed, weighed, strict=True)]
-    worst = max(range(len(known)), key=lambda tip: known[tip][0] / known[tip][1])
-    on_plate, before = (COVERAGE * percent for percent in known[worst])
-    if on_plate <= max(2.0 * before, KNOWN_WELL_PERCENT):
+    """Return a note if the plate determines a spring much less accurately than the weights; empty otherwise.
+
+    `weighed` are the stiffnesses from the weights [N/mm].
+    """
+    percents = [(spring.K.percent, K.percent) for spring, K in zip(plate_springs, weighed, strict=True)]
+    worst = max(range(len(percents)), key=lambda tip: percents[tip][0] / percents[tip][1])
+    from_plate, from_weights = (COVERAGE * percent for percent in percents[worst])
+    if from_plate <= max(2.0 * from_weights, KNOWN_WELL_PERCENT):
         return []
-    step = float(plate.last_digits["travel"].min())
+    resolution = float(plate.last_digits["travel"].min())
     return [
-        f"the spring of {names[worst]} is known to ± {on_plate:.2g} % from the plate, to ± {before:.2g} % from the "
-        "weights. "
-        f"Its travel is taken as read to {step:g} mm, the last digit written. Write all that the dial shows, "
-        "press farther and oftener, or leave --plate out."
+        f"the spring of {names[worst]} is known to ± {from_plate:.2g} % from the plate, to ± {from_weights:.2g} % "
+        f"from the weights. Its travel is taken as read to {resolution:g} mm, the last digit written. Write all that "
+        "the dial shows, press farther and oftener, or leave --plate out."
     ]
 
 
-def _bent(
+def _notes_on_bends(
     table: MeasuredTable, report: Report, deflections: Sequence[Line], channels: ChannelCalibration | None
 ) -> list[str]:
-    """Return a note for each column of a tip whose slope deviates by more than `KNOWN_WELL_PERCENT` to either side."""
-    shown = zip(report.tips, deflections, strict=True)
-    changes = {f"deflection of {tip.name}": 100.0 * line.bend.significant_change for tip, line in shown}
+    """Return a note for each calibration line whose slope changes by more than twice `KNOWN_WELL_PERCENT`.
+
+    The lines are the deflection of each tip and the counts of each channel, against the weights.
+    """
+    lines = zip(report.tips, deflections, strict=True)
+    changes = {f"deflection of {tip.name}": 100.0 * line.bend.significant_change for tip, line in lines}
     if channels is not None:
         changes |= zip(count_keys(len(deflections)), channels.bend_percent, strict=True)
     return [
@@ -435,29 +455,32 @@ def _bent(
 
 
 def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
-    """Return the modulus of a print [MPa] with its standard deviation, from the leaves of its coupon.
+    """Return the modulus of a print [MPa] with its standard deviation, from weights on the leaves of its coupon.
 
-    Raises InputError.
-
-    The leaves are weighted by their accuracy.
+    The mean of the leaves is weighted by their accuracy. Raises InputError for a design without a housing, for a leaf
+    that the design lacks, and for weights that do not determine a stiffness.
     """
     if report.housing is None:
         hint = "run pipeline design with springs that print"
         raise validation_error("coupon", None, "", "a coupon of a design with a housing", hint)
-    table = _with_names(table, [arm.name for arm in report.housing.arms])
+    table = _complete_names(table, [arm.name for arm in report.housing.arms])
     arms = [arm for arm in report.housing.arms if arm.name in table.texts["coupon"]]
     lines = weighed_lines(table, [arm.name for arm in arms], [], table.numbers["force"])
-    springs = [_anywhere_on(lines[arm.name, DEFLECTION]) for arm in arms]
+    springs = [_stiffness_of_leaf(lines[arm.name, DEFLECTION]) for arm in arms]
     factors = np.array([modulus_factor(arm.flexure) for arm in arms])
     moduli = factors * [spring.value for spring in springs]
     weights = np.array([spring.relative for spring in springs]) ** -2.0
     E = float(np.average(moduli, weights=weights))
+    # The variance of the weighted mean, increased by the scatter of the leaves beyond their own errors.
     scatter = float(weights @ (moduli / E - 1.0) ** 2)
     return Estimate(E, E * math.sqrt((scatter + 1.0) / float(weights.sum())), "MPa")
 
 
-def _anywhere_on(deflection: Line) -> Estimate:
-    """Return the stiffness of a leaf [N/mm] under any of its weights, uniform within the change of its slope."""
+def _stiffness_of_leaf(deflection: Line) -> Estimate:
+    """Return the stiffness of a leaf [N/mm], with an error that includes the change of its slope over the weights.
+
+    The stiffness under any weight lies anywhere within this change.
+    """
     K = spring_of(deflection)
     bound = BOUNDED * 0.5 * deflection.bend.significant_change
     return replace(K, error=math.hypot(K.error, bound * K.value))

@@ -1,9 +1,9 @@
-"""Weights read some time after they were hung: the creep of a unit, and the forces corrected to one time.
+"""The creep of a unit from weights that are read some time after they were hung, and the forces corrected to one time.
 
 Springs that creep deflect by d = zero + C F (t / t0)^n under a weight F that has hung for t. So the readings lie on a
-straight line over F (t / t0)^n, the force with the same deflection at t0. Readings of one weight at several times
-determine n, from the dial and from the counts of each tip. The method is Gauss-Newton on d over F (t / t0)^n and its
-derivative with respect to n. All springs of a print share one n, the mean of all columns.
+straight line against F (t / t0)^n, the force with the same deflection at t0. Readings of one weight at several times
+determine n, from the dial and from the counts of each tip. The method is Gauss-Newton: d is fitted linearly by F (t /
+t0)^n and its derivative with respect to n. All springs of a print share one n, the mean of all columns.
 """
 
 import math
@@ -23,23 +23,23 @@ from sensor.theory.creep import CreepLaw
 from sensor.theory.straight_line import ROUNDED
 
 LEAST_RATIO = 1.5
-"""Least ratio of two times of one weight that determines creep."""
+"""Smallest ratio of two times of one weight that determines creep."""
 _ROUNDS = 4  # steps of Gauss-Newton; each squares the error of the exponent
-_MOST = math.log10(2.0)  # exponent of a compliance that doubles in a decade
-_FEWEST = 4  # rows of a tip for a zero, a compliance and an exponent
-_UNSEEN = 0.5
-"""Share of the process scatter that remains if a unit's own creep is extrapolated to shorter times than those weighed.
+_LARGEST_EXPONENT = math.log10(2.0)  # of a compliance that doubles in a decade
+_FEWEST = 4  # minimum number of rows of a tip for a zero, a compliance and an exponent
+_EXTRAPOLATED = 0.5
+"""Fraction of the process's scatter in the error of a unit's own creep, which presses extrapolate to shorter times.
 
-An assumption: the spread between prints is halved, because the slope over the logarithm of time is not constant.
+An assumption: the spread between prints is halved, because the slope against the logarithm of time is not constant.
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Weighing:
-    """The weights of a table corrected to readings `after_s` [s] after they were hung, and the creep of the unit.
+    """The weights of a table, corrected for creep to one time after hanging, and the creep of the unit.
 
-    `forces` [N], (rows,), give the deflections of the rows at that common time. `own` is True if the table determined
-    the creep; otherwise it is the creep of the process.
+    Each of the `forces` (rows,) [N] has at the common time `after_s` [s] the deflection that was read in its row. `own`
+    is True if the table determined the creep; otherwise it is the creep of the process.
     """
 
     forces: Floats = report_field("N", "weights as of one time", told=False)
@@ -54,9 +54,10 @@ class Weighing:
 
 
 def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:
-    """Return the weighing of a table, read `after_s` [s] after each weight was hung, or at its own times `t`.
+    """Return the weights of a table corrected for creep, and the creep of the unit.
 
-    Raises InputError for invalid times, for times given in both ways, and for a compliance that falls with time.
+    The time from hanging a weight to its reading is `after_s` [s] for all rows, or the column `t` of the table. Raises
+    InputError for invalid times, for times given in both ways, and for a compliance that falls with time.
     """
     creep = report.creep
     forces = table.numbers["force"]
@@ -70,7 +71,7 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
     loaded = forces != 0.0
     if not loaded.any():
         return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=creep, own=False)
-    after = float(np.exp(np.log(table.numbers["t"][loaded]).mean()))
+    after = float(np.exp(np.log(table.numbers["t"][loaded]).mean()))  # geometric mean
     own = None if report.design.process.is_metal else _own_creep(table, report, after)
     note = ""
     if own is not None:
@@ -80,9 +81,9 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
             note = f"the times of {table.source} give a creep of {own}, no better known than the creep of the process"
             own = None
         else:
-            creep = replace(own, error=math.hypot(own.error, _UNSEEN * creep.error))
-    at_one_time = forces * (table.numbers["t"] / after) ** creep.exponent
-    return Weighing(forces=at_one_time, after_s=after, creep=creep, own=own is not None, note=note)
+            creep = replace(own, error=math.hypot(own.error, _EXTRAPOLATED * creep.error))
+    corrected = forces * (table.numbers["t"] / after) ** creep.exponent
+    return Weighing(forces=corrected, after_s=after, creep=creep, own=own is not None, note=note)
 
 
 def _refuse_bad_times(table: MeasuredTable) -> None:
@@ -94,26 +95,28 @@ def _refuse_bad_times(table: MeasuredTable) -> None:
         if t < 0.0 or (force != 0.0 and t == 0.0):
             bound = "greater than 0" if force != 0.0 else "at least 0"
             raise validation_error(place, t, "s", bound, "write the seconds since that weight was hung")
-        goes_on = row > 0 and force == forces[row - 1] and table.texts["tip"][row] == table.texts["tip"][row - 1]
-        if goes_on and force != 0.0 and t < times[row - 1]:
+        is_same_weight = row > 0 and force == forces[row - 1] and table.texts["tip"][row] == table.texts["tip"][row - 1]
+        if is_same_weight and force != 0.0 and t < times[row - 1]:
             bound = f"at least the {times[row - 1]:g} s of the same weight in the line before"
             raise validation_error(place, t, "s", bound, "correct that time, or unload between two loads")
 
 
 def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw | None:
-    """Return the creep from rows of one weight at several times; None if no weight has them.
+    """Return the creep from readings of one weight at several times; None if no weight has them.
 
-    Raises InputError for a compliance that falls with time, or doubles in a decade.
+    It is the weighted mean of all columns. `after` [s] is the common time of the weights. Raises InputError for a
+    compliance that falls with time, or doubles in a decade.
     """
-    found = list(_exponents(table, report, after))
-    if not found:
+    exponents = list(_exponents(table, report, after))
+    if not exponents:
         return None
-    weights = np.array([exponent.error for exponent in found]) ** -2.0
-    values = np.array([exponent.value for exponent in found])
+    weights = np.array([exponent.error for exponent in exponents]) ** -2.0
+    values = np.array([exponent.value for exponent in exponents])
     mean = float(np.average(values, weights=weights))
-    scatter = float(weights @ (values - mean) ** 2) / max(len(found) - 1, 1)
+    # Columns that scatter by more than their errors increase the error of the mean (Birge ratio).
+    scatter = float(weights @ (values - mean) ** 2) / max(len(exponents) - 1, 1)
     error = math.sqrt(max(scatter, 1.0) / float(weights.sum()))
-    if not (mean + 2.0 * error >= 0.0 and mean < _MOST):
+    if not (mean + 2.0 * error >= 0.0 and mean < _LARGEST_EXPONENT):
         field = f"{table.source}: growth of the deflection in a decade of time"
         hint = "check t_s, and that each weight hung alone on a spring that had rested"
         raise validation_error(field, float(f"{10.0**mean - 1.0:.3g}"), "", "at least 0 and less than 1", hint)
@@ -122,7 +125,10 @@ def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw |
 
 
 def _exponents(table: MeasuredTable, report: Report, after: float) -> Iterator[Estimate]:
-    """Yield the creep exponent [1] from each column of each tip, with its standard deviation."""
+    """Yield the creep exponent [1] with its standard deviation, from the dial and the channel of each tip.
+
+    Tips without readings of one weight at several times are skipped. `after` [s] is the common time of the weights.
+    """
     tips = np.array(table.texts["tip"])
     keys = count_keys(len(report.tips))
     for tip, key in zip(report.tips, keys, strict=True):
@@ -132,32 +138,34 @@ def _exponents(table: MeasuredTable, report: Report, after: float) -> Iterator[E
             continue
         for column in ("deflection", key):
             if column in table.numbers:
-                shown, digits = table.numbers[column][rows], table.last_digits[column][rows]
-                if np.ptp(shown) > 0.0:  # a dead channel is refused later
-                    yield _exponent(forces, times / after, shown, ROUNDED * digits)
+                readings, resolution = table.numbers[column][rows], table.last_digits[column][rows]
+                if np.ptp(readings) > 0.0:  # a dead channel is refused later
+                    yield _fit_exponent(forces, times / after, readings, ROUNDED * resolution)
 
 
 def _has_several_times(forces: Floats, times: Floats) -> bool:
     """Return whether one weight [N] was read at times [s] whose ratio determines creep."""
-    weights = [times[forces == force] for force in set(forces[forces != 0.0].tolist())]
-    return any(float(of_one.max()) > LEAST_RATIO * float(of_one.min()) for of_one in weights)
+    times_of_weights = [times[forces == force] for force in set(forces[forces != 0.0].tolist())]
+    return any(float(each.max()) > LEAST_RATIO * float(each.min()) for each in times_of_weights)
 
 
-def _exponent(forces: Floats, since: Floats, shown: Floats, rounding: Floats) -> Estimate:
-    """Return the exponent n of readings under forces [N], at times relative to the common one [1].
+def _fit_exponent(forces: Floats, times: Floats, readings: Floats, rounding: Floats) -> Estimate:
+    """Return the creep exponent n [1] of one column, with its standard deviation, by Gauss-Newton.
 
-    The error of each reading is the scatter about the law and the standard deviation of its `rounding`.
+    The readings of dial or counts were taken under `forces` [N] at `times`, relative to the common time [1]. The error
+    of each reading is the scatter about the law, and its `rounding` as a standard deviation. All have shape (rows,).
     """
-    logs = np.log(np.where(forces != 0.0, since, 1.0))
+    logs = np.log(np.where(forces != 0.0, times, 1.0))
     exponent = 0.0
     deviation = 0.0
     for _ in range(_ROUNDS):
+        # The readings are linear in zero, compliance, and compliance times the change of n.
         grown = forces * np.exp(exponent * logs)
         columns = np.column_stack([np.ones(len(forces)), grown, grown * logs])
         inverse = np.linalg.pinv(columns)
-        zero, compliance, slope = inverse @ shown
-        left = shown - columns @ [zero, compliance, slope]
-        scatter = left @ left / max(len(forces) - columns.shape[1], 1)
+        zero, compliance, slope = inverse @ readings
+        residuals = readings - columns @ [zero, compliance, slope]
+        scatter = residuals @ residuals / max(len(forces) - columns.shape[1], 1)
         deviation = float(np.linalg.norm(inverse[2] * np.sqrt(scatter + rounding**2)) / abs(compliance))
         exponent = float(np.clip(exponent + slope / compliance, -1.0, 1.0))
     return Estimate(exponent, deviation)

@@ -1,7 +1,7 @@
 """Springs from a press on a hard flat plate, which moves all tips by the same travel.
 
 A modulus depends on small differences of deflections. With weights only, a deflection F / K contains the error of the
-dial that determined K. On a plate all tips have one travel, less the Hertzian flattening of each dome on glass.
+dial that determined K. On a plate all tips have one travel, minus the Hertzian flattening of each dome on glass.
 """
 
 from collections.abc import Sequence
@@ -24,31 +24,35 @@ from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate, validation_error
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted
 
-_UNLIKE = 0.1  # largest mean deviation from the weights [1]; a dial or a balance is better, a wrong unit is worse
-_APART = 0.03  # largest deviation between tips [1]; a dial is better, a late touch or swapped channels are worse
-# largest change of a slope over a press [1]; Hall sensors bend less, a tip that touches late bends more
-_MOST_BENT = 0.1
+# largest mean deviation from the weights [1]; a dial or a balance is more accurate, and a wrong unit deviates more
+_LARGEST_MEAN_DEVIATION = 0.1
+# largest deviation between tips [1]; a dial is more accurate, and a late touch or swapped channels deviate more
+_LARGEST_DIFFERENCE = 0.03
+# largest change of a slope during a press [1]; Hall sensors bend less, and a tip that touches late bends more
+_LARGEST_BEND = 0.1
+_LARGEST_TRAVEL_MM = 100.0  # a larger one has a wrong unit
 
 
 def measured_plate(
     source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
 ) -> MeasuredTable:
-    """Return the press of a sensor on a hard plate, as travels and signed counts; raises InputError.
+    """Read the table of a press on a hard plate, which calibrates the springs: travels and signed counts.
 
-    `counts_as` is the notation of the counts, as in `signed_counts`.
+    `source` is the file, and `flags` states columns and units that its header lacks. `counts_as` is the notation of the
+    counts, as in `signed_counts`. Raises InputError unless the table has a travel and the counts of all channels.
     """
     keys = count_keys(len(report.tips))
-    travel = Quantity(units=LENGTH, most=100.0, words=tuple(WORDS["words"]["travel"]))
+    travel = Quantity(units=LENGTH, most=_LARGEST_TRAVEL_MM, words=tuple(WORDS["words"]["travel"]))
     quantities = flags.applied({"travel": travel, **dict.fromkeys(keys, COUNTS)})
     table = numbers_of(source, quantities, [("travel", *keys)], ",".join(["travel_mm", *keys]))
     return with_signed_counts(table, keys, counts_as, saturation_of(report))
 
 
 class PressedSpring(NamedTuple):
-    """A spring measured on a plate: its force over its deflection K [N/mm].
+    """A spring measured on a plate, with its stiffness K [N/mm].
 
-    `left_percent` is the standard deviation of the deflection that its channel shows. `lack_of_fit` describes the
-    compliance over the force. Errors are standard deviations.
+    `left_percent` is the standard deviation of the deflection that its channel shows [%]. `lack_of_fit` is the error of
+    a compliance that does not depend on the force.
     """
 
     K: Estimate
@@ -61,8 +65,9 @@ def pressed_springs(
 ) -> list[PressedSpring]:
     """Return each spring from a press on a plate of glass, on which all tips stand in every row.
 
-    `weighed` are the stiffnesses from weights and dial [N/mm]. Raises InputError for fewer than three different travels
-    and for a row that does not fit. It also refuses a tip that touches late, and stiffnesses that contradict the
+    The stiffness is the slope of the force by the channels against the deflection, which is the travel minus the
+    flattening of the dome. `weighed` are the stiffnesses from weights and dial [N/mm]. Raises InputError for fewer than
+    three different travels, for an outlier, for a tip that touches late, and for stiffnesses that contradict the
     weights.
     """
     travel = table.numbers["travel"]
@@ -75,88 +80,98 @@ def pressed_springs(
     flattened = np.column_stack([flattening(report.design, force) for force in forces.T])
     deflections = travel[:, None] - flattened
 
-    # The last digits of counts and travel are rounded; both are expressed as forces.
-    digits = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])  # [N]
-    steps = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]  # [N]
-    columns = zip(deflections.T, forces.T, np.hypot(digits, steps).T, strict=True)
+    # The resolutions of counts and travel, both expressed as forces [N].
+    resolutions = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])
+    travel_resolutions = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]
+    columns = zip(deflections.T, forces.T, np.hypot(resolutions, travel_resolutions).T, strict=True)
     lines = [fitted(*column) for column in columns]
     K = np.array([line.slope.value for line in lines])
     ratios = K / [spring.value for spring in weighed]
-    _refuse_odd_rows(table, lines, forces)
-    _refuse_unlike(table, ratios, weighed, report)
-    _refuse_bent(table, lines)
+    _refuse_outliers(table, lines, forces)
+    _refuse_contradiction(table, ratios, weighed, report)
+    _refuse_bends(table, lines)
 
     # A wrong reading of the travel is wrong for all tips, so the common residual of all channels is its error.
-    shown = (forces - [line.zero for line in lines]) / K  # deflections by the channels [mm]
-    read_wrong = (shown - deflections).mean(axis=1)
-    of_travel = fitted(travel, travel + read_wrong, table.last_digits["travel"])
-    of_channels = zip((shown + flattened).T, np.abs(digits / K).T, strict=True)
-    left = np.array([fitted(travel + read_wrong, *column).slope.error for column in of_channels])
-    left = deflections_on_plate(left, np.ptp(flattened, axis=0), report.design, float(np.ptp(travel)))
+    channel_deflections = (forces - [line.zero for line in lines]) / K  # [mm]
+    travel_errors = (channel_deflections - deflections).mean(axis=1)
+    travel_line = fitted(travel, travel + travel_errors, table.last_digits["travel"])
+    travels_by_channels = zip((channel_deflections + flattened).T, np.abs(resolutions / K).T, strict=True)
+    channel_lines = [fitted(travel + travel_errors, *column) for column in travels_by_channels]
+    deflection_errors = np.array([line.slope.error for line in channel_lines])
+    travel_span = float(np.ptp(travel))
+    deflection_errors = deflections_on_plate(deflection_errors, np.ptp(flattened, axis=0), report.design, travel_span)
+    # The deviations from the weights count as errors: the common one, and what differs between the tips.
     mean_ratio = float(ratios.mean())
     errors = K * springs_on_plate(
         gains=0.01 * np.array(channels.gain_percent),
-        deflections=left,
-        travel=of_travel.slope.error,
+        deflections=deflection_errors,
+        travel=travel_line.slope.error,
         alike=abs(mean_ratio - 1.0),
         apart=np.abs(ratios / mean_ratio - 1.0),
     )
     return [
         PressedSpring(
             K=Estimate(float(K[tip]), float(errors[tip]), "N/mm"),
-            left_percent=100.0 * float(left[tip]),
-            lack_of_fit=_lack_of_compliance(lines[tip], channels.lacks_of_fit[tip]),
+            left_percent=100.0 * float(deflection_errors[tip]),
+            lack_of_fit=_compliance_lack_of_fit(lines[tip], channels.lacks_of_fit[tip]),
         )
         for tip in range(len(keys))
     ]
 
 
-def _refuse_odd_rows(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
-    """Raise InputError for a row that does not fit the straight line of a channel; the message names the row."""
+def _refuse_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats) -> None:
+    """Raise InputError for an outlier: a row that does not fit the line of force against deflection of a channel.
+
+    `forces` (rows, tips) [N] are the forces by the channels. The message names the row.
+    """
     for line, force, key in zip(lines, forces.T, count_keys(len(lines)), strict=True):
-        found = line.odd_row()
-        if found is not None:
-            place = place_of(table.source, table.lines[found.index], key)
-            bound = f"about {found.expected:.4g} N, where the line of the other rows is"
+        outlier = line.odd_row()
+        if outlier is not None:
+            place = place_of(table.source, table.lines[outlier.index], key)
+            bound = f"about {outlier.expected:.4g} N, where the line of the other rows is"
             hint = "check that all tips stand on the plate in that row, and its travel; or leave the row out"
-            raise validation_error(place, float(f"{force[found.index]:.4g}"), "N by its counts", bound, hint)
+            raise validation_error(place, float(f"{force[outlier.index]:.4g}"), "N by its counts", bound, hint)
 
 
-def _refuse_bent(table: MeasuredTable, lines: Sequence[Line]) -> None:
+def _refuse_bends(table: MeasuredTable, lines: Sequence[Line]) -> None:
     """Raise InputError for a channel whose slope changes by more than a tenth, because its tip touched late."""
     for line, key in zip(lines, count_keys(len(lines)), strict=True):
-        if line.bend.excess > _MOST_BENT:
+        if line.bend.excess > _LARGEST_BEND:
             field = f"{table.source}: change of the slope of {key} from the first row to the last"
             hint = "leave out the rows before all tips stand on the plate, and hold plate and sensor still"
-            raise validation_error(field, float(f"{line.bend.change:.3g}"), "", f"within +-{_MOST_BENT:g}", hint)
+            raise validation_error(field, float(f"{line.bend.change:.3g}"), "", f"within +-{_LARGEST_BEND:g}", hint)
 
 
-def _lack_of_compliance(line: Line, of_force: LackOfFit) -> LackOfFit:
-    """Return the lack of fit of a compliance over the force, from the line of a force over its deflection.
+def _compliance_lack_of_fit(line: Line, force_lack_of_fit: LackOfFit) -> LackOfFit:
+    """Return the lack of fit of a spring's compliance as a function of its force.
 
-    `of_force` is the lack of fit of the force itself. A common lack of fit of both cancels in the compliance.
+    `line` is the line of force against deflection, and `force_lack_of_fit` the lack of fit of the force itself. A
+    common lack of fit of both cancels in the compliance.
     """
-    of_deflection = line.bend.lack_of_fit
-    per_N = of_deflection.per_x / line.slope.value
-    at_zero = of_deflection.at_zero - per_N * line.zero
-    return LackOfFit(at_zero=of_force.at_zero - at_zero, per_x=of_force.per_x - per_N)
+    # The deflection is (force - zero) / slope, which turns a change per mm into a change per N.
+    deflection_lack_of_fit = line.bend.lack_of_fit
+    per_N = deflection_lack_of_fit.per_x / line.slope.value
+    at_zero = deflection_lack_of_fit.at_zero - per_N * line.zero
+    return LackOfFit(at_zero=force_lack_of_fit.at_zero - at_zero, per_x=force_lack_of_fit.per_x - per_N)
 
 
-def _refuse_unlike(table: MeasuredTable, ratios: Floats, weighed: Sequence[Estimate], report: Report) -> None:
-    """Raise InputError if stiffnesses on a plate contradict the weights [N/mm], in their mean or between two tips.
+def _refuse_contradiction(table: MeasuredTable, ratios: Floats, weighed: Sequence[Estimate], report: Report) -> None:
+    """Raise InputError if stiffnesses from the plate contradict those from the weights.
 
-    `ratios` are stiffnesses on the plate over stiffnesses from weights [1], (tips,).
+    `ratios` (tips,) are stiffnesses on the plate divided by `weighed`, the stiffnesses from the weights [N/mm]. Their
+    mean must be nearly 1, and the ratios of two tips must differ by no more than the errors of the weights allow.
     """
     mean = float(ratios.mean())
     hint = "check travel_mm and its unit, the order of the columns, and that all tips stand on the plate in every row"
-    if not abs(mean - 1.0) < _UNLIKE:
+    if not abs(mean - 1.0) < _LARGEST_MEAN_DEVIATION:
         field = f"{table.source}: stiffness on the plate over stiffness from weights, mean of all tips"
-        raise validation_error(field, float(f"{mean:.4g}"), "", f"1 within {_UNLIKE:g}", hint)
+        raise validation_error(field, float(f"{mean:.4g}"), "", f"1 within {_LARGEST_MEAN_DEVIATION:g}", hint)
     order = np.argsort(ratios)
     low, high = int(order[0]), int(order[-1])
-    allowed = _APART + COVERAGE * float(np.hypot(weighed[low].relative, weighed[high].relative))
+    allowed = _LARGEST_DIFFERENCE + COVERAGE * float(np.hypot(weighed[low].relative, weighed[high].relative))
     if not ratios[high] / ratios[low] - 1.0 < allowed:
-        odd, other = (high, low) if abs(ratios[high] - 1.0) > abs(ratios[low] - 1.0) else (low, high)
-        field = f"{table.source}: stiffness on the plate over stiffness from weights, {report.tips[odd].name}"
+        # The tip whose ratio is farther from 1 is probably the wrong one.
+        wrong, other = (high, low) if abs(ratios[high] - 1.0) > abs(ratios[low] - 1.0) else (low, high)
+        field = f"{table.source}: stiffness on the plate over stiffness from weights, {report.tips[wrong].name}"
         bound = f"within {allowed:.2g} of {ratios[other]:.4g}, the ratio of {report.tips[other].name}"
-        raise validation_error(field, float(f"{ratios[odd]:.4g}"), "", bound, hint)
+        raise validation_error(field, float(f"{ratios[wrong]:.4g}"), "", bound, hint)

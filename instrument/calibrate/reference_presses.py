@@ -1,4 +1,4 @@
-"""A reference ball: presses on rubber of known modulus determine the common error of all readings by the domes' form.
+"""A reference ball: presses on rubber of known modulus determine the error that the domes' form causes in all readings.
 
 The rubber is taken as elastic, without relaxation.
 """
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from instrument.press.fruit_reading import FruitReading
-from instrument.press.half_width import OF_EITHER
+from instrument.press.half_width import UNDETERMINED
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.reference_ball import FACTOR, MODULUS, RADIUS, BallCorrection
@@ -37,11 +37,11 @@ FEWEST_PRESSES = 3
 ERROR = Bounds(at_least=0.1, at_most=50.0)
 """Allowed half width at 95 % of the ball's modulus [%]; a smaller number is probably a fraction."""
 SCATTER = Bounds(at_most=10.0)
-"""Allowed half width at 95 % of the factor by the scatter of presses [%]; beyond it the factor is unknown."""
+"""Allowed half width at 95 % of the factor due to the scatter of presses [%]; beyond it the factor is unknown."""
 DEEP = 3.0
-"""Least radius of a ball over the spacing of the tips; they would feel the far side of a smaller one. A judgement."""
+"""Smallest radius of a ball over the tip spacing, a judgement; tips would feel the far side of a smaller ball."""
 MAY_STAND = {"press_over_bruise_limit", "out_of_range"}
-"""Flags that do not exclude a press on a ball: it does not bruise, and a form error may shift its reading."""
+"""Flags that do not exclude a press on a ball: rubber does not bruise, and a form error may shift the reading."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,22 +55,22 @@ class ReferenceBall:
 
     @property
     def reduced_MPa(self) -> float:
-        """Return E / (1 - nu^2) [MPa], which is all that a press feels."""
+        """Return E / (1 - nu^2) [MPa], the only modulus that affects a press."""
         return self.E_MPa / (1.0 - self.poisson**2)
 
 
 def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent: float | None) -> ReferenceBall:
-    """Return a ball from the flags of a command; raises InputError for one that is missing or out of bounds.
+    """Return a ball from the flags of a command; raises InputError for a flag that is missing or out of bounds.
 
-    Its modulus is given as E / (1 - nu^2) [MPa], so Poisson's ratio is not needed. `u_percent` is the half width of
-    this number at 95 %.
+    `reduced_MPa` is E / (1 - nu^2) [MPa], so Poisson's ratio is not required. `u_percent` is the half width of this
+    number at 95 %.
     """
-    by_plates = "pipeline modulus --json gives E_over_1_minus_nu2_MPa and u_percent"
+    modulus_hint = "pipeline modulus --json gives E_over_1_minus_nu2_MPa and u_percent"
     numbers = []
     for flag, value, unit, bounds, hint in (
-        ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS, by_plates),
+        ("--ball-reduced-modulus", reduced_MPa, "MPa", MODULUS, modulus_hint),
         ("--ball-radius", radius_mm, "mm", RADIUS, "measure the ball: half of its diameter"),
-        ("--ball-modulus-error", u_percent, "%", ERROR, by_plates),
+        ("--ball-modulus-error", u_percent, "%", ERROR, modulus_hint),
     ):
         if value is None or not bounds.hold(value):
             raise validation_error(flag, value, unit, f"given with --ball, {bounds}", hint)
@@ -83,7 +83,8 @@ def reference_ball(reduced_MPa: float | None, radius_mm: float | None, u_percent
 class PressedBall:
     """A ball and a file of presses on it.
 
-    `say` is called with notes on the file, `counts_as` is as in `signed_counts`.
+    `counts_as` is the notation of the counts, as in `signed_counts`. `columns` states columns and units that the header
+    lacks. `say` is called with each note on the file.
     """
 
     source: Path
@@ -95,7 +96,7 @@ class PressedBall:
 
 @dataclass(frozen=True, kw_only=True)
 class BallPresses:
-    """The number of presses on a ball that count, of all presses, and the flags of the others with their numbers."""
+    """The number of presses on a ball that count, the number of all presses, and how often each flag excluded one."""
 
     counted: int
     presses: int
@@ -110,7 +111,8 @@ class BallPresses:
 def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
     """Return the correction of a unit from a file of its presses on a ball, and the number of presses that count.
 
-    Raises InputError if they determine no correction.
+    Raises InputError for a design without domes or without form errors in its report, for a ball that is too small or
+    not as firm as the fruit, and for presses that determine no correction.
     """
     source, ball = pressed.source, pressed.ball
     design = sensor.report.design
@@ -128,64 +130,65 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[Bal
         bound = f"from {least:.3g} to {largest:.3g} MPa, as firm as the fruit of the design"
         raise validation_error("--ball-reduced-modulus", ball.reduced_MPa, "MPa", bound, "take another ball")
 
-    def say(told: str) -> None:
-        pressed.say(f"{source}: {told}")
+    def say(note: str) -> None:
+        pressed.say(f"{source}: {note}")
 
     signal = Signal(rows.rows_of(source, "--ball"), len(sensor.report.tips), pressed.columns, say)
     for note in (signal.understood, *signal.notes):
         pressed.say(note)
     readings = list(readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
-    return correction_of(readings, ball, sensor, str(source)), presses_told(readings)
+    return correction_of(readings, ball, sensor, str(source)), count_presses(readings)
 
 
-def _counts(reading: FruitReading) -> bool:
-    """Return whether a press on a ball counts."""
+def _is_accepted(reading: FruitReading) -> bool:
+    """Return whether a press on a ball has a modulus and no flag that excludes it."""
     return reading.E is not None and MAY_STAND.issuperset(reading.flags)
 
 
-def presses_told(readings: Sequence[FruitReading]) -> BallPresses:
+def count_presses(readings: Sequence[FruitReading]) -> BallPresses:
     """Return the numbers of accepted and rejected presses on a ball, from their readings."""
-    left_out = [each for each in readings if not _counts(each)]
-    flags = Counter(flag for each in left_out for flag in each.flags if flag not in MAY_STAND)
-    return BallPresses(counted=len(readings) - len(left_out), presses=len(readings), flags=dict(flags))
+    rejected = [reading for reading in readings if not _is_accepted(reading)]
+    flags = Counter(flag for reading in rejected for flag in reading.flags if flag not in MAY_STAND)
+    return BallPresses(counted=len(readings) - len(rejected), presses=len(readings), flags=dict(flags))
 
 
 def correction_of(
     readings: Sequence[FruitReading], ball: ReferenceBall, sensor: MeasuringUnit, source: str
 ) -> BallCorrection:
-    """Return the correction of a unit from its readings on a ball; raises InputError, naming `source`, without one.
+    """Return the correction of a unit from its readings on a ball.
 
-    A ball is deeper than the fruit of the design, whose law the unit reads by. So the median of the presses is compared
-    with the reading of a simulated press on deep flesh.
+    The unit reads by the law of the design's fruit, but a ball is deeper than that fruit. So the median of the presses
+    is compared with the reading of a simulated press on deep flesh. Raises InputError for too few accepted presses, for
+    a factor out of bounds, and for presses that scatter too much; `source` is the name of their file in messages.
     """
-    presses = list(filter(_counts, readings))
+    presses = list(filter(_is_accepted, readings))
     if len(presses) < FEWEST_PRESSES:
-        told = presses_told(readings)
-        flags = f" ({told.flags_text})" if told.flags else ""
-        bound = f"at least {FEWEST_PRESSES} of {told.presses} presses with a modulus and without flags{flags}"
+        numbers = count_presses(readings)
+        flags = f" ({numbers.flags_text})" if numbers.flags else ""
+        bound = f"at least {FEWEST_PRESSES} of {numbers.presses} presses with a modulus and without flags{flags}"
         raise validation_error(source, len(presses), "presses", bound, "press the ball again; pipeline read flags each")
     on_ball = sensor.on_ball(ball.radius_mm)
-    E = _as_fruit(ball, sensor)
+    E = _equivalent_modulus(ball, sensor)
     forces, found = deep_press(on_ball, E)
-    read = np.array([each.E for each in presses])
-    factor = on_ball.corrected(found.E) / float(np.median(read))
+    moduli = np.array([press.E for press in presses])
+    factor = on_ball.corrected(found.E) / float(np.median(moduli))
     if not FACTOR.hold(factor):
         hint = "check the unit of the modulus, and the springs"
         name = f"{source}: E of the ball over E read"
         raise validation_error(name, float(f"{factor:.3g}"), "", str(FACTOR), hint)
     # The median of a normal sample has pi / 2 times the variance of the mean.
-    scatter = float(np.log(read).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(read))
-    by_chance = scatter * student(len(read) - 1) / COVERAGE
-    if not SCATTER.hold(100.0 * COVERAGE * by_chance):
-        name = f"{source}: error of the factor (95 %) by the scatter of {len(read)} presses"
+    deviation = float(np.log(moduli).std(ddof=1)) * math.sqrt(0.5 * math.pi / len(moduli))
+    scatter = deviation * student(len(moduli) - 1) / COVERAGE
+    if not SCATTER.hold(100.0 * COVERAGE * scatter):
+        name = f"{source}: error of the factor (95 %) by the scatter of {len(moduli)} presses"
         hint = "press oftener, level and at an even pace; a ball on a soft base gives way"
-        raise validation_error(name, float(f"{100.0 * COVERAGE * by_chance:.3g}"), "%", str(SCATTER), hint)
-    durations = [each.press_s for each in presses if each.press_s is not None]
+        raise validation_error(name, float(f"{100.0 * COVERAGE * scatter:.3g}"), "%", str(SCATTER), hint)
+    durations = [press.press_s for press in presses if press.press_s is not None]
     press_s = float(np.median(durations)) if durations else on_ball.report.design.press_s
-    alike = _alike_in_presses(on_ball, found, press_s, max(each.time_s for each in presses))
+    common = _common_error(on_ball, found, press_s, max(press.time_s for press in presses))
     return BallCorrection(
         factor=factor,
-        percent=math.hypot(ball.percent, 100.0 * by_chance, 100.0 * alike),
+        percent=math.hypot(ball.percent, 100.0 * scatter, 100.0 * common),
         E_MPa=E,
         radius_mm=ball.radius_mm,
         press_s=press_s,
@@ -196,9 +199,10 @@ def correction_of(
 
 
 def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
-    """Return the forces of a level press without noise on a ball, (samples, tips) [N], and their uncorrected reading.
+    """Return the forces (samples, tips) [N] of a level press on a ball, without noise, and their uncorrected reading.
 
-    The ball is deep flesh of a modulus E [MPa]. Raises InputError if the springs are too far from the design.
+    The ball is taken as a half-space of modulus E [MPa] under a curved surface. Raises InputError if the press has no
+    solution or no reading, because the springs are too far from the design.
     """
     domes, law = on_ball.domes, on_ball.rise_law
     assert domes is not None  # noqa: S101 - a design that takes a ball has them
@@ -213,24 +217,28 @@ def deep_press(on_ball: MeasuringUnit, E: float) -> tuple[Floats, RiseReading]:
         raise InputError(msg) from error
 
 
-def _alike_in_presses(on_ball: MeasuringUnit, found: RiseReading, press_s: float, time_s: float) -> float:
-    """Return the relative standard deviation [1] of all presses on a ball by errors that fruit readings do not share.
+def _common_error(on_ball: MeasuringUnit, found: RiseReading, press_s: float, time_s: float) -> float:
+    """Return the relative standard deviation [1] that all presses on a ball have in common, but not with fruit.
 
-    They come from zeros and times of the channels, and from the contact model. Gains are as at the weighing, because
-    the ball is pressed at the same temperature. `time_s` [s] is the standard deviation of the time of each channel.
+    It is due to zeros and sampling times of the channels, and to the contact model. Gains are as at the weighing,
+    because the ball is pressed at the same temperature. `press_s` [s] is the duration of the presses, and `time_s` [s]
+    the standard deviation of each channel's sampling time.
     """
-    by_unit = on_ball.channels_in(time_s, press_s).of_press([found.slopes])
-    return math.hypot(*(by_unit[cause] for cause in OF_EITHER), BOUNDED * on_ball.model_error)
+    unit_errors = on_ball.channels_in(time_s, press_s).of_press([found.slopes])
+    return math.hypot(*(unit_errors[cause] for cause in UNDETERMINED), BOUNDED * on_ball.model_error)
 
 
 def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
-    """Return the change of a press on a ball by one standard deviation of each form error of the domes [%]."""
+    """Return the change of E [%] in a press on a ball due to one standard deviation of each form error of the domes.
+
+    `forces` (samples, tips) [N] are the forces of the press.
+    """
     model = RiseModel(law=on_ball.rise_law)
     curvature = 1.0 / on_ball.radii_mm[0] if on_ball.radii_mm else 0.0
     moved = moved_by_form(on_ball.report.design, model, forces, (curvature, curvature))
     return tuple((100.0 * moved).tolist())
 
 
-def _as_fruit(ball: ReferenceBall, sensor: MeasuringUnit) -> float:
-    """Return the modulus of a fruit that responds as a ball does [MPa]: with the same E / (1 - nu^2)."""
+def _equivalent_modulus(ball: ReferenceBall, sensor: MeasuringUnit) -> float:
+    """Return the modulus [MPa] of a fruit of the design that has the same E / (1 - nu^2) as a ball."""
     return ball.reduced_MPa / sensor.reduced(1.0)

@@ -20,7 +20,11 @@ _BALL = "correct the unit by a reference ball, --ball: the form of its domes is 
 
 
 def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdict]:
-    """Return the verdicts on a unit: P_max and NL if the design has targets, else the uncertainty of its readings."""
+    """Return the verdicts on a unit whose readings over the range of moduli are `rows`.
+
+    They are P_max and NL if the design has targets and no requirements for a reading. Otherwise they are the
+    uncertainty of the readings.
+    """
     design = sensor.report.design
     if design.reading is None and design.targets is not None:
         return _target_verdicts(sensor)
@@ -37,26 +41,31 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> list[Verdic
 
 
 def _fails_by_form(sensor: MeasuringUnit, worst: UnitRow, limit: float) -> bool:
-    """Return whether a unit would keep a limit [1] if a reference ball removed the form errors of its domes."""
+    """Return whether a unit misses a `limit` [1] only because of the form errors of its domes.
+
+    The limit is for the standard uncertainty. `worst` is the row whose uncertainty is largest relative to its limit. A
+    reference ball would remove the form errors.
+    """
     if sensor.unit.ball is not None or not sensor.report.design.takes_ball:
         return False
-    left = worst.u**2 - sum((COVERAGE * error) ** 2 for error in sensor.by_form(worst.E))
-    return worst.u > COVERAGE * limit >= math.sqrt(max(left, 0.0))
+    without_form = worst.u**2 - sum((COVERAGE * error) ** 2 for error in sensor.form_deviations(worst.E))
+    return worst.u > COVERAGE * limit >= math.sqrt(max(without_form, 0.0))
 
 
 def _target_verdicts(sensor: MeasuringUnit) -> list[Verdict]:
     """Return the verdicts on P_max and NL of a pair, by the law that sized its springs."""
     targets = sensor.report.design.nominal_targets
-    reached = _reached(sensor)
-    slopes = [(_reached(sensor.with_stiffness(tip, 1.0 + STEP)) - reached) / STEP for tip in range(2)]
-    by_springs = [error_by_springs(sensor, of_value) for of_value in np.transpose(slopes)]
-    P, NL = (Estimate(float(value), error) for value, error in zip(reached, by_springs, strict=True))
+    values = _target_values(sensor)
+    # Slopes against ln K of each spring by finite differences, for the errors due to the springs.
+    slopes = [(_target_values(sensor.with_stiffness(tip, 1.0 + STEP)) - values) / STEP for tip in range(2)]
+    errors = [error_by_springs(sensor, value_slopes) for value_slopes in np.transpose(slopes)]
+    P, NL = (Estimate(float(value), error) for value, error in zip(values, errors, strict=True))
     words = "by the two-spring law with the stiffnesses of the unit"
-    return [_hinted(P_max_verdict(P, targets, words)), _hinted(NL_verdict(NL, targets, words))]
+    return [_add_hint(P_max_verdict(P, targets, words)), _add_hint(NL_verdict(NL, targets, words))]
 
 
-def _reached(sensor: MeasuringUnit) -> Floats:
-    """Return P_max and NL [1] of a unit."""
+def _target_values(sensor: MeasuringUnit) -> Floats:
+    """Return P_max and NL [1] of a unit, at the firmest fruit of its design."""
     definition = sensor.report.design.nominal_targets.NL_definition
     E_max = sensor.report.design.fruit.E_max_MPa
     K_low, K_high = sensor.unit.stiffnesses
@@ -68,13 +77,13 @@ def _reached(sensor: MeasuringUnit) -> Floats:
     return np.array([force_ratio(springs, K_m, ratio), NL])
 
 
-def _hinted(verdict: Verdict) -> Verdict:
-    """Return a verdict; if the error of its springs leaves it undecided, with the accuracy that would decide it.
+def _add_hint(verdict: Verdict) -> Verdict:
+    """Return a verdict; if it is undecided due to the error of the springs, with the accuracy that would decide it.
 
-    The error of a spring falls with the root of the number of its readings.
+    The error of a spring falls with the square root of the number of its readings.
     """
     if verdict.passed is not None or verdict.error is None:
         return verdict
-    times = verdict.error / verdict.allowed_miss
-    hint = f"know the springs {times:.2g} times better: about {times**2:.2g} times as many readings"
+    factor = verdict.error / verdict.allowed_miss
+    hint = f"know the springs {factor:.2g} times better: about {factor**2:.2g} times as many readings"
     return replace(verdict, remedy=f"{hint}, or heavier weights and a finer dial")

@@ -1,4 +1,4 @@
-"""Springs and channels from weights on one tip after another, by straight lines through each column."""
+"""Springs and channels from weights on one tip after another, by straight lines fitted to each column."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,12 +17,15 @@ from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, validatio
 from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, OddRow, fitted
 
 DEFLECTION = "deflection"
-_LEAST_COMPLIANCE = 1e-6  # least compliance of a spring [mm/N]; below it nothing moved
-# largest condition number of gains, each over its channel's own; beyond it channels do not separate the tips
+_LEAST_COMPLIANCE = 1e-6  # smallest compliance of a spring [mm/N]; below it nothing moved
+# largest condition number of the matrix of relative gains; beyond it the channels do not separate the tips
 _WORST_CONDITION = 100.0
 
 Lines = Mapping[tuple[str, str], Line]
-"""The line of each column over the weights on each tip or leaf of a coupon, by both names."""
+"""The line of each column against the weights on each tip, or leaf of a coupon.
+
+The key is the name of the tip or leaf, and the name of the column.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,11 +33,11 @@ class ChannelCalibration:
     """The calibration of the channels by weights, in the order of the tips.
 
     `counts_per_N` (channels, tips) are slopes, and `gain_percent` is the standard deviation of each tip's force.
-    `bend_percent` is the change of a channel's slope from no weight to the largest, 0 if scatter explains it.
-    `lacks_of_fit` are the resulting errors. `crosstalk_percent` is the largest slope of a channel over another tip,
-    relative to its own tip. `hysteresis_percent` is the largest difference between readings of one weight.
-    `drift_percent` is the last reading without weight less the first. Both are relative to the counts of the largest
-    weight.
+    `bend_percent` is the change of a channel's slope from no weight to the largest weight, 0 if scatter explains it.
+    `lacks_of_fit` are the errors of a straight line due to this change. `crosstalk_percent` is the largest slope of a
+    channel against the weight on another tip, relative to its own tip. `hysteresis_percent` is the largest difference
+    between readings of one weight. `drift_percent` is the last reading without weight minus the first one. Both are
+    relative to the counts of the largest weight.
     """
 
     counts_per_N: Floats
@@ -64,34 +67,35 @@ def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:
 
 
 def weighed_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[str], forces: Floats) -> Lines:
-    """Return the lines of the deflection and of other columns over the weights on each name.
+    """Fit lines of the deflection and of other columns against the weights on each tip or leaf in `names`.
 
-    `forces` [N] are the weights of the rows at one time, from `Weighing`. Raises InputError for a name without at least
-    three rows of two weights, and for a deflection that fits no line or shows no spring.
+    `forces` (rows,) [N] are the weights corrected for creep to one time, from `Weighing`. Raises InputError for a name
+    without at least three rows of two weights, and for a deflection that fits no line or shows no spring.
     """
     lines = {}
     for name in names:
         rows = _rows_of(table, name)
         loads = table.numbers["force"][rows]
         _refuse_few_weights(table, name, loads)
-        for shown in (DEFLECTION, *columns):
-            digits = table.last_digits[shown][rows]
-            lines[name, shown] = fitted(forces[rows], table.numbers[shown][rows], digits, levels=loads)
+        for column in (DEFLECTION, *columns):
+            resolution = table.last_digits[column][rows]
+            # The weights themselves are the levels: creep makes several forces of one weight.
+            lines[name, column] = fitted(forces[rows], table.numbers[column][rows], resolution, levels=loads)
         _refuse_bad_deflection(table, name, lines[name, DEFLECTION])
     return lines
 
 
 def spring_of(deflection: Line) -> Estimate:
-    """Return the stiffness [N/mm] from the line of a deflection [mm] over forces [N], with its standard deviation."""
+    """Return the stiffness [N/mm] with its standard deviation, from the line of deflection [mm] against force [N]."""
     K = 1.0 / deflection.slope.value
     return Estimate(K, max(deflection.slope.relative, LEAST_ERROR) * K, "N/mm")
 
 
 def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces: Floats) -> ChannelCalibration | None:
-    """Return the channels from a table of weights; None if it has no counts.
+    """Return the calibration of the channels by a table of weights; None if the table has no counts.
 
     `forces` are as in `weighed_lines`. Raises InputError for a tip whose first row has a weight, because the tare is
-    missing. It also refuses a row that does not fit, and channels that do not separate the tips.
+    missing, for an outlier, and for channels that do not separate the tips.
     """
     names = [tip.name for tip in report.tips]
     keys = count_keys(len(names))
@@ -104,12 +108,12 @@ def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces:
     for name, key, line in zip(names, keys, own_lines, strict=True):
         rows = _rows_of(table, name)
         loads = table.numbers["force"][rows]
-        # corrected to one time after hanging
-        shown = table.numbers[key][rows] - line.slope.value * (forces[rows] - loads)
-        full_percent = 100.0 / (abs(line.slope.value) * float(np.ptp(loads)))
-        without = shown[loads == 0.0]
-        hysteresis.append(full_percent * max(float(np.ptp(shown[loads == load])) for load in set(loads.tolist())))
-        drift.append(full_percent * float(without[-1] - without[0]))
+        counts = table.numbers[key][rows] - line.slope.value * (forces[rows] - loads)  # without creep
+        percent_per_count = 100.0 / (abs(line.slope.value) * float(np.ptp(loads)))
+        zeros = counts[loads == 0.0]
+        widths = [float(np.ptp(counts[loads == load])) for load in set(loads.tolist())]
+        hysteresis.append(percent_per_count * max(widths))
+        drift.append(percent_per_count * float(zeros[-1] - zeros[0]))
     gains = zip(own_lines, hysteresis, strict=True)
     return ChannelCalibration(
         counts_per_N=counts_per_N,
@@ -126,9 +130,9 @@ def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces:
 
 
 def _rows_of(table: MeasuredTable, name: str) -> NDArray[np.intp]:
-    """Return the indices of the rows with a weight on a name."""
-    (weighed,) = table.texts.values()
-    return np.flatnonzero(np.array(weighed) == name)
+    """Return the indices of the rows for the tip or leaf called `name`."""
+    (names,) = table.texts.values()
+    return np.flatnonzero(np.array(names) == name)
 
 
 def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
@@ -143,8 +147,8 @@ def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
 
 
 def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
-    """Raise InputError for a row that does not fit the line of a deflection, and for a line that shows no spring."""
-    _refuse_odd_row(table, name, DEFLECTION, line.odd_row())  # first: one wrong row spoils the line of all
+    """Raise InputError for an outlier of a deflection, and for a line that shows no spring or is too uncertain."""
+    _refuse_outlier(table, name, DEFLECTION, line.odd_row())  # first: one wrong row spoils the line of all
     field = f"{table.source}: compliance of {name}"
     compliance = line.slope
     if not compliance.value > _LEAST_COMPLIANCE:
@@ -155,19 +159,19 @@ def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
         raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
 
 
-def _refuse_odd_row(table: MeasuredTable, name: str, column: str, found: OddRow | None) -> None:
-    """Raise InputError for a row of a name that does not fit the line of the other rows; the message names it."""
-    if found is not None:
-        row = int(_rows_of(table, name)[found.index])
+def _refuse_outlier(table: MeasuredTable, name: str, column: str, outlier: OddRow | None) -> None:
+    """Raise InputError if a column has an outlier: a row that does not fit the line of the other rows of `name`."""
+    if outlier is not None:
+        row = int(_rows_of(table, name)[outlier.index])
         place = place_of(table.source, table.lines[row], column)
         unit = "mm" if column == DEFLECTION else "counts"
-        bound = f"about {found.expected:.6g}, where the line of the other rows is"
+        bound = f"about {outlier.expected:.6g}, where the line of the other rows is"
         hint = "measure that row again, or leave it out"
         raise validation_error(place, float(table.numbers[column][row]), unit, bound, hint)
 
 
 def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Sequence[str], lines: Lines) -> None:
-    """Raise InputError for a missing tare, a row that does not fit, and a channel that does not show its own tip.
+    """Raise InputError for a missing tare, an outlier, and a channel that does not respond to its own tip.
 
     The first row of each tip must be without weight: it is the tare.
     """
@@ -178,33 +182,33 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
         if load != 0.0:
             place = place_of(table.source, table.lines[first], "tip")
             raise validation_error(place, load, "N", "0 in the first row of a tip", "tare first")
-        _refuse_odd_row(table, name, key, line.odd_row())
+        _refuse_outlier(table, name, key, line.odd_row())
         slope = line.slope
         if not COVERAGE * slope.error < abs(slope.value):
             field = f"{table.source}: {key} over the weight on {name}"
             bound = f"known to 100 %, not ± {COVERAGE * slope.error:.2g} counts/N"
             raise validation_error(field, slope.value, "counts/N", bound, "check the channel and its wires")
-    # A channel shows little of another tip: its rows are judged over the span of its own tip.
+    # A channel responds little to another tip, so outliers are detected relative to the span of its own tip.
     for name in names:
         for key, own in zip(keys, own_lines, strict=True):
-            _refuse_odd_row(table, name, key, lines[name, key].odd_row(own.span))
+            _refuse_outlier(table, name, key, lines[name, key].odd_row(own.span))
 
 
 def _crosstalk_percent(
     table: MeasuredTable, names: Sequence[str], keys: Sequence[str], counts_per_N: Floats
 ) -> tuple[float, ...]:
-    """Return the largest slope of each channel over another tip, relative to its own tip [%].
+    """Return the largest slope of each channel against the weight on another tip, relative to its own tip [%].
 
-    Raises InputError for channels that do not separate the tips.
+    `counts_per_N` (channels, tips) are the slopes. Raises InputError for channels that do not separate the tips.
     """
     relative = counts_per_N / np.diag(counts_per_N)[:, None]
-    others = np.abs(relative - np.eye(len(names))).max(axis=1)
-    if not others.max() < 1.0:
-        channel = int(others.argmax())
+    crosstalk = np.abs(relative - np.eye(len(names))).max(axis=1)
+    if not crosstalk.max() < 1.0:
+        channel = int(crosstalk.argmax())
         field = f"{table.source}: largest counts/N of {keys[channel]} by another tip, over counts/N by {names[channel]}"
         bound = "below 1: each channel responds most to its own tip"
-        raise validation_error(field, float(f"{others[channel]:.4g}"), "", bound, "check order and wires")
+        raise validation_error(field, float(f"{crosstalk[channel]:.4g}"), "", bound, "check order and wires")
     if not np.linalg.cond(relative) < _WORST_CONDITION:
         bound = "a table in which each channel responds most to its own tip"
         raise validation_error(table.source, float(np.linalg.cond(relative)), "", bound, "check order and wires")
-    return tuple((100.0 * others).tolist())
+    return tuple((100.0 * crosstalk).tolist())

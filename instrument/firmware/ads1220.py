@@ -61,16 +61,16 @@ class Converter:
         self.select = select
         self.ready = ready
         self.clock = clock
-        self.t = 0
-        self.before = clock.ticks_us()
+        self.t = 0  # time of the last sample since this call [us]; unlike the clock it does not wrap
+        self.last_tick = clock.ticks_us()
 
     def send(self, *command: int, answer: int = 0) -> bytearray:
-        """Send a command and return the bytes of its answer."""
-        taken = bytearray(len(command) + answer)
+        """Send the bytes of a command and return its answer, which has `answer` bytes."""
+        received = bytearray(len(command) + answer)
         self.select.value(0)
-        self.bus.write_readinto(bytes(command) + bytes(answer), taken)
+        self.bus.write_readinto(bytes(command) + bytes(answer), received)
         self.select.value(1)
-        return taken[len(command) :]
+        return received[len(command) :]
 
     def begin(self) -> bool:
         """Reset the converter and write its settings; return whether it holds them afterwards."""
@@ -87,9 +87,9 @@ class Converter:
 
     def count(self) -> int | None:
         """Return the count of the started conversion, or None if it is not ready in time."""
-        begun = self.clock.ticks_us()
+        start_tick = self.clock.ticks_us()
         while self.ready.value():  # 8.5.1.3: low when data are ready
-            if self.clock.ticks_diff(self.clock.ticks_us(), begun) > LATEST_US:
+            if self.clock.ticks_diff(self.clock.ticks_us(), start_tick) > LATEST_US:
                 return None
         high, middle, low = self.send(READ_DATA, answer=3)
         count = (high << 16) + (middle << 8) + low  # 8.5.2: 24 bits in two's complement, most significant byte first
@@ -103,8 +103,8 @@ class Converter:
         """
         while True:
             now = self.clock.ticks_us()
-            self.t += self.clock.ticks_diff(now, self.before)
-            self.before = now
+            self.t += self.clock.ticks_diff(now, self.last_tick)
+            self.last_tick = now
             counts = [0] * len(order)
             for channel in order:
                 self.start(channel)

@@ -30,8 +30,8 @@ from sensor.turns import in_turn
 _SKETCH = "sketch"
 """The name of the sketch for Arduino and of the folder that contains it."""
 SADDLE_STEPS = 12
-"""Iterations for the offset of a saddle; each leaves some per cent of the error."""
-SETTLED = 1e-4  # largest change of the offset in the last step, relative to the springs' part of the contrast
+"""Number of iterations for the offset of a saddle; each leaves some per cent of the previous error."""
+SETTLED = 1e-4  # largest change of the offset in the last iteration, relative to the springs' part of the contrast
 
 
 @in_turn()
@@ -97,24 +97,24 @@ def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) ->
 
 
 def header_text(sensor: MeasuringUnit) -> str:
-    """Return the read-out of a unit in single-precision C99 without heap, with the constants of the unit.
+    """Return the read-out of a unit as a C99 header in single precision, without a heap, with the unit's constants.
 
     Raises InputError for a design with fruit.relaxation.
     """
     return render_template(
         "firmware/firmware.h.j2",
-        _single,
+        _single_literal,
         most_presses=press_core.MOST_PRESSES,
         much_less_certain=press_core.MUCH_LESS_CERTAIN,
-        **_about(sensor),
+        **_description(sensor),
         **_constants(sensor),
     )
 
 
 def module_text(sensor: MeasuringUnit) -> str:
-    """Return the read-out of a unit as a MicroPython module: press_core.py with constants; it imports only math.
+    """Return the read-out of a unit as a MicroPython module: the source of press_core.py with the unit's constants.
 
-    Raises InputError for a design with fruit.relaxation.
+    The module imports only math. Raises InputError for a design with fruit.relaxation.
     """
     core = inspect.getsource(press_core).partition("\nimport math\n")[2]
     constants = {name: repr(value) for name, value in _constants(sensor).items() if name in Unit.__annotations__}
@@ -124,8 +124,9 @@ def module_text(sensor: MeasuringUnit) -> str:
 def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
     """Return the programs of a design's board by their paths: in MicroPython, and as a sketch for Arduino.
 
-    They print the counts of all channels; for a calibrated unit they also print E of each press. Raises InputError for
-    an unknown board, for channels without calibration, and for a calibrated unit as `header_text` does.
+    They print the counts of all channels; if `calibrated`, they print E of each press. Raises InputError for a design
+    without a board, for a circuit that the programs do not drive, and for a calibration without counts. For a
+    calibrated unit it is also raised for a design with fruit.relaxation.
     """
     _refuse_other_boards(sensor)
     if not calibrated:
@@ -135,25 +136,28 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
     else:
         hint = "calibrate with counts, or leave it out to print counts"
         raise validation_error("--unit", sensor.unit.method, "", "a unit whose counts are calibrated", hint)
-    of_chip = {name: value for name, value in vars(ads1220).items() if name.isupper()}
+    chip_constants = {name: value for name, value in vars(ads1220).items() if name.isupper()}
     for name in ("ads1220.h", f"{_SKETCH}.ino"):
-        about = _about(sensor) | {"calibrated": calibrated} | of_chip
-        files[f"{_SKETCH}/{name}"] = render_template(f"firmware/{name}.j2", **about)
+        values = _description(sensor) | {"calibrated": calibrated} | chip_constants
+        files[f"{_SKETCH}/{name}"] = render_template(f"firmware/{name}.j2", **values)
     return files
 
 
 def _refuse_other_boards(sensor: MeasuringUnit) -> None:
-    """Raise InputError for a design without a board, or with a circuit that the programs do not drive."""
+    """Raise InputError for a design without a board, or with a circuit that the programs do not drive.
+
+    The programs drive the default circuit of a read-out.
+    """
     design = sensor.report.design
     if _board_of(sensor) is None:
         bound = "left out where the design has no [readout] with a channel for each tip"
         raise validation_error("--logger", design.name, "", bound, "add [readout], and run pipeline design again")
-    readout, own = design.readout or Readout(), Readout()
+    readout, default = design.readout or Readout(), Readout()
     for name in ("rate_Hz", "bits", "full_scale_mV"):
         key = f"readout.{name}"
-        value, driven = getattr(readout.circuit, name), getattr(own.circuit, name)
-        if value != driven:
-            bound = f"{driven:g} for --logger, as the {own.circuit.name} is driven"
+        value, supported = getattr(readout.circuit, name), getattr(default.circuit, name)
+        if value != supported:
+            bound = f"{supported:g} for --logger, as the {default.circuit.name} is driven"
             raise validation_error(key, value, "", bound, "write the program of that amplifier yourself")
     if readout.delay_ms is not None:
         bound = "left out for --logger, which converts the channels in turn"
@@ -162,27 +166,32 @@ def _refuse_other_boards(sensor: MeasuringUnit) -> None:
 
 
 def _board_program(sensor: MeasuringUnit, *, core: str, constants: dict[str, str]) -> str:
-    """Return the MicroPython program of a board; with constants it also reads presses."""
+    """Return the MicroPython program of a board.
+
+    `core` is the source of press_core.py, and `constants` are the unit's constants as source. If both are empty, the
+    program only prints counts.
+    """
+    # The driver's protocols, before its first constant, are only for type checkers.
     driver = inspect.getsource(ads1220).partition("\n\n\nRESET = ")
     return render_template(
         "firmware/board.py.j2",
         core=core,
         constants=constants,
         driver=(driver[1] + driver[2]).strip(),
-        **_about(sensor),
+        **_description(sensor),
     )
 
 
 def _board_of(sensor: MeasuringUnit) -> Board | None:
-    """Return the board of a design; None without a read-out that has a channel for each tip."""
+    """Return the board of a design, or None if the design has no read-out with a channel for each tip."""
     signal = sensor.report.read_out.signal
     if signal is None or len(sensor.report.tips) > AMPLIFIERS[signal.amplifier].channels:
         return None
     return BOARDS[signal.board]
 
 
-def _about(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the values for templates that describe a unit, its channels and its board."""
+def _description(sensor: MeasuringUnit) -> dict[str, object]:
+    """Return the values for templates that describe a unit, its channels and its board, but not its numbers."""
     signal = sensor.report.read_out.signal
     board = _board_of(sensor)
     return {
@@ -205,30 +214,31 @@ def _about(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the constants of a unit, as `press_core.Unit` describes them: forces [N], lengths [mm], moduli [MPa].
+    """Return the constants of a unit by their names; `press_core.Unit` describes each of them.
 
-    Raises InputError for flesh that relaxes, because its reading needs the hold.
+    Forces are in N, lengths in mm and moduli in MPa. Raises InputError for flesh that relaxes, because its reading
+    requires the hold.
     """
     if sensor.report.design.fruit.relaxation is not None:
         bound = "left out for firmware, which reads no hold"
         raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
-    least, largest = sensor.range_MPa
+    softest, firmest = sensor.range_MPa
     signal = sensor.report.read_out.signal
-    later = [] if signal is None else list(signal.delays)
+    delays = [] if signal is None else list(signal.delays)
     return {
         "gains": [*sensor.unit.gain],
         "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],
         "saturation": sensor.unit.saturation_counts,
         "lowest_forces": sensor.lowest_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
-        "later": later,
-        "several": 2 if later else 1,
+        "later": delays,
+        "several": 2 if delays else 1,  # interpolation between two samples spreads a bad conversion to both
         "time_deviation": 0.0 if signal is None else signal.time_deviation,
         "largest_by_time": LARGEST_BY_TIME,
-        "least_E": least * (1.0 - AT_THE_EDGE),
-        "largest_E": largest * (1.0 + AT_THE_EDGE),
+        "least_E": softest * (1.0 - AT_THE_EDGE),
+        "largest_E": firmest * (1.0 + AT_THE_EDGE),
         "reduced": sensor.reduced(1.0),
-        **_level(sensor.report.read_out.level_readings, sensor.press_over_weighed(), sensor.ball_factor),
+        **_level_constants(sensor.report.read_out.level_readings, sensor.press_over_weighed(), sensor.ball_factor),
         **_contrast_constants(sensor, sensor.rise_law),
         **spike_constants(sensor),
         **_seating_constants(sensor),
@@ -243,24 +253,27 @@ def _inputs(signal: SignalPath) -> list[int]:
     return [*order, *range(len(order), int(AMPLIFIERS[signal.amplifier].channels))]
 
 
-def _level(rows: Sequence[LevelReading], stiffened: float, by_ball: float) -> dict[str, object]:
-    """Return the level readings as logarithms, and the correction factor for a single row.
+def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_factor: float) -> dict[str, object]:
+    """Return the table that corrects the modulus that a level sensor reads, and the factor in place of a single row.
 
-    Springs are stiffer in a press than at the weighing by the factor `stiffened` [1], so they read too low by it.
-    `by_ball` is the factor of a reference ball.
+    `rows` are the level readings of the report. Springs are stiffer in a press than at the weighing by the factor
+    `stiffening` [1], so readings are too low by it. `ball_factor` [1] is the factor of a reference ball.
     """
-    if not rows and stiffened != 1.0:
+    if not rows and stiffening != 1.0:
         rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
-    by_creep = math.log(stiffened)
+    creep_shift = math.log(stiffening)
     return {
-        "level_logs": [math.log(row.read_MPa) - by_creep for row in rows],
-        "level_shifts": [math.log(row.E_MPa / row.read_MPa) + by_creep + math.log(by_ball) for row in rows],
-        "level_factor": by_ball * stiffened * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
+        "level_logs": [math.log(row.read_MPa) - creep_shift for row in rows],
+        "level_shifts": [math.log(row.E_MPa / row.read_MPa) + creep_shift + math.log(ball_factor) for row in rows],
+        "level_factor": ball_factor * stiffening * rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
     }
 
 
 def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the loads [N/mm] and forces [N] from which a press is summed, and the constants of the seating."""
+    """Return the constants that determine the part of a press in which flat tips are fully seated.
+
+    They include the loads [N/mm] from which a press is summed, and the forces of the tips [N] at each load.
+    """
     seating = seating_of(sensor)
     return {
         "loads": seating.loads,
@@ -271,36 +284,42 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
     }
 
 
-def _single(value: float) -> str:
+def _single_literal(value: float) -> str:
     """Return a number as a single-precision literal of C."""
     text = f"{value:.9g}"
-    return f"{text}f" if any(sign in text for sign in ".e") else f"{text}.0f"
+    return f"{text}f" if any(character in text for character in ".e") else f"{text}.0f"
 
 
 def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object]:
-    """Return the constants in the formulas of the contrast: forces [N], lengths [mm], moduli [MPa]."""
+    """Return the constants from which the firmware evaluates the contrast and reads a modulus from its rise.
+
+    The contrast is a weighted sum over the tips in which travel and tilt cancel. Forces are in N, lengths in mm and
+    moduli in MPa; a list has one value for each tip. Raises InputError for a report without level readings of presses.
+    """
     sensor.refuse_without_rise_level()
     weights, C, S = law.contrast.arrays
     domes = law.rolling
     return {
-        "springs": (weights @ C).tolist(),
-        "fruit": (weights @ S).tolist(),
-        "domes": (law.contrast.hertz * weights).tolist(),
-        "gap": float(weights @ np.array(law.contrast.gaps)),
-        "noises": sensor.noises.tolist(),
+        "springs": (weights @ C).tolist(),  # weights of the forces F, through the deflections of the springs
+        "fruit": (weights @ S).tolist(),  # weights of F / E, through the compliance of the fruit
+        "domes": (law.contrast.hertz * weights).tolist(),  # weights of (F / E)^(2/3), through Hertz's flattening
+        "gap": float(weights @ np.array(law.contrast.gaps)),  # contrast of the known gaps under the tips
+        "noises": sensor.noises.tolist(),  # standard deviations of the forces
+        # A press is read only within these limits.
         "fewest": FEWEST,
         "latest_touch": LARGEST_TOUCH_FORCE,
         "least_rise": LEAST_RISE * float(np.linalg.norm(sensor.noises)),
         "largest_noise": LARGEST_NOISE,
+        # Iteration for the saddle of the skin, on which domes roll; other tips need a single step.
         "saddle_steps": 1 if domes is None else SADDLE_STEPS,
         "settled": SETTLED,
-        "weights": weights.tolist(),
-        "places": [] if domes is None else [along for place in domes.positions for along in place],
+        "weights": weights.tolist(),  # weight of each tip in the contrast
+        "places": [] if domes is None else [coordinate for axis in domes.positions for coordinate in axis],  # x and y
         "dome_radius": 0.0 if domes is None else domes.dome_radius,
-        "rolled": 1.0 if domes is None else domes.rolling_factor,
-        "felt": 1.0 if domes is None else domes.contrast_of_xy,
-        # part of the fruit's compliance beyond the half-space
+        "rolled": 1.0 if domes is None else domes.rolling_factor,  # distance of axes over distance of contacts
+        "felt": 1.0 if domes is None else domes.contrast_of_xy,  # contrast of x y, the shape of a saddle
+        # Boussinesq's factor: a force F lowers the surface of a half-space at distance r by body F / (E r).
         "body": 0.0 if domes is None else (1.0 - domes.poisson**2) / math.pi,
-        # what the body adds to a half-space
+        # The part of `fruit` that stays when contacts move: the difference of the body from a half-space.
         "still": [] if domes is None else (weights @ (S - domes.S())).tolist(),
     }

@@ -1,7 +1,7 @@
-"""Readings of presses by the rise of the contrast of the tips.
+"""The reading of a press from the rise of the contrast, a weighted sum over the tips in which travel and tilt cancel.
 
 Samples after the deepest one are not used, because flesh may have yielded by then. Errors that are constant in a press
-cancel in the modulus: the saddle of the skin, the heights and places of the tips, and the pose of the sensor.
+cancel in the modulus: the saddle of the skin, the heights and positions of the tips, and the pose of the sensor.
 """
 
 import math
@@ -26,12 +26,13 @@ AT_ONCE = Timing()
 
 
 def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = AT_ONCE) -> FruitReading:
-    """Return the reading of a press; without a modulus, its flag states the cause.
+    """Return the reading of a press; if the press determines no modulus, a flag states the cause.
 
-    `others` also holds the modulus by the force ratio of a pair, or the apparent modulus in the hold of flesh that
-    relaxes.
+    `timing` is the accuracy of the sampling times. The reading's `others` has a second modulus: from the force ratio of
+    a pair, or the apparent modulus in the hold of flesh that relaxes. The half width is wider if one sample changes the
+    modulus by more than it, and by the shift due to an uneven pace.
     """
-    relaxes = press.channels.shape[1] > press.tips
+    relaxes = press.channels.shape[1] > press.tips  # the forces of elastic flesh follow those of the tips
     law = sensor.rise_law.over_time if relaxes else sensor.rise_law
     spikes = ["spike"] if press.lines_left_out else []
 
@@ -42,46 +43,46 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         seated = seated_reading(sensor, law, press, timing.lag)
     except RiseError as error:
         return without_modulus(error.flag)
-    beside = _in_hold(sensor, press, seated.found) if relaxes else _by_force_ratio(sensor, press, seated)
-    if beside is None:
+    second = _held_reading(sensor, press, seated.found) if relaxes else _ratio_reading(sensor, press, seated)
+    if second is None:
         return without_modulus("released_early")
     found = seated.found
     press_s = press.duration_s
     E = sensor.corrected(found.E, press_s)
-    by_unit = sensor.channels_in(timing.deviation, press_s).of_press([found.slopes])
-    bend = sensor.by_bends(found.slopes.channel_bends, found.slopes.spring_bends)
-    deviations = Deviations.with_unit([found.noise], by_unit, _by_shape(sensor, found.slopes))
+    unit_errors = sensor.channels_in(timing.deviation, press_s).of_press([found.slopes])
+    bend = sensor.bend_error(found.slopes.channel_bends, found.slopes.spring_bends)
+    deviations = Deviations.with_unit([found.noise], unit_errors, _shape_deviations(sensor, found.slopes))
     parts = half_width(sensor, E, deviations, bend)
-    u = parts.of_one_press
+    u = parts.total
     tilt, direction = _pose(sensor, law, seated)
     forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
     flags = flags_of_modulus(sensor, E, u, forces, tilt)
     # If leaving out one sample changes the reading by more than its half width, that sample may be bad.
-    shift = _shift_by_one(sensor, law, seated, timing.lag, press_s)
-    wider = u + shift if shift > u else u
-    by_pace = pace_shift(sensor, press)
-    uneven = by_pace > LARGEST_BY_PACE
-    if uneven:
-        wider += by_pace
+    sample_shift = _largest_sample_shift(sensor, law, seated, timing.lag, press_s)
+    widened_u = u + sample_shift if sample_shift > u else u
+    shift_by_pace = pace_shift(sensor, press)
+    is_uneven = shift_by_pace > LARGEST_BY_PACE
+    if is_uneven:
+        widened_u += shift_by_pace
     causes = {
-        "uncertain": u <= UNCERTAIN < wider,
-        "one_sample": shift > u,
-        "uneven_pace": uneven,
-        "read_outs_disagree": beside.disagrees,
-        "too_fast": by_unit["times"] > LARGEST_BY_TIME,
+        "uncertain": u <= UNCERTAIN < widened_u,
+        "one_sample": sample_shift > u,
+        "uneven_pace": is_uneven,
+        "read_outs_disagree": second.disagrees,
+        "too_fast": unit_errors["times"] > LARGEST_BY_TIME,
     }
     noise = COVERAGE * sensor.steepness(E) * found.noise
     # The offset is a gap of the high tips above the low ones, so its sign is reversed for "nearer to the skin". The
     # offset of a pair is a tilt, and is not reported as an offset.
-    left = math.sqrt(max(u**2 - noise**2, 0.0))
-    offset_u = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * left)
+    other_errors = math.sqrt(max(u**2 - noise**2, 0.0))
+    offset_u = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * other_errors)
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
-        u=wider,
+        u=widened_u,
         tilt=tilt,
         direction=direction,
-        flags=(*flags, *(flag for flag, holds in causes.items() if holds), *spikes),
+        flags=(*flags, *(flag for flag, applies in causes.items() if applies), *spikes),
         ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
         samples=found.samples,
         noise=noise,
@@ -89,8 +90,8 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         offset=None if sensor.report.read_out.is_pair else -found.offset,
         offset_u=None if sensor.report.read_out.is_pair else offset_u,
         lines_left_out=press.lines_left_out,
-        others=beside.others,
-        relaxation=beside.relaxation,
+        others=second.others,
+        relaxation=second.relaxation,
         firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
         press_s=press_s,
         time_s=timing.deviation,
@@ -99,8 +100,8 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Beside:
-    """Other results of the same press: moduli by other methods [MPa], and the relaxation [1].
+class _SecondReading:
+    """Further results of the same press: moduli by other methods [MPa], by name, and the relaxation [1].
 
     `disagrees` is True if another modulus contradicts the modulus of the press.
     """
@@ -110,47 +111,55 @@ class _Beside:
     disagrees: bool = False
 
 
-def _by_force_ratio(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> _Beside:
-    """Return the modulus by the force ratio of the deepest sample, for a pair of flat tips.
+def _ratio_reading(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> _SecondReading:
+    """Return the modulus from the force ratio in the deepest sample; empty unless the unit is a pair of flat tips.
 
-    The two moduli differ if the sensor is tilted. Noise and the error of the contact model are allowed.
+    A tilt of the sensor makes the two moduli differ. Noise and the error of the contact model do not count as a
+    disagreement.
     """
     if not sensor.reads_moments:
-        return _Beside()
+        return _SecondReading()
     found = seated.found
     try:
-        by_ratio, noise = ratio_modulus_and_noise(sensor, seated.deepest)
+        modulus, noise = ratio_modulus_and_noise(sensor, seated.deepest)
     except ReadingError:
-        return _Beside(disagrees=True)
+        return _SecondReading(disagrees=True)
     allowed = COVERAGE * math.hypot(noise, found.noise) + sensor.model_error
-    return _Beside(
-        others={"force_ratio": sensor.corrected(by_ratio, press.duration_s)},
-        disagrees=abs(by_ratio / found.E - 1.0) > allowed,
+    return _SecondReading(
+        others={"force_ratio": sensor.corrected(modulus, press.duration_s)},
+        disagrees=abs(modulus / found.E - 1.0) > allowed,
     )
 
 
-def _in_hold(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> _Beside | None:
-    """Return the apparent modulus and the relaxation in the hold; None if it ended before the reading moment."""
+def _held_reading(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> _SecondReading | None:
+    """Return the apparent modulus and the relaxation in the hold of a press on flesh that relaxes.
+
+    Returns None if the hold ended before the reading moment of the design. The result is empty if the forces of the
+    hold give no modulus.
+    """
     press_s = press.duration_s
 
-    def stiffened(held_s: float) -> float:
+    def stiffening(held_s: float) -> float:
         return sensor.press_over_weighed(press_s) * sensor.softening_in_hold(held_s, press_s)
 
     try:
         held = held_moduli(
-            sensor.report.design, press, sensor.rise_law.with_offset(found.offset), found.offset, stiffened
+            sensor.report.design, press, sensor.rise_law.with_offset(found.offset), found.offset, stiffening
         )
     except ReadingError:
-        return _Beside()
+        return _SecondReading()
     if held is None:
         return None
-    return _Beside(others={"apparent": sensor.ball_factor * held.apparent}, relaxation=held.relaxation)
+    return _SecondReading(others={"apparent": sensor.ball_factor * held.apparent}, relaxation=held.relaxation)
 
 
-def _shift_by_one(sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int, press_s: float | None) -> float:
+def _largest_sample_shift(
+    sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int, press_s: float | None
+) -> float:
     """Return the largest relative change of E [1] if one bad conversion is left out; 1 if no modulus remains.
 
-    `lag` is the number of samples that one bad conversion affects.
+    `lag` is the number of consecutive samples that one bad conversion affects. `press_s` [s] is the duration of the
+    press.
     """
     E = sensor.corrected(seated.found.E, press_s)
     moduli = [sensor.corrected(found, press_s) for found in moduli_without(law, seated.rise, lag)]
@@ -158,31 +167,31 @@ def _shift_by_one(sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int,
 
 
 def _pose(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, float | None]:
-    """Return the tilt of the deepest sample and its direction [deg].
+    """Return the tilt of the sensor on the skin in the deepest sample, and its direction [deg].
 
-    The direction is None if the layout does not show it.
+    The tilt is the slope of the plane through the depths of the tips. The direction is None if the layout does not show
+    it, as for tips in a line.
     """
     tips = sensor.report.design.tips
     found, deepest = seated.found, seated.deepest
     if sensor.report.read_out.is_pair:  # the offset of a pair is the lead of the low tip
         return abs(math.degrees(math.atan(found.offset / tips.spacing_mm))), 0.0 if found.offset <= 0.0 else 180.0
-    lowered = lowered_tips(law.with_offset(found.offset), deepest.tolist(), found.E)[-len(tips.places_mm) :]
-    _, along, across = plane_through(tips.places_mm, lowered)
-    # `across` is None for tips in a line. A dome rolls on a round fruit: the tilt that lowers a point by 1
-    # lowers the contact of the dome by R / (r + R).
+    depths = lowered_tips(law.with_offset(found.offset), deepest.tolist(), found.E)[-len(tips.places_mm) :]
+    _, along, across = plane_through(tips.places_mm, depths)
+    # A dome rolls on a round fruit: the tilt that lowers a point by 1 lowers the contact of the dome by R / (r + R).
     rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     return tilt, None if across is None else math.degrees(math.atan2(across, along))
 
 
-def _by_shape(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
-    """Return relative standard deviations of the modulus [1] from the shape of the fruit and from the tip heights.
+def _shape_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
+    """Return the relative standard deviations of E [1] due to the fruit's mean curvature and to each tip's height.
 
-    Height errors act like a saddle, which moves the points of contact.
+    Height errors act like a saddle of the skin, which moves the points of contact.
     """
     weights = np.array(sensor.rise_law.contrast.weights)
     domes = sensor.domes
-    by_curvature = 0.0
+    curvature_error = 0.0
     if domes is not None:
-        by_curvature = slopes.mean_curvature(domes.relative_radius) * sensor.curvature_deviation
-    return [by_curvature, *(slopes.offset * weights * sensor.height_deviation).tolist()]
+        curvature_error = slopes.mean_curvature(domes.relative_radius) * sensor.curvature_deviation
+    return [curvature_error, *(slopes.offset * weights * sensor.height_deviation).tolist()]

@@ -1,7 +1,7 @@
 """Signed counts from logs without signs, in two's complement or in offset binary.
 
-A converter of n bits has -2^(n-1) as its least count. Two's complement without a sign writes -1 as 2^n - 1. Offset
-binary writes the least count as 0, and 0 as 2^(n-1).
+A converter of n bits has -2^(n-1) as its smallest count. Two's complement without a sign writes -1 as 2^n - 1. Offset
+binary writes the smallest count as 0, and 0 as 2^(n-1).
 """
 
 from collections.abc import Callable, Sequence
@@ -17,9 +17,11 @@ from sensor.quantity import validation_error
 def signed_counts(
     written: Sequence[float], counts_as: str | None, saturation: int, place: Callable[[int], str]
 ) -> tuple[float, ...]:
-    """Return the signed counts of one row, written as `unsigned`, as `offset`, or with their signs (None).
+    """Return the signed counts of one row of a table.
 
-    Raises InputError for a count at or beyond the end of the converter's range; `place` names a channel.
+    `counts_as` is the notation of the counts `written`: "unsigned" for two's complement without a sign, "offset" for
+    offset binary, or None for counts with signs. `saturation` is the largest signed count. Raises InputError for a
+    count at or beyond the end of the converter's range; `place` returns the name of a channel's cell for the message.
     """
     half = saturation + 1
     lowest, highest = (-saturation, saturation) if counts_as is None else (0, 2 * saturation + 1)
@@ -41,7 +43,7 @@ def signed_counts(
 def with_signed_counts(
     table: MeasuredTable, keys: Sequence[str], counts_as: str | None, saturation: int
 ) -> MeasuredTable:
-    """Return a table with signed counts in the given columns; raises InputError as `signed_counts` does."""
+    """Return a table in which the columns `keys` contain signed counts; raises InputError like `signed_counts`."""
     rows = zip(*(table.numbers[key].tolist() for key in keys), strict=True)
     signed = []
     for line, row in zip(table.lines, rows, strict=True):

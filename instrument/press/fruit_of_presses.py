@@ -4,11 +4,12 @@ A press cannot detect what is local, such as a soft spot below one tip or an une
 presses so that low tips stand where high ones stood (`Layout.turn_deg`). A soft spot then shifts the readings in
 opposite directions.
 
-The modulus is the Hodges-Lehmann estimate of ln E (`press_core.middle_of`). It needs no scale, so firmware computes the
-same one. The standard deviation s between n presses has n - 1 degrees of freedom. The deviation v that the presses
-themselves state has a relative error of about one half, equal to two degrees of freedom (JCGM 100:2008, G.4.2). Pooled,
-they are (2 v^2 + (n - 1) s^2) / (n + 1), with Student's factor for n + 1. If the presses disagree, v is wrong, and only
-s with its n - 1 degrees of freedom is used. Errors that all presses share are added; more presses do not reduce them.
+The modulus is the Hodges-Lehmann estimate of ln E (`press_core.hodges_lehmann`). It needs no scale, so the firmware
+computes the same one. The standard deviation s between n presses has n - 1 degrees of freedom. The deviation v that the
+presses themselves state has a relative error of about one half, equal to two degrees of freedom (JCGM 100:2008, G.4.2).
+The pooled variance is (2 v^2 + (n - 1) s^2) / (n + 1), with Student's factor for n + 1. If the presses disagree, v is
+wrong, and only s with its n - 1 degrees of freedom is used. Errors that all presses share are added; more presses do
+not reduce them.
 """
 
 import math
@@ -30,18 +31,18 @@ from sensor.theory.student import student
 from sensor.words import with_bar
 
 FALSE_ALARMS = 0.01
-"""Share of fruits flagged as disagreeing although the errors of their presses are normal and as large as stated."""
+"""Fraction of fruits flagged as disagreeing although the errors of their presses are normal and as large as stated."""
 PRIOR_FREEDOM = 2
 """Degrees of freedom of the error that a press states: half of the inverse square of its relative error, 0.5."""
 LEAST_OWN = 0.01
-"""Least standard deviation of ln E between presses, a judgement."""
+"""Smallest standard deviation of ln E between presses, a judgement."""
 OWN_ROWS = 8  # number of moduli in the table for firmware
 
 PRESS_AGAIN = {
     "presses_disagree": "press this place again in a pair, {turn}; where pairs disagree too, the fruit is uneven there",
     "few_presses": "press again, {turn}",
 }
-"""Advice for a flag of a fruit, by the way the sensor is turned; the first flag that applies is used."""
+"""Advice for each flag of a fruit; `turn` is how to turn the sensor. The first flag that applies is used."""
 TURN = {
     True: "the second press turned by {turn:g} degrees",
     False: "the second press one spacing farther along the tips",
@@ -125,103 +126,107 @@ FRUIT_LINE = ("fruit", "presses", "E", "alike", "scatter", "firmness", "ripeness
 
 
 def chi_square_limit(presses: int) -> float:
-    """Return the sum of squares that agreeing presses of a fruit exceed with probability `FALSE_ALARMS` [1]."""
+    """Return the chi-square limit [1] that consistent presses of a fruit exceed with probability `FALSE_ALARMS`."""
     from scipy.special import chdtri  # slow to import, and a single press does not need it
 
     return float(chdtri(presses - 1, FALSE_ALARMS))
 
 
 def own_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
-    """Return the constants `own_logs` and `own_deviations` of `press_core.Unit`.
+    """Return the table of errors that presses of a fruit do not share, for firmware and for `fruit_answer`.
 
-    They are the deviations of ln E that differ between presses of a fruit, without noise. Their causes are uneven skin
-    and flesh, the pose, and the zeros and times of a press of the design.
+    `own_logs` are logarithms of moduli over the range of the design. `own_deviations` are standard deviations of ln E
+    between presses, without noise. Their causes are uneven skin and flesh, the pose, and the zeros and sampling times
+    of a press of the design.
     """
-    least, largest = sensor.range_MPa
-    moduli = np.geomspace(least, max(largest, 1.01 * least), OWN_ROWS)
+    softest, firmest = sensor.range_MPa
+    moduli = np.geomspace(softest, max(firmest, 1.01 * softest), OWN_ROWS)  # also for a design of a single modulus
     rows = sensor.report.moduli
     deviations = []
     for E in moduli.tolist():
-        of_press = list(sensor.by_uneven(E))
+        sources = list(sensor.unevenness_deviations(E))
         for source in ("pose", "zero_drift", "times") if rows else ():
-            of_press.append(sensor.between_moduli(E, [row.sources.get(f"{source}_percent", 0.0) for row in rows]))
-        deviations.append(max(math.hypot(*of_press), LEAST_OWN))
+            sources.append(sensor.interpolate_percent(E, [row.sources.get(f"{source}_percent", 0.0) for row in rows]))
+        deviations.append(max(math.hypot(*sources), LEAST_OWN))
     return {"own_logs": np.log(moduli).tolist(), "own_deviations": deviations}
 
 
 def fruits_of(
     sensor: MeasuringUnit, readings: Iterable[FruitReading], presses: int, *, named: bool = False
 ) -> Iterator[FruitAnswer]:
-    """Yield one answer for each group of `presses` readings, or with `named` for each fruit.
+    """Yield one answer for each fruit, from the readings of presses in their order.
 
-    A group is complete after `presses` readings. With 0, all readings belong to one fruit.
+    `presses` is the number of presses of each fruit; with 0, all readings belong to one fruit. With `named`, a fruit
+    also ends where the readings name another one.
     """
     number = 0
-    row: list[FruitReading] = []
+    group: list[FruitReading] = []
     for reading in readings:
-        if named and row and reading.fruit != row[0].fruit:
-            yield fruit_answer(sensor, row, row[0].fruit)
-            row = []
-        row.append(reading)
-        if len(row) == presses:
+        if named and group and reading.fruit != group[0].fruit:
+            yield fruit_answer(sensor, group, group[0].fruit)
+            group = []
+        group.append(reading)
+        if len(group) == presses:
             number += 1
-            yield fruit_answer(sensor, row, str(number), presses)
-            row = []
-    if row:
-        yield fruit_answer(sensor, row, row[0].fruit if named else str(number + 1), presses)
+            yield fruit_answer(sensor, group, str(number), presses)
+            group = []
+    if group:
+        yield fruit_answer(sensor, group, group[0].fruit if named else str(number + 1), presses)
 
 
-def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: str, asked: int = 0) -> FruitAnswer:
-    """Return the answer for one fruit from its presses.
+def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: str, required: int = 0) -> FruitAnswer:
+    """Return the answer for one fruit from its presses; it has no modulus if no press has one.
 
-    `asked` is the number of presses that the answer requires, 0 for at least two.
+    `required` is the number of presses without which the answer is flagged as `few_presses`; 0 means at least two.
     """
     read = [press for press in presses if press.E is not None]
     own = _own_deviations(sensor, read)
-    that_count = press_core.that_count(own) if read else []
-    counted = [read[press] for press in that_count]
+    indices = press_core.counted_presses(own) if read else []
+    counted = [read[press] for press in indices]
     turn = sensor.report.design.tips.tip_layout.turn_deg
-    causes = {"few_presses": len(counted) < (asked or 2)}
+    causes = {"few_presses": len(counted) < (required or 2)}
     answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
     if counted:
         logs = [math.log(press.E) for press in counted if press.E is not None]
-        E = math.exp(press_core.middle_of(logs))
+        E = math.exp(press_core.hodges_lehmann(logs))
         parts = [press.parts.widened_to(press.u) for press in counted if press.parts and press.u is not None]
-        u = parts[0].of_one_press
-        alike = _mean_square([part.that_may_be_alike for part in parts])
+        u = parts[0].total
+        shared = _root_mean_square([part.largest_shared for part in parts])
         bend = math.fsum(part.bend for part in parts) / len(parts)
         scatter = None
         if len(counted) > 1:
-            scatter = press_core.scatter_of(logs)
-            # A press may be less certain than firmware knows, for instance if the times of its channels are unknown.
-            by_parts = [part.that_may_differ / COVERAGE for part in parts]
-            allowed = list(map(max, by_parts, [own[press] for press in that_count]))
-            disagree = causes["presses_disagree"] = press_core.disagree(logs, allowed, chi_square_limit(len(logs)))
-            said = _mean_square([part.of_press / COVERAGE for part in parts])
-            u = math.hypot(_by_scatter(scatter, said, len(logs), disagree=disagree), alike) + bend
+            scatter = press_core.standard_deviation(logs)
+            # The firmware does not know all errors of a press, for instance if its sampling times are unknown.
+            stated = [part.largest_independent / COVERAGE for part in parts]
+            allowed = list(map(max, stated, [own[press] for press in indices]))
+            limit = chi_square_limit(len(logs))
+            disagree = causes["presses_disagree"] = press_core.are_inconsistent(logs, allowed, limit)
+            prior = _root_mean_square([part.independent / COVERAGE for part in parts])
+            # Shared errors do not fall with the number of presses. The bend is no random error, so it adds linearly.
+            u = math.hypot(_half_width_by_scatter(scatter, prior, len(logs), disagree=disagree), shared) + bend
         causes |= causes_of_modulus(sensor, E, u)
         answer = replace(
             answer,
             E=E,
             reduced=sensor.reduced(E),
             u=u,
-            alike=alike + bend,
+            alike=shared + bend,
             scatter=scatter,
             ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
             firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
         )
-    of_fruit = [flag for flag, holds in causes.items() if holds]
+    fruit_flags = [flag for flag, applies in causes.items() if applies]
     # A press outside of the range or of the scale does not flag a fruit that is inside.
-    of_presses = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
-    again = next((told for flag, told in PRESS_AGAIN.items() if flag in of_fruit), None)
-    hint = None if again is None else again.format(turn=TURN[turn is not None].format(turn=turn))
-    return replace(answer, flags=(*of_fruit, *of_presses), hint=hint)
+    press_flags = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
+    advice = next((text for flag, text in PRESS_AGAIN.items() if flag in fruit_flags), None)
+    hint = None if advice is None else advice.format(turn=TURN[turn is not None].format(turn=turn))
+    return replace(answer, flags=(*fruit_flags, *press_flags), hint=hint)
 
 
 def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list[float]:
-    """Return the standard deviations of ln E between presses [1] as firmware computes them, from noise and design.
+    """Return for each press the standard deviation of ln E that it does not share with others [1].
 
-    Unknown noise is taken as 0.
+    It is computed from the noise of the press and from the design, as in the firmware. Unknown noise is taken as 0.
     """
     table = own_constants(sensor)
     logs, own = table["own_logs"], table["own_deviations"]
@@ -232,20 +237,21 @@ def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list
     ]
 
 
-def _mean_square(values: Sequence[float]) -> float:
+def _root_mean_square(values: Sequence[float]) -> float:
     return math.sqrt(math.fsum(value**2 for value in values) / len(values))
 
 
-def _by_scatter(scatter: float, said: float, presses: int, *, disagree: bool) -> float:
-    """Return the half width [1] of the middle of presses, from their scatter [1].
+def _half_width_by_scatter(scatter: float, prior: float, presses: int, *, disagree: bool) -> float:
+    """Return the half width at 95 % [1] of the mean of `presses` presses, from their standard deviation `scatter` [1].
 
-    `said` is the standard deviation that the presses themselves state; it is pooled as `PRIOR_FREEDOM` additional
-    presses. If the presses disagree, the scatter is used without it, if that gives a larger half width.
+    `prior` [1] is the standard deviation that the presses themselves state. It is pooled with the scatter as
+    `PRIOR_FREEDOM` additional presses. If the presses disagree, only the scatter is used where it gives a larger half
+    width.
     """
-    freedom = presses - 1
-    both = freedom + PRIOR_FREEDOM
-    deviation = math.sqrt((PRIOR_FREEDOM * said**2 + freedom * scatter**2) / both)
-    half = student(both) * deviation
+    freedom = presses - 1  # degrees of freedom
+    pooled_freedom = freedom + PRIOR_FREEDOM
+    deviation = math.sqrt((PRIOR_FREEDOM * prior**2 + freedom * scatter**2) / pooled_freedom)
+    half_width = student(pooled_freedom) * deviation
     if disagree:
-        half = max(half, student(freedom) * scatter)
-    return half / math.sqrt(presses)
+        half_width = max(half_width, student(freedom) * scatter)
+    return half_width / math.sqrt(presses)

@@ -18,7 +18,7 @@ ZERO_AFTER_S = 1.0
 """Time after the lift of a press at which its zero error is reported [s]."""
 
 FEELS_AS_TOUCH = 0.5
-"""Share of the least force of a touch up to which a zero error is data only, and not shown on the screen."""
+"""Fraction of the smallest force of a touch up to which a zero error is in the data, but not on the screen."""
 
 
 def _tilt_text(reading: "FruitReading") -> str:
@@ -32,8 +32,8 @@ def _zero_text(reading: "FruitReading") -> str:
     # Both fields are None if the springs do not creep; None is read as 0 here.
     if (reading.zero_left_of_touch or 0.0) <= FEELS_AS_TOUCH:
         return ""
-    left = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
-    return f"leaves a zero of up to {left} {ZERO_AFTER_S:g} s after its lift"
+    zero = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
+    return f"leaves a zero of up to {zero} {ZERO_AFTER_S:g} s after its lift"
 
 
 def firmness_text(firmness: Estimate) -> str:
@@ -44,8 +44,8 @@ def firmness_text(firmness: Estimate) -> str:
 
 def _flags_text(reading: "FruitReading") -> str:
     """Return the flags as text, with the consequence of `uncertain` for E."""
-    hardly = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
-    return f"flags: {', '.join(reading.flags)}{hardly}"
+    consequence = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
+    return f"flags: {', '.join(reading.flags)}{consequence}"
 
 
 def _noise_data(reading: "FruitReading") -> Plain:
@@ -229,9 +229,9 @@ LINE = (
 
 
 def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
-    """Return the flags of forces [N] by themselves: `bad_force` if implausible, `lift_off` if a tip does not touch."""
+    """Return the flags of forces (tips,) [N]: `bad_force` if one is implausible, `lift_off` if a tip does not touch."""
     flags = []
-    if not sensor.in_scale(forces).all():
+    if not sensor.are_plausible(forces).all():
         flags.append("bad_force")
     if not (forces > sensor.least_forces).all():
         flags.append("lift_off")
@@ -239,19 +239,22 @@ def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
 
 
 def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, tilt: float | None = None) -> list[str]:
-    """Return the flags of a reading E [MPa] +- u [1] from forces [N], at a tilt [deg] if it is known."""
-    of_E = causes_of_modulus(sensor, E, u)
+    """Return the flags of a reading E [MPa] with half width u [1], in their order on the screen.
+
+    `forces` (tips,) [N] are the forces of the deepest sample. A `tilt` [deg] is only checked if it is known.
+    """
+    modulus_causes = causes_of_modulus(sensor, E, u)
     causes = {
-        "out_of_range": of_E.pop("out_of_range"),
+        "out_of_range": modulus_causes.pop("out_of_range"),
         "tilt_beyond_design": tilt is not None and tilt > sensor.steepest_deg + COVERAGE * sensor.tilt_deviation_deg,
         "press_over_bruise_limit": sensor.bruises(forces, E),
-        **of_E,
+        **modulus_causes,
     }
-    return [flag for flag, holds in causes.items() if holds]
+    return [flag for flag, applies in causes.items() if applies]
 
 
 def causes_of_modulus(sensor: MeasuringUnit, E: float, u: float) -> dict[str, bool]:
-    """Return for each flag that depends only on E [MPa] and its half width u [1] whether it applies."""
+    """Return whether each flag applies that depends only on E [MPa] and its half width u [1]."""
     least, largest = sensor.range_MPa
     scale = sensor.unit.scale
     return {

@@ -1,4 +1,4 @@
-"""The firmness that another instrument shows, as a rising curve over the modulus that a unit reads, with its band."""
+"""The firmness that another instrument shows, as a rising function of the modulus that a unit reads, with its error."""
 
 from dataclasses import dataclass
 
@@ -15,9 +15,9 @@ _AT_THE_EDGE = 1e-6  # relative tolerance for E at an end of the curve
 
 @dataclass(frozen=True, kw_only=True)
 class FruitScale:
-    """The firmness [`unit`] of fruit over their modulus E [MPa], interpolated linearly over both logarithms.
+    """The firmness [`unit`] of fruit as a function of their modulus E [MPa], interpolated linearly in both logarithms.
 
-    `percent` is the half width for 95 % of fruit, found by leaving out each fruit in turn.
+    `percent` is the half width that contains 95 % of fruit, found by leaving out each fruit in turn.
     """
 
     unit: str = choice(("N", "MPa"), default="N", hint=_HINT)
@@ -37,7 +37,7 @@ class FruitScale:
                 raise validation_error(name, list(values), "", "numbers that rise", _HINT)
 
     def firmness_of(self, E: float) -> Estimate | None:
-        """Return the firmness of fruit that reads as E [MPa] with its standard deviation; None beyond the curve."""
+        """Return the firmness of a fruit that reads as E [MPa], with its standard deviation; None beyond the curve."""
         if not self.E_MPa[0] * (1.0 - _AT_THE_EDGE) <= E <= self.E_MPa[-1] * (1.0 + _AT_THE_EDGE):
             return None
         value = float(np.exp(np.interp(np.log(E), np.log(self.E_MPa), np.log(self.firmness))))

@@ -18,17 +18,17 @@ from instrument.press.signals import Sample
 from sensor.quantity import validation_error
 
 MOST_LINES = 64
-"""Largest distance [lines] between the times of the channels of one line, and the number of lines that are kept."""
+"""Largest distance [lines] between the times of the channels of one line, and the number of lines that are stored."""
 AHEAD = 9
-"""Samples at the start of a log whose median interval is taken as its rate, so one gap does not matter."""
-CLOSEST = 0.9  # share of the read-out's period; its loop may be some per cent faster than stated
+"""Number of samples at the start of a log whose median interval is taken as its rate, so one gap does not matter."""
+CLOSEST = 0.9  # shortest interval of lines over the read-out's period [1]; its loop may be faster than stated
 
 
 class Timing(NamedTuple):
-    """The accuracy of the channels' times.
+    """The accuracy of the channels' sampling times.
 
-    `deviation` [s] is the standard deviation of the time of each channel. The noise of samples is independent at a
-    distance of `lag` samples, and one bad conversion affects `lag` consecutive samples.
+    `deviation` [s] is the standard deviation of the sampling time of each channel. The noise of samples is independent
+    at a distance of `lag` samples, and one bad conversion affects `lag` consecutive samples.
     """
 
     deviation: float = 0.0
@@ -36,23 +36,24 @@ class Timing(NamedTuple):
 
 
 def at_one_time(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -> tuple[Timing, Iterator[Sample]]:
-    """Return samples whose channels have one time, using the times of a log or the delays of a unit's read-out.
+    """Return samples whose channels are interpolated to one time, and the accuracy of this time.
 
-    Lines that arrive faster than the read-out converts come from another logger. Their channels stay as they are, and
-    each may have been converted at any moment between two lines. Raises InputError if channels are delayed and all
-    lines have the same time, and for a line whose times lie too many lines apart.
+    The sampling times are in the log, or follow from the delays of the unit's read-out. Lines that arrive faster than
+    the read-out converts come from another logger. Their channels stay as they are, and each may have been converted at
+    any moment between two lines. Raises InputError if channels are delayed and all lines have the same time, and for a
+    line whose times lie too many lines apart. `source` is the name of the log in messages.
     """
-    ahead = list(itertools.islice(iterator := iter(samples), AHEAD))
-    samples = itertools.chain(ahead, iterator)
-    if ahead and ahead[0].times:
-        return Timing(lag=2), _interpolated(samples, source)
+    first_samples = list(itertools.islice(iterator := iter(samples), AHEAD))
+    samples = itertools.chain(first_samples, iterator)
+    if first_samples and first_samples[0].times:
+        return Timing(lag=2), _interpolate_channels(samples, source)
     signal = sensor.report.read_out.signal
     if signal is None:
         return Timing(), samples
     deviation = signal.time_deviation / signal.rate_Hz
     if not any(signal.delay_ms):
         return Timing(deviation), samples
-    intervals = [after.t - before.t for before, after in itertools.pairwise(ahead)]
+    intervals = [after.t - before.t for before, after in itertools.pairwise(first_samples)]
     interval = statistics.median(intervals) if intervals else math.inf
     if not interval > 0.0:
         name = f"{source}: time from line to line"
@@ -61,25 +62,29 @@ def at_one_time(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -
     if interval < CLOSEST * (1.0 / signal.rate_Hz):  # uniform between two lines (JCGM 100:2008, 4.3.7)
         return Timing(max(deviation, interval / math.sqrt(12.0))), samples
     timed = (sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in signal.delay_ms)) for sample in samples)
-    return Timing(deviation, lag=2), _interpolated(timed, source)
+    return Timing(deviation, lag=2), _interpolate_channels(timed, source)
 
 
-def _interpolated(samples: Iterable[Sample], source: str) -> Iterator[Sample]:
-    """Yield samples with all channels at the earliest of their times; raises InputError for times too far apart."""
-    rows: deque[Sample] = deque()
+def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sample]:
+    """Yield samples with all channels interpolated to the earliest of their times.
+
+    A sample is dropped if a channel has no conversion at or before this time. Raises InputError if the times of one
+    line lie `MOST_LINES` lines apart.
+    """
+    window: deque[Sample] = deque()  # the samples that the interpolation needs
     for sample in samples:
-        rows.append(sample)
+        window.append(sample)
         t = min(sample.times)
-        while len(rows) > 1 and max(rows[1].times) <= t:
-            rows.popleft()
-        if max(rows[0].times) <= t:
+        while len(window) > 1 and max(window[1].times) <= t:
+            window.popleft()
+        if max(window[0].times) <= t:
             forces = tuple(
-                float(np.interp(t, [row.times[tip] for row in rows], [row.forces[tip] for row in rows]))
+                float(np.interp(t, [each.times[tip] for each in window], [each.forces[tip] for each in window]))
                 for tip in range(len(sample.forces))
             )
             yield sample._replace(t=t, forces=forces, times=())
-        elif len(rows) > MOST_LINES:
+        elif len(window) > MOST_LINES:
             bound = f"less than {MOST_LINES} lines"
             name = f"{source}, line {sample.line}: from the first time of a channel to the last"
-            apart = max(sample.times) - t
-            raise validation_error(name, apart, "s", bound, "put conversions of one round in one line")
+            interval = max(sample.times) - t
+            raise validation_error(name, interval, "s", bound, "put conversions of one round in one line")

@@ -1,4 +1,4 @@
-"""Another reading of a pair: the modulus by the ratio of two forces at one moment."""
+"""A second reading of a pair: the modulus from the ratio of its two forces at one moment."""
 
 import numpy as np
 
@@ -11,9 +11,10 @@ from sensor.theory.contrast_rise import BendSlopes
 
 
 def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
-    """Return the reading of one sample of a pair [N] by its force ratio.
+    """Return the reading of a pair from the ratio of its forces in one sample, (2,) [N].
 
-    It is right only if no tilt makes one tip lead. The uncertainty includes the tilt that the design allows.
+    A tilt makes one tip lead, which changes the ratio. The uncertainty includes the tilt that the design allows. Flags
+    take the place of a modulus if the forces are implausible, a tip is out of contact, or no modulus fits.
     """
     flags = flags_of_forces(sensor, forces)
     if flags:
@@ -23,17 +24,17 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
     slopes = _ratio_slopes(sensor, forces)
-    by_noise = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
-    by_tilt = slopes.contrast * sensor.lead_deviation
-    by_unit = sensor.channels.of_moment(slopes, forces)
+    noise_error = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
+    tilt_error = slopes.contrast * sensor.lead_deviation
+    unit_errors = sensor.channels.of_moment(slopes, forces)
     # The force of one moment is a chord from zero; it has the slope of a parabola at half the force.
     channels, springs = (
-        BendSlopes(at_zero=tuple(each.tolist()), per_N=tuple((0.5 * each * forces).tolist()))
-        for each in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
+        BendSlopes(at_zero=tuple(relative.tolist()), per_N=tuple((0.5 * relative * forces).tolist()))
+        for relative in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
     )
-    bend = sensor.by_bends(channels, springs)
-    parts = half_width(sensor, E, Deviations.with_unit([by_noise, by_tilt], by_unit), bend)
-    u = parts.of_one_press
+    bend = sensor.bend_error(channels, springs)
+    parts = half_width(sensor, E, Deviations.with_unit([noise_error, tilt_error], unit_errors), bend)
+    u = parts.total
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
@@ -47,11 +48,17 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
 
 
 def ratio_modulus_and_noise(sensor: MeasuringUnit, forces: Floats) -> tuple[float, float]:
-    """Return the modulus [MPa] by the ratio of forces [N] and its relative error by theirs [1]; raises ReadingError."""
+    """Return the modulus [MPa] from the ratio of forces [N], and its relative standard deviation due to the channels.
+
+    Raises ReadingError if no modulus has this ratio.
+    """
     slopes = _ratio_slopes(sensor, forces)
     return sensor.ratio_modulus(forces), float(np.linalg.norm(np.multiply(slopes.forces, sensor.channels.errors)))
 
 
 def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:
-    """Return the slopes of the modulus by the ratio of forces [N]; raises ReadingError."""
+    """Return the slopes of ln E against each cause of error, for the modulus from the ratio of forces [N].
+
+    Raises ReadingError if no modulus has this ratio.
+    """
     return contrast_slopes(sensor.rise_law.contrast, forces.tolist(), sensor.ratio_modulus(forces))

@@ -21,68 +21,71 @@ NO_RISE = 64  # a press that hardly rises after the last tip touched
 TOO_FAST = 128  # a press so fast that the time error of the channels changes E by 2 % or more
 PRESSES_DISAGREE = 256  # presses of a fruit that differ by more than their own errors allow
 
-MOST_PRESSES = 8  # most presses of one fruit that are kept
-MUCH_LESS_CERTAIN = 2.0  # a press counts only if its deviation is at most this multiple of the least deviation
+MOST_PRESSES = 8  # maximum number of presses of one fruit that are stored
+MUCH_LESS_CERTAIN = 2.0  # a press counts only if its deviation is at most this multiple of the smallest deviation
 
 
 class Unit:
     """The constants of a unit, as `pipeline read --header` and `--micropython` write them."""
 
-    gains: list[float]  # force over channel [1]
-    newtons: list[float]  # channels over counts [N], tip by tip; empty if counts are not calibrated
-    saturation: int  # largest count that the converter can give
-    least_forces: "Sequence[float]"  # least force of a tip that touches the fruit [N]
+    # Channels and forces, one value for each tip unless stated otherwise.
+    gains: list[float]  # force divided by channel reading [1]
+    newtons: list[float]  # matrix from counts to channel readings [N per count], row by row; empty without calibration
+    saturation: int  # count at the end of the converter's range
+    least_forces: "Sequence[float]"  # smallest force of a tip that is in contact [N]
     lowest_forces: "Sequence[float]"  # a force below this is bad [N]
-    largest_forces: "Sequence[float]"
-    # delay of a channel after the first one, as a fraction of a sample; empty if all are converted at once
-    later: list[float]
-    several: int  # number of samples that one bad conversion affects
-    time_deviation: float  # standard deviation of the times of the channels, as a fraction of a sample
-    largest_by_time: float
-    least_E: float
-    largest_E: float
-    reduced: float  # E / (1 - nu^2) over E [1]
+    largest_forces: "Sequence[float]"  # a force above this is bad [N]
+    later: list[float]  # delay after the first conversion, as a fraction of a sample; empty if all are simultaneous
+    several: int  # number of consecutive samples that one bad conversion affects
+    time_deviation: float  # standard deviation of the channels' sampling times, as a fraction of a sample
+    largest_by_time: float  # largest relative error of E due to sampling times before a press is too fast [1]
+    # Moduli.
+    least_E: float  # lower end of the design's range [MPa]
+    largest_E: float  # upper end of the design's range [MPa]
+    reduced: float  # E / (1 - nu^2) divided by E [1]
     level_logs: list[float]  # logarithms of the moduli that a level sensor reads
-    level_shifts: list[float]  # logarithms of the true moduli, less `level_logs`
+    level_shifts: list[float]  # logarithms of the true moduli, minus `level_logs`
+    # The contrast: the mean of a quantity over the high tips minus its mean over the low tips.
     springs: list[float]  # weights of the contrast for F [mm/N]
     fruit: list[float]  # weights of the contrast for F / E [mm/N MPa]
     domes: list[float]  # weights of the contrast for (F / E)^(2/3) [mm/N^(2/3) MPa^(2/3)]
-    gap: float
-    noises: list[float]
-    fewest: int
-    latest_touch: float  # latest touch of the last tip, as a fraction of the whole force [1]
-    least_rise: float
-    largest_noise: float  # largest standard deviation of ln E by noise [1]
-    # weights to `saddle_steps` describe domes that roll on a saddle; `places` is empty for other tips
-    weights: list[float]
-    places: list[float]
-    dome_radius: float
-    rolled: float
-    felt: float
-    body: float
-    still: list[float]
-    saddle_steps: int
-    settled: float
-    # contrast that finds spikes: its weights for F [mm/N], and in `line_domes` for F^(2/3) [mm/N^(2/3)]
-    linear: list[float]
-    line_domes: list[float]
-    errors: list[float]
-    least_slope: float  # least slope of this contrast over the whole force [mm/N]
-    most_slope: float
-    of_whole: float  # variance of the whole force [N^2]
-    slack: float
-    others: int
-    beside: int
-    firm: float
+    gap: float  # contrast of the known gaps under the tips [mm]
+    noises: list[float]  # standard deviation of each force [N]
+    fewest: int  # minimum number of samples of a reading
+    latest_touch: float  # largest total force at the touch of the last tip, as a fraction of the largest total force
+    least_rise: float  # smallest standard deviation of the total force during a press [N]
+    largest_noise: float  # largest standard deviation of ln E due to noise [1]
+    # Domes that roll on a saddle of the skin, so that their contacts move. `places` is empty for other tips.
+    weights: list[float]  # weight of each tip in the contrast [1]
+    places: list[float]  # x and y of each dome's axis [mm]
+    dome_radius: float  # [mm]
+    rolled: float  # distance of two axes divided by the distance of their contacts, on a ball [1]
+    felt: float  # contrast of x y at the axes [mm^2]
+    body: float  # (1 - nu^2) / pi: deflection of a half-space at distance r from a force F, times E r / F [1]
+    still: list[float]  # part of `fruit` that does not depend on the saddle: what the body adds to a half-space
+    saddle_steps: int  # maximum number of iterations for the saddle
+    settled: float  # largest last change of the offset, relative to the springs' part of the contrast [1]
+    # The contrast that finds outliers, at a fixed modulus.
+    linear: list[float]  # its weights for F [mm/N]
+    line_domes: list[float]  # its weights for F^(2/3) [mm/N^(2/3)]
+    errors: list[float]  # standard deviation of each force [N]
+    least_slope: float  # smallest slope of this contrast against the total force [mm/N]
+    most_slope: float  # largest slope [mm/N]
+    of_whole: float  # variance of the total force [N^2]
+    slack: float  # largest difference between the slope of a chord and the slope of a press [mm/N]
+    others: int  # number of samples that a line is fitted to
+    beside: int  # number of samples that are compared on either side of a sample
+    firm: float  # multiple of `least_forces` above which noise does not end a touch [1]
     largest_residual: float  # largest residual of a sample [standard deviations]
-    loads: list[float]
-    load_forces: "Sequence[float]"
-    per_offset: float
-    by_skin: float
-    rounds: int
+    # The part of a press in which flat tips are fully seated.
+    loads: list[float]  # loads from which a press is summed, as E times depth [N/mm]
+    load_forces: "Sequence[float]"  # forces of the tips at each load [N], load by load
+    per_offset: float  # side of a tip divided by the tip spacing [1]
+    by_skin: float  # side of a tip times the slope of the skin [mm]
+    rounds: int  # maximum number of iterations between the reading and the seated part
+    # Several presses of one fruit.
     own_logs: list[float]  # logarithms of moduli
-    # standard deviations of ln E at `own_logs`, by what differs between presses of a fruit, without noise
-    own_deviations: list[float]
+    own_deviations: list[float]  # standard deviations of ln E at `own_logs` that presses do not share, without noise
     chi_squares: list[float]  # limits of chi square for two presses, for three, and so on; few fruits exceed them
 
     def __init__(self, constants: dict[str, object]) -> None:
@@ -105,20 +108,20 @@ class Unit:
         return forces, flags
 
     def channels_of(self, above: list[float]) -> list[float]:
-        """Return the channels [N] from counts above tare."""
+        """Return the channel readings [N] from the counts of all channels above tare."""
         rows = [self.newtons[tip * self.size : (tip + 1) * self.size] for tip in range(self.size)]
         return [dot(row, above) for row in rows]
 
-    def saturated(self, counts: list[int]) -> bool:
-        """Return whether counts are at the end of the converter's range."""
+    def is_saturated(self, counts: list[int]) -> bool:
+        """Return whether a count is at the end of the converter's range."""
         return max(abs(count) for count in counts) >= self.saturation
 
-    def judged(self, E: float) -> tuple[float, float, int]:
-        """Return E [MPa], E / (1 - nu^2) [MPa] and a flag if E is outside the range of the design."""
+    def check_range(self, E: float) -> tuple[float, float, int]:
+        """Return E [MPa], E / (1 - nu^2) [MPa] and the flag OUT_OF_RANGE, or 0 if E is in the range of the design."""
         outside = not self.least_E <= E <= self.largest_E
         return E, self.reduced * E, OUT_OF_RANGE if outside else 0
 
-    def corrected(self, read: float) -> float:
+    def correct_modulus(self, read: float) -> float:
         """Return the true modulus [MPa] of a fruit that a level sensor reads as `read` [MPa].
 
         The correction covers the shape and the skin of the fruit, and the creep of the springs.
@@ -129,18 +132,21 @@ class Unit:
             return read
         if len(logs) == 1:
             return read * math.exp(shifts[0])
-        return read * math.exp(between(logs, shifts, math.log(read)))
+        return read * math.exp(interpolate(logs, shifts, math.log(read)))
 
-    def fruit_on(self, offset: float) -> list[float]:
-        """Return the weights of the contrast for F / E [mm/N MPa] on a saddle that makes an offset [mm].
+    def fruit_weights(self, offset: float) -> list[float]:
+        """Return the weights of the contrast for F / E [mm/N MPa] on a saddle of the skin.
 
-        Domes roll on it, so that their contacts are nearer to each other than their axes.
+        `offset` [mm] is the contrast of the gaps that the saddle makes under the tips. Domes roll on the saddle, so
+        their contacts are nearer to each other than their axes, and a force on one contact lowers the others more.
         """
         if not self.places:
             return self.fruit
+        # The contact of a dome with its axis at X lies at [[c, s], [s, c]]^-1 X. Here c is `rolled`, and s is the dome
+        # radius times the saddle's curvature k_xy, in a form in which no digits cancel.
         tall = 2.0 * self.dome_radius * offset / self.felt * self.rolled
-        across = tall * self.rolled / (1.0 + math.sqrt(1.0 + tall * tall))
-        area = self.rolled * self.rolled - across * across
+        saddle = tall * self.rolled / (1.0 + math.sqrt(1.0 + tall * tall))
+        determinant = self.rolled * self.rolled - saddle * saddle
         fruit = []
         for tip in range(self.size):
             total = self.still[tip]
@@ -148,15 +154,18 @@ class Unit:
                 if other != tip:
                     x = self.places[2 * other] - self.places[2 * tip]
                     y = self.places[2 * other + 1] - self.places[2 * tip + 1]
-                    along = self.rolled * x - across * y
-                    beside = self.rolled * y - across * x
-                    distance = math.sqrt(along * along + beside * beside)
-                    total += self.weights[other] * self.body * area / distance
+                    along_x = self.rolled * x - saddle * y
+                    along_y = self.rolled * y - saddle * x
+                    distance = math.sqrt(along_x * along_x + along_y * along_y)  # of contacts, times the determinant
+                    total += self.weights[other] * self.body * determinant / distance
             fruit.append(total)
         return fruit
 
-    def point_of(self, forces: "Sequence[float]") -> tuple[float, float, float, float]:
-        """Return the whole force [N], the contrast [mm], the variance of the contrast and the covariance of both."""
+    def contrast_point(self, forces: "Sequence[float]") -> tuple[float, float, float, float]:
+        """Return the total force [N], the contrast [mm], the variance of the contrast and the covariance of both.
+
+        The contrast is taken at a fixed modulus, the geometric mean of the design's range.
+        """
         contrast = variance = covariance = 0.0
         for tip in range(self.size):
             cube_root = forces[tip] ** (1.0 / 3.0)
@@ -167,12 +176,15 @@ class Unit:
             covariance += slope * error * error
         return sum(forces), contrast, variance, covariance
 
-    def variance_off(self, variance: float, covariance: float, slope: float) -> float:
-        """Return the variance of the distance between a point and a line of a slope [mm^2]."""
+    def distance_variance(self, variance: float, covariance: float, slope: float) -> float:
+        """Return the variance of a point's distance from a line [mm^2], along the contrast.
+
+        `variance` [mm^2] and `covariance` [N mm] belong to the point's contrast, and `slope` [mm/N] to the line.
+        """
         return variance - slope * (2.0 * covariance - slope * self.of_whole)
 
     def are_firm(self, forces: "Sequence[float]") -> list[bool]:
-        """Return for each tip whether its force [N] is so large that noise does not end its touch."""
+        """Return for each tip whether its force [N] is so large that noise does not end its contact."""
         return [force > self.firm * least for force, least in zip(forces, self.least_forces)]
 
 
@@ -181,17 +193,18 @@ def dot(weights: list[float], values: list[float]) -> float:
     return sum(weight * value for weight, value in zip(weights, values))
 
 
-def between(places: list[float], values: list[float], at: float) -> float:
-    """Return the linear interpolation of values at rising places, constant beyond both ends."""
+def interpolate(positions: list[float], values: list[float], position: float) -> float:
+    """Return the linear interpolation of `values` at rising `positions`, constant beyond both ends."""
     row = 1
-    while row < len(places) - 1 and places[row] < at:
+    while row < len(positions) - 1 and positions[row] < position:
         row += 1
-    share = min(max((at - places[row - 1]) / (places[row] - places[row - 1]), 0.0), 1.0)
+    share = min(max((position - positions[row - 1]) / (positions[row] - positions[row - 1]), 0.0), 1.0)
     return values[row - 1] + share * (values[row] - values[row - 1])
 
 
-def root(rigid: float, dome: float, body: float) -> float | None:
-    """Return the smallest root z = E^(-1/3) of rigid + dome z^2 + body z^3 = 0, or None if there is none."""
+def smallest_root(rigid: float, dome: float, body: float) -> float | None:
+    """Return the smallest positive root z = E^(-1/3) of rigid + dome z^2 + body z^3 = 0, or None if there is none."""
+    # The cubic is monotonic up to its extremum. Without an extremum above 0, a bound of the root ends the interval.
     end = -2.0 * dome / (3.0 * body) if body else 0.0
     if not end > 0.0:
         ends = [abs(rigid / dome) ** 0.5] if dome else []
@@ -200,7 +213,7 @@ def root(rigid: float, dome: float, body: float) -> float | None:
     if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
         return None
     start = 0.0
-    for _ in range(60):
+    for _ in range(60):  # bisection to round-off
         middle = 0.5 * (start + end)
         if rigid * (rigid + middle * middle * (dome + body * middle)) > 0.0:
             start = middle
@@ -220,29 +233,33 @@ class UnitTare:
 
     def add(self, counts: list[int]) -> int:
         """Add counts of the free sensor to the tare, unless a count is saturated; return the flag."""
-        if self.unit.saturated(counts):
+        if self.unit.is_saturated(counts):
             return SATURATED
         self.sums = [a + b for a, b in zip(self.sums, counts)]
         self.samples += 1
         return 0
 
     def above(self, counts: list[int]) -> tuple[list[float], int]:
-        """Return counts above tare and a flag; the list is empty if the counts are flagged."""
+        """Return the counts minus the tare, and a flag or 0; the list is empty if there is a flag."""
         if not self.samples:
             return [], NOT_TARED
-        if self.unit.saturated(counts):
+        if self.unit.is_saturated(counts):
             return [], SATURATED
         return [(count * self.samples - total) / self.samples for count, total in zip(counts, self.sums)], 0
 
 
 class Rising:
-    """Running sums of one press over samples that follow a sample with all forces above their least values [N]."""
+    """Running sums of one press, from which its modulus follows.
+
+    A sample counts if all forces of the samples just before it exceed `least` [N]. Selection by its own forces would
+    prefer samples with positive noise.
+    """
 
     def __init__(self, unit: Unit, least: "Sequence[float]") -> None:
-        """Begin a press."""
+        """Begin a press; `least` are the smallest forces of the tips [N] at which samples count."""
         self.unit = unit
         self.least = least
-        self.deepest = 0.0  # largest whole force [N]
+        self.deepest = 0.0  # largest total force [N]
         self.noise = 0.0  # standard deviation of ln E of the last reading
         self.begin_sums()
         self.keep()
@@ -251,9 +268,10 @@ class Rising:
         """Reset the sums, because samples after a lift belong to another press."""
         size = self.unit.size
         self.break_off()
-        self.touch = 0.0  # whole force of the first sample with all tips on the fruit [N]
+        self.touch = 0.0  # total force of the first sample with all tips on the fruit [N]
         self.count = 0
-        self.instrument = 0.0  # mean of the whole force of the sample before [N], the instrument of the regression
+        # mean of the regression's instrumental variable [N]: the total force some samples earlier, of independent noise
+        self.instrument = 0.0
         self.spread = 0.0  # sum of squared deviations of the instrument [N^2]
         self.means = [(0.0, 0.0, 0.0)] * size  # means of F, F^(2/3) and F^(-1/3) of each tip
         self.rising = [(0.0, 0.0)] * size  # co-moments of the instrument with F and F^(2/3)
@@ -265,30 +283,30 @@ class Rising:
         self.to_deepest = (self.count, self.touch, self.spread, self.means, self.rising, self.rising_steps)
 
     def break_off(self) -> None:
-        """Forget the samples before, because the next one does not follow them."""
-        # whole forces of the samples before [N], earliest first; 0 if there is none
-        self.before = [0.0] * self.unit.several
+        """Forget the previous samples, because the next one does not follow them."""
+        # total forces of the previous samples [N], earliest first; 0 if there is none
+        self.previous = [0.0] * self.unit.several
 
     def add(self, forces: "Sequence[float]", steps: list[float]) -> None:
-        """Add forces [N], each above 0, and their changes since the sample before [N]."""
-        if self.before[0]:
-            self.count_in(forces, steps)
+        """Add the forces of a sample [N], each above 0, and their changes since the previous sample [N]."""
+        if self.previous[0]:
+            self.add_to_sums(forces, steps)
         if all(force > least for force, least in zip(forces, self.least)):
-            self.before = self.before[1:]
-            self.before.append(sum(forces))
+            self.previous = self.previous[1:]
+            self.previous.append(sum(forces))
         else:
             self.begin_sums()
 
-    def count_in(self, forces: "Sequence[float]", steps: list[float]) -> None:
-        """Add forces [N] to the sums."""
-        before = self.before[0]
-        whole = sum(forces)
+    def add_to_sums(self, forces: "Sequence[float]", steps: list[float]) -> None:
+        """Update the means and co-moments by the forces of a sample and their changes [N]; by Welford's method."""
+        previous = self.previous[0]
+        total = sum(forces)
         if not self.count:
-            self.touch = before
+            self.touch = previous
         self.count += 1
-        step = before - self.instrument
+        step = previous - self.instrument
         self.instrument += step / self.count
-        self.spread += step * (before - self.instrument)
+        self.spread += step * (previous - self.instrument)
         means = []
         rising = []
         for force, mean, moment in zip(forces, self.means, self.rising):
@@ -304,22 +322,22 @@ class Rising:
         self.rising = rising
         self.steps = [a + (b - a) / self.count for a, b in zip(self.steps, steps)]
         self.rising_steps = [a + step * (b - c) for a, b, c in zip(self.rising_steps, steps, self.steps)]
-        if whole >= self.deepest:
-            self.deepest = whole
+        if total >= self.deepest:
+            self.deepest = total
             self.keep()
 
     def read(self, *, whole: bool) -> tuple[float | None, float, int]:
-        """Return E [MPa], the offset of the contrast [mm] and flags, from the rise of the contrast.
+        """Return E [MPa], the offset [mm] and flags; E is None if the press determines no modulus.
 
-        E = z^(-3) solves rigid + dome z^2 + body z^3 = 0. The coefficients are co-moments with the whole force of the
-        sample before. Gaps under the tips are constant in a press, so they drop out. With `whole`, a press that begins
-        late or rises little is flagged.
+        E = z^(-3) solves rigid + dome z^2 + body z^3 = 0. The coefficients are co-moments with the instrument. Gaps
+        under the tips are constant in a press, so they drop out; the offset is their contrast, from the means of the
+        samples. With `whole`, a press that begins late or rises little is flagged.
         """
         unit = self.unit
         count, touch, spread, means, rising, rising_steps = self.to_deepest
         if count < unit.fewest:
             return None, 0.0, FEW_SAMPLES
-        rise = (self.deepest - touch) / math.sqrt(12.0)
+        rise = (self.deepest - touch) / math.sqrt(12.0)  # standard deviation of a uniform distribution
         if whole and (touch / self.deepest > unit.latest_touch or not rise > unit.least_rise):
             return None, 0.0, NO_RISE
         moments = [moment[0] for moment in rising]
@@ -328,58 +346,61 @@ class Rising:
         dome = dot(unit.domes, [moment[1] for moment in rising])
         mean_rigid = unit.gap + dot(unit.springs, forces)
         mean_dome = dot(unit.domes, [mean[1] for mean in means])
-        z = offset = moved = 0.0
+        z = offset = change = 0.0
         fruit = unit.fruit
+        # The saddle that the offset shows moves the contacts, and so changes the modulus: a fixed-point iteration.
         for _ in range(unit.saddle_steps):
-            fruit = unit.fruit_on(offset)
-            found = root(rigid, dome, dot(fruit, moments))
+            fruit = unit.fruit_weights(offset)
+            found = smallest_root(rigid, dome, dot(fruit, moments))
             if found is None:
                 return None, 0.0, OUT_OF_RANGE
             z = found
-            before = offset
+            previous = offset
             offset = -(mean_rigid + z * z * (mean_dome + dot(fruit, forces) * z))
-            moved = abs(offset - before)
-        if unit.places and not moved <= unit.settled * abs(mean_rigid):
+            change = abs(offset - previous)
+        if unit.places and not change <= unit.settled * abs(mean_rigid):
             return None, 0.0, OUT_OF_RANGE
-        falling = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0
+        slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # of the cubic against -ln E
         variance = 0.0
         by_times = 0.0
         for tip in range(unit.size):
-            of_dome = unit.domes[tip] / 1.5 * z * z * means[tip][2]
-            by_force = unit.springs[tip] + fruit[tip] * z * z * z + of_dome
-            variance += (by_force * unit.noises[tip]) ** 2
-            by_times += (by_force * rising_steps[tip]) ** 2
-        if math.sqrt(variance * spread) > unit.largest_noise * abs(falling):
+            dome_slope = unit.domes[tip] / 1.5 * z * z * means[tip][2]
+            force_slope = unit.springs[tip] + fruit[tip] * z * z * z + dome_slope  # of the contrast against the force
+            variance += (force_slope * unit.noises[tip]) ** 2
+            by_times += (force_slope * rising_steps[tip]) ** 2
+        if math.sqrt(variance * spread) > unit.largest_noise * abs(slope):
             return None, 0.0, NO_RISE
-        self.noise = math.sqrt(variance * spread) / abs(falling)
-        too_fast = unit.time_deviation * math.sqrt(by_times) > unit.largest_by_time * abs(falling)
+        self.noise = math.sqrt(variance * spread) / abs(slope)
+        too_fast = unit.time_deviation * math.sqrt(by_times) > unit.largest_by_time * abs(slope)
         return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
 
 
 class ContrastLine:
-    """The line of the contrast [mm] over the whole force [N] that fits points by least squares."""
+    """The line of the contrast [mm] against the total force [N] that fits points by least squares."""
 
     def __init__(self, unit: Unit, points: list[tuple[float, float, float, float]]) -> None:
-        """Fit points: whole force, contrast, variance of the contrast, and its covariance with the force."""
+        """Fit the line to points of `Unit.contrast_point`; its slope is limited to the slopes that moduli allow."""
         self.unit = unit
         self.whole = sum(point[0] for point in points) / len(points)
         self.contrast = sum(point[1] for point in points) / len(points)
         self.variance = sum(point[2] for point in points) / len(points)
         self.covariance = sum(point[3] for point in points) / len(points)
-        apart = [(point[0] - self.whole, point[1] - self.contrast) for point in points]
-        self.spread = sum(u * u for u, _ in apart)
-        self.moment = sum(u * y for u, y in apart)
+        deviations = [(point[0] - self.whole, point[1] - self.contrast) for point in points]
+        self.spread = sum(u * u for u, _ in deviations)
+        self.moment = sum(u * y for u, y in deviations)
         slope = self.moment / self.spread if self.spread > 0.0 else 0.0
         self.slope = min(max(slope, unit.least_slope), unit.most_slope) if self.spread > 0.0 else 0.0
-        self.squares = sum((y - self.slope * u) ** 2 for u, y in apart)
+        self.squares = sum((y - self.slope * u) ** 2 for u, y in deviations)
 
-    def variance_off(self, slope: float) -> float:
-        """Return the mean variance of the distance between a point and a line of a slope [mm^2]."""
-        return self.unit.variance_off(self.variance, self.covariance, slope)
+    def distance_variance(self, slope: float) -> float:
+        """Return the mean variance [mm^2] of the points' distances from a line with `slope` [mm/N]."""
+        return self.unit.distance_variance(self.variance, self.covariance, slope)
 
-    def residual_of(self, point: tuple[float, float, float, float], slope: float) -> float:
-        """Return the distance of a sample from a line of a slope [standard deviations]."""
-        variance = self.unit.variance_off(point[2], point[3], slope) + self.variance_off(slope) / self.unit.others
+    def residual(self, point: tuple[float, float, float, float], slope: float) -> float:
+        """Return the distance of a further point from the line through the mean with `slope` [standard deviations]."""
+        # The mean of the fitted points has an error too.
+        own = self.unit.distance_variance(point[2], point[3], slope)
+        variance = own + self.distance_variance(slope) / self.unit.others
         return (point[1] - self.contrast - slope * (point[0] - self.whole)) / math.sqrt(variance)
 
 
@@ -389,13 +410,16 @@ class TouchSample:
     def __init__(self, unit: Unit, forces: "Sequence[float]", number: int) -> None:
         """Take the forces [N]."""
         self.forces = forces
-        self.point = unit.point_of(forces)
+        self.point = unit.contrast_point(forces)
         self.number = number
-        self.waits = True
+        self.is_pending = True
 
 
 class Touch:
-    """The last samples of a touch, from which samples that contradict their press are dropped."""
+    """A touch of all tips, whose samples are accepted or dropped as outliers of their press.
+
+    The decision on a sample is pending until the samples after it have arrived.
+    """
 
     def __init__(
         self, unit: Unit, take: "Callable[[Sequence[float], int], object]", drop: "Callable[[int], object]"
@@ -408,118 +432,136 @@ class Touch:
         self.unit = unit
         self.take = take
         self.drop = drop
-        self.length = unit.several + unit.others
-        self.number = 0
+        self.length = unit.several + unit.others  # number of samples that are compared
+        self.number = 0  # number of the last sample in the signal
         self.begin()
 
     def begin(self) -> None:
         """Begin a touch."""
-        self.row: list[TouchSample] = []
-        self.off = 0
+        self.window: list[TouchSample] = []  # the last `length` samples with all tips in contact
+        self.out_of_contact = 0  # number of samples since then with a tip out of contact
+        # sum over fits of the squared residuals, divided by their variance, and the number of fits
         self.squares = 0.0
-        self.rows = 0
+        self.fits = 0
+        # number of accepted samples, and their mean total force [N] and mean contrast [mm]
         self.released = 0
         self.whole = 0.0
         self.contrast = 0.0
 
-    def lifts(self, forces: "Sequence[float]") -> bool:
-        """Add forces [N] of a sample in which a tip is out of contact; return whether this is a lift."""
-        self.number += 1
-        if self.row:
-            self.off += 1
-        return not self.row or self.off > self.unit.several or (self.off > 1 and not any(self.unit.are_firm(forces)))
+    def add_out_of_contact(self, forces: "Sequence[float]") -> bool:
+        """Add a sample with a tip out of contact; return whether this is a lift rather than a bad conversion.
 
-    def lost(self, forces: "Sequence[float]") -> bool:
+        One bad conversion affects `unit.several` samples. So more samples out of contact are a lift, and so is a second
+        one in which no tip has a firm force. `forces` are in N.
+        """
+        self.number += 1
+        if self.window:
+            self.out_of_contact += 1
+        count = self.out_of_contact
+        return not self.window or count > self.unit.several or (count > 1 and not any(self.unit.are_firm(forces)))
+
+    def is_bad_conversion(self, forces: "Sequence[float]") -> bool:
         """Return whether samples out of contact lie between two firm touches: a bad conversion, not a lift.
 
-        `forces` [N] are those of the second touch.
+        `forces` [N] are the forces of the second touch.
         """
         unit = self.unit
         if unit.several > 1:  # a bad conversion affects two samples, so the second touch need not be firm
-            return any(all(unit.are_firm(sample.forces)) for sample in self.row[-unit.several :])
-        return all(unit.are_firm(forces)) and all(unit.are_firm(self.row[-1].forces))
+            return any(all(unit.are_firm(sample.forces)) for sample in self.window[-unit.several :])
+        return all(unit.are_firm(forces)) and all(unit.are_firm(self.window[-1].forces))
 
     def add(self, forces: "Sequence[float]") -> None:
-        """Add forces [N] of a sample in which all tips touch."""
-        for number in range(self.number - self.off, self.number):
+        """Add the forces [N] of a sample in which all tips touch; drop the samples out of contact just before it."""
+        for number in range(self.number - self.out_of_contact, self.number):
             self.drop(number + 1)
         self.number += 1
-        self.off = 0
-        self.row = self.row[1 - self.length :]
-        self.row.append(TouchSample(self.unit, forces, self.number))
-        if len(self.row) == self.length:
-            self.judge(self.unit.beside + 1)
-            self.release(len(self.row) - self.unit.several - (self.unit.beside - 1))
+        self.out_of_contact = 0
+        self.window = self.window[1 - self.length :]
+        self.window.append(TouchSample(self.unit, forces, self.number))
+        if len(self.window) == self.length:
+            self.drop_outliers(self.unit.beside + 1)
+            self.release(len(self.window) - self.unit.several - (self.unit.beside - 1))
 
     def close(self) -> None:
         """Decide on all pending samples, because the touch or the press is over."""
-        if len(self.row) == self.length:
-            self.judge(len(self.row))
-        self.release(len(self.row))
+        if len(self.window) == self.length:
+            self.drop_outliers(len(self.window))
+        self.release(len(self.window))
         self.begin()
 
     def release(self, count: int) -> None:
-        """Pass on the first samples of the row whose decision is pending."""
-        for sample in self.row[: max(count, 0)]:
-            if sample.waits:
-                sample.waits = False
+        """Accept those of the first `count` samples of the window whose decision is pending."""
+        for sample in self.window[: max(count, 0)]:
+            if sample.is_pending:
+                sample.is_pending = False
                 self.released += 1
                 self.whole += (sample.point[0] - self.whole) / self.released
                 self.contrast += (sample.point[1] - self.contrast) / self.released
                 self.take(sample.forces, sample.number)
 
-    def slopes(self, line: ContrastLine, scale: float) -> tuple[float, float]:
-        """Return the least and the largest slope that the row, the press before it and the range of moduli allow."""
+    def slope_limits(self, line: ContrastLine, scale: float) -> tuple[float, float]:
+        """Return the smallest and the largest slope [mm/N] of the contrast against the total force.
+
+        Three conditions limit it: the range of moduli, the points of `line`, and the chord to the accepted samples.
+        `scale` [1] multiplies the stated variance of the forces.
+        """
         unit = self.unit
-        least = unit.least_slope
-        most = unit.most_slope
-        variance = scale * max(line.variance_off(least), line.variance_off(most))
+        smallest = unit.least_slope
+        largest = unit.most_slope
+        variance = scale * max(line.distance_variance(smallest), line.distance_variance(largest))
         noise = unit.largest_residual * math.sqrt(variance)
-        if line.spread > 0.0:  # the slope of the row by least squares; if it contradicts the range of moduli, it holds
+        if line.spread > 0.0:  # the slope by least squares; if it contradicts the range of moduli, only it counts
             slope = line.moment / line.spread
             error = noise / math.sqrt(line.spread)
-            least = max(least, slope - error)
-            most = min(most, slope + error)
-            if least > most:
-                least = slope - error
-                most = slope + error
-        # The chord from the mean of the press before to the mean of the row; if it contradicts the row, it is left out.
+            smallest = max(smallest, slope - error)
+            largest = min(largest, slope + error)
+            if smallest > largest:
+                smallest = slope - error
+                largest = slope + error
+        # The chord from the mean of the accepted samples to the mean of the line's points; it is left out if it
+        # contradicts these points.
         if self.released and line.whole != self.whole:
             chord = (line.contrast - self.contrast) / (line.whole - self.whole)
             distance = abs(line.whole - self.whole)
             error = noise * math.sqrt(1.0 / unit.others + 1.0 / self.released) / distance + unit.slack
-            if max(least, chord - error) <= min(most, chord + error):
-                return max(least, chord - error), min(most, chord + error)
-        return least, most
+            if max(smallest, chord - error) <= min(largest, chord + error):
+                return max(smallest, chord - error), min(largest, chord + error)
+        return smallest, largest
 
-    def judge(self, decided: int) -> None:
-        """Drop the samples that lie away from every line that the other samples allow, up to the number `decided`."""
+    def drop_outliers(self, decided: int) -> None:
+        """Drop the samples of the window that contradict the others, if they begin in its first `decided` samples.
+
+        One bad conversion makes `unit.several` consecutive samples bad. Each such run is left out in turn, and a line
+        of the contrast against the total force is fitted to the other samples. The run that leaves the smallest sum
+        of squares is the suspect. It is dropped if one of its samples is an outlier for every slope that is possible.
+        """
         unit = self.unit
-        points = [sample.point for sample in self.row]
-        lines = [
-            ContrastLine(unit, points[:first] + points[first + unit.several :]) for first in range(unit.others + 1)
-        ]
+        points = [sample.point for sample in self.window]
+        run = unit.several
+        lines = [ContrastLine(unit, points[:first] + points[first + run :]) for first in range(unit.others + 1)]
         squares = [line.squares for line in lines]
         first = squares.index(min(squares))
         line = lines[first]
-        scale = max(1.0, self.squares / self.rows) if self.rows else 1.0
-        least, most = self.slopes(line, scale)
+        # The residuals until here may exceed the stated noise; then they set the scale of the variance.
+        scale = max(1.0, self.squares / self.fits) if self.fits else 1.0
+        smallest, largest = self.slope_limits(line, scale)
         residual = 0.0
-        for point in points[first : first + unit.several]:
-            a = line.residual_of(point, least)
-            b = line.residual_of(point, most)
-            residual = max(residual, 0.0 if a * b < 0.0 else min(abs(a), abs(b)))
-        self.squares += line.squares / line.variance_off(line.slope)
-        self.rows += 1
+        for point in points[first : first + run]:
+            # The residual is linear in the slope up to its scale, so it is 0 for a slope between two of opposite sign.
+            one = line.residual(point, smallest)
+            other = line.residual(point, largest)
+            residual = max(residual, 0.0 if one * other < 0.0 else min(abs(one), abs(other)))
+        self.squares += line.squares / line.distance_variance(line.slope)
+        self.fits += 1
         if first < decided and residual > unit.largest_residual * math.sqrt(scale):
-            spike = [sample for sample in self.row[first : first + unit.several] if sample.waits]
-            for sample in spike:
+            outliers = [sample for sample in self.window[first : first + run] if sample.is_pending]
+            for sample in outliers:
                 self.drop(sample.number)
-            self.row = [sample for sample in self.row if sample not in spike]
+            self.window = [sample for sample in self.window if sample not in outliers]
 
 
 class UnitPress:
-    """The sums of one press from each load on, in a memory that does not grow."""
+    """The sums of one press, from each load at which flat tips may be seated; the memory does not grow."""
 
     def __init__(self, unit: Unit, last: list[float] | None = None) -> None:
         """Begin a press; `last` is the last sample before it, if there was one."""
@@ -527,81 +569,84 @@ class UnitPress:
         self.last = last
         self.touched = False
         self.over = False  # whether the tips were lifted after a press that noise does not end
-        self.firm = 0  # number of samples in a row in which all tips touched firmly
+        self.firm_samples = 0  # number of consecutive samples with all tips in firm contact
         self.left_out = 0  # number of samples that were dropped because they contradict the press
         self.noise = 0.0  # standard deviation of ln E of the last reading
-        self.row = Touch(unit, self.take, self.drop)
-        self.forces: Sequence[float] = [0.0] * unit.size  # forces of the sample before [N]
-        self.number = 0
+        self.touch = Touch(unit, self.take, self.drop)
+        self.forces: Sequence[float] = [0.0] * unit.size  # forces of the last accepted sample [N]
+        self.number = 0  # its number in the signal
         size = unit.size
         self.rising = [
             Rising(unit, unit.load_forces[size * load : size * (load + 1)]) for load in range(len(unit.loads))
         ]
 
     def add(self, channels: list[float]) -> int:
-        """Add a sample of channels [N] unless it is bad; return its flags."""
+        """Add a sample of channel readings [N] unless it is bad; return its flags."""
         _, flags = self.unit.forces_of(channels)
         if flags & BAD_FORCE and self.unit.later:
-            return self.lost(flags)
-        at_one_time = self.at_one_time(channels)
-        return self.add_at_one_time(at_one_time) if at_one_time else flags
+            return self.forget_last(flags)
+        simultaneous = self.interpolate_channels(channels)
+        return self.add_simultaneous(simultaneous) if simultaneous else flags
 
     def add_counts(self, tare: UnitTare, counts: list[int]) -> int:
         """Add a sample of counts unless it is bad; return its flags."""
         above, flags = tare.above(counts)
         if flags:
-            return self.lost(flags) if self.unit.later else flags
+            return self.forget_last(flags) if self.unit.later else flags
         _, flags = self.unit.forces_of(self.unit.channels_of(above))
         if flags & BAD_FORCE and self.unit.later:
-            return self.lost(flags)
-        at_one_time = self.at_one_time(above)
-        return self.add_at_one_time(self.unit.channels_of(at_one_time)) if at_one_time else flags
+            return self.forget_last(flags)
+        simultaneous = self.interpolate_channels(above)
+        return self.add_simultaneous(self.unit.channels_of(simultaneous)) if simultaneous else flags
 
-    def at_one_time(self, sample: list[float]) -> list[float]:
-        """Return a sample interpolated to the time of its first conversion; empty if no sample is before it."""
+    def interpolate_channels(self, sample: list[float]) -> list[float]:
+        """Return a sample interpolated to the time of its first conversion; empty without a previous sample.
+
+        The converter reads the channels in turn, so each later channel is interpolated back to the first one's time.
+        """
         if not self.unit.later:
             return sample
         last = self.last
         self.last = sample
         if last is None:
             return []
-        return [value - later * (value - before) for value, later, before in zip(sample, self.unit.later, last)]
+        return [value - later * (value - previous) for value, later, previous in zip(sample, self.unit.later, last)]
 
-    def lost(self, flags: int) -> int:
+    def forget_last(self, flags: int) -> int:
         """Forget the last sample, because a bad sample leaves nothing to interpolate from; return the flags."""
         self.last = None
         self.break_off()
         return flags
 
-    def add_at_one_time(self, channels: list[float]) -> int:
-        """Add a sample whose channels [N] have one time, unless it is bad; return its flags."""
+    def add_simultaneous(self, channels: list[float]) -> int:
+        """Add a sample with simultaneous channel readings [N], unless it is bad; return its flags."""
         forces, flags = self.unit.forces_of(channels)
         self.touched = self.touched or not flags
         if flags & BAD_FORCE:
-            self.row.number += 1
+            self.touch.number += 1
             self.break_off()
         elif flags:
-            if self.row.lifts(forces):
+            if self.touch.add_out_of_contact(forces):
                 self.lift()
         else:
-            if self.row.off and not self.row.lost(forces):
+            if self.touch.out_of_contact and not self.touch.is_bad_conversion(forces):
                 self.lift()
-            self.row.add(forces)
+            self.touch.add(forces)
         return flags
 
     def break_off(self) -> None:
-        """Forget the samples before, because the next one does not follow them."""
-        self.row.close()
+        """Forget the previous samples, because the next one does not follow them."""
+        self.touch.close()
         for rising in self.rising:
             rising.break_off()
 
     def lift(self) -> None:
         """Reset the sums, because samples after a lift belong to another press."""
-        self.row.close()
+        self.touch.close()
         for rising in self.rising:
             rising.begin_sums()
-        self.over = self.over or self.firm > self.unit.several
-        self.firm = 0
+        self.over = self.over or self.firm_samples > self.unit.several
+        self.firm_samples = 0
 
     def drop(self, _: int) -> None:
         """Count a sample that is left out."""
@@ -610,52 +655,58 @@ class UnitPress:
     def take(self, forces: "Sequence[float]", number: int) -> None:
         """Add the forces [N] of an accepted sample to the sums; `number` is its number in the signal."""
         if all(self.unit.are_firm(forces)):
-            self.firm += 1
-        elif self.firm <= self.unit.several:
-            self.firm = 0
-        steps = [(force - before) / (number - self.number) for force, before in zip(forces, self.forces)]
+            self.firm_samples += 1
+        elif self.firm_samples <= self.unit.several:
+            self.firm_samples = 0
+        # A dropped sample leaves a gap in the numbers, so the change is divided by it.
+        steps = [(force - previous) / (number - self.number) for force, previous in zip(forces, self.forces)]
         self.forces = forces
         self.number = number
         for rising in self.rising:
             rising.add(forces, steps)
 
     def read(self) -> tuple[float | None, float | None, int]:
-        """Return E, E / (1 - nu^2) [MPa] and flags, from the part of the press in which flat tips are fully seated."""
-        self.row.close()
+        """Return E, E / (1 - nu^2) [MPa] and flags, from the part of the press in which flat tips are fully seated.
+
+        The modulus and the offset determine the load that seats the tips, and the press is read again from that load
+        on. This is repeated until the load no longer changes. If no modulus follows, the next lower load is used.
+        """
+        self.touch.close()
         if not self.touched:
             return None, None, LIFT_OFF
         unit = self.unit
-        load = 0
+        index = 0  # of the load
         E, offset, flags = self.rising[0].read(whole=True)
         for _ in range(unit.rounds):
             if E is None:
                 break
-            needed = E * (unit.per_offset * abs(offset) + unit.by_skin)
-            seated = sum(each < needed for each in unit.loads[:-1])
-            if seated == load:
+            seating_load = E * (unit.per_offset * abs(offset) + unit.by_skin)
+            seated = sum(load < seating_load for load in unit.loads[:-1])
+            if seated == index:
                 break
-            load = seated
-            E, offset, flags = self.rising[load].read(whole=not load)
-            while E is None and load:
-                load -= 1
-                E, offset, flags = self.rising[load].read(whole=not load)
+            index = seated
+            E, offset, flags = self.rising[index].read(whole=not index)
+            while E is None and index:
+                index -= 1
+                E, offset, flags = self.rising[index].read(whole=not index)
         if E is None:
             return None, None, flags
-        self.noise = self.rising[load].noise
-        E, reduced, outside = unit.judged(unit.corrected(E))
+        self.noise = self.rising[index].noise
+        E, reduced, outside = unit.check_range(unit.correct_modulus(E))
         return E, reduced, outside | flags
 
 
 def own_deviation(logs: list[float], deviations: list[float], E: float, noise: float) -> float:
     """Return the standard deviation of ln E of one press, without the errors that all presses of a fruit share.
 
-    `deviations` are interpolated over `logs`, the logarithms of moduli. `noise` is added in quadrature.
+    `deviations` at `logs`, logarithms of moduli, are interpolated to E [MPa]. `noise` is the standard deviation of ln E
+    due to noise, which is added in quadrature.
     """
-    of_fruit = between(logs, deviations, math.log(E))
-    return math.sqrt(of_fruit * of_fruit + noise * noise)
+    without_noise = interpolate(logs, deviations, math.log(E))
+    return math.sqrt(without_noise * without_noise + noise * noise)
 
 
-def middle_of(logs: list[float]) -> float:
+def hodges_lehmann(logs: list[float]) -> float:
     """Return the Hodges-Lehmann estimate: the median of the means of all pairs, each value also paired with itself.
 
     J. L. Hodges and E. L. Lehmann, Ann. Math. Stat. 34 (1963) 598. For two values it is their mean. For four and more,
@@ -666,20 +717,23 @@ def middle_of(logs: list[float]) -> float:
     return means[half] if len(means) % 2 else 0.5 * (means[half - 1] + means[half])
 
 
-def scatter_of(logs: list[float]) -> float:
-    """Return the standard deviation of at least two logarithms of moduli between presses [1]."""
+def standard_deviation(logs: list[float]) -> float:
+    """Return the standard deviation of at least two values of ln E, one of each press [1]."""
     mean = sum(logs) / len(logs)
     return math.sqrt(sum((log - mean) ** 2 for log in logs) / (len(logs) - 1))
 
 
-def that_count(deviations: list[float]) -> list[int]:
-    """Return the indices of the presses that count: deviations [1] much larger than the least do not."""
-    most = MUCH_LESS_CERTAIN * min(deviations)
-    return [press for press, deviation in enumerate(deviations) if deviation <= most]
+def counted_presses(deviations: list[float]) -> list[int]:
+    """Return the indices of the presses that count; a deviation [1] much larger than the smallest does not."""
+    limit = MUCH_LESS_CERTAIN * min(deviations)
+    return [press for press, deviation in enumerate(deviations) if deviation <= limit]
 
 
-def disagree(logs: list[float], deviations: list[float], limit: float) -> bool:
-    """Return whether the weighted sum of squares of logarithms of moduli exceeds a limit of chi square."""
+def are_inconsistent(logs: list[float], deviations: list[float], limit: float) -> bool:
+    """Return whether values of ln E differ by more than their standard deviations allow.
+
+    This is a chi-square test: the sum of squares about the weighted mean, divided by the variances, exceeds `limit`.
+    """
     weights = [1.0 / (deviation * deviation) for deviation in deviations]
     mean = dot(weights, logs) / sum(weights)
     return sum(weight * (log - mean) ** 2 for weight, log in zip(weights, logs)) > limit
@@ -708,27 +762,28 @@ class UnitFruit:
         """Return E, E / (1 - nu^2) [MPa], the scatter of ln E between presses (0 for one press) and flags."""
         if not self.logs:
             return None, None, 0.0, LIFT_OFF
-        count = that_count(self.deviations)
-        logs = [self.logs[press] for press in count]
-        E, reduced, flags = self.unit.judged(math.exp(middle_of(logs)))
+        counted = counted_presses(self.deviations)
+        logs = [self.logs[press] for press in counted]
+        E, reduced, flags = self.unit.check_range(math.exp(hodges_lehmann(logs)))
         if len(logs) == 1:
             return E, reduced, 0.0, flags
-        if disagree(logs, [self.deviations[press] for press in count], self.unit.chi_squares[len(logs) - 2]):
+        deviations = [self.deviations[press] for press in counted]
+        if are_inconsistent(logs, deviations, self.unit.chi_squares[len(logs) - 2]):
             flags |= PRESSES_DISAGREE
-        return E, reduced, scatter_of(logs), flags
+        return E, reduced, standard_deviation(logs), flags
 
 
 def readings_of(
     unit: Unit, rows: "Iterable[list[int]]", tare_samples: int
 ) -> "Iterator[tuple[float | None, float | None, int]]":
-    """Yield E, E / (1 - nu^2) [MPa] and flags of each press in rows of counts, which begin with a free sensor.
+    """Yield E, E / (1 - nu^2) [MPa] and flags of each press in rows of counts.
 
-    A press ends when a tip is lifted, or at bad counts, whose flags follow. A signal without a press yields the reading
-    of its last touch.
+    The first `tare_samples` rows are the tare, taken while the sensor touches nothing. A press ends when a tip is
+    lifted, or at bad counts, whose flags follow. A signal without a press yields the reading of its last touch.
     """
     tare = UnitTare(unit)
     press = UnitPress(unit)
-    told = False
+    has_reading = False
     for counts in rows:
         if tare.samples < tare_samples:
             flags = tare.add(counts)
@@ -736,15 +791,15 @@ def readings_of(
                 yield None, None, flags
             continue
         flags = press.add_counts(tare, counts)
-        wrong = flags and flags != LIFT_OFF
-        if press.over or (wrong and press.touched):
-            told = True
+        is_bad = flags and flags != LIFT_OFF
+        if press.over or (is_bad and press.touched):
+            has_reading = True
             yield press.read()
             press = UnitPress(unit, press.last)
-        if wrong:
+        if is_bad:
             yield None, None, flags
     reading = press.read()
-    if press.firm > unit.several or (press.touched and not told):
+    if press.firm_samples > unit.several or (press.touched and not has_reading):
         yield reading
 
 

@@ -1,4 +1,4 @@
-"""From signals to readings; a press lasts from the touch of the last tip to the lift of the first one."""
+"""Readings of signals; a press lasts from the touch of the last tip to the lift of the first one."""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -24,7 +24,7 @@ from sensor.quantity import validation_error
 from sensor.turns import in_turn
 
 TARE_SAMPLES = 10
-"""Number of samples at the start of a signal of counts that are its tare; the sensor hangs free."""
+"""Number of samples at the start of a signal of counts that are its tare, while the sensor touches nothing."""
 
 
 @in_turn()
@@ -73,34 +73,35 @@ def readings_of(
 ) -> Iterator[FruitReading]:
     """Yield one reading for each press of a signal as it ends, or with `every_sample` a reading at each of its samples.
 
-    `counts_as` is as in `signed_counts`. A signal without a press yields one reading with the flag `lift_off`. Raises
-    InputError for an invalid line, and for a report of a line or square without level readings of whole presses.
+    `counts_as` is the notation of counts without signs, as in `signed_counts`. A signal without a firm press yields the
+    reading of its last light touch, or one with the flag `lift_off`. Raises InputError for an invalid line, and for the
+    report of a line or a square that has no level readings of whole presses.
     """
     sensor.refuse_without_rise_level()
     tare, samples = tare_of(sensor, signal, counts_as) if signal.counted else (None, iter(signal))
     timing, samples = at_one_time(sensor, samples, signal.source)
-    in_newtons = _in_newtons(sensor, signal, samples, tare)
-    hardly = FruitReading(flags=("lift_off",))
-    shown = False
+    in_newtons = _convert_to_newtons(sensor, signal, samples, tare)
+    light_touch = FruitReading(flags=("lift_off",))
+    has_press = False
     for press in presses_of(sensor, in_newtons, signal.source, timing.lag, growing=every_sample):
         reading = press_reading(sensor, press, timing)
         t = press.t[-1 if every_sample else press.deepest]
         if every_sample or press.is_firm(sensor.least_forces, timing.lag):
-            shown = True
-            zero = (None, None) if every_sample else zero_left(sensor, press)
-            yield replace(reading, t=float(t), fruit=press.fruit, zero_left=zero[0], zero_left_of_touch=zero[1])
+            has_press = True
+            zero, relative_zero = (None, None) if every_sample else zero_left(sensor, press)
+            yield replace(reading, t=float(t), fruit=press.fruit, zero_left=zero, zero_left_of_touch=relative_zero)
         else:
-            hardly = replace(reading, t=float(t))
-    if not shown:
-        yield hardly
+            light_touch = replace(reading, t=float(t))
+    if not has_press:
+        yield light_touch
 
 
-def _in_newtons(
+def _convert_to_newtons(
     sensor: MeasuringUnit, signal: Signal, samples: Iterable[Sample], tare: Sequence[float] | None
 ) -> Iterator[Sample]:
-    """Yield samples with the forces of the tips [N]; counts are converted above their tare.
+    """Yield samples with the forces of the tips [N], from forces of the channels, or from counts above a `tare`.
 
-    Raises InputError as `refuse_out_of_scale` does.
+    Raises InputError for a force below zero or far beyond the scale.
     """
     for sample in samples:
         channels = sample.forces if tare is None else sensor.unit.forces_of_counts(sample.forces, tare)
@@ -110,19 +111,19 @@ def _in_newtons(
 
 
 def zero_left(sensor: MeasuringUnit, press: PressSamples) -> tuple[float | None, float | None]:
-    """Return the zero error of creeping springs after a press [N], and its fraction of the least force of a touch [1].
+    """Return the zero error that creeping springs show `ZERO_AFTER_S` seconds after a press.
 
-    They belong to the tip with the largest fraction. Both are None if the springs do not creep or the duration is
-    unknown.
+    The two numbers are the zero error [N] and its fraction of the smallest force of a touch [1], for the tip with the
+    largest fraction. Both are None if the springs do not creep or the duration of the press is unknown.
     """
     creep, duration = sensor.creep, press.duration_s
     if creep.exponent == 0.0 or duration is None:
         return None, None
-    share = creep.left_behind(ZERO_AFTER_S, duration, float(press.t[-1]) - press.touched_s)
+    remaining = creep.left_behind(ZERO_AFTER_S, duration, float(press.t[-1]) - press.touched_s)  # fraction of the force
     deepest = press.forces[press.deepest]
-    of_touch = share * deepest / sensor.least_forces
-    tip = int(of_touch.argmax())
-    return share * float(deepest[tip]), float(of_touch[tip])
+    relative = remaining * deepest / sensor.least_forces
+    tip = int(relative.argmax())
+    return remaining * float(deepest[tip]), float(relative[tip])
 
 
 def tare_of(
@@ -130,10 +131,9 @@ def tare_of(
 ) -> tuple[list[float], Iterator[Sample]]:
     """Return the tare of a signal, the mean counts of its first samples, and the samples after them as signed counts.
 
-    `counts_as` is the notation of counts in the file, as in `signed_counts`.
-
-    Raises InputError if the unit has no calibration of counts, and for counts at the end of the converter's range. It
-    also refuses samples that are not of a free sensor: unsteady, or more than a full scale from the calibrated zero.
+    `counts_as` is the notation of counts in the file, as in `signed_counts`. Raises InputError if the unit has no
+    calibration of counts, and for counts at the end of the converter's range. It is also raised if the sensor was
+    touched during the first samples: if they are unsteady, or more than a full scale from the calibrated zero.
     """
     unit = sensor.unit
     if not unit.newtons_per_count:
@@ -145,29 +145,30 @@ def tare_of(
         return sample._replace(forces=counts)
 
     samples = map(signed, signal)
-    free = list(itertools.islice(samples, TARE_SAMPLES))
+    untouched = list(itertools.islice(samples, TARE_SAMPLES))
     hint = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
-    if len(free) < TARE_SAMPLES:
-        raise validation_error(signal.place(free[-1], 0), len(free), "samples", f"at least {TARE_SAMPLES}", hint)
-    tare = np.mean([sample.forces for sample in free], axis=0).tolist()
-    off = np.abs(unit.forces_of_counts(tare, unit.zero_counts)) / sensor.report.read_out.full_scale_N
-    if off.max() > 1.0:
+    if len(untouched) < TARE_SAMPLES:
+        place = signal.place(untouched[-1], 0)
+        raise validation_error(place, len(untouched), "samples", f"at least {TARE_SAMPLES}", hint)
+    tare = np.mean([sample.forces for sample in untouched], axis=0).tolist()
+    zero_errors = np.abs(unit.forces_of_counts(tare, unit.zero_counts)) / sensor.report.read_out.full_scale_N
+    if zero_errors.max() > 1.0:
         bound = "within a full scale of the calibration's zero"
-        tip = int(off.argmax())
-        raise validation_error(signal.place(free[0], tip), tare[tip], "counts", bound, hint)
-    for sample in free:
-        off = np.abs(unit.forces_of_counts(sample.forces, tare)) / sensor.least_forces
-        if off.max() > 1.0:
-            tip = int(off.argmax())
+        tip = int(zero_errors.argmax())
+        raise validation_error(signal.place(untouched[0], tip), tare[tip], "counts", bound, hint)
+    for sample in untouched:
+        deviations = np.abs(unit.forces_of_counts(sample.forces, tare)) / sensor.least_forces
+        if deviations.max() > 1.0:
+            tip = int(deviations.argmax())
             raise validation_error(signal.place(sample, tip), sample.forces[tip], "counts", "steady", hint)
     return tare, samples
 
 
 def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:
     """Raise InputError for forces [N] below zero or far beyond the scale; `place` returns the name of a tip's cell."""
-    in_scale = sensor.in_scale(forces)
-    if not in_scale.all():
-        tip = int(in_scale.argmin())
+    plausible = sensor.are_plausible(forces)
+    if not plausible.all():
+        tip = int(plausible.argmin())
         lowest = sensor.lowest_forces[tip]
         bound = f"from {lowest:.3g} N, zero less its noise, to {sensor.largest_forces[tip]:.3g} N, 20 full scales"
         hint = "check zero, sign and unit of the channel"

@@ -35,7 +35,7 @@ _TOGETHER = (
     ("force_bend", "force_bend_per_N"),
     ("deflection_bend", "deflection_bend_per_N"),
 )
-_MOST_COUNTS = 2**31 - 1  # firmware holds counts in 32 bits
+_LARGEST_COUNT = 2**31 - 1  # firmware holds counts in 32 bits
 _FORMER_KEYS = ("height_mm", "height_error_mm")
 """Keys of version 0.1: the heights of tips, which cancel in a press."""
 _PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # the text is written into comments of the firmware
@@ -72,7 +72,7 @@ class PrintedUnit:
     classes : str
         Ripeness classes, such as `ripe:0.8,unripe` with limits in MPa; empty for none.
     weighed_after_s : float
-        Time from hanging a weight to its reading [s], for which stiffnesses and gains hold.
+        Time from hanging a weight to its reading [s], at which stiffnesses and gains were measured.
     creep_per_decade, creep_error : float or None
         Measured growth of the compliance per decade of time, and its standard deviation [1]. None means the creep of
         the process.
@@ -123,7 +123,10 @@ class PrintedUnit:
     scale: FruitScale | None = None
 
     def __post_init__(self) -> None:
-        """Check each field, and that every list has one number for each tip."""
+        """Check each field, and that every list has one number for each tip.
+
+        Keys in `_TOGETHER` must be given together or not at all.
+        """
         check_fields(self, "unit")
         if not _PLAIN.fullmatch(self.method):
             raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _HINT)
@@ -142,31 +145,34 @@ class PrintedUnit:
             self._check_counts()
 
     def _check_counts(self) -> None:
-        """Refuse a calibration of counts that is not a square matrix with one zero for each channel."""
+        """Raise InputError unless the calibration of counts is a square matrix with one zero for each channel.
+
+        Its numbers must be finite, and the saturation must be within the integers of the firmware.
+        """
         count = len(self.tips)
         rows = [*self.newtons_per_count, self.zero_counts]
         numbers = [number for row in rows for number in row]
-        is_whole = len(rows) == count + 1 and all(len(row) == count for row in rows)
-        is_count = 0 < self.saturation_counts <= _MOST_COUNTS
-        if not is_whole or not all(map(math.isfinite, numbers)) or not is_count:
+        is_complete = len(rows) == count + 1 and all(len(row) == count for row in rows)
+        has_saturation = 0 < self.saturation_counts <= _LARGEST_COUNT
+        if not is_complete or not all(map(math.isfinite, numbers)) or not has_saturation:
             bound = (
                 f"{count} lists of {count} finite numbers, beside {count} zero_counts "
-                f"and saturation_counts of 1 to {_MOST_COUNTS}"
+                f"and saturation_counts of 1 to {_LARGEST_COUNT}"
             )
             raise validation_error("unit.newtons_per_count", str(self.newtons_per_count), "", bound, _HINT)
 
     def forces_of_counts(self, counts: Sequence[float], tare: Sequence[float]) -> tuple[float, ...]:
-        """Return the force of each tip [N] from the counts of all channels and their tare."""
+        """Return the force of each tip [N] from the counts of all channels and their tare, (channels,)."""
         above_tare = [count - zero for count, zero in zip(counts, tare, strict=True)]
         return tuple(
             math.fsum(slope * count for slope, count in zip(row, above_tare, strict=True))
             for row in self.newtons_per_count
         )
 
-    def creep_or(self, as_made: CreepLaw) -> CreepLaw:
-        """Return the creep of the unit: as measured, or else the creep of its print process."""
+    def creep_or(self, process_creep: CreepLaw) -> CreepLaw:
+        """Return the measured creep of the unit, or the creep of its print process if it was not measured."""
         if self.creep_per_decade is None or self.creep_error is None:
-            return as_made
+            return process_creep
         return CreepLaw(self.creep_per_decade, self.creep_error)
 
     @property
@@ -202,11 +208,11 @@ The list is fixed, because units hold a digest of these keys.
 def design_digest(design: Design) -> str:
     """Return the sha256 of the part of a design that determines a unit: its springs, tips and read-out.
 
-    Keys that are not set do not enter, so a key that is added later does not change the digest.
+    Keys that are not set are left out, so a key that is added later does not change the digest.
     """
     tables = design_as_mapping(design)
-    chosen = {table: {key: tables.get(table, {}).get(key) for key in keys} for table, keys in _KEYS_OF_A_UNIT.items()}
-    given = {table: {key: value for key, value in keys.items() if value is not None} for table, keys in chosen.items()}
+    values = {table: {key: tables.get(table, {}).get(key) for key in keys} for table, keys in _KEYS_OF_A_UNIT.items()}
+    given = {table: {key: value for key, value in keys.items() if value is not None} for table, keys in values.items()}
     text = json.dumps({**given, "printer": tables.get("printer", {})}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -219,7 +225,7 @@ _OF_0_2 = (
     ("reading", "stiffness_percent", 1.0, _BEFORE_STIFFNESS),
     ("reading", "gain_percent", 0.5, (*_BEFORE_STIFFNESS, "stiffness_percent")),
 )
-"""Keys that 0.2 wrote or digested: table, key, value, and the keys of which the last one preceded it.
+"""Keys that version 0.2 wrote: table, key, value, and the keys after which it wrote this one.
 
 A key that is still written keeps its own value.
 """
@@ -240,39 +246,45 @@ _OF_CALIBRATION: dict[str, tuple[object, ...]] = {
 
 
 def digests_of_0_2(design: Design) -> set[str]:
-    """Return every sha256 that version 0.2 may have written into a unit of a design, for any kind of calibration."""
+    """Return every sha256 that version 0.2 may have written into a unit of this design.
+
+    Version 0.2 digested the whole design, with keys of the calibration. So all values of these keys are tried.
+    """
     reading = design.reading
     if reading is None:
         return {_digest_of_0_2(design)}
     choices = [{getattr(reading, key), *former} for key, former in _OF_CALIBRATION.items()]
-    said = [dict(zip(_OF_CALIBRATION, values, strict=True)) for values in itertools.product(*choices)]
-    return {_digest_of_0_2(replace(design, bench=None, reading=replace(reading, **values))) for values in said}
+    calibrations = [dict(zip(_OF_CALIBRATION, values, strict=True)) for values in itertools.product(*choices)]
+    return {_digest_of_0_2(replace(design, bench=None, reading=replace(reading, **keys))) for keys in calibrations}
 
 
 def _digest_of_0_2(design: Design) -> str:
-    """Return the sha256 of the whole text of a design, in the form that version 0.2 wrote."""
+    """Return the sha256 of the whole text of a design, in the form and order of keys that version 0.2 wrote."""
     tables = design_as_mapping(design, derived=True)
     for name in _SINCE_0_2:
         table, key = name.split(".")
         tables.get(table, {}).pop(key, None)
-    for table, key, value, before in _OF_0_2:
+    for table, key, value, preceding_keys in _OF_0_2:
         if table in tables and key not in tables[table]:
             items = list(tables[table].items())
-            place = max((1 + place for place, (known, _) in enumerate(items) if known in before), default=0)
-            tables[table] = dict([*items[:place], (key, value), *items[place:]])
+            index = max((1 + index for index, (name, _) in enumerate(items) if name in preceding_keys), default=0)
+            tables[table] = dict([*items[:index], (key, value), *items[index:]])
     return hashlib.sha256(tables_as_toml(tables).encode()).hexdigest()
 
 
 def check_weighed_after(name: str, after_s: float | None) -> None:
-    """Raise InputError, beginning with `name`, for an implausible time between hanging and reading a weight [s]."""
+    """Raise InputError for an implausible time between hanging and reading a weight [s]; None is allowed.
+
+    `name` is the name of the time in the message.
+    """
     if after_s is not None and not WEIGHED_AFTER.hold(after_s):
         raise validation_error(name, after_s, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
 
 
 def nominal_unit(report: Report) -> PrintedUnit:
-    """Return the unit that equals its design, with springs as uncertain as the process prints them.
+    """Return a unit that equals its design and is not calibrated, so its springs have the uncertainty of the process.
 
-    No weight was read, so the scatter of the process modulus includes its creep, and the unit has none of its own.
+    No weight was read. The scatter of the process modulus includes its creep, so the unit has no creep of its own.
     """
     unit = unit_of(
         report,
@@ -286,22 +298,23 @@ def nominal_unit(report: Report) -> PrintedUnit:
 def percent_as_made(report: Report) -> list[float]:
     """Return the standard deviation of the stiffness of each tip's spring as printed [%].
 
-    The stiffness of a leaf is proportional to its modulus and to the third power of its thickness. The process
-    determines the scatter of both.
+    The stiffness of a leaf is proportional to its modulus and to the third power of its thickness. The process states
+    the scatter of the modulus, and the accuracy of the thickness as two standard deviations.
     """
     design = report.design
     process = design.process
     percent = []
     for thickness in design.tips.each(*process.leaf_thicknesses_mm):
-        by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness
-        percent.append(100.0 * (by_thickness**2 + process.E_scatter**2) ** 0.5)
+        thickness_part = 3.0 * 0.5 * process.accuracy_mm / thickness
+        percent.append(100.0 * (thickness_part**2 + process.E_scatter**2) ** 0.5)
     return percent
 
 
 def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str) -> PrintedUnit:
-    """Return a unit of a report's design with the given springs [N/mm] and their standard deviations [%].
+    """Return a unit of a report's design with the given springs and uncalibrated channels.
 
-    Its gains are 1, with the error that the design states or the error of an amplifier.
+    `stiffnesses` [N/mm] and their standard deviations `percent` [%] have one value for each tip. `method` says how they
+    were found. The gains are 1, with the error that the design states or the error of an amplifier, and the drift.
     """
     count = len(report.tips)
     gain_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
@@ -319,33 +332,34 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
 
 
 def read_unit(path: Path, report: Report) -> PrintedUnit:
-    """Return the unit of a file; raises a one-line InputError for an invalid file and for a unit of another design."""
+    """Return the unit of a unit.toml; raises InputError for an invalid file and for a unit of another design."""
     tables = {key: value for key, value in read_toml(path, "--unit").items() if key not in _FORMER_KEYS}
     try:
         unit = from_plain(PrintedUnit, tables, "unit")
     except ValueError as error:
-        for cause in _causes(error.__cause__):
+        # An error of a field is nested in a group of errors; it already names the field and the bound.
+        for cause in _nested_errors(error.__cause__):
             if isinstance(cause, InputError):
                 raise cause from error
         bound = f"a unit.toml of pipeline calibrate ({str(error).splitlines()[0]})"
         raise validation_error("--unit", str(path), "", bound, "calibrate the unit") from error
     refuse_other_design(unit, report)
     if unit.scale is not None and "weighed_after_s" not in tables and report.creep.exponent:
-        # Its curve was fitted before springs had a time of weighing, to readings that were smaller.
+        # Its curve was fitted by a version without a time of weighing, to readings that were smaller.
         bound = "of a unit with weighed_after_s, as its springs creep"
         raise validation_error("unit.scale", unit.scale.unit, "", bound, "calibrate it again, with --fruit")
     return unit
 
 
-def _causes(error: BaseException | None) -> Iterator[BaseException]:
+def _nested_errors(error: BaseException | None) -> Iterator[BaseException]:
     """Yield all errors of a nested group of errors."""
-    for cause in getattr(error, "exceptions", ()):
-        yield cause
-        yield from _causes(cause)
+    for nested in getattr(error, "exceptions", ()):
+        yield nested
+        yield from _nested_errors(nested)
 
 
 def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
-    """Raise InputError if a unit is not of a report's design, or has a ball that the design does not allow."""
+    """Raise InputError if a unit is not of a report's design, or has a ball correction that does not suit it."""
     digest = design_digest(report.design)
     of_design = unit.design_sha256 == digest or unit.design_sha256 in digests_of_0_2(report.design)
     if not of_design or unit.tips != tuple(tip.name for tip in report.tips):
@@ -360,7 +374,7 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
 
 
 def _refuse_ball_of_other_numbers(ball: BallCorrection, report: Report) -> None:
-    """Raise InputError unless a ball has one slope for each tip and as many form errors as the report."""
+    """Raise InputError unless a ball correction has one slope for each tip and as many form errors as the report."""
     tips = len(report.tips)
     errors = max((len(row.form_percent) for row in report.moduli), default=0)
     for key, count, meaning in (
@@ -375,7 +389,7 @@ def _refuse_ball_of_other_numbers(ball: BallCorrection, report: Report) -> None:
 
 
 def unit_as_toml(unit: PrintedUnit) -> str:
-    """Return a unit as TOML text; reading it gives the same unit."""
-    left_out = () if unit.zero_counts else ("newtons_per_count", "zero_counts", "saturation_counts")
-    given = {key: value for key, value in to_plain(unit).items() if value is not None and key not in left_out}
+    """Return a unit as the text of a unit.toml; `read_unit` reads the same unit from it."""
+    omitted = () if unit.zero_counts else ("newtons_per_count", "zero_counts", "saturation_counts")
+    given = {key: value for key, value in to_plain(unit).items() if value is not None and key not in omitted}
     return f"# A printed unit, written by pipeline calibrate; pipeline read --unit takes it.\n{tables_as_toml(given)}"

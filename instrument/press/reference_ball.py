@@ -15,13 +15,13 @@ _SLOPE = Bounds(at_least=-1e3, at_most=1e3)
 
 @dataclass(frozen=True, kw_only=True)
 class BallCorrection:
-    """The factor that corrects readings of a unit, and its standard deviation, which is the same in all readings.
+    """The factor by which readings of a unit are multiplied, and its standard deviation, which all readings share.
 
     `E_MPa` is the modulus of a fruit on which the unit has the same forces as on the ball of radius `radius_mm`. The
     presses lasted `press_s`, from the first touch to the deepest point. The slopes (tips,) are the relative changes of
-    E on the ball per relative change of a spring or a gain. `form_percent` is the change on the ball by one standard
-    deviation of each form error of the domes, as in `reading.moduli` of a report. The factor corrects these errors in
-    all readings.
+    E on the ball per relative change of a spring or a gain. `form_percent` is the change of E on the ball due to one
+    standard deviation of each form error of the domes, as in `reading.moduli` of a report. The factor corrects these
+    errors in all readings.
     """
 
     factor: float = quantity("1", FACTOR, hint=_HINT)

@@ -19,21 +19,21 @@ class RelaxingFlesh:
         self._relaxation = relaxation
         self._least = least_forces
         self._memory = Memory(relaxation)
-        self._before: float | None = None
+        self._last_t: float | None = None
 
     def channels(self, forces: Floats, t: float) -> Floats:
-        """Return the forces of the sample at a time [s], followed by the forces of elastic flesh [N], (2 tips,).
+        """Return the forces of a sample (tips,), followed by the forces of elastic flesh [N]: (2 tips,) numbers.
 
-        The time must rise from sample to sample.
+        The time `t` [s] must rise from sample to sample. A lift of all tips is taken as a full recovery of the flesh.
         """
-        felt = np.where(forces > self._least, forces, 0.0)
-        elastic = felt
-        if not felt.any():
-            self._memory, self._before = Memory(self._relaxation), None
-            return np.concatenate([forces, felt])
-        if self._before is not None:
-            fresh, lost = self._memory.step(np.array([t - self._before]))
-            elastic = ((felt + lost) / fresh)[0]
+        contact_forces = np.where(forces > self._least, forces, 0.0)
+        elastic = contact_forces
+        if not contact_forces.any():
+            self._memory, self._last_t = Memory(self._relaxation), None
+            return np.concatenate([forces, contact_forces])
+        if self._last_t is not None:
+            fresh, lost = self._memory.step(np.array([t - self._last_t]))  # force = fresh elastic - lost
+            elastic = ((contact_forces + lost) / fresh)[0]
         self._memory.keep(elastic)
-        self._before = t
+        self._last_t = t
         return np.concatenate([forces, elastic])

@@ -21,7 +21,11 @@ class RipenessClasses:
 
 
 def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
-    """Return the classes of a text like `ripe:0.8,turning:1.6,unripe`, limits in MPa; raises InputError."""
+    """Return the classes of a text like `ripe:0.8,turning:1.6,unripe`, with limits in MPa.
+
+    `flag` is the name of the text in messages. Raises InputError for a class without a name, for limits that do not
+    rise, and for a limit of the last class.
+    """
     names = []
     limits = [0.0]
     for part in text.split(","):

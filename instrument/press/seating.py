@@ -1,9 +1,10 @@
 """The part of a press in which flat tips are fully seated.
 
-A flat tip that leans touches with an edge first. It is seated once its depth exceeds its side times its lean; from then
-on the law of a flat tip holds. (K. L. Johnson, Contact Mechanics, 1985, 5.2. A tilted punch stays in full contact while
-M / F < side/6.) The lean is known only from the reading of the press. So the press is read again from the load that
-seats the tips. The loads rise by a constant factor, and firmware sums presses from the same loads.
+A flat tip that leans touches with an edge first. It is seated, in full contact, once its depth exceeds its side times
+its lean. From then on the law of a flat tip holds. (K. L. Johnson, Contact Mechanics, 1985, 5.2: a tilted punch stays
+in full contact while M / F < side/6.) The lean is known only from the reading of the press. So the press is read again
+from the load that seats the tips. The loads rise by a constant factor, and the firmware sums presses from the same
+loads.
 """
 
 from contextlib import suppress
@@ -24,10 +25,11 @@ ROUNDS = 3  # iterations between reading modulus and lean, and choosing the seat
 
 @dataclass(frozen=True, kw_only=True)
 class Seating:
-    """Loads from which a press may be read, as E times depth [N/mm], with the tip forces at each load [N].
+    """Loads from which a press may be read, as E times depth [N/mm].
 
-    Tips are seated at a load of E (per_offset |offset| + by_skin), with an offset [mm]. `per_offset` is side over
-    spacing [1] and `by_skin` the side times the slope of the skin [mm]. Tips without a flat face have one load of 0.
+    `least_forces` has the tip forces (tips,) [N] at each load, from which samples count. Tips are seated at a load of E
+    (per_offset |offset| + by_skin), with the offset of a press [mm]. `per_offset` is the side of a tip divided by the
+    spacing [1]. `by_skin` is the side times the slope of the skin [mm]. Tips without a flat face have one load of 0.
     """
 
     loads: tuple[float, ...]
@@ -38,26 +40,26 @@ class Seating:
     def load(self, E: float, offset: float) -> int:
         """Return the index of the load that seats tips on flesh of E [MPa] at an offset [mm].
 
-        The last index if none does.
+        This is the last index if no load seats them.
         """
-        needed = E * (self.per_offset * abs(offset) + self.by_skin)
-        return sum(load < needed for load in self.loads[:-1])
+        seating_load = E * (self.per_offset * abs(offset) + self.by_skin)
+        return sum(load < seating_load for load in self.loads[:-1])
 
 
 def seating_of(sensor: MeasuringUnit) -> Seating:
-    """Return the loads from which presses of a unit may be read."""
+    """Return the loads from which presses of a unit may be read, from the first touch to nearly full scale."""
     tips = sensor.report.design.tips
     least = sensor.least_forces
     if not sensor.reads_moments:
         return Seating(loads=(0.0,), least_forces=(least,))
-    per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)
-    first = float((least / per_load).min())
-    last = float((np.array(sensor.report.read_out.full_scale_N) / per_load).min())
-    rising = [last / FACTOR**step for step in range(1, MOST_LOADS)]
-    loads = [first, *(load for load in reversed(rising) if load > first)]
+    force_per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)  # [mm]
+    first = float((least / force_per_load).min())
+    last = float((np.array(sensor.report.read_out.full_scale_N) / force_per_load).min())
+    falling = [last / FACTOR**step for step in range(1, MOST_LOADS)]
+    loads = [first, *(load for load in reversed(falling) if load > first)]
     return Seating(
         loads=tuple(loads),
-        least_forces=(least, *(np.maximum(least, load * per_load) for load in loads[1:])),
+        least_forces=(least, *(np.maximum(least, load * force_per_load) for load in loads[1:])),
         per_offset=tips.side_mm / tips.spacing_mm,
         by_skin=tips.side_mm * 0.5 * tips.spacing_mm / sensor.report.design.fruit.radii_mm[0],
     )
@@ -72,10 +74,11 @@ class Seated(NamedTuple):
 
 
 def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int) -> Seated:
-    """Return the reading of a press from the load that seats its tips; raises RiseError.
+    """Return the reading of a press from the load that seats its tips on.
 
-    The press has the channels of the law. `lag` is the number of samples after which noise is independent. If no load
-    seats the tips, or too few samples remain, the last load with a reading is used.
+    The press has the channels of `law`. `lag` is the distance in samples at which noise is independent. If no load
+    seats the tips, or too few samples remain, the last load with a reading is used. Raises RiseError if the whole press
+    determines no modulus.
     """
     # The load that seats the tips depends on the modulus and the lean read from it, so both are found in turn.
     seating = seating_of(sensor)
@@ -85,10 +88,10 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
         seated = seating.load(found.E, found.offset)
         if seated == load:
             break
-        for earlier in range(seated, -1, -1):
+        for lower in range(seated, -1, -1):
             with suppress(RiseError):
-                rise, found = _reading_from(sensor, law, press, lag, seating.least_forces[earlier], whole=not earlier)
-                load = earlier
+                rise, found = _reading_from(sensor, law, press, lag, seating.least_forces[lower], whole=not lower)
+                load = lower
                 break
     return Seated(found, rise, deepest)
 
@@ -96,7 +99,11 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
 def _reading_from(
     sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int, least: Floats, *, whole: bool = True
 ) -> tuple[Rise, RiseReading]:
-    """Return the part of a press with all forces above their least values [N], and its reading; raises RiseError."""
-    of_flesh = np.zeros(press.channels.shape[1] - press.tips)
-    rise = rise_of(press.channels, press.tips, np.concatenate([least, of_flesh]), t=press.t, lag=lag)
+    """Return the part of a press with all tip forces above `least` (tips,) [N], and its reading.
+
+    Raises RiseError if that part determines no modulus. With `whole`, it is also raised for a press that rises too
+    little after the touch of its last tip.
+    """
+    flesh_limits = np.zeros(press.channels.shape[1] - press.tips)  # the forces of elastic flesh have no limit
+    rise = rise_of(press.channels, press.tips, np.concatenate([least, flesh_limits]), t=press.t, lag=lag)
     return rise, read_rise(law, rise, sensor.noises, whole=whole)

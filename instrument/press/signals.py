@@ -15,13 +15,14 @@ from pipeline.tables.units import FORCE, TIME, Quantity
 from sensor.quantity import validation_error, written_number
 
 COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**32)
-_OF_CHANNELS = r"(f|counts|t) ([lh]|[0-9]+)"  # columns of channels in headers of any sensor
+_CHANNEL_LABEL = r"(f|counts|t) ([lh]|[0-9]+)"  # columns of channels in headers of any sensor
 
 
 class Sample(NamedTuple):
-    """One line of a signal: its line number, time [s], and forces in the order of the tips [N].
+    """One line of a signal: its line number, its time [s], and the forces in the order of the tips [N].
 
-    `times` [s] has one time for each channel, or is empty if all share the time `t`. `fruit` is the name in the file.
+    `times` [s] has one time for each channel, or is empty if all share the time `t`. `fruit` is the name of the fruit
+    in the file.
     """
 
     line: int
@@ -32,108 +33,117 @@ class Sample(NamedTuple):
 
 
 def force_keys(tips: int) -> tuple[str, ...]:
-    """Return the column names of the forces for a number of tips, without unit; F_l and F_h for a pair."""
+    """Return the column names of the forces of `tips` tips, without unit: F_l and F_h for a pair, else numbered."""
     names = "lh" if tips == 2 else range(1, tips + 1)  # noqa: PLR2004 - a pair
     return tuple(f"F_{name}" for name in names)
 
 
 def count_keys(tips: int) -> tuple[str, ...]:
-    """Return the column names of the counts for a number of tips, numbered like the forces."""
+    """Return the column names of the counts of `tips` tips, named like the forces."""
     return tuple(key.replace("F_", "counts_") for key in force_keys(tips))
 
 
 def time_keys(tips: int) -> tuple[str, ...]:
-    """Return the column names of the channels' times for a number of tips, numbered like the forces."""
+    """Return the column names of the channels' times for `tips` tips, named like the forces."""
     return tuple(key.replace("F_", "t_") for key in force_keys(tips))
 
 
 class Signal:
-    """A signal that is read as its lines arrive.
+    """A signal that is read as its lines arrive; iterating over it yields its samples.
 
-    `notes` lists units that were assumed, and `understood` describes the columns. There may be one time for each
-    channel (`timed`) and a column with the name of the fruit (`names_fruit`). If the header names counts (`counted`),
-    the samples hold counts as their forces. `say` is called with lines that are left out, and with restarts of a clock.
+    `notes` lists units that were assumed, and `understood` describes the columns. `timed` is True if the table has one
+    time for each channel, and `names_fruit` if a column has the name of the fruit. If `counted` is True, the table has
+    counts, and samples contain them in place of forces.
 
-    Raises InputError for the first line that contradicts the header; the message names line and column.
+    Raises InputError for the first line that contradicts the header. The message names the line and the column.
     """
 
     def __init__(
         self, rows: Rows, tips: int, flags: ColumnFlags = NO_FLAGS, say: Callable[[str], None] = lambda _: None
     ) -> None:
-        """Read the header."""
+        """Read the header of `rows`, for a sensor with `tips` tips.
+
+        `flags` states columns and units that the header lacks. `say` is called with a note on each line that is left
+        out, and on each restart of a clock.
+        """
         self.source = rows.source
-        of_forces, of_counts, of_channels = force_keys(tips), count_keys(tips), time_keys(tips)
-        quantities = {name: Quantity(units=TIME, default="s", by_clock=True) for name in ("t", *of_channels)}
+        forces, counts, times = force_keys(tips), count_keys(tips), time_keys(tips)
+        quantities = {name: Quantity(units=TIME, default="s", by_clock=True) for name in ("t", *times)}
         quantities["t"] = replace(quantities["t"], words=tuple(WORDS["words"]["time"]))
         quantities["fruit"] = Quantity(units={})
-        quantities |= dict.fromkeys(of_forces, Quantity(units=FORCE, default="N")) | dict.fromkeys(of_counts, COUNTS)
-        example = ",".join(["t_s", *(f"{key}_N" for key in of_forces)])
-        table = one_table(rows, flags.applied(quantities), (of_forces, of_counts), example)
+        quantities |= dict.fromkeys(forces, Quantity(units=FORCE, default="N")) | dict.fromkeys(counts, COUNTS)
+        example = ",".join(["t_s", *(f"{key}_N" for key in forces)])
+        table = one_table(rows, flags.applied(quantities), (forces, counts), example)
         self._table = table
         self._say = say
         self._columns = {column.name: column for column in table.columns}
-        self.counted = set(of_counts) <= self._columns.keys()
-        keys = of_counts if self.counted else of_forces
-        self.timed = not self._columns.keys().isdisjoint(of_channels)
-        needed = of_channels if self.timed else ("t",)
-        _refuse_unlike(table, (*needed, *keys), ("t", "fruit"), example)
+        self.counted = set(counts) <= self._columns.keys()
+        keys = counts if self.counted else forces
+        self.timed = not self._columns.keys().isdisjoint(times)
+        required_times = times if self.timed else ("t",)
+        _check_columns(table, (*required_times, *keys), ("t", "fruit"), example)
         self.names_fruit = "fruit" in self._columns
         self._force_columns = [self._columns[key] for key in keys]
-        self._clocks = [Clock(table, self._columns[key], say) for key in ("t", *of_channels) if key in self._columns]
+        self._clocks = [Clock(table, self._columns[key], say) for key in ("t", *times) if key in self._columns]
         self.understood = replace(table, rows=iter(()), left_out=[], skipped=[]).understood
         self.notes = tuple(f"{self.source}: {column.note}" for column in table.columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
-        """Yield the samples; blank lines are skipped."""
+        """Yield the samples; blank lines are skipped. Raises InputError for an invalid line, and without a sample."""
         table = self._table
         count = 0
         for row in table.rows:
-            self._say_left_out()
+            self._report_left_out()
             times = [clock.seconds(row, rises=self.timed) for clock in self._clocks]
             forces = tuple(table.number(row, column) for column in self._force_columns)
             count += 1
             fruit = self._columns["fruit"].cell(row) if self.names_fruit else ""
+            # The times of the channels come last; a common time `t` may come first.
             yield Sample(row.line, times[0], forces, tuple(times[-len(forces) :]) if self.timed else (), fruit)
-        self._say_left_out()
+        self._report_left_out()
         if count == 0:
             bound = "at least one line of numbers below the header"
             raise validation_error(table.source, 0, "samples", bound, "record a press")
 
-    def _say_left_out(self) -> None:
-        """Report the lines without numbers since the last call, because a stream may never end."""
+    def _report_left_out(self) -> None:
+        """Report the lines without numbers since the last call, and not at the end, because a stream may never end."""
         for row in (*self._table.left_out, *self._table.skipped):
             self._say(f"left out {shown(row)}")
         self._table.left_out.clear()
         self._table.skipped.clear()
 
     def place(self, sample: Sample, tip: int) -> str:
-        """Return the name of a tip's cell in a sample for error messages."""
+        """Return the name of the cell with the force of tip number `tip`, for messages."""
         return self._table.place(sample.line, self._force_columns[tip])
 
 
-def _refuse_unlike(table: FoundTable, needed: Sequence[str], others: Sequence[str], example: str) -> None:
-    """Raise InputError unless a table has all `needed` columns and no further channel.
+def _check_columns(table: FoundTable, required: Sequence[str], optional: Sequence[str], example: str) -> None:
+    """Raise InputError unless a table has all `required` columns and no channel that this sensor lacks.
 
-    `others` are optional columns.
+    `example` is a header that is allowed, for the message.
     """
-    names = {column.name: column.label for column in table.columns}
-    if not names.keys() >= set(needed):
-        bound = f"a header that also has {' and '.join(name for name in needed if name not in names)}"
+    labels = {column.name: column.label for column in table.columns}
+    if not labels.keys() >= set(required):
+        bound = f"a header that also has {' and '.join(name for name in required if name not in labels)}"
         place = place_of(table.source, table.header.line)
         raise validation_error(place, table.header.text, "", bound, f"write for instance {example}")
-    further = [label for name, label in names.items() if name not in needed and name not in others]
+    unknown = [label for name, label in labels.items() if name not in required and name not in optional]
+    # A column that was not recognised may still be the channel of a sensor with other tips.
     for label in table.header.cells:
-        if label and label not in names.values():
+        if label and label not in labels.values():
             words = [label, *(words for words, _ in label_parts(label))]
-            further += [label] if any(re.fullmatch(_OF_CHANNELS, folded(word)) for word in words) else []
-    if further:
-        place = place_of(table.source, table.header.line, further[0])
-        bound = f"one of {', '.join((*others, *needed))}, as this sensor has"
-        raise validation_error(place, further[0], "", bound, f"write for instance {example}")
+            unknown += [label] if any(re.fullmatch(_CHANNEL_LABEL, folded(word)) for word in words) else []
+    if unknown:
+        place = place_of(table.source, table.header.line, unknown[0])
+        bound = f"one of {', '.join((*optional, *required))}, as this sensor has"
+        raise validation_error(place, unknown[0], "", bound, f"write for instance {example}")
 
 
 def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:
-    """Return the numbers of a flag such as `--forces F1,F2,...`, one for each tip; raises InputError."""
+    """Return the numbers of a flag such as `--forces F1,F2,...`, one for each tip.
+
+    Raises InputError for another number of numbers, and for a text that is no number.
+    """
     numbers = [number for number in map(written_number, text.split(",")) if number is not None]
     if not len(numbers) == tips == text.count(",") + 1:
         bound = f"{tips} numbers in {unit} with commas between, one for each tip of this sensor"

@@ -1,7 +1,7 @@
-"""Samples of a signal are cut into presses, each from the touch of the last tip to the lift of the first one.
+"""Cutting of a signal into presses, each from the touch of the last tip to the lift of the first one.
 
-A tip may be out of contact in one sample between two samples with twice the least force of a touch. Such a sample is a
-bad conversion, not a lift. Once all tips had twice the least force, a press is firm, and noise does not end it.
+A tip may be out of contact in one sample between two samples with twice the smallest force of a touch. Such a sample is
+a bad conversion, not a lift. Once all tips had twice the smallest force, a press is firm, and noise does not end it.
 """
 
 import math
@@ -23,17 +23,17 @@ from sensor.arrays import Floats
 from sensor.quantity import validation_error
 from sensor.theory.relaxation import Relaxation
 
-MOST_NAMED = 10  # most lines of dropped samples that a reading names
-MOST_SAMPLES = 1_000_000  # most samples of a press: 3.5 hours at 80 Hz, so no tip was lifted
+MOST_NAMED = 10  # maximum number of dropped samples whose lines a reading lists
+MOST_SAMPLES = 1_000_000  # maximum number of samples of a press: 3.5 hours at 80 Hz, so no tip was lifted
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressSamples:
     """The samples of one press, without those that contradict the others.
 
-    `channels` (samples, channels) [N] begin with the forces of the `tips`. The forces of the same deflections of
-    elastic flesh follow if the flesh relaxes. `t` (samples,) [s] are the times of the samples and `touched_s` [s] is
-    the time of the first touch. All times are nan if the log has none. `lines_left_out` names the first lines of
+    The first `tips` columns of `channels` (samples, channels) [N] are the forces of the tips. If the flesh relaxes, the
+    forces of elastic flesh at the same indentation follow. `t` (samples,) [s] are the sampling times and `touched_s`
+    [s] is the time of the first touch; all are nan if the log has no times. `lines_left_out` are the first lines of
     samples that contradict the press. `fruit` is the name of the fruit in the file.
     """
 
@@ -57,7 +57,7 @@ class PressSamples:
 
     @cached_property
     def deepest(self) -> int:
-        """Return the index of the sample with the largest whole force."""
+        """Return the index of the sample with the largest total force."""
         return int(self.forces.sum(axis=1).argmax())
 
     @property
@@ -67,7 +67,11 @@ class PressSamples:
         return duration if duration > 0.0 else None
 
     def is_firm(self, least_forces: Floats, several: int) -> bool:
-        """Return whether more than `several` samples in a row are firm; a bad conversion affects `several` samples."""
+        """Return whether the press has more consecutive firm samples than one bad conversion can make.
+
+        In a firm sample all tips have `FIRM` times their `least_forces` (tips,) [N]. A bad conversion affects `several`
+        samples.
+        """
         firm = (self.forces > FIRM * least_forces).all(axis=1)
         return bool(np.convolve(firm, np.ones(several + 1)).max() > several)
 
@@ -77,29 +81,32 @@ def presses_of(
 ) -> Iterator[PressSamples]:
     """Yield each press of a signal as it ends, or with `growing` the press up to each of its samples.
 
-    The samples hold the forces of the tips [N]. `several` is the number of consecutive samples that a bad conversion
-    affects. Raises InputError for a press that never ends.
+    The samples contain the forces of the tips [N]. `source` is the name of the signal in messages, and `several` the
+    number of consecutive samples that a bad conversion affects. Raises InputError for a press that never ends, and if
+    the fruit changes within a press.
     """
     contact = _Contact(sensor)
     unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "several": several})
     touch: _Touch | None = None
     for sample in samples:
-        touches = contact.touches(sample)
-        if touch is not None and (touch.is_over(sample) if touches else touch.lifts(sample)):
+        is_touch = contact.touches(sample)
+        # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
+        if touch is not None and (touch.is_over(sample) if is_touch else touch.add_out_of_contact(sample)):
             yield from touch.end()
-            for each in touch.lifted:
-                contact.add(each)
+            for lifted in touch.lifted:
+                contact.add(lifted)
             touch = None
-        elif touch is None and not touches:
+        elif touch is None and not is_touch:
             contact.add(sample)
-        if touches:
+        if is_touch:
             touch = touch or _Touch(contact, unit, source, growing=growing)
             yield from touch.add(sample)
     if touch is not None:
         yield from touch.end()
 
 
-def _all_above(forces: Sequence[float], bounds: Sequence[float]) -> bool:
+def _are_above(forces: Sequence[float], bounds: Sequence[float]) -> bool:
+    """Return whether each force is above its bound."""
     return all(map(operator.gt, forces, bounds))
 
 
@@ -113,11 +120,11 @@ class _Contact:
         self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
         self.tips = len(self._least)
         self.touched_s = math.nan
-        self._least_whole = math.inf
+        self._smallest_total = math.inf
 
     def touches(self, sample: Sample) -> bool:
         """Return whether all tips touch."""
-        return _all_above(sample.forces, self._least)
+        return _are_above(sample.forces, self._least)
 
     def channels(self, sample: Sample) -> Iterable[float]:
         """Return the forces of the next sample [N]; for flesh that relaxes, the forces of elastic flesh follow."""
@@ -126,38 +133,38 @@ class _Contact:
         return self._flesh.channels(np.array(sample.forces), sample.t)
 
     def begin_press(self, sample: Sample) -> None:
-        """Note the time of a sample at or before the begin of a press, if its whole force is the least of this contact.
+        """Take the time of a sample as the first touch, if its total force is the smallest of this contact.
 
-        A press begins at the least whole force since no tip touched. The first force above zero may be a zero error
-        that the press before has left.
+        A press begins at the smallest total force since no tip touched. The first force above zero may be a zero error
+        that the previous press has left.
         """
-        whole = sum(sample.forces)
+        total = sum(sample.forces)
         if not any(map(operator.gt, sample.forces, self._least)):
-            self._least_whole = math.inf
-        elif whole < self._least_whole:
-            self.touched_s, self._least_whole = sample.t, whole
+            self._smallest_total = math.inf
+        elif total < self._smallest_total:
+            self.touched_s, self._smallest_total = sample.t, total
 
     def end_press(self) -> None:
         """Begin a new contact with the next touch."""
-        self._least_whole = math.inf
+        self._smallest_total = math.inf
 
     def add(self, sample: Sample) -> None:
-        """Process a sample outside of a press."""
+        """Update the contact by a sample outside of a press."""
         self.begin_press(sample)
         self.channels(sample)
 
 
 class _Touch:
-    """A running touch of all tips."""
+    """A touch of all tips that has not ended, with the samples on which a decision is pending."""
 
     def __init__(self, contact: _Contact, unit: Unit, source: str, *, growing: bool) -> None:
         """Begin with no sample."""
         self._contact = contact
         self._source = source
         self._growing = growing
-        self._row = press_core.Touch(unit, self._take, self._drop)
-        self._waiting: dict[int, Sample] = {}  # by sample number
-        self._taken: list[Sample] = []
+        self._core = press_core.Touch(unit, self._take, self._drop)
+        self._pending: dict[int, Sample] = {}  # by sample number
+        self._accepted: list[Sample] = []  # accepted since the last call of `_store_accepted`
         self._lines_left_out: list[int] = []
         self._fruit: str | None = None
         self._t = array("d")
@@ -173,23 +180,23 @@ class _Touch:
             bound = f"{self._fruit!r} to the end of its press"
             raise validation_error(name, sample.fruit, "", bound, "lift the sensor between two fruits")
         self._fruit = sample.fruit
-        self._waiting[self._row.number + 1] = sample
-        self._row.add(sample.forces)
-        yield from self._passed_on()
+        self._pending[self._core.number + 1] = sample
+        self._core.add(sample.forces)
+        yield from self._store_accepted()
 
-    def lifts(self, sample: Sample) -> bool:
+    def add_out_of_contact(self, sample: Sample) -> bool:
         """Add a sample with a tip out of contact; return whether this is a lift."""
-        self._waiting[self._row.number + 1] = sample
-        return self._row.lifts(sample.forces)
+        self._pending[self._core.number + 1] = sample
+        return self._core.add_out_of_contact(sample.forces)
 
     def is_over(self, sample: Sample) -> bool:
-        """Return whether the samples out of contact before a touch were a lift, not bad conversions."""
-        return self._row.off > 0 and not self._row.lost(sample.forces)
+        """Return whether the samples out of contact before this touch were a lift, not bad conversions."""
+        return self._core.out_of_contact > 0 and not self._core.is_bad_conversion(sample.forces)
 
     def end(self) -> Iterator[PressSamples]:
         """End the touch: yield what is still pending, or the whole press."""
-        self._row.close()
-        yield from self._passed_on()
+        self._core.close()
+        yield from self._store_accepted()
         self._contact.end_press()
         if not self._growing:
             yield self._press()
@@ -197,18 +204,23 @@ class _Touch:
     @property
     def lifted(self) -> Iterable[Sample]:
         """Return the samples of the lift, after the touch has ended."""
-        return self._waiting.values()
+        return self._pending.values()
 
     def _take(self, _: Sequence[float], number: int) -> None:
-        self._taken.append(self._waiting.pop(number))
+        """Accept the pending sample with this number."""
+        self._accepted.append(self._pending.pop(number))
 
     def _drop(self, number: int) -> None:
-        self._lines_left_out.append(self._waiting.pop(number).line)
+        """Drop the pending sample with this number, and note its line."""
+        self._lines_left_out.append(self._pending.pop(number).line)
 
-    def _passed_on(self) -> Iterator[PressSamples]:
-        """Store the accepted samples; if the press is growing, yield it after each of them."""
-        taken, self._taken = self._taken, []
-        for sample in taken:
+    def _store_accepted(self) -> Iterator[PressSamples]:
+        """Store the accepted samples; if the press is growing, yield it after each of them.
+
+        Raises InputError for more than `MOST_SAMPLES` samples.
+        """
+        accepted, self._accepted = self._accepted, []
+        for sample in accepted:
             if not self._t:
                 self._contact.begin_press(sample)
             self._t.append(sample.t)

@@ -41,7 +41,7 @@ def test_table_of_a_unit_is_that_of_its_springs(name, request):
     for tip in range(len(row.forces)):
         E = read_press(sensor.with_stiffness(tip, 1.001), press).E
         moved.append(10.0 * (E / reading.E - 1.0))
-    assert row.u == pytest.approx(2.0 * np.linalg.norm([*moved, *sensor.by_form(row.E)]), rel=0.01)
+    assert row.u == pytest.approx(2.0 * np.linalg.norm([*moved, *sensor.form_deviations(row.E)]), rel=0.01)
 
 
 def test_springs_that_read_nothing_of_a_unit_leave_its_table_open(paper):

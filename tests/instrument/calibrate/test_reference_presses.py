@@ -180,20 +180,20 @@ def test_form_is_that_of_the_report_less_what_a_ball_shows(mango):
     sensor = mango.measuring()
     rows = mango.report.moduli
     for row in rows:
-        assert sensor.by_form(row.E_MPa) == pytest.approx([0.01 * each for each in row.form_percent])
-    *left, own = with_ball(sensor).by_form(FIRM)
+        assert sensor.form_deviations(row.E_MPa) == pytest.approx([0.01 * each for each in row.form_percent])
+    *left, own = with_ball(sensor).form_deviations(FIRM)
     assert own == pytest.approx(0.01 * with_ball(sensor).unit.ball.percent)
     # The fruit of the design are less round than the ball: a tenth of 4 to 8 % is left.
     assert math.hypot(*left) < 0.01
     for row in rows:
-        *left, _ = with_ball(sensor).by_form(row.E_MPa)
+        *left, _ = with_ball(sensor).form_deviations(row.E_MPa)
         assert math.hypot(*left) < 0.4 * math.hypot(*(0.01 * each for each in row.form_percent))
 
 
 @pytest.mark.parametrize("radius", [20.0, 80.0])
 def test_a_ball_of_another_radius_leaves_more(radius, mango):
     """What it moves otherwise is in the bar."""
-    near, far = (with_ball(mango.measuring(), radius_mm=each).by_form(FIRM)[:-1] for each in (53.0, radius))
+    near, far = (with_ball(mango.measuring(), radius_mm=each).form_deviations(FIRM)[:-1] for each in (53.0, radius))
     assert math.hypot(*far) > math.hypot(*near)
 
 
@@ -201,9 +201,9 @@ def test_reports_without_a_form_have_none_and_take_no_ball(mango, on_ball, press
     sensor = mango.measuring()
     rows = tuple(replace(row, form_percent=()) for row in mango.report.moduli)  # of an older version
     sensor = replace(sensor, report=replace(mango.report, moduli=rows))
-    assert sensor.by_form(FIRM) == []
+    assert sensor.form_deviations(FIRM) == []
     assert refusal(on_ball, presses, sensor=sensor).field == "reading.moduli.form_percent"
-    assert with_ball(sensor).by_form(FIRM) == [pytest.approx(0.01 * with_ball(sensor).unit.ball.percent)]
+    assert with_ball(sensor).form_deviations(FIRM) == [pytest.approx(0.01 * with_ball(sensor).unit.ball.percent)]
 
 
 def test_springs_and_gains_are_left_as_far_as_they_move_fruit_otherwise_than_the_ball(mango):
@@ -240,7 +240,7 @@ def test_a_unit_is_no_better_without_a_ball(mango):
         assert row.u < without.u
         slopes = read_exactly(sensor, level_press(sensor, without.E)).slopes
         by_unit = sensor.channels.of_springs_and_gains(np.array(slopes.springs), np.array(slopes.gains))
-        assert without.u == pytest.approx(2.0 * math.hypot(*sensor.by_form(without.E), *by_unit.values()))
+        assert without.u == pytest.approx(2.0 * math.hypot(*sensor.form_deviations(without.E), *by_unit.values()))
     assert "the form of the domes" in error_sources(sensor)
     (verdict,) = unit_verdicts(sensor, plain)
     assert verdict.value > 0.08

@@ -31,8 +31,8 @@ def ball(ball):
 
 
 def press(E, own=OWN, alike=ALIKE, **more):
-    parts = HalfWidth(of_press=own, either=0.0, alike=alike)
-    return FruitReading(**{"E": E, "u": parts.of_one_press, "parts": parts, **more})
+    parts = HalfWidth(independent=own, undetermined=0.0, shared=alike)
+    return FruitReading(**{"E": E, "u": parts.total, "parts": parts, **more})
 
 
 def answer(sensor, moduli, **more):
@@ -69,10 +69,10 @@ def test_bar_is_that_of_scatter_and_of_what_presses_say(step, disagree, presses,
     assert [each.E for each in found.presses] == np.exp(logs).tolist()
 
 
-@pytest.mark.parametrize("part", ["alike", "either"])
+@pytest.mark.parametrize("part", ["shared", "undetermined"])
 def test_no_number_of_presses_lowers_what_may_be_the_same_in_all(part, ball):
-    parts = replace(HalfWidth(of_press=0.001, either=0.0, alike=0.0, bend=0.01), **{part: 0.1})
-    presses = [press(1.0, u=parts.of_one_press, parts=parts)] * 8
+    parts = replace(HalfWidth(independent=0.001, undetermined=0.0, shared=0.0, bend=0.01), **{part: 0.1})
+    presses = [press(1.0, u=parts.total, parts=parts)] * 8
     found = fruit_answer(ball.measuring(), presses, "1")
     assert 0.11 < found.u == pytest.approx(0.11, rel=1e-3)
 
@@ -148,7 +148,7 @@ def test_an_answer_waits_for_no_press_of_the_next_fruit(ball):
 @pytest.mark.parametrize("turns", [(0.0, 90.0), (0.0, 90.0, 180.0)])
 def test_turned_presses_find_a_bruise(turns, mango, monkeypatch):
     """By boundary elements: its press and one turned by 90 degrees differ by more than an uneven skin of 8 % makes."""
-    monkeypatch.setattr(MeasuringUnit, "by_uneven", lambda *_: [0.08])
+    monkeypatch.setattr(MeasuringUnit, "unevenness_deviations", lambda *_: [0.08])
     sensor, fruit, unit = mango.measuring(), usual_fruit(mango.report), designed_unit(mango.report)
     hand = Hand(travel=mango.design.press.travel_mm, press_s=3.0)
     times = np.repeat(np.linspace(0.1, 3.0, 40)[:, None], 4, axis=1)

@@ -20,7 +20,7 @@ from solve.contact.domes.law import dome_forces
 from solve.contact.pose_forces import Pose, Stand
 
 TRAVELS = np.linspace(0.0, 0.5, 41)[1:]  # [mm] of the square
-READ_OFF = Deviations(of_press=[0.01])
+READ_OFF = Deviations(independent=[0.01])
 
 
 def pressed(ball, E, **pose):
@@ -125,7 +125,7 @@ def test_what_fruit_and_poses_leave_open_is_that_of_the_design(ball):
     for factor in (1.0, 0.0):
         scaled = [replace(row, sources={key: factor * one for key, one in row.sources.items()}) for row in rows]
         report = replace(sensor.report, moduli=tuple(scaled))
-        u.append(half_width(replace(sensor, report=report), 1.0, READ_OFF).of_one_press)
+        u.append(half_width(replace(sensor, report=report), 1.0, READ_OFF).total)
     assert np.sqrt(u[0] ** 2 - u[1] ** 2) == pytest.approx(2.0 * 0.02 * math.sqrt(5.0), rel=1e-9)
 
 
@@ -141,8 +141,8 @@ def test_uneven_skin_and_flesh_differ_from_press_to_press(ball):
     for moduli in (rows, [replace(row, fruit=none) for row in rows], [replace(row, fruit=None) for row in rows]):
         widths.append(half_width(replace(sensor, report=replace(sensor.report, moduli=tuple(moduli))), 1.0, READ_OFF))
     uneven, even, old = widths
-    assert uneven.of_press == pytest.approx(math.hypot(even.of_press, 2.0 * 0.02 * 5.0))
-    assert (uneven.either, uneven.alike) == (even.either, even.alike)
+    assert uneven.independent == pytest.approx(math.hypot(even.independent, 2.0 * 0.02 * 5.0))
+    assert (uneven.undetermined, uneven.shared) == (even.undetermined, even.shared)
     assert old == even
 
 
@@ -158,5 +158,5 @@ def test_spread_of_poisson_s_ratio_is_in_the_uncertainty_of_E(paper):
     u = []
     for spread in (0.05, 0.0):
         fruit = replace(paper.design.fruit, poisson=0.4, poisson_spread=spread)
-        u.append(half_width(with_design(sensor, fruit=fruit), 1.0, READ_OFF).of_one_press)
+        u.append(half_width(with_design(sensor, fruit=fruit), 1.0, READ_OFF).total)
     assert u[0] == pytest.approx(math.hypot(u[1], 2.0 * 0.4 * 0.05 / (1.0 - 0.4**2)))

@@ -83,7 +83,7 @@ def test_line_of_a_touch_goes_through_the_mean_of_the_samples_that_count(paper, 
     touch = press_core.Touch(unit, lambda sample, _: taken.append(sample), lambda _: None)
     for sample in forces.tolist():
         touch.add(sample)
-        wholes, contrasts, *_ = zip(*map(unit.point_of, taken), strict=True) if taken else ((), ())
+        wholes, contrasts, *_ = zip(*map(unit.contrast_point, taken), strict=True) if taken else ((), ())
         assert touch.released == len(taken)
         assert (touch.whole, touch.contrast) == pytest.approx((np.mean(wholes or 0.0), np.mean(contrasts or 0.0)))
     assert len(taken) > len(forces) - 8
