@@ -1,4 +1,4 @@
-"""The force law of a compressed body: force over travel, by its shape, its tools and its flesh."""
+"""The force law of a compressed body: the force as a function of the travel, for its shape, its tools and its flesh."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -16,15 +16,15 @@ from sensor.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import CompressionPress, fitted_curve, force_curve
 
-_STEPS = 400
-# fraction of the relative radius at each contact up to which the strain is small enough for Hertz's law
+_STEPS = 400  # number of points of a law
+# largest depth of each contact for Hertz's law, as a fraction of the relative radius; beyond it strains are large
 _HERTZ_HOLDS = 0.1
 _COMPLIANCES = Bounds(at_least=0.0, at_most=1000.0)
 _STRAINS = Bounds(above=0.0, at_most=50.0)
 POISSON = "Poisson's ratio"
-"""The name of its share of the error."""
+"""The name of its part of the error."""
 _MIDWAY = 0.5  # between frictionless tools (0) and tools that grip (1)
-_NOMINAL_PARTS = 3  # share of the work: it has a fine mesh too, and costs as much as three variants
+_NOMINAL_PARTS = 3  # parts of the work: the nominal law also needs a fine mesh, and costs as much as three variants
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +90,7 @@ class TestGeometry:
 
 
 def geometry_data(test: TestGeometry) -> Plain:
-    """Return the body and the tools of a test as data of an answer, the sizes of the body on the same level."""
+    """Return the body and the tools of a test as data of an answer; the sizes of the body are on the top level."""
     return {
         **vars(test.body),
         "poisson": test.poisson,
@@ -106,10 +106,11 @@ def geometry_data(test: TestGeometry) -> Plain:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceLaw:
-    """The force at E = 1 MPa, `forces` [N], over the `travels` by which the tools have approached since the touch [mm].
+    """The force of a body as a function of the travel by which its tools have approached since the touch.
 
-    It begins as travel^`exponent`. `error` [1] is the relative error of the curve itself. `others` are laws with
-    another assumption about the test, by the name of the assumption.
+    `forces` [N] at E = 1 MPa belong to `travels` [mm], both (points,). The force begins as travel^`exponent`. `error`
+    [1] is the relative error of the curve itself. `others` are laws with another assumption about the test, by the name
+    of the assumption.
     """
 
     exponent: float
@@ -129,61 +130,64 @@ class ForceLaw:
         return float(self.forces[-1] / self.travels[-1] ** self.exponent)
 
     def depth(self, force: Floats, E: float) -> Floats:
-        """Return the travel [mm] at forces [N] for a modulus E [MPa]; linear extrapolation beyond the end."""
-        roots = self.forces ** (1.0 / self.exponent)  # the travel is nearly linear over these roots
+        """Return the travel [mm] at a force [N] for a modulus E [MPa]; extrapolated linearly beyond the end."""
+        roots = self.forces ** (1.0 / self.exponent)  # the travel is nearly a linear function of these roots
         root = (force / E) ** (1.0 / self.exponent)
         slope = (self.travels[-1] - self.travels[-2]) / (roots[-1] - roots[-2])
-        beyond = np.maximum(root - roots[-1], 0.0)
-        return np.asarray(np.interp(root, roots, self.travels) + slope * beyond)
+        excess = np.maximum(root - roots[-1], 0.0)
+        return np.asarray(np.interp(root, roots, self.travels) + slope * excess)
 
 
 def hertz_law(test: TestGeometry) -> ForceLaw | None:
     """Return the law of ASAE S368 for convex food: Hertz's law of half-spaces, whose modulus is an apparent one.
 
-    D = (F / (4/3 E*))^(2/3) sum of R^(-1/3) over the contacts. None if no tool touches at a point.
+    The depths of the contacts add up to D = (F / (4/3 E*))^(2/3) sum R^(-1/3). None if no tool touches at a point.
     """
     radii = np.array(test.body.hertz_radii(test.plunger, test.plates))
     if not radii.size:
         return None
     travels = np.array([0.0, _HERTZ_HOLDS * radii.sum()])
-    in_series = float((radii ** (-1.0 / 3.0)).sum()) ** -3
-    stiffness = force_factor(1.0 / (1.0 - test.poisson**2), in_series)
+    series_radius = float((radii ** (-1.0 / 3.0)).sum()) ** -3  # of a single contact with the same law
+    stiffness = force_factor(1.0 / (1.0 - test.poisson**2), series_radius)
     return ForceLaw(
         exponent=POINT_CONTACT, travels=travels, forces=stiffness * travels**POINT_CONTACT, error=0.0, others={}
     )
 
 
 def solved_law(test: TestGeometry, count: Count = silent) -> ForceLaw:
-    """Return the law of a body that is compressed at finite strain; raises SolveError.
+    """Return the law of a body that is compressed at finite strain, with laws of other assumptions for its error.
 
-    At equal force the travels of its sides add up. The friction of the tools is midway between none and full grip.
-    `count` is called with the number of finished parts of the work and their total.
+    At equal force the travels of its sides add up. The friction of the tools is midway between none and full grip. The
+    other assumptions are another constitutive law of the flesh, another Poisson's ratio, no friction and full grip, and
+    bounds of a simplified body. `count` is called with the number of finished parts of the work and their total. Raises
+    SolveError if no equilibrium is found.
     """
     sides = [replace(side, law=FleshLaw(poisson=test.poisson)) for side in test.body.sides(test.plunger, test.plates)]
 
-    def pressed_as(flesh: FleshLaw) -> ForceLaw:
-        return _in_series(sides, [_forces(side, replace(side, law=flesh)) for side in sides])
+    def with_flesh(flesh: FleshLaw) -> ForceLaw:
+        return _combine_sides(sides, [_scaled_forces(side, replace(side, law=flesh)) for side in sides])
 
-    further = test.poisson + test.poisson_error
-    poisson = further if further <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
+    # Poisson's ratio is increased by its error, unless the flesh would be too nearly incompressible.
+    increased = test.poisson + test.poisson_error
+    poisson = increased if increased <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
 
-    def bounded_by(presses: Sequence[BoundingPress]) -> ForceLaw:
-        forces = [factor * _forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
-        return _in_series(sides, forces)
+    def with_bounds(presses: Sequence[BoundingPress]) -> ForceLaw:
+        forces = [factor * _scaled_forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
+        return _combine_sides(sides, forces)
 
-    def rubbed(grip: float) -> ForceLaw:
-        return _in_series(sides, [_forces(side, side, grip) for side in sides])
+    def with_grip(grip: float) -> ForceLaw:
+        return _combine_sides(sides, [_scaled_forces(side, side, grip) for side in sides])
 
     variants: dict[str, list[Callable[[], ForceLaw]]] = {
-        "law of flesh": [partial(pressed_as, FleshLaw(name=name, poisson=test.poisson)) for name in FLESH_LAWS[1:]],
-        POISSON: [partial(pressed_as, FleshLaw(poisson=poisson))],
-        "friction": [partial(rubbed, grip) for grip in (0.0, 1.0)],
+        "law of flesh": [partial(with_flesh, FleshLaw(name=name, poisson=test.poisson)) for name in FLESH_LAWS[1:]],
+        POISSON: [partial(with_flesh, FleshLaw(poisson=poisson))],
+        "friction": [partial(with_grip, grip) for grip in (0.0, 1.0)],
     }
     for name, bounds in test.body.bounds(sides).items():
-        variants[name] = [partial(bounded_by, presses) for presses in bounds]
+        variants[name] = [partial(with_bounds, presses) for presses in bounds]
     parts = _NOMINAL_PARTS + sum(map(len, variants.values()))
     count(0, parts)
-    nominal = rubbed(_MIDWAY)
+    nominal = with_grip(_MIDWAY)
     others: dict[str, list[ForceLaw]] = {name: [] for name in variants}
     for name, solves in variants.items():
         for solve in solves:
@@ -192,23 +196,28 @@ def solved_law(test: TestGeometry, count: Count = silent) -> ForceLaw:
     return replace(nominal, error=max(force_curve(side).error for side in sides), others=others)
 
 
-def _forces(side: CompressionPress, other: CompressionPress, grip: float = _MIDWAY) -> Floats:
-    """Return the forces [N] of one side at its travels, with the relative change from a press `other`.
+def _scaled_forces(side: CompressionPress, variant: CompressionPress, grip: float = _MIDWAY) -> Floats:
+    """Return the forces [N] of one side at its travels, multiplied by the relative change of a `variant` of the press.
 
-    `grip` is the fraction between frictionless tools (0) and tools that grip (1).
+    `grip` is the friction of the variant, from frictionless tools (0) to tools that grip (1). Only the side itself is
+    solved on a fine mesh. The change comes from coarse meshes, whose errors nearly cancel in the ratio.
     """
     travels = _travels(side)
-    inner = np.maximum(travels, travels[1])
-    slip = fitted_curve(other).force(inner)
-    gripped = fitted_curve(replace(other, grips=True)).force(inner)
-    change = (slip + grip * (gripped - slip)) / fitted_curve(side).force(inner)
+    nonzero = np.maximum(travels, travels[1])  # the ratio of two zero forces is undefined
+    frictionless = fitted_curve(variant).force(nonzero)
+    gripping = fitted_curve(replace(variant, grips=True)).force(nonzero)
+    change = (frictionless + grip * (gripping - frictionless)) / fitted_curve(side).force(nonzero)
     return np.asarray(force_curve(side).force(travels) * change)
 
 
-def _in_series(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> ForceLaw:
-    """Return the law of sides that carry the same force, up to the largest one solved for all."""
+def _combine_sides(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> ForceLaw:
+    """Return the law of a body whose sides carry the same force, so that their travels add up.
+
+    `forces` [N] are the forces of each side at its travels. The law ends at the largest force that all sides reach.
+    """
     exponent = max(side.exponent for side in sides)
     largest = min(float(force[-1]) for force in forces)
+    # The travels are nearly linear functions of these roots, which are dense near the touch.
     roots = np.linspace(0.0, 1.0, _STEPS) ** 2 * largest ** (1.0 / exponent)
     travels = np.zeros(_STEPS)
     for force, side in zip(forces, sides, strict=True):
@@ -217,5 +226,5 @@ def _in_series(sides: Sequence[CompressionPress], forces: Sequence[Floats]) -> F
 
 
 def _travels(side: CompressionPress) -> Floats:
-    """Return the travels of one side [mm], dense near the touch."""
+    """Return the travels of one side [mm] at which its forces are tabulated, dense near the touch."""
     return np.asarray(np.linspace(0.0, 1.0, _STEPS) ** 2 * side.deepest)

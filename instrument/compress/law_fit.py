@@ -1,7 +1,7 @@
 """A force law fitted to a force-travel curve, together with the touch, the settling of the skin and the zero line.
 
-The travel at a force F is x = x0 + D(F) - s exp(-F / F_s): the depth D of the law from the touch x0 on, less the part
-that the skin has not yet settled. The load cell adds f0 + f1 x to the force.
+The travel at a force F is x = x0 + D(F) - s exp(-F / F_s): the depth D of the law from the touch x0 on, minus the part
+by which the skin has not yet settled. The load cell adds its zero line f0 + f1 x to the force.
 """
 
 import math
@@ -17,18 +17,18 @@ from sensor.quantity import Estimate
 
 _FINE = np.linspace(0.0, 1.0, 600) ** 2  # forces at which the law is tabulated, relative to the largest one
 _TABLE_END = 1.6  # end of this table, relative to the force at the end of the loading
-# bounds of F_s relative to the force at the end; a larger one is no settling but the fruit itself
+# bounds of F_s relative to the force at the end; a larger one is not due to settling but to the fruit itself
 _LEAST_SETTLING = 0.003
 _MOST_SETTLING = 0.12
 _LARGEST_TRAVEL = 0.12  # largest s, relative to the travel of the loading
-_GUESS = 0.03  # first guess of F_s, relative to the force at the end
-_GUESS_TRAVEL = 0.01  # first guess of s, relative to the travel of the loading
+_GUESS = 0.03  # initial guess of F_s, relative to the force at the end
+_GUESS_TRAVEL = 0.01  # initial guess of s, relative to the travel of the loading
 _STEP = 0.01  # relative size of the first step of the fit
 _WIDE = 50.0  # scale of ln F_s, relative to ln E
-_UPPER = 0.3  # share of the force at the end; above it, a straight line through F^(1/n) gives the first guess
-_SETTLED = 1e-6  # settling below this is none [mm]
-_CHANCE = 2.0  # correlation of neighbouring residuals that is chance [standard errors]
-_MOST_ALIKE = 0.95  # largest correlation of neighbours that is used
+_UPPER = 0.3  # fraction of the force at the end, above which the points give the initial guess
+_SETTLED = 1e-6  # a smaller settling counts as none [mm]
+_CHANCE = 2.0  # largest correlation of neighbouring residuals that may be chance [standard errors]
+_MOST_ALIKE = 0.95  # largest correlation of neighbours that widens the errors
 
 
 class CurveParameters(NamedTuple):
@@ -47,9 +47,9 @@ _SETTLING_INDICES = (2, 3)  # indices of `settling` and `log_settling_force`
 
 @dataclass(frozen=True, kw_only=True)
 class LawFit:
-    """The result of a fit, with standard errors; 0 for parameters that were not fitted.
+    """The result of a fit: its parameters, and their standard errors, which are 0 for parameters that were not fitted.
 
-    `residual` (points,) [N] is fitted less measured force.
+    `residual` (points,) [N] is the fitted force minus the measured one.
     """
 
     law: ForceLaw
@@ -59,13 +59,13 @@ class LawFit:
 
     @property
     def modulus(self) -> Estimate:
-        """Return E [MPa]."""
+        """Return the modulus E [MPa] with its standard error."""
         E = float(np.exp(self.parameters.log_modulus))
         return Estimate(E, E * self.errors.log_modulus, "MPa")
 
     @property
     def touch(self) -> Estimate:
-        """Return x0 [mm]."""
+        """Return the travel at the touch, x0 [mm], with its standard error."""
         return Estimate(self.parameters.touch, self.errors.touch, "mm")
 
     @property
@@ -78,49 +78,51 @@ class LawFit:
         return self.parameters.offset + self.parameters.drift * travel
 
     def force(self, travel: Floats, largest: float) -> Floats:
-        """Return the force of the load cell [N] at travels [mm], for forces up to `largest`."""
-        return _force(self.law, self.parameters, travel, largest)
+        """Return the force of the load cell [N] at travels [mm], for forces up to `largest` [N]."""
+        return _load_cell_force(self.law, self.parameters, travel, largest)
 
 
 def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_drift: bool) -> LawFit | None:
-    """Return the least-squares fit to travel [mm] and force [N], shape (points,).
+    """Fit a force law to travel [mm] and force [N], both (points,), by least squares.
 
-    `zero` [N] is the approximate zero of the load cell. None if the curve does not rise, or the fit does not converge.
+    `zero` [N] is the approximate zero of the load cell. With `with_drift`, its drift is fitted too. Returns None if the
+    curve does not rise, or if the fit does not converge.
     """
-    start = _first_guess(law, travel, force, zero)
+    start = _initial_guess(law, travel, force, zero)
     if start is None:
         return None
     largest = last_force(force) - zero
-    reach = float(travel[-1] - travel[0])
+    span = float(travel[-1] - travel[0])
     lower = CurveParameters(-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf)
-    upmost = CurveParameters(np.inf, np.inf, _LARGEST_TRAVEL * reach, np.log(_MOST_SETTLING * largest), np.inf, np.inf)
-    scale = CurveParameters(1.0, reach, reach, _WIDE, largest, largest / reach)
-    count = 6 if with_drift else 5
+    upper = CurveParameters(np.inf, np.inf, _LARGEST_TRAVEL * span, np.log(_MOST_SETTLING * largest), np.inf, np.inf)
+    scale = CurveParameters(1.0, span, span, _WIDE, largest, largest / span)
+    count = 6 if with_drift else 5  # the drift is the last parameter
 
-    def misfit(parameters: Floats) -> Floats:
-        return _force(law, CurveParameters(*parameters), travel, largest) - force
+    def residuals(parameters: Floats) -> Floats:
+        return _load_cell_force(law, CurveParameters(*parameters), travel, largest) - force
 
     solution = least_squares(
-        misfit,
+        residuals,
         start[:count],
-        bounds=(lower[:count], upmost[:count]),
+        bounds=(lower[:count], upper[:count]),
         x_scale=_STEP * np.array(scale[:count]),
     )
     if not solution.success:
         return None
-    fitted = list(range(count))
+    determined = list(range(count))
     parameters = CurveParameters(*solution.x.tolist())
-    if parameters.settling <= _SETTLED:
-        fitted = [index for index in fitted if index not in _SETTLING_INDICES]
+    if parameters.settling <= _SETTLED:  # at this bound the data do not determine the force of the settling
+        determined = [index for index in determined if index not in _SETTLING_INDICES]
     errors = np.zeros(6)
-    errors[fitted] = standard_errors(np.asarray(solution.jac)[:, fitted], solution.fun)
+    errors[determined] = standard_errors(np.asarray(solution.jac)[:, determined], solution.fun)
     return LawFit(law=law, parameters=parameters, errors=CurveParameters(*errors.tolist()), residual=solution.fun)
 
 
-def _first_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> CurveParameters | None:
-    """Return the start of the fit; None if the upper part of the curve does not rise.
+def _initial_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> CurveParameters | None:
+    """Return the initial guess of the fit, or None if the upper part of the curve does not rise.
 
-    By the law, F = E k (x - touch)^n, so F^(1/n) is a straight line over x with slope (E k)^(1/n), 0 at the touch.
+    By the law F = E k (x - x0)^n. So F^(1/n) is a linear function of the travel x with slope (E k)^(1/n), which is 0 at
+    the touch x0. A line fitted to the upper part gives E and x0. The settling starts from typical values.
     """
     largest = last_force(force) - zero
     upper = force - zero > _UPPER * largest
@@ -139,17 +141,19 @@ def _first_guess(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> C
 
 
 def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
-    """Return the standard errors of fitted parameters from the Jacobian (points, parameters).
+    """Return the standard errors of fitted parameters, (parameters,).
 
-    They are White's for residuals of unequal size (Econometrica 48 (1980) 817, doi:10.2307/1912934), widened if
-    neighbouring residuals are correlated.
+    `jacobian` (points, parameters) is the derivative of the residuals `residual` (points,). The errors are White's for
+    residuals of unequal variance (Econometrica 48 (1980) 817, doi:10.2307/1912934), widened if neighbouring residuals
+    are correlated.
     """
-    points, numbers = jacobian.shape
-    by_each_point = np.linalg.pinv(jacobian) * residual
-    variance = (by_each_point**2).sum(axis=1)
-    variance *= points / max(1, points - numbers)
+    points, parameters = jacobian.shape
+    changes = np.linalg.pinv(jacobian) * residual  # change of each parameter due to the residual of each point
+    variance = (changes**2).sum(axis=1)
+    variance *= points / max(1, points - parameters)
     total = float(residual @ residual)
     correlation = float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
+    # Residuals of a first-order autoregressive process have fewer independent values by this factor.
     if correlation > _CHANCE / math.sqrt(points):
         correlation = min(correlation, _MOST_ALIKE)
         variance *= (1.0 + correlation) / (1.0 - correlation)
@@ -157,12 +161,15 @@ def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
 
 
 def last_force(force: Floats) -> float:
-    """Return the mean force at the end of a loading (points,) [N]."""
+    """Return the mean force [N] of the last few points of a loading (points,) [N], at least three."""
     return float(force[-max(3, len(force) // 50) :].mean())
 
 
-def _force(law: ForceLaw, parameters: CurveParameters, travel: Floats, largest: float) -> Floats:
-    """Return the force of the load cell [N] at travels [mm]; the law is tabulated over force and inverted."""
+def _load_cell_force(law: ForceLaw, parameters: CurveParameters, travel: Floats, largest: float) -> Floats:
+    """Return the force of the load cell [N] at travels [mm], for forces up to about `largest` [N].
+
+    The travel is an explicit function of the force. So it is tabulated against the force, and the table is inverted.
+    """
     force = _TABLE_END * largest * _FINE
     unsettled = parameters.settling * np.exp(-force / np.exp(parameters.log_settling_force))
     position = parameters.touch + law.depth(force, float(np.exp(parameters.log_modulus))) - unsettled

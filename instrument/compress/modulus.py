@@ -1,4 +1,4 @@
-"""The modulus of a fruit from one compression test, by its force law and by plate stress over strain."""
+"""The modulus of a fruit from one compression test: by a fitted force law, and as plate stress over strain."""
 
 import math
 from dataclasses import dataclass, replace
@@ -19,15 +19,15 @@ from sensor.quantity import Bounds, report_field, validation_error
 from sensor.turns import in_turn
 
 COVERAGE = 1.96
-"""Standard errors to each side that contain 95 %."""
+"""Number of standard errors to each side that contain 95 %."""
 PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Plausible moduli of whole fruit and tubers [MPa]; beyond them a unit is wrong."""
 TELLING = Bounds(below=100.0)
-"""Largest error bar of a modulus that is not compatible with 0 [%]."""
-_ASIDE = 0.2  # half width of the points for secant and tangent, as a fraction of the travel to their strain
-_LEAST_POINTS = 6
+"""Allowed half width of a modulus [%]; a larger error bar contains 0."""
+_ASIDE = 0.2  # half width of the range of points for secant and tangent, as a fraction of the travel to their strain
+_LEAST_POINTS = 6  # minimum number of these points
 _RISEN = 0.1  # fraction of the largest force at which the plate certainly touches the fruit
-_LAST = 0.95  # fraction of the curve at which a strain is read that lies beyond its end
+_LAST = 0.95  # fraction of the curve up to which a strain may be evaluated
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,9 +138,11 @@ def modulus(file: str | Path, geometry: TestGeometry, *, progress: Count | None 
 def measured_modulus(
     specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False, count: Count = silent
 ) -> CompressionResult:
-    """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit.
+    """Return the moduli of one specimen, from the fit of a solved force law and from stress over strain.
 
-    `count` is called with the number of finished parts of the work and their total.
+    `compression_negative` allows travel and force that are negative in compression. `count` is called with the number
+    of finished parts of the work and their total. Raises InputError for a curve that is no compression of such a body,
+    for an implausible modulus, and for an error bar that contains 0. Raises SolveError if the law cannot be solved.
     """
     test = phases(specimen, compression_negative=compression_negative)
     specimen = test.specimen
@@ -156,30 +158,31 @@ def measured_modulus(
         hint = "check the units of force and travel, and the radius"
         name = f"{specimen}: modulus"
         raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
-    # Errors by chance add as squares. Bounds by the law of flesh, friction and shape may have one sign, so they add.
+    # Random errors add as squares. Those due to the law of flesh, friction and shape are bounds, which may all have the
+    # same sign, so they add linearly.
     bounds = {}
     for name, others in law.others.items():
-        bounds[name] = max(_moved_by(other, curve, chosen) for other in others)
-    by_chance = {
+        bounds[name] = max(_modulus_change(other, curve, chosen) for other in others)
+    random_errors = {
         "scatter of the points": COVERAGE * chosen.modulus.relative,
         "force curve": law.error,
         POISSON: bounds.pop(POISSON),
     }
     if geometry.compliance_error_um_per_N:
         points = int(np.searchsorted(curve.travel, chosen.last, side="right"))
-        by_chance["machine compliance"] = _moved_by_frame(specimen, test.loading, chosen, points, geometry)
-    shares = by_chance | bounds
-    u_percent = 100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values()))
+        random_errors["machine compliance"] = _change_by_frame(specimen, test.loading, chosen, points, geometry)
+    shares = random_errors | bounds
+    u_percent = 100.0 * (math.hypot(*random_errors.values()) + sum(bounds.values()))
     _refuse_wide_bar(specimen, u_percent, max(shares, key=lambda name: shares[name]))
-    apparent = hertz_law(geometry)
-    hertz = apparent and choose_range(curve, apparent)
+    apparent_law = hertz_law(geometry)
+    hertz = apparent_law and choose_range(curve, apparent_law)
     zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
     relaxation = None
     if test.hold:
-        frame = 1e-3 * geometry.compliance_um_per_N * (specimen.force - curve.zero)
-        fruit = replace(specimen, travel=specimen.travel - frame)
-        relaxation = held_relaxation(fruit, test.hold, chosen.touch.value, zero)
+        frame_deflections = 1e-3 * geometry.compliance_um_per_N * (specimen.force - curve.zero)  # [mm]
+        corrected = replace(specimen, travel=specimen.travel - frame_deflections)
+        relaxation = held_relaxation(corrected, test.hold, chosen.touch.value, zero)
     E_plate = secants[0].E_secant_MPa
     return CompressionResult(
         file=specimen.file,
@@ -211,30 +214,34 @@ def measured_modulus(
     )
 
 
-def _moved_by(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
-    """Return the relative error of the modulus over the chosen range if another law were the true one [1]."""
+def _modulus_change(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
+    """Return the relative error of the modulus [1] if another law were the true one.
+
+    The other law is fitted to the chosen range. If that fails, the stiffnesses of the two laws are compared.
+    """
     count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
-    drifts = chosen.fit.parameters.drift != 0.0
-    fit = fit_law(other, curve.travel[:count], curve.force[:count], curve.zero, with_drift=drifts)
+    has_drift = chosen.fit.parameters.drift != 0.0
+    fit = fit_law(other, curve.travel[:count], curve.force[:count], curve.zero, with_drift=has_drift)
     if fit is None:
         return abs(other.stiffness / chosen.fit.law.stiffness - 1.0)
     return abs(chosen.fit.modulus.value / fit.modulus.value - 1.0)
 
 
-def _moved_by_frame(
-    specimen: Specimen, as_measured: Loading, chosen: RangeFit, count: int, geometry: TestGeometry
+def _change_by_frame(
+    specimen: Specimen, measured: Loading, chosen: RangeFit, count: int, geometry: TestGeometry
 ) -> float:
-    """Return the largest relative change of the modulus by the error of the compliance, to either side [1].
+    """Return the largest relative change of the modulus [1] due to the error of the machine's compliance.
 
-    The first `count` points are the chosen range.
+    The error is added and subtracted. `measured` is the loading without correction, and its first `count` points are
+    the chosen range.
     """
-    moved = []
+    changes = []
     for error in (geometry.compliance_error_um_per_N, -geometry.compliance_error_um_per_N):
-        other = without_frame(specimen, as_measured, geometry.compliance_um_per_N + error)
-        drifts = chosen.fit.parameters.drift != 0.0
-        fit = fit_law(chosen.fit.law, other.travel[:count], other.force[:count], other.zero, with_drift=drifts)
-        moved.append(1.0 if fit is None else abs(fit.modulus.value / chosen.fit.modulus.value - 1.0))
-    return max(moved)
+        curve = without_frame(specimen, measured, geometry.compliance_um_per_N + error)
+        has_drift = chosen.fit.parameters.drift != 0.0
+        fit = fit_law(chosen.fit.law, curve.travel[:count], curve.force[:count], curve.zero, with_drift=has_drift)
+        changes.append(1.0 if fit is None else abs(fit.modulus.value / chosen.fit.modulus.value - 1.0))
+    return max(changes)
 
 
 def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
@@ -248,20 +255,26 @@ def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeomet
 
 
 def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -> None:
-    """Raise InputError if the error bar reaches 0; the hint names the row with the largest jump of the force."""
+    """Raise InputError if the error bar contains 0.
+
+    The hint names the largest part of the error, and the row with the largest jump of the force.
+    """
     if not TELLING.hold(u_percent):
         jumps = np.abs(np.diff(specimen.force, n=2))
-        odd_row = specimen.cell(int(np.argmax(jumps)) + 1, "force")
+        outlier = specimen.cell(int(np.argmax(jumps)) + 1, "force")
         name = f"{specimen}: error of the modulus"
-        hint = f"most is {largest_share}; correct {odd_row}, if its force is an outlier, or measure more points"
+        hint = f"most is {largest_share}; correct {outlier}, if its force is an outlier, or measure more points"
         raise validation_error(name, float(f"{u_percent:.3g}"), "%", f"{TELLING}", hint)
 
 
-def _notes(E: float, chosen: RangeFit, asked_strain: float, first_strain: float) -> list[str]:
-    """Return notes on what is unusual in a test: its strains [%], its modulus E [MPa], its fit and its zero line."""
+def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: float) -> list[str]:
+    """Return notes on what is unusual in a test: its strain, its modulus E [MPa], its fit and its zero line.
+
+    `requested_strain` is the first strain of the geometry, and `first_strain` the strain of the first secant [%].
+    """
     notes = []
-    if first_strain != asked_strain:
-        notes.append(f"the curve ends before {asked_strain:g} % strain: its secant is at {first_strain:g} %")
+    if first_strain != requested_strain:
+        notes.append(f"the curve ends before {requested_strain:g} % strain: its secant is at {first_strain:g} %")
     if not USUAL_MODULI.hold(E):
         notes.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
     if not chosen.follows:
@@ -276,14 +289,18 @@ def _notes(E: float, chosen: RangeFit, asked_strain: float, first_strain: float)
 
 
 def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[float]:
-    """Return the strains [%] that the curve reaches; the first one is replaced if it lies beyond the end."""
-    per_mm = 100.0 / geometry.height_mm
-    last = per_mm * _LAST * (float(curve.travel[-1]) - chosen.touch.value)
-    unsure = per_mm * COVERAGE * chosen.touch.error
+    """Return those strains of the geometry [%] that the curve reaches.
+
+    The first one is replaced by the largest possible strain if it lies beyond the end. Raises InputError for a strain
+    that is smaller than the error of the first touch.
+    """
+    percent_per_mm = 100.0 / geometry.height_mm
+    last = percent_per_mm * _LAST * (float(curve.travel[-1]) - chosen.touch.value)
+    touch_error = percent_per_mm * COVERAGE * chosen.touch.error
     first, *others = geometry.strains_percent
     smallest = min(geometry.strains_percent)
-    if smallest < unsure:
-        bound = f"at least {unsure:.2g} %, within which the first touch is known"
+    if smallest < touch_error:
+        bound = f"at least {touch_error:.2g} %, within which the first touch is known"
         raise validation_error("--strain", smallest, "%", bound, "take a larger strain, or a finer curve")
     if first > last:
         first = min(float(f"{last:.2g}"), last)
@@ -291,23 +308,26 @@ def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[f
 
 
 def _plate_modulus(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
-    """Return secant and tangent at a strain [%] from a parabola through the nearby points, at least the nearest few."""
+    """Return the secant and tangent moduli of stress over strain at a strain [%], with their errors at 95 %.
+
+    They come from a parabola that is fitted to the nearby points, at least the nearest `_LEAST_POINTS`.
+    """
     depth = 0.01 * strain * geometry.height_mm
-    from_strain = curve.travel - chosen.touch.value - depth
-    distance = np.abs(from_strain)
-    near = distance <= max(_ASIDE * depth, np.sort(distance)[_LEAST_POINTS - 1])
-    force = (curve.force - chosen.fit.zero_line(curve.travel))[near]
-    coefficients, covariance = np.polyfit(from_strain[near], force, 2, cov=True)
-    half_curvature, slope, level = coefficients.tolist()
-    _, slope_error, level_error = np.sqrt(np.diag(covariance)).tolist()
-    # an error of the touch shifts the curve along the travel
-    level_error = math.hypot(level_error, slope * chosen.touch.error)
+    offsets = curve.travel - chosen.touch.value - depth  # travel relative to the travel at the strain [mm]
+    distances = np.abs(offsets)
+    is_near = distances <= max(_ASIDE * depth, np.sort(distances)[_LEAST_POINTS - 1])
+    force = (curve.force - chosen.fit.zero_line(curve.travel))[is_near]
+    coefficients, covariance = np.polyfit(offsets[is_near], force, 2, cov=True)
+    half_curvature, slope, force_at_strain = coefficients.tolist()
+    _, slope_error, force_error = np.sqrt(np.diag(covariance)).tolist()
+    # An error of the touch shifts the curve along the travel.
+    force_error = math.hypot(force_error, slope * chosen.touch.error)
     slope_error = math.hypot(slope_error, 2.0 * half_curvature * chosen.touch.error)
-    per_strain = geometry.height_mm / geometry.plate_area_mm2
+    modulus_per_stiffness = geometry.height_mm / geometry.plate_area_mm2  # [1/mm]
     return PlateModulus(
         strain_percent=strain,
-        E_secant_MPa=level / depth * per_strain,
-        u_secant_percent=100.0 * COVERAGE * level_error / abs(level),
-        E_tangent_MPa=slope * per_strain,
+        E_secant_MPa=force_at_strain / depth * modulus_per_stiffness,
+        u_secant_percent=100.0 * COVERAGE * force_error / abs(force_at_strain),
+        E_tangent_MPa=slope * modulus_per_stiffness,
         u_tangent_percent=100.0 * COVERAGE * slope_error / abs(slope),
     )

@@ -1,4 +1,4 @@
-"""The page of compression tests: force over travel with the fitted law, and stress over strain as in the paper."""
+"""The HTML page of compression tests: force against travel with the fitted law, and plate stress against strain."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -10,35 +10,37 @@ from instrument.compress.modulus import CompressionResult
 from pipeline.report.page.page_template import FIGURES, render_page
 from pipeline.storage.plain import Plain
 
-_MOST_POINTS = 400  # points of a curve on the page; more would overlap
-_STEPS = 100
+_MOST_POINTS = 400  # maximum number of points of a curve on the page; more would overlap
+_STEPS = 100  # number of points of the fitted law
 
 
 def modulus_page(results: Sequence[CompressionResult]) -> str:
-    """Return the page of all results."""
-    files = Counter(result.file for result in results)
-    tests = [_test(result, alone=files[result.file] == 1) for result in results]
+    """Return the HTML page of all results."""
+    tests_per_file = Counter(result.file for result in results)
+    tests = [_plot_data(result, only_specimen=tests_per_file[result.file] == 1) for result in results]
     return render_page("modulus.html.j2", (*FIGURES, "modulus.js"), {"tests": tests}, results=results)
 
 
-def _test(result: CompressionResult, *, alone: bool) -> Plain:
-    """Return the plot data of a test: travel [mm], force [N], the fitted law, strain and stress.
+def _plot_data(result: CompressionResult, *, only_specimen: bool) -> Plain:
+    """Return the data of a test that the plots of the page show.
 
-    A test is named after its file if it is `alone` in it, and otherwise after file and specimen.
+    They are travel [mm], force [N], the fitted law, strain [%] and plate stress [MPa], decimated to `_MOST_POINTS`. The
+    test is named after its file, and also after its specimen unless it is the `only_specimen` of the file.
     """
     curve = result.curve
     geometry = result.geometry
-    shown = np.unique(np.linspace(0, len(curve.travel) - 1, _MOST_POINTS).astype(int))
-    travel = curve.travel[shown]
-    force = curve.force[shown]
-    fitted = np.linspace(float(curve.travel[0]), result.range_end_mm, _STEPS)
+    indices = np.unique(np.linspace(0, len(curve.travel) - 1, _MOST_POINTS).astype(int))
+    travel = curve.travel[indices]
+    force = curve.force[indices]
+    law_travel = np.linspace(float(curve.travel[0]), result.range_end_mm, _STEPS)
+    law_force = result.fit.force(law_travel, float(curve.force.max()))
     secant = result.secants[0]
     stem = Path(result.file).stem
     return {
-        "name": stem if alone else f"{stem} {result.specimen}",
+        "name": stem if only_specimen else f"{stem} {result.specimen}",
         "travel": travel.tolist(),
         "force": force.tolist(),
-        "law": {"travel": fitted.tolist(), "force": result.fit.force(fitted, float(curve.force.max())).tolist()},
+        "law": {"travel": law_travel.tolist(), "force": law_force.tolist()},
         "touch": result.first_touch_mm,
         "failure": result.failure_mm,
         "strain": (100.0 * (travel - result.first_touch_mm) / geometry.height_mm).tolist(),

@@ -11,21 +11,21 @@ from sensor.quantity import InputError, validation_error
 
 _UNITS = {"travel": "mm", "force": "N"}
 _JITTER = 0.02  # largest backward step of a machine's reading, as a fraction of the travel
-_UNLOADS = 0.5  # least share of the force that an unloading loses against the loading curve at the same depth
-_FIRST = 0.2  # a first loading up to this share of the largest force is a tap before the test
-_BELOW = 0.1  # a force this share of the range below the first ones does not belong to a compression
+_UNLOADS = 0.5  # smallest fraction of the force that an unloading loses relative to the loading at the same depth
+_FIRST = 0.2  # a first loading up to this fraction of the largest force is a tap before the test
+_BELOW = 0.1  # largest distance of a force below the first ones in a compression, as a fraction of the range
 _NOISE_BELOW = 6.0  # the same limit in standard deviations of noise
-_CONCAVE = 0.75  # later slope of a load over the earlier one; a convex fruit has more than 1
-_LOADS = (0.1, 0.3, 0.6)  # shares of the largest force between which these slopes are taken
+_CONCAVE = 0.75  # smallest ratio of the later slope of a load to the earlier one; a convex fruit has more than 1
+_LOADS = (0.1, 0.3, 0.6)  # fractions of the largest force between which these slopes are taken
 _MOST_POINTS = 1200  # more points are averaged in groups, which makes a fit faster and loses nothing
-_MOVING_MEAN = 0.02  # width of the moving mean as a share of the points
-_NOISE_FALLEN = 5.0  # least fall of a force at failure [standard errors]
-_FALL = 0.03  # least fall at failure as a share of the range of forces
-_RISEN = 0.1  # a fall before the force has risen by this share of its range belongs to the zero line
+_MOVING_MEAN = 0.02  # width of the moving mean as a fraction of the points
+_NOISE_FALLEN = 5.0  # smallest fall of a force at failure [standard errors]
+_FALL = 0.03  # smallest fall at failure as a fraction of the range of forces
+_RISEN = 0.1  # a fall before the force has risen by this fraction of its range belongs to the zero line
 _NORMAL = 1.4826  # standard deviation over median absolute deviation, for normal noise
-_QUIET = 0.25  # share of the range of forces below which the zero line lies
-_STILL = 2e-3  # share of the travel within which a curve is at rest
-_DWELL = 0.05  # share of the loading time; a machine that only turns back stands still for less
+_QUIET = 0.25  # fraction of the range of forces below which the zero line lies
+_STILL = 2e-3  # fraction of the travel within which a curve is at rest
+_DWELL = 0.05  # shortest hold as a fraction of the loading time; a machine that only turns back stands still for less
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,44 +57,45 @@ class Phases:
 
 
 def phases(specimen: Specimen, *, compression_negative: bool = False) -> Phases:
-    """Return the phases of a test; `compression_negative` allows columns with falling values and reverses their signs.
+    """Split a test into its loading up to failure and its hold, with travel and force positive in compression.
 
-    Raises InputError for too few rows and for travel that runs backwards. It also refuses a force that is below the
-    zero line, never rises or rises ever less.
+    `compression_negative` allows columns whose values fall in compression. Raises InputError for too few rows, and for
+    travel that runs backwards. It is also raised for a force that is far below its first values, never rises, or rises
+    ever less.
     """
     _refuse_few_rows(specimen, len(specimen.lines))
-    test = _first_loading(specimen)
-    signs = {quantity: _sign(getattr(test, quantity)) for quantity in _UNITS}
+    test = _cut_at_first_return(specimen)
+    signs = {quantity: _compression_sign(getattr(test, quantity)) for quantity in _UNITS}
     test = replace(test, **{quantity: sign * getattr(test, quantity) for quantity, sign in signs.items()})
-    hold = _hold(test)
+    hold = _find_hold(test)
     rows = len(test.lines) if hold is None else hold.start + 1
     _refuse_few_rows(specimen, rows)
     for quantity, sign in signs.items():
         values = getattr(specimen, quantity)[:rows]
         if (sign < 0.0 and not compression_negative) or np.ptp(values) == 0.0:
-            raise _falling(specimen, quantity, values)
+            raise _falling_error(specimen, quantity, values)
     return Phases(specimen=test, loading=_loading(test.up_to(rows)), hold=hold)
 
 
-def _sign(values: Floats) -> float:
-    """Return 1 for values that move up from their begin at least as much as down, and -1 for others."""
-    begin = np.median(values[:3])
-    return 1.0 if values.max() - begin >= begin - values.min() else -1.0
+def _compression_sign(values: Floats) -> float:
+    """Return 1 if the values rise from their start by at least as much as they fall, and -1 otherwise."""
+    start = np.median(values[:3])
+    return 1.0 if values.max() - start >= start - values.min() else -1.0
 
 
-def _falling(specimen: Specimen, quantity: str, values: Floats) -> InputError:
-    """Return the error for values that do not rise in compression; it names the lowest one."""
+def _falling_error(specimen: Specimen, quantity: str, values: Floats) -> InputError:
+    """Return the error for a quantity that does not rise in compression; its message names the lowest value."""
     row = int(np.argmin(values))
     hint = "export the whole test; with --compression-negative its sign is turned"
     place = specimen.cell(row, quantity)
     return validation_error(place, float(values[row]), _UNITS[quantity], "rising in compression", hint)
 
 
-def _first_loading(specimen: Specimen) -> Specimen:
+def _cut_at_first_return(specimen: Specimen) -> Specimen:
     """Return a curve up to the first return of its plate or probe, with a note if a later row lies deeper.
 
     Later rows do not show intact flesh: a probe that sticks, a return beyond the start, or a second bite. A curve
-    without an unloading is returned unchanged.
+    without a return is returned unchanged.
     """
     # A return may go farther than the test, so the signs come from the row with the largest change of force.
     travel = specimen.travel - np.median(specimen.travel[:3])
@@ -102,37 +103,37 @@ def _first_loading(specimen: Specimen) -> Specimen:
     peak = int(np.argmax(np.abs(force)))
     depth = specimen.travel if travel[peak] >= 0.0 else -specimen.travel
     load = specimen.force if force[peak] >= 0.0 else -specimen.force
-    unloading = _first_unloading(depth, load)
-    if unloading is None:
+    found = _find_first_return(depth, load)
+    if found is None:
         return specimen
-    turn, end = unloading
+    deepest, end = found
     notes = specimen.notes
-    if depth[end:].max() > depth[turn]:
+    if depth[end:].max() > depth[deepest]:
         last = specimen.lines[end - 1]
         notes = (*notes, f"{specimen.file}: a later loading goes deeper: the first one, to line {last}, is read")
     return replace(specimen.up_to(end), notes=notes)
 
 
-def _first_unloading(depth: Floats, load: Floats) -> tuple[int, int] | None:
+def _find_first_return(depth: Floats, load: Floats) -> tuple[int, int] | None:
     """Return the deepest row before the first return, and the first row that is surely on it; None if there is none.
 
-    Depth [mm] and load [N] rise in compression, (rows,). A return must lose much of the force that the loading has at
-    its depth. A return after a small load does not count, because it was a tap before the test.
+    Depth [mm] and load [N] (rows,) rise in compression. A return must lose much of the force that the loading has at
+    the same depth. A return after a small load does not count, because it was a tap before the test.
     """
-    deepest = np.maximum.accumulate(depth)
+    largest_depth = np.maximum.accumulate(depth)  # until each row
     span = float(depth.max() - depth[: int(np.argmax(depth)) + 1].min())
-    back = np.flatnonzero(deepest - depth > _JITTER * span)
-    if not back.size:
+    backward = np.flatnonzero(largest_depth - depth > _JITTER * span)
+    if not backward.size:
         return None
-    end = int(back[0])
-    turn = int(np.argmax(depth[:end]))
-    on_loading = float(np.interp(depth[end], deepest[: turn + 1], load[: turn + 1]))
-    unloads = load[end] - on_loading <= (1.0 - _UNLOADS) * (load[turn] - on_loading)
-    is_tap = load[turn] - load[0] < _FIRST * (load.max() - load[0])
-    return (turn, end) if unloads and not is_tap else None
+    end = int(backward[0])
+    deepest = int(np.argmax(depth[:end]))
+    loading_force = float(np.interp(depth[end], largest_depth[: deepest + 1], load[: deepest + 1]))  # at the same depth
+    is_unloading = load[end] - loading_force <= (1.0 - _UNLOADS) * (load[deepest] - loading_force)
+    is_tap = load[deepest] - load[0] < _FIRST * (load.max() - load[0])
+    return (deepest, end) if is_unloading and not is_tap else None
 
 
-def _hold(test: Specimen) -> slice | None:
+def _find_hold(test: Specimen) -> slice | None:
     """Return the rows in which a test stands still at its largest travel; None without a hold or without times."""
     travel = test.travel
     time = test.time
@@ -140,22 +141,27 @@ def _hold(test: Specimen) -> slice | None:
         return None
     is_level = travel >= travel.max() - _STILL * np.ptp(travel)
     first = int(is_level.argmax())
-    end = first + int(np.append(~is_level[first:], True).argmax())
+    end = first + int(np.append(~is_level[first:], True).argmax())  # the first row that is no longer level
+    # The last step of the loading may be level already; the hold begins at the median of the level rows.
     start = first + int((travel[first:end] >= np.median(travel[first:end])).argmax())
-    lasts = time[end - 1] - time[start]
-    is_hold = end - start >= LEAST_ROWS and lasts > _DWELL * (time[start] - time[0])
+    duration = time[end - 1] - time[start]
+    is_hold = end - start >= LEAST_ROWS and duration > _DWELL * (time[start] - time[0])
     return slice(start, end) if is_hold else None
 
 
 def _loading(specimen: Specimen) -> Loading:
-    """Return the curve of rows that end before a hold or a return; raises InputError for what is no loading."""
+    """Return the loading of a specimen whose rows end before a hold or a return.
+
+    Raises InputError for travel that runs backwards, for a force far below its first values, for too few rows, and for
+    a force that rises ever less.
+    """
     travel = specimen.travel
     force = specimen.force
     end = int(np.argmax(travel)) + 1
     _refuse_backwards(specimen, end)
     _refuse_low_force(specimen, force)
     _refuse_few_rows(specimen, end)
-    curve = _up_to_failure(_averaged(travel[:end]), _averaged(force[:end]))
+    curve = _cut_at_failure(_average_groups(travel[:end]), _average_groups(force[:end]))
     if _is_concave(curve):
         columns = f"{specimen.labels['force']} over {specimen.labels['travel']}"
         bound = "a force that rises ever more with the travel, as on a convex fruit"
@@ -165,15 +171,16 @@ def _loading(specimen: Specimen) -> Loading:
 
 
 def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Loading:
-    """Return a loading without the deflection of frame and load cell, from their compliance [um/N].
+    """Return a loading whose travel is reduced by the deflection of frame and load cell.
 
-    Raises InputError if the corrected travel does not rise, because then the compliance is not of this machine.
+    `compliance` [um/N] is their compliance. Raises InputError if the corrected travel does not rise, because then the
+    compliance does not belong to this machine.
     """
     if compliance == 0.0:
         return curve
     travel = curve.travel - 1e-3 * compliance * (curve.force - curve.zero)
-    back = float((np.maximum.accumulate(travel) - travel).max())
-    if back > _JITTER * float(np.ptp(curve.travel)):
+    backward_step = float((np.maximum.accumulate(travel) - travel).max())
+    if backward_step > _JITTER * float(np.ptp(curve.travel)):
         bound = f"less than the whole test gives, {1e3 * np.ptp(curve.travel) / np.ptp(curve.force):.3g} um/N"
         name = f"{specimen}: compliance"
         raise validation_error(name, compliance, "um/N", bound, "measure it with steel on steel")
@@ -182,6 +189,7 @@ def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Load
 
 
 def _refuse_few_rows(specimen: Specimen, rows: int) -> None:
+    """Raise InputError if a loading has fewer than `LEAST_ROWS` rows."""
     if rows < LEAST_ROWS:
         hint = "export every point of the test"
         raise validation_error(str(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", hint)
@@ -191,18 +199,18 @@ def _refuse_backwards(specimen: Specimen, end: int) -> None:
     """Raise InputError if the travel of the rows before `end` steps back by more than jitter."""
     travel = specimen.travel
     largest = np.maximum.accumulate(travel[:end])
-    back = np.flatnonzero(largest - travel[:end] > _JITTER * float(np.ptp(travel)))
-    if back.size:
-        row = int(back[0])
+    backward = np.flatnonzero(largest - travel[:end] > _JITTER * float(np.ptp(travel)))
+    if backward.size:
+        row = int(backward[0])
         bound = f"at least the travel of the rows before, {largest[row]:g} mm"
         hint = "put the rows in order, one loading for each table, or check that the columns are not swapped"
         raise validation_error(specimen.cell(row, "travel"), float(travel[row]), "mm", bound, hint)
 
 
 def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
-    """Raise InputError for a force [N] far below the first ones, which no compression has."""
-    first = max(3, min(20, round(0.05 * len(force))))  # rows that show the zero of the force
-    zero = float(np.median(force[:first]))
+    """Raise InputError if a force (rows,) [N] is far below the first ones, which no compression has."""
+    count = max(3, min(20, round(0.05 * len(force))))  # number of rows that show the zero of the force
+    zero = float(np.median(force[:count]))
     limit = max(_BELOW * float(force.max() - zero), _NOISE_BELOW * noise_of(force))
     row = int(np.argmin(force))
     if force[row] < zero - limit:
@@ -212,49 +220,57 @@ def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
 
 
 def _is_concave(curve: Loading) -> bool:
-    """Return whether a force rises ever less with the travel, as in a table with swapped columns."""
+    """Return whether a force rises ever less with the travel, as in a table with swapped columns.
+
+    The slopes between three levels of the smoothed force are compared.
+    """
     width = max(1, len(curve.force) // 30)
     smooth = _moving_mean(curve.force, width)
-    load = (smooth - smooth.min()) / np.ptp(smooth)
+    load = (smooth - smooth.min()) / np.ptp(smooth)  # from 0 to 1
     first, middle, last = (float(curve.travel[width // 2 + int(np.argmax(load >= level))]) for level in _LOADS)
-    # compare the slopes by cross products, because two travels may be equal
-    earlier = (_LOADS[1] - _LOADS[0]) * (last - middle)
-    later = (_LOADS[2] - _LOADS[1]) * (middle - first)
-    return later < _CONCAVE * earlier
+    # Both slopes are multiplied by the product of their denominators, because two travels may be equal.
+    earlier_slope = (_LOADS[1] - _LOADS[0]) * (last - middle)
+    later_slope = (_LOADS[2] - _LOADS[1]) * (middle - first)
+    return later_slope < _CONCAVE * earlier_slope
 
 
-def _averaged(values: Floats) -> Floats:
+def _average_groups(values: Floats) -> Floats:
+    """Return the means of groups of consecutive values, so that at most `_MOST_POINTS` remain."""
     group = math.ceil(len(values) / _MOST_POINTS)
     count = len(values) // group
     return np.asarray(values[: count * group].reshape(count, group).mean(axis=1))
 
 
 def _moving_mean(values: Floats, width: int) -> Floats:
-    """Return means over `width` values; the first one belongs to the value of index width // 2."""
+    """Return the means of all windows of `width` values; the first one belongs to the value of index width // 2."""
     return np.convolve(values, np.ones(width) / width, mode="valid")
 
 
 def noise_of(force: Floats) -> float:
     """Return the standard deviation of the noise of forces (points,) [N].
 
-    It comes from second differences, in which a smooth curve almost cancels. It is at least the rounding of the last
-    digit.
+    It comes from second differences, in which a smooth curve almost cancels. It is at least the rounding error of the
+    resolution, for which the smallest step of the force is taken.
     """
-    curvature = force[2:] - 2.0 * force[1:-1] + force[:-2]
-    spread = _NORMAL * float(np.median(np.abs(curvature - np.median(curvature)))) / math.sqrt(6.0)
+    differences = force[2:] - 2.0 * force[1:-1] + force[:-2]
+    # The median is robust against outliers. A second difference has 1 + 4 + 1 times the variance of one force.
+    deviation = _NORMAL * float(np.median(np.abs(differences - np.median(differences)))) / math.sqrt(6.0)
     steps = np.abs(np.diff(force))
-    last_digit = float(min(steps[steps > 0.0], default=0.0))
-    return spread if spread >= last_digit else max(spread, last_digit / math.sqrt(12.0))
+    resolution = float(min(steps[steps > 0.0], default=0.0))
+    return deviation if deviation >= resolution else max(deviation, resolution / math.sqrt(12.0))
 
 
-def _up_to_failure(travel: Floats, force: Floats) -> Loading:
-    """Return the curve up to the largest force before the first fall that exceeds noise and the least fall."""
+def _cut_at_failure(travel: Floats, force: Floats) -> Loading:
+    """Return the curve up to the largest force before the failure, which is the first large fall of the force.
+
+    A large fall exceeds both noise and a fraction of the range of the moving mean. A curve without one is whole.
+    """
     noise = noise_of(force)
     width = max(1, round(_MOVING_MEAN * len(force)))
     smooth = _moving_mean(force, width)
     span = float(np.ptp(smooth))
-    noise_of_difference = noise * math.sqrt(2.0 / width)
-    large_fall = max(_FALL * span, _NOISE_FALLEN * noise_of_difference)
+    difference_error = noise * math.sqrt(2.0 / width)  # of two means
+    large_fall = max(_FALL * span, _NOISE_FALLEN * difference_error)
     highest_before = np.maximum.accumulate(smooth)
     has_risen = highest_before - smooth[0] > _RISEN * span
     has_fallen = highest_before - smooth > large_fall
@@ -265,7 +281,7 @@ def _up_to_failure(travel: Floats, force: Floats) -> Loading:
         failure = float(travel[peak])
         travel = travel[: peak + 1]
         force = force[: peak + 1]
-    # the zero of the load cell is the median of the first low points
-    rising = np.flatnonzero(force > force[0] + _QUIET * (force.max() - force[0]))
-    low = force[: max(1, int(rising[0]) // 2)] if rising.size else force[:1]
-    return Loading(travel=travel, force=force, zero=float(np.median(low)), noise=noise, failure=failure)
+    # The zero of the load cell is the median of the first half of the points before the force has risen.
+    risen = np.flatnonzero(force > force[0] + _QUIET * (force.max() - force[0]))
+    zero_points = force[: max(1, int(risen[0]) // 2)] if risen.size else force[:1]
+    return Loading(travel=travel, force=force, zero=float(np.median(zero_points)), noise=noise, failure=failure)

@@ -14,10 +14,10 @@ from solve.compression.tool import Tool
 POINT_CONTACT = 1.5  # exponent of Hertz's law at the first contact of every convex body
 _LINE_CONTACT = 1.0  # up to a logarithm, which the terms of the curve follow
 _FLAT_CONTACT = 1.0
-_DEEPEST = 0.15  # largest depth over half the height or the radius, whichever is less; most fruit has failed before
+_DEEPEST = 0.15  # largest depth over the smaller of half height and radius; most fruit has failed before
 _DEEPEST_BALL = 0.1  # largest depth over the radius of a ball plunger; beyond it some laws of flesh have no equilibrium
 _DEEPEST_FLAT = 0.3  # largest depth over the radius of a flat plunger
-_WIDEST = 0.8  # largest ratio of plunger to body; nearer to the edge the flesh would shear off
+_WIDEST = 0.8  # largest ratio of the radii of plunger and body; nearer to the edge the flesh would shear off
 _MEASURE = "measure it on the fruit"
 
 
@@ -62,7 +62,7 @@ class Plunger:
 
 
 class BoundingPress(NamedTuple):
-    """A press whose force times a factor [1] bounds the force of one side of a simplified body."""
+    """A press whose force, times a factor [1], is a bound of the force on one side of the real body."""
 
     press: CompressionPress
     factor: float
@@ -81,12 +81,12 @@ class CompressedBody:
 
     @property
     def section(self) -> Section:
-        """Return the section of the body between plates."""
+        """Return the section of the body that is solved between plates."""
         raise NotImplementedError
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall of the modulus per mm of every radius or width [1/mm]."""
+        """Return the relative decrease of the modulus if every radius or width is larger by 1 mm [1/mm]."""
         raise NotImplementedError
 
     @property
@@ -96,7 +96,11 @@ class CompressedBody:
         return None if section.is_round else math.pi * section.radius**2
 
     def sides(self, plunger: Plunger | None, plates: int) -> tuple[CompressionPress, ...]:
-        """Return one press for each deformed side; raises InputError for a combination that is not solved."""
+        """Return one press for each deformed side of the body, the upper one first.
+
+        `plates` is 1 for a body in a rigid seat, whose lower side does not deform, and 2 otherwise. Raises InputError
+        for a combination of body and tools that is not solved.
+        """
         section = self.section
         if (plunger is not None and not self.takes_plunger) or (plates == 1 and not section.is_round):
             bound = "between plates, or as docs/modulus.md names with a plunger or in a seat"
@@ -109,7 +113,7 @@ class CompressedBody:
         return (plunger.radius_mm,) if plunger is not None and plunger.ball else ()
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:  # noqa: ARG002 - others
-        """Return, by the name of each simplification of the body, its bounds: one press for each side."""
+        """Return bounds for each simplification of the body, by its name; each bound has one press for each side."""
         return {}
 
 
@@ -117,7 +121,7 @@ class CompressedBody:
 class Ellipsoid(CompressedBody):
     """A ball, an ellipsoid or any convex fruit, with two radii of curvature at each contact.
 
-    Above and below, the radii are the same.
+    The upper and the lower contact have the same radii.
 
     Parameters
     ----------
@@ -147,33 +151,37 @@ class Ellipsoid(CompressedBody):
 
     @property
     def section(self) -> Section:
-        """Return the section of the equivalent ball; two different radii are replaced by their equivalent radius."""
+        """Return the section of a ball-shaped body; two different radii are replaced by their equivalent radius."""
         radius = equivalent_radius(self.radius_mm, self.radius_across_mm)
         return Section(half_height=0.5 * self.height_mm, radius=radius)
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall of the modulus by Hertz's law, E ~ 1 / sqrt(R) [1/mm]."""
+        """Return the relative decrease of the modulus per mm [1/mm], by Hertz's law E ~ 1 / sqrt(R)."""
         return 0.5 / self.radius_mm
 
     def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:
-        """Return the relative radii above and below [mm]."""
+        """Return the relative radii of the upper and the lower point contact [mm]; a flat plunger has none."""
         radius = self.section.radius
         if plunger is None:
             return (radius,) * plates
         return (relative_radius(plunger.radius_mm, radius), radius)[:plates] if plunger.ball else ()
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
-        """Return the balls of either radius under plates, with factors that match the ellipsoid at small forces."""
+        """Return bounds for two different radii: bodies with either radius, under the plates.
+
+        Their factors match the ellipsoid at small forces, where by Hertz's law the force grows with the root of the
+        radius. A side under a plunger stays as it is.
+        """
         if self.radius_mm == self.radius_across_mm or sides[-1].tool != Tool():
             return {}
-        balls = []
+        bounds = []
         for radius in (self.radius_mm, self.radius_across_mm):
             section = replace(self.section, radius=radius)
             factor = math.sqrt(self.section.radius / radius)
-            ball = BoundingPress(replace(sides[-1], section=section), factor)
-            balls.append([ball if side.tool == Tool() else BoundingPress(side, 1.0) for side in sides])
-        return {"two radii": balls}
+            plate = BoundingPress(replace(sides[-1], section=section), factor)
+            bounds.append([plate if side.tool == Tool() else BoundingPress(side, 1.0) for side in sides])
+        return {"two radii": bounds}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,13 +218,16 @@ class CylinderOnSide(CompressedBody):
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall of the modulus of a line contact, E ~ 1 / length [1/mm]."""
+        """Return the relative decrease of the modulus per mm [1/mm], of a line contact with E ~ 1 / length."""
         return 1.0 / self.length_mm
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
-        """Return the bound for free ends: one radius at each end is in plane stress, with 1 - nu^2 times the force."""
-        free = min(1.0, 2.0 * self.radius_mm / self.length_mm)
-        return {"free ends": [[BoundingPress(side, 1.0 - free * side.law.poisson**2) for side in sides]]}
+        """Return the bound for free ends.
+
+        At each end, a length of one radius is taken in plane stress, with 1 - nu^2 times the force of plane strain.
+        """
+        end_fraction = min(1.0, 2.0 * self.radius_mm / self.length_mm)
+        return {"free ends": [[BoundingPress(side, 1.0 - end_fraction * side.law.poisson**2) for side in sides]]}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -252,7 +263,7 @@ class CylinderOnEnd(CompressedBody):
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall of the modulus of a bar, E ~ 1 / area [1/mm]."""
+        """Return the relative decrease of the modulus per mm [1/mm], of a bar with E ~ 1 / area."""
         return 2.0 / self.radius_mm
 
 
@@ -302,7 +313,7 @@ class RectangularBlock(CompressedBody):
 
     @property
     def per_mm(self) -> float:
-        """Return the relative fall of the modulus of a bar, E ~ 1 / area [1/mm]."""
+        """Return the relative decrease of the modulus per mm [1/mm], of a bar with E ~ 1 / area."""
         return 1.0 / self.width_mm + 1.0 / self.length_mm
 
 
@@ -317,9 +328,9 @@ KINDS: Mapping[str, type[CompressedBody]] = {
 
 
 def _round_presses(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
-    """Return the presses on a round body: above by a plate or a plunger, below by a plate."""
+    """Return the presses on a round body: by a plate or a plunger from above, and by a plate from below."""
     deepest = _DEEPEST * min(section.half_height, section.radius)
-    contact = math.sqrt(section.radius * deepest)
+    contact = math.sqrt(section.radius * deepest)  # contact radius by Hertz's law
     exponent = POINT_CONTACT if section.length is None else _LINE_CONTACT
     plate = CompressionPress(section=section, deepest=deepest, contact=contact, exponent=exponent)
     if plunger is None:
@@ -330,7 +341,10 @@ def _round_presses(section: Section, plunger: Plunger | None) -> tuple[Compressi
 
 
 def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[CompressionPress, ...]:
-    """Return the presses on a cylinder on its end: by plates on both sides, or by a plunger on a table."""
+    """Return the presses on a cylinder on its end: by two plates, or by a plunger while it stands on a table.
+
+    Raises InputError for a plunger that is too wide.
+    """
     radius = section.radius
     if plunger is None:
         deepest = _DEEPEST * section.half_height

@@ -13,15 +13,15 @@ from sensor.arrays import Floats
 from sensor.quantity import Estimate
 
 ENDS = (1.0, 0.8, 0.6)
-"""Ends of a range, as shares of the force at the end of the loading."""
-_GROUPS = 12  # groups of points whose mean residuals show whether the law is followed
-_FITS_WELL = 2.2  # mean square of these means over their error; 99 % of good fits lie below
-_LEAST_POINTS = 12
-_LEAST_IDLE = 10  # points before the touch that are needed to detect a drift
+"""Ends of the ranges that are tried, as fractions of the force at the end of the loading."""
+_GROUPS = 12  # maximum number of groups of points whose mean residuals show whether the law is followed
+_FITS_WELL = 2.2  # largest reduced chi square of these means; 99 % of good fits lie below
+_LEAST_POINTS = 12  # minimum number of points of a fit
+_LEAST_IDLE = 10  # minimum number of points before the touch from which a drift can be detected
 _RARE = 10.0  # prior odds against a detectable drift
 _TINY = float(np.finfo(float).tiny)
-_WIDE = 3.0  # multiple of the chosen range's error beyond which another range says nothing about the choice
-_TABULATED = 1e-4  # relative error of the modulus by linear interpolation in the tabulated forces
+_WIDE = 3.0  # largest error of another range, over the chosen range's error, with which its modulus is compared
+_TABULATED = 1e-4  # relative error of the modulus due to linear interpolation in the tabulated forces
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,8 +29,8 @@ class RangeFit:
     """A law fitted over a range of travel that ends at `last` [mm].
 
     `fit` is the more probable of the fits with and without a drift of the zero line. `modulus` [MPa] and `touch` [mm]
-    are means of both fits, weighted by probability, with standard errors. `follows` states whether the residuals are
-    noise, and `idle` is the number of points before the touch.
+    are means of both fits, weighted by probability, with standard errors. `follows` is True if the curve follows the
+    law within its noise or the error of the law. `idle` is the number of points before the touch.
     """
 
     fit: LawFit
@@ -42,10 +42,13 @@ class RangeFit:
 
 
 def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
-    """Return the fit over the longest range that follows the law, with the choice in its error; None if none fits."""
+    """Fit a law to the longest range of a curve that follows it, with an error that includes the choice of the range.
+
+    If no range follows the law, the one with the smallest residuals is taken. Returns None if no range can be fitted.
+    """
     candidates = []
     for end in ENDS:
-        fit = _fit_up_to(curve, end, law)
+        fit = _fit_range(curve, end, law)
         if fit is not None:
             candidates.append(fit)
     if not candidates:
@@ -57,39 +60,43 @@ def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
 
 
 def with_choice(best: Estimate, others: Sequence[Estimate]) -> Estimate:
-    """Return the modulus of the chosen range, with an error that includes its difference to other ranges [MPa].
+    """Return the modulus of the chosen range [MPa], with an error that includes its difference from other ranges.
 
-    Noise explains a part of the difference, which is subtracted. The variance of the difference to a fit of more points
-    is the difference of the variances (J. A. Hausman, Econometrica 46 (1978) 1251, doi:10.2307/1913827).
+    Noise explains a part of the difference, which is subtracted. The variance of the difference from a fit of more
+    points is the difference of the variances (J. A. Hausman, Econometrica 46 (1978) 1251, doi:10.2307/1913827).
     """
-    excess = []
+    excesses = []
     for other in others:
         if other.error < _WIDE * best.error:
-            by_noise = max(0.0, other.error**2 - best.error**2)
-            excess.append(max(0.0, (other.value - best.value) ** 2 - by_noise))
-    by_choice = float(np.mean(excess)) if excess else 0.0
-    error = math.sqrt(best.error**2 + by_choice + (_TABULATED * best.value) ** 2)
+            noise_variance = max(0.0, other.error**2 - best.error**2)
+            excesses.append(max(0.0, (other.value - best.value) ** 2 - noise_variance))
+    choice_variance = float(np.mean(excesses)) if excesses else 0.0
+    error = math.sqrt(best.error**2 + choice_variance + (_TABULATED * best.value) ** 2)
     return Estimate(best.value, error, best.unit)
 
 
-def _fit_up_to(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
-    """Return the fit up to a fraction of the last force, but not beyond the depth to which the law holds."""
+def _fit_range(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
+    """Return the fit up to the fraction `end` of the last force, but not beyond the depth to which the law holds.
+
+    Returns None if the range has too few points or cannot be fitted.
+    """
     force = curve.force - curve.zero
     width = max(1, len(force) // 60)
     smooth = np.convolve(force, np.ones(width) / width, mode="same")
-    over = np.flatnonzero(smooth > end * last_force(force))
-    count = int(over[0]) if over.size and end < 1.0 else len(force)
-    fit = _fit(curve, count, law)
+    beyond_end = np.flatnonzero(smooth > end * last_force(force))
+    count = int(beyond_end[0]) if beyond_end.size and end < 1.0 else len(force)
+    fit = _fit_points(curve, count, law)
     if fit is None:
         return None
+    # Only the fit shows the touch, from which the depth is counted. So a range that is too deep is fitted again.
     within = int(np.searchsorted(curve.travel[:count], fit.touch.value + law.deepest))
-    return fit if within == count else _fit(curve, within, law)
+    return fit if within == count else _fit_points(curve, within, law)
 
 
-def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
-    """Return the fit to the first points: the mean with and without drift, weighted by probability.
+def _fit_points(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
+    """Return the fit to the first `count` points: the mean of fits with and without a drift, weighted by probability.
 
-    The probability follows Schwarz's criterion (Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136).
+    Returns None for too few points, and if the fit fails.
     """
     travel = curve.travel[:count]
     force = curve.force[:count]
@@ -100,34 +107,39 @@ def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
         return None
     idle = int(np.searchsorted(travel, steady.onset))
     drifting = fit_law(law, travel, force, curve.zero, with_drift=True) if idle >= _LEAST_IDLE else None
-    other = steady if drifting is None else drifting
+    with_drift = steady if drifting is None else drifting
     probability = 0.0 if drifting is None else _drift_probability(drifting, travel[:idle], force[:idle], count)
-    fit = other if probability > 0.5 else steady  # noqa: PLR2004 - the more probable of two
+    fit = with_drift if probability > 0.5 else steady  # noqa: PLR2004 - the more probable of two
     return RangeFit(
         fit=fit,
         last=float(travel[-1]),
-        modulus=_mean(probability, other.modulus, steady.modulus),
-        touch=_mean(probability, other.touch, steady.touch),
+        modulus=_weighted_mean(probability, with_drift.modulus, steady.modulus),
+        touch=_weighted_mean(probability, with_drift.touch, steady.touch),
         follows=_is_noise(fit.residual) or bool((np.abs(fit.residual) <= law.error * np.abs(force)).all()),
         idle=idle,
     )
 
 
 def _drift_probability(drifting: LawFit, travel: Floats, force: Floats, count: int) -> float:
-    """Return the probability of a drift [1], which both the fit and the points before the touch must show.
+    """Return the probability of a drift of the zero line [1].
 
-    Travel [mm] and force [N] are of the points before the touch, (idle,); `count` is the number of all points.
+    Both the fit and the points before the touch must show the drift. Travel [mm] and force [N] belong to the points
+    before the touch, (idle,). `count` is the number of all points. The odds are prior odds times those by Schwarz's
+    criterion (Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136), sqrt(count) exp(-chi^2 / 2).
     """
     (slope, _), covariance = np.polyfit(travel, force, 1, cov=True)
-    in_zero_line = abs(slope) / max(math.sqrt(covariance[0, 0]), _TINY)
-    by_fit = abs(drifting.parameters.drift) / max(drifting.errors.drift, _TINY)
-    seen = min(in_zero_line, by_fit)  # standard errors
-    odds_against = _RARE * math.sqrt(count) * math.exp(-0.5 * min(seen**2, 1e3))
+    idle_significance = abs(slope) / max(math.sqrt(covariance[0, 0]), _TINY)
+    fit_significance = abs(drifting.parameters.drift) / max(drifting.errors.drift, _TINY)
+    significance = min(idle_significance, fit_significance)  # standard errors
+    odds_against = _RARE * math.sqrt(count) * math.exp(-0.5 * min(significance**2, 1e3))  # 1e3 prevents an underflow
     return 1.0 / (1.0 + odds_against)
 
 
-def _mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
-    """Return the mean of two estimates with standard errors, weighted with the probability of the first."""
+def _weighted_mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
+    """Return the mean of two estimates with standard errors, weighted with the probability of the first [1].
+
+    The variance is the one of a mixture: it includes the difference of the two values.
+    """
     mean = probability * first.value + (1.0 - probability) * second.value
     variance = probability * (first.error**2 + (first.value - mean) ** 2)
     variance += (1.0 - probability) * (second.error**2 + (second.value - mean) ** 2)
@@ -135,11 +147,14 @@ def _mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
 
 
 def _is_noise(residual: Floats) -> bool:
-    """Return whether the means of groups of residuals are as small as noise makes them."""
+    """Return whether residuals (points,) [N] are noise, by a chi-square test of the means of consecutive groups.
+
+    A law that is not followed leaves residuals of one sign over many points, which their means show.
+    """
     groups = np.array_split(residual, min(_GROUPS, max(3, len(residual) // 4)))
-    curvature = residual[2:] - 2.0 * residual[1:-1] + residual[:-2]
-    # variance of the noise; a second difference has 1 + 4 + 1 times that of one point
-    variance = float(np.mean(curvature**2)) / 6.0
+    differences = residual[2:] - 2.0 * residual[1:-1] + residual[:-2]
+    # The variance of the noise; a second difference has 1 + 4 + 1 times the variance of one point.
+    variance = float(np.mean(differences**2)) / 6.0
     squares = math.fsum(len(group) * group.mean() ** 2 for group in groups)
-    freedom = max(1, len(groups) - 4)
+    freedom = max(1, len(groups) - 4)  # degrees of freedom: without modulus, touch, settling and zero
     return variance == 0.0 or squares / variance / freedom < _FITS_WELL

@@ -1,4 +1,4 @@
-"""The sizes of each specimen from a table, for tests of different fruits in one call."""
+"""Reading of a table with the sizes of each specimen, for tests of different fruit in one call."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +26,11 @@ _TEXTS = {"file": Quantity(units={}), "specimen": Quantity(units={}, words=("sam
 
 @dataclass(frozen=True, kw_only=True)
 class SpecimenSizes:
-    """The sizes [mm] of specimens by the name of their flag, for each file and specimen ("" for all of a file)."""
+    """The sizes of specimens [mm].
+
+    `rows` has the sizes by the name of their flag, for each file and specimen; the specimen "" means all of a file.
+    `understood` describes how the table `source` was read.
+    """
 
     source: str
     understood: str
@@ -39,7 +43,8 @@ class SpecimenSizes:
         return [folder / file for file in dict.fromkeys(file for file, _ in self.rows)]
 
     def sizes_of(self, specimen: Specimen) -> Mapping[str, float]:
-        """Return the sizes of a specimen; raises InputError if the table has none."""
+        """Return the sizes of a specimen [mm] by the names of their flags; raises InputError if the table has none."""
+        # The table may name a file by its path or by its name, with or without the ending.
         path = Path(specimen.path)
         for file in (specimen.path, path.name, path.stem):
             for name in (specimen.name, ""):
@@ -50,7 +55,11 @@ class SpecimenSizes:
 
 
 def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
-    """Return the sizes of specimens in a table; raises InputError for a size that a flag sets as well."""
+    """Read a table with the sizes of specimens.
+
+    `flags` are the names of sizes that are given on the command line. Raises InputError if the table has one of them
+    too, for a row without a file, and for a second row for the same specimen.
+    """
     sizes = {name: Quantity(units=LENGTH, default="mm", most=1e4, words=words) for name, words in _WORDS.items()}
     table = only_table(source, _TEXTS | sizes, [("file",)], "file,height_mm,radius_mm")
     columns = {column.name: column for column in table.columns}
@@ -59,13 +68,13 @@ def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
             place = place_of(table.source, table.header.line, columns[name].label)
             bound = f"left out if --{name.replace('_', '-')} is given"
             raise validation_error(place, columns[name].label, "", bound, "give each size once")
-    of_each: dict[tuple[str, str], dict[str, float]] = {}
+    rows: dict[tuple[str, str], dict[str, float]] = {}
     for row in table.rows:
-        texts = tuple(columns[name].cell(row) if name in columns else "" for name in _TEXTS)
-        key = (texts[0], texts[1])
-        if not key[0] or key in of_each:
+        file, specimen = (columns[name].cell(row) if name in columns else "" for name in _TEXTS)
+        key = (file, specimen)
+        if not file or key in rows:
             bound = "a file, and for each of its specimens one row"
             raise validation_error(place_of(table.source, row.line), ", ".join(key), "", bound, "correct that line")
         given = [column for name, column in columns.items() if name in sizes and not is_missing(column.cell(row))]
-        of_each[key] = {column.name: table.number(row, column) for column in given}
-    return SpecimenSizes(source=table.source, understood=table.understood, rows=of_each)
+        rows[key] = {column.name: table.number(row, column) for column in given}
+    return SpecimenSizes(source=table.source, understood=table.understood, rows=rows)

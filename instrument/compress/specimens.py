@@ -1,4 +1,4 @@
-"""The force-travel curves of a file: two columns, or an export of TRAPEZIUM X in either of its layouts.
+"""Reading of the force-travel curves in a file: two columns, or an export of TRAPEZIUM X in either of its layouts.
 
 A table begins at a header that names a force and a travel, and ends at a blank line. Several specimens may be side by
 side, each with its own TIME, FORCE and STROKE. A header may be repeated within one test, as LabVIEW does for each
@@ -39,11 +39,11 @@ QUANTITIES = {
 }
 """The words in headers of common testing machines."""
 LEAST_ROWS = 12
-"""Least number of rows of a curve; a table with fewer rows beside a longer one is a table of results."""
-_NEEDED = {"force", "travel"}
-# largest distance of a segment's end from the largest compression, if another segment continues it [of the travel]
+"""Minimum number of rows of a curve; a table with fewer rows beside a longer one is a table of results."""
+_REQUIRED = {"force", "travel"}
+# largest distance from the end of a segment that continues to the largest compression, as a fraction of the travel
 _AT_END = 0.05
-_STEPS = 3.0  # largest distance of the next segment's begin from that end [steps]
+_STEPS = 3.0  # largest distance from this end to the start of the next segment [steps]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,26 +66,27 @@ class Specimen:
     path: str = ""
 
     def __str__(self) -> str:
-        """Return the name of the specimen in error messages."""
+        """Return the name of the specimen for messages."""
         return f"{self.file}, specimen {self.name!r}"
 
     def cell(self, row: int, quantity: str) -> str:
-        """Return the name of a cell in error messages, by its quantity and row."""
+        """Return the name of the cell of a quantity in a row, for messages."""
         return place_of(self.file, self.lines[row], self.labels[quantity])
 
     def up_to(self, end: int) -> "Specimen":
-        """Return the curve of the rows before a row `end`."""
+        """Return the curve of the rows before row number `end`."""
         time = None if self.time is None else self.time[:end]
         return replace(self, travel=self.travel[:end], force=self.force[:end], time=time, lines=self.lines[:end])
 
 
 def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES) -> list[Specimen]:
-    """Return every curve of a file; raises InputError.
+    """Return every curve of a file.
 
-    Segments of one test are joined. Short tables beside longer ones, and tables with statistics, hold results: they are
-    skipped and named in `understood`.
+    `quantities` describes the columns. Segments of one test are joined. Short tables beside longer ones, and tables
+    with statistics, contain results: they are skipped and listed in `understood`. Raises InputError for a file without
+    force and travel, and for cells that cannot be read.
     """
-    reader = TableReader(quantities, [sorted(_NEEDED)], "force_N,travel_mm")
+    reader = TableReader(quantities, [sorted(_REQUIRED)], "force_N,travel_mm")
     tables = [replace(table, rows=list(table.rows)) for sheet in sheets_of(source) for table in reader.tables(sheet)]
     if not tables:
         raise reader.no_header()
@@ -94,37 +95,41 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     header: tuple[str, ...] = ()
     for table in curves:
         for specimen in _specimens_of_table(table, len(specimens)):
-            if specimens and table.header.cells == header and _goes_on(specimens[-1], specimen):
-                specimens[-1] = _joined(specimens[-1], specimen)
+            if specimens and table.header.cells == header and _is_continuation(specimens[-1], specimen):
+                specimens[-1] = _join_segments(specimens[-1], specimen)
             else:
                 specimens.append(specimen)
         header = table.header.cells
     longest = max(len(specimen.lines) for specimen in specimens)
-    least = LEAST_ROWS if longest >= LEAST_ROWS else 0
-    whole = [specimen for specimen in specimens if len(specimen.lines) >= least]
-    others = [specimen.lines for specimen in specimens if specimen not in whole]
-    others += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
-    over = "".join(f"; passed over results, line {lines[0]} and on" for lines in sorted(others) if lines)
-    return [replace(each, path=str(source), understood=each.understood + over) for each in whole]
+    least_rows = LEAST_ROWS if longest >= LEAST_ROWS else 0
+    long_enough = [specimen for specimen in specimens if len(specimen.lines) >= least_rows]
+    skipped = [specimen.lines for specimen in specimens if specimen not in long_enough]
+    skipped += [tuple(row.line for row in table.rows) for table in tables if table not in curves]
+    note = "".join(f"; passed over results, line {lines[0]} and on" for lines in sorted(skipped) if lines)
+    return [replace(each, path=str(source), understood=each.understood + note) for each in long_enough]
 
 
-def _goes_on(first: Specimen, second: Specimen) -> bool:
-    """Return whether a curve in the same file continues another one, which ends at its largest compression."""
+def _is_continuation(first: Specimen, second: Specimen) -> bool:
+    """Return whether the second curve continues the first one, which must end at its largest compression.
+
+    Both must be in the same file. The second one must begin within a few steps of the end of the first one, in travel
+    and in force, and must not go back by more than a step.
+    """
     travel = first.travel
     if first.file != second.file or len(travel) < 2 or len(second.travel) < 2:  # noqa: PLR2004
         return False
-    way = travel[-1] - travel[0]
-    is_at_end = abs(way) >= (1.0 - _AT_END) * np.ptp(travel) > 0.0
+    compression = travel[-1] - travel[0]  # of either sign
+    is_at_end = abs(compression) >= (1.0 - _AT_END) * np.ptp(travel) > 0.0
     is_near = all(
         abs(after[0] - before[-1]) <= _STEPS * max(np.abs(np.diff(before)).max(), np.abs(np.diff(after)).max())
         for before, after in ((travel, second.travel), (first.force, second.force))
     )
     step = float(np.abs(np.diff(travel)).max())
-    return bool(is_at_end and is_near and (second.travel[0] - travel[-1]) * np.sign(way) > -step)
+    return bool(is_at_end and is_near and (second.travel[0] - travel[-1]) * np.sign(compression) > -step)
 
 
-def _joined(first: Specimen, second: Specimen) -> Specimen:
-    """Return two curves as one; raises InputError if the time of the second one restarts."""
+def _join_segments(first: Specimen, second: Specimen) -> Specimen:
+    """Return two consecutive segments of a test as one curve; raises InputError if the time restarts in the second."""
     time = None
     if first.time is not None and second.time is not None:
         if second.time[0] < first.time[-1]:
@@ -144,29 +149,37 @@ def _joined(first: Specimen, second: Specimen) -> Specimen:
 
 
 def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
-    """Yield the specimens of a table; `count` specimens came before it."""
+    """Yield the specimens of a table, which may be side by side; `count` is the number of specimens before this table.
+
+    Raises InputError for a specimen without a force or a travel.
+    """
     # A repeated force or travel column begins the next specimen.
     groups: list[dict[str, Column]] = [{}]
     for column in table.columns:
-        if column.name in groups[-1] and (column.name in _NEEDED or groups[-1].keys() >= _NEEDED):
+        if column.name in groups[-1] and (column.name in _REQUIRED or groups[-1].keys() >= _REQUIRED):
             groups.append({})
         groups[-1].setdefault(column.name, column)
-    if groups[1:] and not groups[-1].keys() & _NEEDED:
+    if groups[1:] and not groups[-1].keys() & _REQUIRED:  # a last column of times alone is no specimen
         groups.pop()
 
     for number, columns in enumerate(groups, start=count + 1):
-        if not columns.keys() >= _NEEDED:
+        if not columns.keys() >= _REQUIRED:
             labels = [column.label for column in columns.values()]
             bound = "for each specimen one force and one travel"
             hint = "choose one of each by --columns force=HEADER,travel=HEADER, each a header or the number of a column"
             raise validation_error(place_of(table.source, table.header.line), ", ".join(labels), "", bound, hint)
+        # The row above the header may have the name of the specimen, above its first column.
         above, *others = (table.above.cell(column.index) for column in columns.values())
         name = "" if any(others) or is_number(above) else above
-        yield _specimen(table, columns, name or f"{number}")
+        yield _read_specimen(table, columns, name or f"{number}")
 
 
-def _specimen(table: FoundTable, columns: Mapping[str, Column], name: str) -> Specimen:
-    """Return the curve of some columns; cells below a shorter specimen are empty."""
+def _read_specimen(table: FoundTable, columns: Mapping[str, Column], name: str) -> Specimen:
+    """Return the curve in `columns` of a table, by their quantities; `name` is the name of the specimen.
+
+    Cells below a specimen that is shorter than its neighbours are empty. Raises InputError for a cell that cannot be
+    read.
+    """
     filled = [row for row in table.rows if any(column.cell(row) for column in columns.values())]
     table = table.limited_to([*columns.values()], filled)
     notes = [
@@ -177,7 +190,7 @@ def _specimen(table: FoundTable, columns: Mapping[str, Column], name: str) -> Sp
     values = {}
     for quantity, column in columns.items():
         if quantity == "time":
-            clock = Clock(table, column, lambda told: notes.append(f"{table.source}: {told}"))
+            clock = Clock(table, column, lambda note: notes.append(f"{table.source}: {note}"))
             values[quantity] = np.array([clock.seconds(row) for row in filled])
         else:
             values[quantity] = np.array([table.number(row, column) for row in filled])

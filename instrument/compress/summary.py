@@ -1,4 +1,4 @@
-"""Several compression tests together: each fruit, and the range for a design, as tables and as data."""
+"""Summary of several compression tests: the moduli of each fruit, and the range of moduli for a design."""
 
 import math
 import statistics
@@ -18,7 +18,10 @@ _MODULI = 7  # length of the list for a design, as in the paper
 
 @dataclass(frozen=True, kw_only=True)
 class FruitSummary:
-    """The tests of one fruit: their number, and mean and standard deviation of each modulus [MPa], 0 for one test."""
+    """The tests of one fruit: their number, and the mean and standard deviation of each modulus [MPa].
+
+    The deviation of a single test is 0.
+    """
 
     name: str
     count: int
@@ -30,7 +33,7 @@ class FruitSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignRange:
-    """The moduli that a design file requires [MPa]: the largest, and a list over the range."""
+    """The moduli that a design file requires [MPa]: the largest one, and a list over the range."""
 
     E_max_MPa: float
     E_MPa: tuple[float, ...]
@@ -41,21 +44,24 @@ class DesignRange:
 
 
 def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) -> list[FruitSummary]:
-    """Return one summary for each file, whose specimens are of one fruit, or for each folder of such files."""
-    tests_of: dict[str, list[CompressionResult]] = {}
+    """Return one summary for each fruit.
+
+    All specimens of a file belong to one fruit, or `by_folder` all files of a folder.
+    """
+    tests_of_fruit: dict[str, list[CompressionResult]] = {}
     for result in results:
         path = Path(result.file)
-        tests_of.setdefault(str(path.parent if by_folder else path), []).append(result)
-    return [_summary(name, tests) for name, tests in tests_of.items()]
+        tests_of_fruit.setdefault(str(path.parent if by_folder else path), []).append(result)
+    return [_summarise(name, tests) for name, tests in tests_of_fruit.items()]
 
 
 def overall_modulus(summaries: Sequence[FruitSummary]) -> FruitSummary:
-    """Return mean and standard deviation [MPa] over all fruits, each counted once."""
-    return _summary("all fruit", summaries)
+    """Return the mean and the standard deviation [MPa] over all fruit, each counted once."""
+    return _summarise("all fruit", summaries)
 
 
-def _summary(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> FruitSummary:
-    """Return the means and standard deviations of tests, or of fruits, under a name."""
+def _summarise(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> FruitSummary:
+    """Return the means and standard deviations of tests, or of the means of fruit; `name` is the summary's name."""
     flesh = [test.E_MPa for test in tests]
     plate = [test.E_plate_MPa for test in tests]
     return FruitSummary(
@@ -69,13 +75,13 @@ def _summary(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> Fr
 
 
 def design_range(results: Sequence[CompressionResult]) -> DesignRange:
-    """Return the range from the softest to the stiffest modulus with their error bars, rounded outwards.
+    """Return the range of moduli for a design file, which contains all error bars of the results.
 
-    For one specimen the list contains only its modulus.
+    The ends are rounded outwards to two digits. For one specimen the list contains only its modulus.
     """
     E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])
-    # The ends keep the last bits of a product, by which a modulus half way between two numbers is rounded below.
+    # The ends are products whose last bits are kept. These decide how a modulus half way between two digits is rounded.
     E_max = next_multiple(float((E * (1.0 + u)).max()), 2, math.inf)
     E_min = next_multiple(float((E * (1.0 - u)).min()), 2, 0.0)
     moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)
@@ -85,8 +91,8 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
 def result_parts(
     results: Sequence[CompressionResult], fruit: Sequence[FruitSummary], design: DesignRange
 ) -> list[RenderableType]:
-    """Return the text of each specimen, of each fruit as in the paper's Table I, and of the range for a design."""
-    shares: dict[str, float] = {}
+    """Return the answer for the terminal: tables of the specimens and fruit, notes, and the range for a design."""
+    shares: dict[str, float] = {}  # the largest part of the error by each cause
     for result in results:
         shares |= {name: max(share, shares.get(name, 0.0)) for name, share in result.shares_percent.items()}
     return template_parts(
