@@ -1,4 +1,4 @@
-"""The mesh of a part that is no extrusion: quadratic tetrahedra with curved edges, small where a wall is thin."""
+"""The mesh of a part that is not an extrusion: quadratic tetrahedra with curved edges, small where a wall is thin."""
 
 import dataclasses
 import os
@@ -21,22 +21,25 @@ if TYPE_CHECKING:
     from cad.parts.part import Part
 
 _HINT = "check the solid at its smallest faces"
-_GROWTH = 0.5  # growth of the element size per distance
-_LARGEST_SHARE = 0.15  # largest element over the longest side of the part
+_GROWTH = 0.5  # growth of the element size per distance from a thin wall [mm per mm]
+_LARGEST_SHARE = 0.15  # largest element size over the longest side of the part
+_PASSES = 3  # number of times that folded cells are looked for; straightening an edge may fold another cell
 
 
 def tetrahedra(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
-    """Return the mesh [mm] of a part with its named faces; at `scale` 1 an element is as large as a wall is thick.
+    """Return the mesh [mm] of a part in quadratic tetrahedra, with the part's named faces as boundaries.
 
-    Raises MeshError with the stage that failed.
+    `walls` has the element size that wall thickness and curvature require at points on the surface. All these sizes are
+    multiplied by `scale`; at 1, an element is as large as the wall is thick. Raises MeshError if cells remain folded,
+    and MachineError if gmsh fails.
     """
     sizes = GradedSizes(walls.points, scale * walls.sizes, _GROWTH)
     largest = _LARGEST_SHARE * float(np.ptp(walls.points, axis=1).max())
 
-    def size_at(dim: int, _tag: int, at_x: float, at_y: float, at_z: float, size: float) -> float:
-        if dim > 2:  # noqa: PLR2004 - inside, gmsh takes the sizes of the surface
-            return size
-        return min(largest, sizes.at(at_x, at_y, at_z))
+    def size_at(dimension: int, _tag: int, x: float, y: float, z: float, default_size: float) -> float:
+        if dimension > 2:  # noqa: PLR2004 - in the volume, gmsh's default interpolates the sizes of the surface
+            return default_size
+        return min(largest, sizes.at(x, y, z))
 
     with gmsh_session():
         with os.fdopen(os.memfd_create("part.brep")) as in_memory, stage("import", _HINT):
@@ -54,36 +57,48 @@ def tetrahedra(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
             cells = element_nodes("Tetrahedron", 2)
             nodes = used_nodes(cells)
             faces = {
-                name: np.hstack([element_nodes("Triangle", 2, tags[place])[:3] for place in places])
-                for name, places in part.faces.items()
+                # the first three nodes of a quadratic triangle are its corners
+                name: np.hstack([element_nodes("Triangle", 2, tags[index])[:3] for index in indices])
+                for name, indices in part.faces.items()
             }
-    return _curved(nodes.points, nodes.index[cells], {name: nodes.index[found] for name, found in faces.items()})
+    return _quadratic_mesh(nodes.points, nodes.index[cells], {name: nodes.index[face] for name, face in faces.items()})
 
 
-def _curved(points: Floats, cells: Ints, faces: dict[str, Ints]) -> MeshTet2:
-    """Return the mesh from gmsh's ten nodes of each cell, with straight edges where curved ones would fold it."""
-    corners, places = np.unique(cells[:4], return_inverse=True)
-    new = np.full(points.shape[1], -1, dtype=np.int64)
-    new[corners] = np.arange(len(corners))
-    straight = MeshTet1(np.ascontiguousarray(points[:, corners]), places.reshape(4, -1))
+def _quadratic_mesh(points: Floats, cells: Ints, faces: dict[str, Ints]) -> MeshTet2:
+    """Return scikit-fem's mesh of gmsh's quadratic tetrahedra, with edges straightened where a cell would be folded.
+
+    `points` (3, n) [mm] are gmsh's nodes, `cells` (10, m) the node indices of each cell with its four corners first.
+    `faces` has the corner indices (3, k) of the triangles on each named face. A cell is folded if the determinant of
+    its Jacobian changes sign. Raises MeshError if a cell is still folded in the last of `_PASSES` passes.
+    """
+    # scikit-fem numbers the corners from 0 without gaps, and after them one node at the middle of each edge.
+    corners, corner_index = np.unique(cells[:4], return_inverse=True)
+    new_index = np.full(points.shape[1], -1, dtype=np.int64)
+    new_index[corners] = np.arange(len(corners))
+    straight = MeshTet1(np.ascontiguousarray(points[:, corners]), corner_index.reshape(4, -1))
     boundaries = {}
     for name, triangles in faces.items():
-        boundaries[name] = index_by_nodes(straight.facets, new[triangles])
+        boundaries[name] = index_by_nodes(straight.facets, new_index[triangles])
     mesh = MeshTet2.from_mesh(straight)
-    ends = new[np.hstack([cells[[0, 1]], cells[[1, 2]], cells[[2, 0]], cells[[3, 0]], cells[[2, 3]], cells[[1, 3]]])]
-    middles = np.concatenate([cells[row] for row in range(4, 10)])
-    edge = index_by_nodes(straight.edges, ends)
-    nodes = mesh.doflocs.copy()
-    count = len(corners)
-    nodes[:, count + edge] = points[:, middles]
     straight_nodes = mesh.doflocs
-    for _ in range(3):
-        bent = dataclasses.replace(mesh, doflocs=nodes)
-        jacobian = cell_jacobian(bent, np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]]))
-        sign = determinant(jacobian)
-        folded = np.flatnonzero((sign * np.sign(sign[:, -1:])).min(axis=1) <= 0.0)
+
+    # Each of gmsh's midside nodes replaces the node of the edge with the same ends. The edges are in gmsh's order.
+    edges_of_cell = [cells[[0, 1]], cells[[1, 2]], cells[[2, 0]], cells[[3, 0]], cells[[2, 3]], cells[[1, 3]]]
+    edge_ends = new_index[np.hstack(edges_of_cell)]
+    midside_nodes = np.concatenate([cells[row] for row in range(4, 10)])
+    edge = index_by_nodes(straight.edges, edge_ends)
+    nodes = mesh.doflocs.copy()
+    corner_count = len(corners)
+    nodes[:, corner_count + edge] = points[:, midside_nodes]
+
+    # The determinant is sampled at the corners and at quadrature points. Its sign at the last point is the reference.
+    samples = np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]])
+    for _ in range(_PASSES):
+        curved = dataclasses.replace(mesh, doflocs=nodes)
+        determinants = determinant(cell_jacobian(curved, samples))
+        folded = np.flatnonzero((determinants * np.sign(determinants[:, -1:])).min(axis=1) <= 0.0)
         if not len(folded):
-            return bent.with_boundaries(boundaries)
-        loose = np.unique(count + straight.t2e[:, folded])
-        nodes[:, loose] = straight_nodes[:, loose]
+            return curved.with_boundaries(boundaries)
+        folded_edges = np.unique(corner_count + straight.t2e[:, folded])
+        nodes[:, folded_edges] = straight_nodes[:, folded_edges]
     raise MeshError("quality", f"{len(folded)} tetrahedra are folded", _HINT)

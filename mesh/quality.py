@@ -1,4 +1,4 @@
-"""Checks of a mesh: the quality of its tetrahedra, and its volume and areas against the solid."""
+"""Checks of a mesh: the quality of its tetrahedra, and the agreement of its volume and areas with the solid."""
 
 import numpy as np
 from skfem import Mesh
@@ -8,24 +8,29 @@ from sensor.arrays import Floats
 
 
 def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
-    """Return the scaled Jacobian of each tetrahedron [1]: 1 if regular, 0 if flat, negative if inverted.
+    """Return the scaled Jacobian [1] of each tetrahedron, shape (m,): 1 if regular, 0 if flat, negative if inverted.
 
-    It is sqrt(2) det J over the largest product of the three edges at a corner. Points (3, n), tets (4, m), result
-    (m,). P. Stimpson et al., The Verdict Library Reference Manual, 2007, section 6.14.
+    It is sqrt(2) det J over the largest product of the three edge lengths at a corner, or over |det J| if that is
+    larger. `points` has shape (3, n), and `tets` (4, m) has the point indices of the corners. See P. Stimpson et al.,
+    The Verdict Library Reference Manual, 2007, section 6.14.
     """
     corners = points[:, tets]  # (3, 4, m)
     edges = corners[:, 1:] - corners[:, :1]
     jacobian = np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])
     largest = np.abs(jacobian)
     for corner in range(4):
-        others = np.delete(corners, corner, axis=1)
-        lengths = np.linalg.norm(others - corners[:, corner, None], axis=0)  # lengths of the three edges at a corner
-        largest = np.maximum(largest, lengths.prod(axis=0))
+        opposite_face = np.delete(corners, corner, axis=1)
+        edge_lengths = np.linalg.norm(opposite_face - corners[:, corner, None], axis=0)
+        largest = np.maximum(largest, edge_lengths.prod(axis=0))
+    # A cell that has shrunk to a point gets quality 0 instead of a division by zero.
     return np.asarray(np.sqrt(2.0) * jacobian / np.where(largest > 0.0, largest, 1.0))
 
 
 def check_quality(points: Floats, tets: Ints, least: float) -> float:
-    """Return the smallest scaled Jacobian [1] of points (3, n) [mm], tets (4, m); raises MeshError below `least`."""
+    """Return the smallest scaled Jacobian [1] of tetrahedra `tets` (4, m) with corners at `points` (3, n) [mm].
+
+    Raises MeshError if it is below `least`, or not a number.
+    """
     quality = scaled_jacobian(points, tets)
     worst = int(np.argmin(quality))
     if not quality[worst] >= least:
@@ -39,7 +44,7 @@ def check_quality(points: Floats, tets: Ints, least: float) -> float:
 
 
 def named_facets(mesh: Mesh, name: str) -> Ints:
-    """Return the facets of a named face, shape (facets,); raises MeshError if it has none."""
+    """Return the indices of the mesh facets on a named face, shape (facets,); raises MeshError if there are none."""
     boundaries = mesh.boundaries or {}
     if name not in boundaries or not len(boundaries[name]):
         raise MeshError("compare", f"face {name!r} has no facets", f"its names: {', '.join(boundaries) or 'none'}")
@@ -47,7 +52,10 @@ def named_facets(mesh: Mesh, name: str) -> Ints:
 
 
 def compare(what: str, measured: float, expected: float, tolerance: float, hint: str) -> None:
-    """Raise MeshError unless a measure of a mesh agrees with the solid within the relative tolerance [mm^2 or mm^3]."""
+    """Raise MeshError unless `measured`, an area or volume of a mesh, is `expected` within the relative tolerance.
+
+    Both are in mm^2 or mm^3. `what` names the area or volume in the message, and `hint` says what to do.
+    """
     if not abs(measured - expected) <= tolerance * abs(expected):
         reason = f"{what} = {measured:.9g}: must be {expected:.9g} of the solid within {tolerance:g}"
         raise MeshError("compare", reason, hint)

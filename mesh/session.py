@@ -1,4 +1,4 @@
-"""The only gmsh session of a process: explicit options, restored state, and one form of its errors and arrays."""
+"""The only gmsh session of a process, with explicit options; gmsh's errors as exceptions and its meshes as arrays."""
 
 import signal
 import tempfile
@@ -32,12 +32,12 @@ OPTIONS = {
     "Mesh.MeshSizeFromCurvature": 0.0,
 }
 
-_CHANGED_BY_WRITING = ("General.Terminal", "Print.Format")
+_CHANGED_BY_WRITING = ("General.Terminal", "Print.Format")  # options that saving the program's options would change
 _REINSTALL = "free memory, or install gmsh again"
 
 
 class MeshError(RuntimeError):
-    """A mesh that cannot be made or must not be used: the failed stage, the reason, and the remedy."""
+    """A mesh that cannot be made or must not be used: the failed stage, the reason, and a hint what to do."""
 
     def __init__(self, stage: str, reason: str, hint: str) -> None:
         """Compose the one line of the message."""
@@ -55,10 +55,10 @@ class MeshError(RuntimeError):
 def gmsh_session() -> Iterator[None]:
     """Provide gmsh with this project's options and an empty model, even if the calling program uses gmsh itself.
 
-    If gmsh is not initialised, it is initialised and finalised again. If the program has initialised it, a separate
-    model is used, and the program's model and options are restored. Raises MachineError if gmsh fails.
+    If gmsh is not initialised, it is initialised here and finalised at the end. Otherwise a separate model is used, and
+    the program's model and options are restored at the end. Raises MachineError if gmsh fails.
     """
-    with _beside_the_program() if gmsh.isInitialized() else _opened():
+    with _separate_model() if gmsh.isInitialized() else _initialised_gmsh():
         with stage("session", "check the option names against the installed gmsh"):
             for name, value in OPTIONS.items():
                 gmsh.option.setNumber(name, value)
@@ -66,10 +66,11 @@ def gmsh_session() -> Iterator[None]:
 
 
 @contextmanager
-def _opened() -> Iterator[None]:
-    # If interruptible, gmsh would replace the signal handler of Ctrl-C. Config files would make meshes differ by
-    # machine.
-    with _signals_kept(), stage("session", _REINSTALL):
+def _initialised_gmsh() -> Iterator[None]:
+    """Initialise gmsh, and finalise it at the end."""
+    # With interruptible=True, gmsh would replace the signal handler of Ctrl-C. With config files, meshes would differ
+    # between machines.
+    with _preserved_signal_handlers(), stage("session", _REINSTALL):
         gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         yield
@@ -78,7 +79,7 @@ def _opened() -> Iterator[None]:
 
 
 @contextmanager
-def _beside_the_program() -> Iterator[None]:
+def _separate_model() -> Iterator[None]:
     """Provide a separate model with gmsh's default options; then restore the model and the options of the program."""
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         options = str(Path(folder) / "program.opt")
@@ -86,7 +87,7 @@ def _beside_the_program() -> Iterator[None]:
             model = gmsh.model.getCurrent()
             numbers = {name: gmsh.option.getNumber(name) for name in _CHANGED_BY_WRITING}
             gmsh.option.setNumber("General.Terminal", 0.0)
-            gmsh.write(options)  # options that differ from gmsh's defaults
+            gmsh.write(options)  # writes the options that differ from gmsh's defaults
             gmsh.model.add("twintip")
             gmsh.option.restoreDefaults()
         try:
@@ -102,8 +103,8 @@ def _beside_the_program() -> Iterator[None]:
 
 
 @contextmanager
-def _signals_kept() -> Iterator[None]:
-    """Restore the signal handlers that gmsh replaces below Python's level; signals wait until then."""
+def _preserved_signal_handlers() -> Iterator[None]:
+    """Restore Python's signal handlers, which gmsh replaces in C, after the block; signals are blocked until then."""
     handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)}
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     try:
@@ -119,9 +120,10 @@ def _signals_kept() -> Iterator[None]:
 
 @contextmanager
 def stage(name: str, hint: str) -> Iterator[None]:
-    """Convert an error of gmsh inside the block into a MachineError with this stage and hint; others pass unchanged.
+    """Convert an error raised by gmsh in the block into a MachineError that names this stage and hint.
 
-    An error that gmsh raises is a fault of gmsh or of memory. The quality of a mesh is checked here, with MeshError.
+    All other errors pass unchanged. An error from gmsh is a fault of the installation or a lack of memory. A mesh of
+    insufficient quality is no such error: this project's own checks detect it and raise MeshError.
     """
     try:
         yield
@@ -135,37 +137,46 @@ def stage(name: str, hint: str) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Nodes:
-    """Points of nodes (3, n) [mm], and the index of each gmsh tag among them; -1 for an unused tag."""
+    """Nodes of a mesh: `points` (3, n) [mm], and `index`, which gives the column in `points` of each gmsh tag.
+
+    `index` is -1 for a tag that is not used.
+    """
 
     points: Floats
     index: Ints
 
 
 def element_nodes(kind: str, order: int = 1, entity: int = -1) -> Ints:
-    """Return gmsh's node tags of all elements of a kind, or of those on one entity, shape (nodes, elements)."""
-    number = gmsh.model.mesh.getElementType(kind, order)
-    count = gmsh.model.mesh.getElementProperties(number)[3]
-    nodes = gmsh.model.mesh.getElementsByType(number, entity)[1]
-    return np.asarray(nodes, dtype=np.int64).reshape(-1, count).T
+    """Return gmsh's node tags of all elements of a kind such as "Triangle", shape (nodes, elements).
+
+    `order` is the polynomial order of the elements. With `entity`, the tag of a curve, surface or volume of the model,
+    only the elements on it are returned.
+    """
+    element_type = gmsh.model.mesh.getElementType(kind, order)
+    nodes_per_element = gmsh.model.mesh.getElementProperties(element_type)[3]
+    tags = gmsh.model.mesh.getElementsByType(element_type, entity)[1]
+    return np.asarray(tags, dtype=np.int64).reshape(-1, nodes_per_element).T
 
 
 def used_nodes(elements: Ints) -> Nodes:
-    """Return the nodes that elements (nodes, elements) use, in the order of their tags."""
+    """Return the nodes used by elements (nodes, elements) of gmsh tags, in ascending order of their tags."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     used = np.unique(elements)
     index = np.full(int(np.max(tags)) + 1, -1, dtype=np.int64)
     index[used] = np.arange(len(used))
-    order = np.empty_like(index)
-    order[np.asarray(tags, dtype=np.int64)] = np.arange(len(tags))
-    return Nodes(np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[order[used]].T), index)
+    row = np.empty_like(index)  # row of each tag in gmsh's array of coordinates, which has an order of its own
+    row[np.asarray(tags, dtype=np.int64)] = np.arange(len(tags))
+    return Nodes(np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[row[used]].T), index)
 
 
 def index_by_nodes(facets: Ints, wanted: Ints) -> Ints:
-    """Return the column of `facets` with the nodes of each column of `wanted`, shape (k,); -1 if there is none.
+    """Find facets or edges by their nodes: return the column in `facets` of each column of `wanted`, shape (k,).
 
-    Facets or edges are given by their nodes, (nodes, n) and (nodes, k), in any order.
+    Both arrays hold node indices, (nodes, n) and (nodes, k). The order of the nodes in a column does not matter. A
+    column of `wanted` that is not in `facets` gets -1.
     """
     nodes = np.sort(np.concatenate([facets, wanted], axis=1), axis=0)
+    # Columns with the same nodes get the same label.
     _, label = np.unique(nodes, axis=1, return_inverse=True)
     column = np.full(nodes.shape[1], -1, dtype=np.int64)
     column[label[: facets.shape[1]]] = np.arange(facets.shape[1])

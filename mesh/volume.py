@@ -21,16 +21,17 @@ if TYPE_CHECKING:
 
 _LOST = "the order of the faces was lost; write the BREP file of the same solid"
 _FINER = "take smaller elements on curved faces, or check the solid"
-_SAME = 1e-6  # relative difference of faces; gmsh reads the written shape, so they agree to the digits of the file
+_SAME = 1e-6  # allowed relative difference of faces; gmsh reads a written file, so faces agree to its digits
 _SAMPLING = 200  # points along a curve for gmsh's distance field
 
 
 @dataclass(frozen=True, kw_only=True)
 class SizeField:
-    """Element size [mm]: `smallest_mm` at the outline of the named faces, growing by `growth` per mm, to `largest_mm`.
+    """The element size as a function of position: small at the outline of some faces, and growing away from it.
 
-    The outline leaves out curves shared with the faces named in `cuts`, at which the solid continues. Without faces the
-    size is uniform.
+    The size is `smallest_mm` at the outline of the named `faces`. It grows by `growth` [mm per mm] up to `largest_mm`.
+    Curves shared with faces named in `cuts` are no part of the outline; there the mesh ends at a cut through the body.
+    Without faces the size is `largest_mm` everywhere.
     """
 
     largest_mm: float
@@ -41,24 +42,24 @@ class SizeField:
 
 
 def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_quality: float = 0.05) -> MeshTet1:
-    """Return the tetrahedral mesh [mm] of a part with its named faces as boundaries.
+    """Return the mesh [mm] of a part in straight-sided tetrahedra, with the part's named faces as boundaries.
 
-    `tolerance` is the largest relative difference of the volume and each named area from the solid; curved faces need
-    more than the default. `least_quality` is the smallest allowed scaled Jacobian [1]. Raises MeshError with the failed
-    stage.
+    `tolerance` [1] is the largest allowed relative difference in volume and in each named area between mesh and solid.
+    Curved faces need more than the default. `least_quality` [1] is the smallest allowed scaled Jacobian. Raises
+    MeshError if a name of a face is unknown, or if the mesh does not meet these limits.
     """
     for name in (*size.faces, *size.cuts):
         if name not in part.faces:
             names = ", ".join(part.faces) or "none"
             raise MeshError("names", f"face {name!r} is unknown on part {part.name!r}", f"its faces: {names}")
     with gmsh_session():
-        tags = _imported(part)
+        tags = _import_part(part)
         _set_size(size, {name: [tags[i] for i in indices] for name, indices in part.faces.items()})
         with stage("generate", "take smaller elements, or check the solid"):
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
             tets = element_nodes("Tetrahedron")
-            nodes = used_nodes(tets)  # drops nodes that no tetrahedron uses
+            nodes = used_nodes(tets)
             triangles = [nodes.index[element_nodes("Triangle", entity=tag)] for tag in tags]
     points = nodes.points
     tets = np.ascontiguousarray(nodes.index[tets])
@@ -70,9 +71,10 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
 
 
 def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> dict[str, Ints]:
-    """Return the facets of the mesh on each named face of a part; raises MeshError.
+    """Return the indices of the mesh facets on each named face of a part.
 
-    `triangles` has the nodes (3, n) of the triangles on each face of the solid, in the order of its faces.
+    `triangles` has the node indices (3, n) of gmsh's triangles on each face of the solid, in the order of its faces.
+    Raises MeshError if a triangle is not an outer facet of the mesh.
     """
     outside = mesh.boundary_facets()
     boundaries = {}
@@ -85,8 +87,9 @@ def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> 
 
 
 def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
-    """Raise MeshError if the volume or a named area differs from the part's by more than the relative tolerance [1]."""
+    """Raise MeshError unless mesh and part agree in volume and in every named area, within a relative tolerance [1]."""
     mapping = mesh.mapping()
+    # detA and detB are the Jacobian determinants of the cells and facets. The unit cell has volume 1/6, its facet 1/2.
     volume = float(np.abs(mapping.detA).sum()) / 6.0
     compare("volume", volume, float(part.shape.Volume()), tolerance, _FINER)
     for name in part.faces:
@@ -94,9 +97,12 @@ def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
         compare(f"area of face {name!r}", area, part.face_area(name), tolerance, _FINER)
 
 
-def _imported(part: Part) -> list[int]:
-    """Read the part into gmsh; return the surface tags in the order of the part's faces."""
-    # a file in memory, because one on disk would remain after a kill
+def _import_part(part: Part) -> list[int]:
+    """Load the part into gmsh and return gmsh's surface tags, in the order of the part's faces.
+
+    Raises MeshError if gmsh's surfaces are not these faces.
+    """
+    # The file is in memory, because a file on disk would remain if the process were killed.
     with os.fdopen(os.memfd_create("part.brep")) as in_memory, stage("import", "check that the solid is valid"):
         path = Path(f"/proc/self/fd/{in_memory.fileno()}")
         part.write_brep(path)
@@ -108,22 +114,22 @@ def _imported(part: Part) -> list[int]:
 
 
 def _check_faces(part: Part, tags: Sequence[int]) -> None:
-    """Raise MeshError unless gmsh's surfaces are the part's faces, in their order."""
+    """Raise MeshError unless gmsh's surfaces are the part's faces in the same order, by their areas and centroids."""
     faces = part.shape.Faces()
     if len(tags) != len(faces):
         reason = f"gmsh has {len(tags)} faces, the solid {len(faces)}"
         raise MeshError("import", reason, "check that the solid is valid")
     for index, (face, tag) in enumerate(zip(faces, tags, strict=True)):
         area = gmsh.model.occ.getMass(2, tag)
-        wanted = face.Area()
+        expected = face.Area()
         shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(2, tag))
-        if abs(area - wanted) > _SAME * wanted or shift > _SAME * math.sqrt(wanted):
-            away = f"{area:.6g} mm^2, centre {shift:.3g} mm away"
-            raise MeshError("import", f"face {index} is not the face {index} of the solid: {away}", _LOST)
+        if abs(area - expected) > _SAME * expected or shift > _SAME * math.sqrt(expected):
+            difference = f"area {area:.6g} mm^2 instead of {expected:.6g} mm^2, centre {shift:.3g} mm away"
+            raise MeshError("import", f"gmsh's face {index} is not the solid's face {index}: {difference}", _LOST)
 
 
 def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
-    """Set the size field of gmsh; `tags` are the surfaces of each named face."""
+    """Set gmsh's size field to `size`. `tags` maps each name of a face to gmsh's surfaces."""
     field = gmsh.model.mesh.field
 
     def bounding_curves(names: Sequence[str]) -> set[int]:
@@ -131,13 +137,14 @@ def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
         return {curve for _, curve in gmsh.model.getBoundary(surfaces, combined=False, oriented=False)}
 
     with stage("size", "check the sizes"):
-        rule = repr(size.largest_mm)
+        formula = repr(size.largest_mm)
         if size.faces:
             outline = bounding_curves(size.faces) - bounding_curves(size.cuts)
             distance = field.add("Distance")
             field.setNumbers(distance, "CurvesList", sorted(outline))
             field.setNumber(distance, "Sampling", _SAMPLING)
-            rule = f"Min({size.largest_mm!r}, {size.smallest_mm!r} + {size.growth!r} * F{distance})"
-        formula = field.add("MathEval")
-        field.setString(formula, "F", rule)
-        field.setAsBackgroundMesh(formula)
+            # In gmsh's formulas, F<tag> is the value of another field: here the distance from the outline [mm].
+            formula = f"Min({size.largest_mm!r}, {size.smallest_mm!r} + {size.growth!r} * F{distance})"
+        element_size = field.add("MathEval")
+        field.setString(element_size, "F", formula)
+        field.setAsBackgroundMesh(element_size)

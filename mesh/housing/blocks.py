@@ -1,7 +1,8 @@
-"""The profile of the housing as four-sided blocks: fans at the leaf roots, rings around the holes, coarse elsewhere.
+"""The four-sided blocks into which the profile of the housing is divided for a mesh of quadrilaterals.
 
-A fan extends from the end of a straight leaf over its fillets to a box in the solid: four sectors of 45 degrees. Units:
-mm; points are (x, z).
+The mesh is fine at the roots of the leaves and around the holes, and coarse elsewhere. A fan is the block at a leaf
+root. It extends from the end of the straight leaf over its two fillets to a box in the solid. Elements spread in it
+like a fan, over four sectors of 45 degrees. Lengths are in mm; points are (x, z).
 """
 
 import math
@@ -14,16 +15,18 @@ from cad.parts.housing import Arm, Housing
 Point = tuple[float, float]
 Interval = tuple[float, float]  # from, to [mm]
 
-_FAN = 1.8  # half height of a fan's box over half the thickness of the leaf with its fillets
-_ROOM = 0.7  # fraction of the solid beside a fillet that a fan may take
-_NECK_GROWTH = 1.5  # size of an element of a neck over the one below
+_FAN = 1.8  # half height of a fan's box over its fillet reach, which is half the leaf thickness plus the fillet radius
+_ROOM = 0.7  # largest fraction of the solid beside a fillet that a fan may take up
+_NECK_GROWTH = 1.5  # size ratio of successive elements up a neck
 
 
 @dataclass(frozen=True, kw_only=True)
 class Counts:
-    """Numbers of elements along the curves of the profile; `frame_size` is the length of an element in the frame.
+    """Numbers of elements along the curves of the profile, and the length of an element in the frame [mm].
 
-    `across_leaf` is the number over the thickness of a leaf.
+    `sector` is the number for one sector of a fan, `across_leaf` for the thickness of a leaf, `along_leaf` for its
+    straight length. `along_fillet` is the number along a fillet, `beside_fillet` on the face from there to the edge of
+    the fan. `neck` is the number along the height of a neck, `ring` from a hole to the edge of its ring.
     """
 
     sector: int
@@ -38,9 +41,10 @@ class Counts:
 
 @dataclass(frozen=True, kw_only=True)
 class Segment:
-    """A line or, with a centre, an arc, with its number of elements; `surface` is the name of the face it lies on.
+    """One curve of the profile with its number of elements: a straight line, or an arc if `centre` is given.
 
-    `growth` is the size ratio of successive elements; `bump` below 1 concentrates elements at both ends.
+    `growth` is the size ratio of successive elements. `bump` below 1 concentrates elements at both ends. `surface` is
+    the name of the housing's face on which the curve lies, or empty.
     """
 
     start: Point
@@ -54,7 +58,10 @@ class Segment:
 
 @dataclass(frozen=True, kw_only=True)
 class Block:
-    """A four-sided piece of the profile; opposite sides have the same number of elements."""
+    """A four-sided piece of the profile. Opposite sides have the same number of elements.
+
+    A side consists of one segment or several. With `smooth`, gmsh smooths the elements inside.
+    """
 
     sides: tuple[tuple[Segment, ...], ...]
     smooth: bool = False
@@ -62,25 +69,26 @@ class Block:
 
 @dataclass(frozen=True)
 class Fan:
-    """The levels z of a fan: the level of its leaf, and its height above and below it [mm]."""
+    """The extent of a fan in z [mm]: the level of the middle of its leaf, and its height above and below this level."""
 
     level: float
     height: float
 
     @property
     def levels(self) -> tuple[float, float, float]:
-        """Return the levels z of its lower edge, its leaf and its upper edge [mm]."""
+        """Return the levels z [mm] of the lower edge, the middle of the leaf, and the upper edge."""
         return self.level - self.height, self.level, self.level + self.height
 
 
 def counts(housing: Housing, scale: float) -> Counts:
-    """Return the numbers of elements at a relative element size [1].
+    """Return the numbers of elements for a relative element size `scale` [1].
 
-    Size 1 is for the mesh of the solve, 2 for the mesh that gives its error, 0.5 for a reference. In the frame, which
-    hardly deforms, elements grow with the root of it.
+    `scale` is 1 for the mesh of the solve, 2 for the coarse mesh of its error estimate, and 0.5 for a reference. The
+    frame hardly deforms, so the size of its elements is proportional to the square root of `scale`.
     """
 
     def scaled(number: int) -> int:
+        """Return a number of elements at scale 1 converted to `scale`."""
         return max(1, round(number / scale))
 
     sector = scaled(1)
@@ -96,18 +104,22 @@ def counts(housing: Housing, scale: float) -> Counts:
     )
 
 
-def pieces(length: float, count: Counts) -> int:
-    """Return the number of elements of the frame's size on a length [mm]."""
+def frame_elements(length: float, count: Counts) -> int:
+    """Return the number of elements along a length [mm] in the frame."""
+    # A hundredth of an element beyond a whole number, for instance from rounding, adds no element.
     return max(1, math.ceil(length / count.frame_size - 0.01))
 
 
-def pieces_between(a: float, b: float, fans: Sequence[Fan], count: Counts) -> int:
-    """Return the number of elements between two levels of a wall or shuttle [mm]; in a fan it is the fan's number."""
-    return count.sector if in_fan(a, b, fans) else pieces(b - a, count)
+def elements_between(a: float, b: float, fans: Sequence[Fan], count: Counts) -> int:
+    """Return the number of elements between the levels a and b [mm] of a wall or shuttle.
+
+    Inside a fan, it is the number of one of the fan's sectors.
+    """
+    return count.sector if in_fan(a, b, fans) else frame_elements(b - a, count)
 
 
 def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
-    """Return whether two levels [mm] lie in the same fan."""
+    """Return whether the levels a <= b [mm] lie in the same fan."""
     for fan in fans:
         lower, _, upper = fan.levels
         if lower <= a and b <= upper:
@@ -115,86 +127,97 @@ def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
     return False
 
 
-def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
-    """Return the fans of both leaves in a wall or shuttle between a bottom and a top level [mm]."""
-    lower, upper = arm.levels
-    inside = 0.5 * arm.flexure.separation
-    half = 0.5 * arm.flexure.thickness + arm.flexure.fillet
+def leaf_fans(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
+    """Return the fans of both leaves of an arm, in a wall or shuttle that extends from `bottom` to `top` [mm] in z.
+
+    A fan is smaller where the solid beside its fillet is short: up to an end of the wall, or halfway to the other leaf.
+    """
+    lower_leaf, upper_leaf = arm.levels
+    half_separation = 0.5 * arm.flexure.separation
+    fillet_reach = 0.5 * arm.flexure.thickness + arm.flexure.fillet
     fans = []
-    for level, outside in ((lower, lower - bottom), (upper, top - upper)):
-        room = min(outside, inside)
-        fans.append(Fan(level, min(_FAN * half, half + _ROOM * (room - half))))
+    for level, distance_to_end in ((lower_leaf, lower_leaf - bottom), (upper_leaf, top - upper_leaf)):
+        room = min(distance_to_end, half_separation)
+        fans.append(Fan(level, min(_FAN * fillet_reach, fillet_reach + _ROOM * (room - fillet_reach))))
     return tuple(fans)
 
 
 def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
-    """Return the fan at the root of a leaf at x [mm]; its box extends `depth` [mm] along x into the solid.
+    """Return the block of the fan at the root of a leaf.
 
-    The depth has the sign of this direction. The fan has four sides: the end of the straight leaf, fillet and face
-    above, the box in the solid, and fillet and face below.
+    The face of the solid is at `x` [mm]. The fan's box extends from there by `depth` [mm] along x into the solid; its
+    sign is the direction. The four sides of the block are the end of the straight leaf, the fillet and face above the
+    leaf, the box in the solid, and the fillet and face below the leaf.
     """
     lower, level, upper = fan.levels
-    half = 0.5 * arm.flexure.thickness
-    start = x - math.copysign(arm.flexure.fillet, depth)  # where the straight leaf ends
+    half_thickness = 0.5 * arm.flexure.thickness
+    leaf_end = x - math.copysign(arm.flexure.fillet, depth)  # x where the straight leaf ends and the fillets begin
     corners = [(x, lower), (x + depth, lower), (x + depth, level), (x + depth, upper), (x, upper)]
-    far = tuple(Segment(start=a, end=b, count=count.sector) for a, b in pairwise(corners))
-    leaf = Segment(start=(start, level - half), end=(start, level + half), count=count.across_leaf)
-    above = _fan_side(arm, (x, upper), start, level, count)
-    below = _fan_side(arm, (x, lower), start, level, count)
-    return Block(sides=((leaf,), above, far, below), smooth=True)
+    box_side = tuple(Segment(start=a, end=b, count=count.sector) for a, b in pairwise(corners))
+    leaf_side = Segment(
+        start=(leaf_end, level - half_thickness), end=(leaf_end, level + half_thickness), count=count.across_leaf
+    )
+    upper_side = _fan_side(arm, (x, upper), leaf_end, level, count)
+    lower_side = _fan_side(arm, (x, lower), leaf_end, level, count)
+    return Block(sides=((leaf_side,), upper_side, box_side, lower_side), smooth=True)
 
 
 def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) -> tuple[Segment, Segment]:
-    """Return the fillet from the end of a leaf to the face of the solid, and the face on to the edge of the box.
+    """Return one curved side of a fan: the fillet from the leaf to the face of the solid, and the face beyond it.
 
-    The straight leaf at `level` ends at x = `start` [mm]. The segments lie on the side of the leaf where `edge` [mm]
-    lies.
+    The straight leaf at `level` ends at x = `start` [mm]. The face ends at `edge` [mm], a corner of the fan's box. Both
+    segments lie on the same side of the leaf as `edge`.
     """
-    sign = math.copysign(1.0, edge[1] - level)
-    leaf = level + sign * 0.5 * arm.flexure.thickness
-    root = level + sign * (0.5 * arm.flexure.thickness + arm.flexure.fillet)
-    touch = (edge[0], root)  # where the fillet meets the face
+    direction = math.copysign(1.0, edge[1] - level)
+    leaf_z = level + direction * 0.5 * arm.flexure.thickness
+    root_z = level + direction * (0.5 * arm.flexure.thickness + arm.flexure.fillet)
+    tangent_point = (edge[0], root_z)  # where the fillet meets the face
     fillet = Segment(
-        start=(start, leaf),
-        end=touch,
+        start=(start, leaf_z),
+        end=tangent_point,
         count=count.along_fillet,
-        centre=(start, root),
+        centre=(start, root_z),
         surface=f"{arm.name}_leaves",
     )
-    return fillet, Segment(start=touch, end=edge, count=count.beside_fillet)
+    return fillet, Segment(start=tangent_point, end=edge, count=count.beside_fillet)
 
 
 def straight_ends(arm: Arm) -> tuple[float, float]:
-    """Return x [mm] of the ends of the part of a leaf that may be stretched, from the wall to the shuttle.
+    """Return x [mm] of both ends of the straight leaves of an arm, which lie between the fillets: wall, then shuttle.
 
-    It lies between the fillets.
+    A mesh may be stretched between them to fit another leaf length.
     """
     fillet = arm.flexure.fillet
     return arm.wall - arm.sign * fillet, arm.shuttle + arm.sign * fillet
 
 
-def leaves(arm: Arm, count: Counts) -> Iterator[Block]:
-    """Yield the straight parts of the two leaves of an arm."""
-    half = 0.5 * arm.flexure.thickness
+def leaf_blocks(arm: Arm, count: Counts) -> Iterator[Block]:
+    """Yield the blocks of the straight parts of both leaves of an arm."""
+    half_thickness = 0.5 * arm.flexure.thickness
     start, end = straight_ends(arm)
-    # Bending across the leaf decays within half its depth from a root, where long leaves need their elements.
+    # Anticlastic bending decays within half the leaf's depth from a root. A long leaf needs its elements there.
     bump = min(1.0, arm.flexure.depth / abs(end - start))
     for level in arm.levels:
-        low = Segment(
-            start=(start, level - half),
-            end=(end, level - half),
+        lower_face = Segment(
+            start=(start, level - half_thickness),
+            end=(end, level - half_thickness),
             count=count.along_leaf,
             bump=bump,
             surface=f"{arm.name}_leaves",
         )
-        high = replace(low, start=(start, level + half), end=(end, level + half))
-        at_start = Segment(start=(start, level - half), end=(start, level + half), count=count.across_leaf)
-        at_end = replace(at_start, start=(end, level - half), end=(end, level + half))
-        yield Block(sides=((low,), (at_end,), (high,), (at_start,)))
+        upper_face = replace(lower_face, start=(start, level + half_thickness), end=(end, level + half_thickness))
+        at_start = Segment(
+            start=(start, level - half_thickness), end=(start, level + half_thickness), count=count.across_leaf
+        )
+        at_end = replace(at_start, start=(end, level - half_thickness), end=(end, level + half_thickness))
+        yield Block(sides=((lower_face,), (at_end,), (upper_face,), (at_start,)))
 
 
 def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
-    """Return a straight-sided block with `along` elements on sides 0 and 2 and `across` on sides 1 and 3."""
+    """Return the block with straight sides between four corners in order.
+
+    The first side starts at the first corner. It and the third side have `along` elements, the other two `across`.
+    """
     a, b, c, d = corners
     return Block(
         sides=(
@@ -207,18 +230,18 @@ def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
 
 
 def rectangle(x: Interval, z: Interval, along: int, across: int) -> Block:
-    """Return the block between two x and two levels z [mm]."""
+    """Return the rectangular block over the intervals `x` and `z` [mm], with `along` elements in x, `across` in z."""
     start, end = x
     lower, upper = z
     return straight_block(((start, lower), (end, lower), (end, upper), (start, upper)), along, across)
 
 
-def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
-    """Yield the blocks of one shuttle with its neck and tip, in two columns along x.
+def shuttle_blocks(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
+    """Yield the blocks of one shuttle with its neck and tip, in two columns side by side in x.
 
-    At the levels of the leaf roots, the near column consists of the fans.
+    The near column is on the side of the leaves. At the levels of the leaf roots, the fans take its place.
     """
-    fans = fans_between(arm, housing.neck_level, arm.top_level)
+    fans = leaf_fans(arm, housing.neck_level, arm.top_level)
     width = -arm.sign * housing.shuttle_width
     half_tip = -arm.sign * 0.5 * housing.tip_side
     near = arm.shuttle
@@ -226,27 +249,27 @@ def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
     far = arm.shuttle + width
     for fan in fans:
         yield fan_block(arm, near, fan, middle - near, count)
-    for a, b in pairwise([housing.neck_level, *fans[0].levels, *fans[1].levels, arm.top_level]):
-        number = pieces_between(a, b, fans, count)
-        yield rectangle((middle, far), (a, b), count.sector, number)
-        if not in_fan(a, b, fans):
-            yield rectangle((near, middle), (a, b), count.sector, number)
+    for z0, z1 in pairwise([housing.neck_level, *fans[0].levels, *fans[1].levels, arm.top_level]):
+        elements = elements_between(z0, z1, fans, count)
+        yield rectangle((middle, far), (z0, z1), count.sector, elements)
+        if not in_fan(z0, z1, fans):
+            yield rectangle((near, middle), (z0, z1), count.sector, elements)
     yield from _neck(housing, (near, middle), (middle - half_tip, middle), count)
     yield from _neck(housing, (middle, far), (middle, middle + half_tip), count)
 
 
-def _neck(housing: Housing, top: Interval, bottom: Interval, count: Counts) -> Iterator[Block]:
-    """Yield the blocks of one column of a neck and of the tip below it.
+def _neck(housing: Housing, x_top: Interval, x_bottom: Interval, count: Counts) -> Iterator[Block]:
+    """Yield the two blocks of one column of a neck and of the tip below it.
 
-    The neck tapers from the interval `top` of x at the shuttle to the interval `bottom` at the tip.
+    The neck tapers from the interval `x_top` [mm] at the shuttle to the interval `x_bottom` [mm] at the tip.
     """
-    a = (bottom[0], housing.tip_height)
-    b = (bottom[1], housing.tip_height)
-    c = (top[1], housing.neck_level)
-    d = (top[0], housing.neck_level)
+    a = (x_bottom[0], housing.tip_height)
+    b = (x_bottom[1], housing.tip_height)
+    c = (x_top[1], housing.neck_level)
+    d = (x_top[0], housing.neck_level)
     lower = Segment(start=a, end=b, count=count.sector)
     right = Segment(start=b, end=c, count=count.neck, growth=_NECK_GROWTH)
     upper = Segment(start=c, end=d, count=count.sector)
     left = Segment(start=a, end=d, count=count.neck, growth=_NECK_GROWTH)
     yield Block(sides=((lower,), (right,), (upper,), (left,)))
-    yield rectangle(bottom, (0.0, housing.tip_height), count.sector, count.sector)
+    yield rectangle(x_bottom, (0.0, housing.tip_height), count.sector, count.sector)

@@ -10,15 +10,17 @@ from mesh.housing.blocks import Block, Point, Segment
 from mesh.session import Ints, MeshError, element_nodes, gmsh_session, stage, used_nodes
 from sensor.arrays import Floats
 
-_SMOOTHING = 10  # steps of gmsh's smoother, used on fans
-_DIGITS = 9  # decimals [mm] of a point, to merge equal points
+_SMOOTHING = 10  # steps of gmsh's smoother, which is applied to fans
+_DIGITS = 9  # decimals to which coordinates [mm] of points are rounded when equal points are merged
 
 
 @dataclass(frozen=True, kw_only=True)
 class Profile:
-    """Points (2, points) [mm] in (x, z), quadrilaterals (4, m) counterclockwise, edges (2, k) on arcs, their midpoints.
+    """A mesh of the profile in quadrilaterals.
 
-    `surfaces` has the edges (2, k) on each named surface.
+    `points` (2, n) [mm] are (x, z). `quads` (4, m) are the point indices of the quadrilaterals, counterclockwise.
+    `arcs` (2, k) are the edges on arcs, and `midpoints` (2, k) [mm] the middles of these arcs. `surfaces` has the edges
+    (2, j) on each named surface.
     """
 
     points: Floats
@@ -29,21 +31,27 @@ class Profile:
 
 
 class _Curves:
-    """The curves added to gmsh; blocks that share a segment share its curve."""
+    """The points and curves added to gmsh, so that blocks that share a segment also share its curve.
+
+    `points` has gmsh's tags, and `curves` the tag and the segment for each pair of end points.
+    """
 
     def __init__(self) -> None:
         self.points: dict[Point, int] = {}
         self.curves: dict[frozenset[Point], tuple[int, Segment]] = {}
 
     def point(self, point: Point) -> int:
-        """Return the tag of a point."""
+        """Return gmsh's tag of a point, which is added if it is new."""
         key = _rounded(point)
         if key not in self.points:
             self.points[key] = gmsh.model.geo.addPoint(point[0], 0.0, point[1])
         return self.points[key]
 
     def curve(self, segment: Segment) -> int:
-        """Return the tag of a segment's curve; raises MeshError if a neighbour has another number of elements."""
+        """Return gmsh's tag of a segment's curve, which is added if it is new.
+
+        Raises MeshError if another block has the same segment with another number of elements.
+        """
         key = frozenset((_rounded(segment.start), _rounded(segment.end)))
         if key not in self.curves:
             self.curves[key] = (self._add(segment), segment)
@@ -54,7 +62,7 @@ class _Curves:
         return tag
 
     def _add(self, segment: Segment) -> int:
-        """Add a line or an arc with its elements to gmsh and return its tag."""
+        """Add a line or an arc with its division into elements to gmsh, and return its tag."""
         geo = gmsh.model.geo
         start = self.point(segment.start)
         end = self.point(segment.end)
@@ -62,18 +70,21 @@ class _Curves:
             tag = geo.addLine(start, end)
         else:
             tag = geo.addCircleArc(start, self.point(segment.centre), end)
-        rule = ("Progression", segment.growth) if segment.bump == 1.0 else ("Bump", segment.bump)
-        geo.mesh.setTransfiniteCurve(tag, segment.count + 1, *rule)
+        spacing = ("Progression", segment.growth) if segment.bump == 1.0 else ("Bump", segment.bump)
+        geo.mesh.setTransfiniteCurve(tag, segment.count + 1, *spacing)
         return int(tag)
 
 
 def _rounded(point: Point) -> Point:
-    """Return a point rounded to 1e-9 mm, as a key; adding 0 converts -0 to 0."""
+    """Return a point rounded to 1e-9 mm, as a dictionary key; adding 0 converts -0 to 0."""
     return round(point[0], _DIGITS) + 0.0, round(point[1], _DIGITS) + 0.0
 
 
-def meshed_profile(blocks: Iterable[Block]) -> Profile:
-    """Return the quadrilaterals of the blocks [mm]; raises MeshError with the failed stage."""
+def mesh_profile(blocks: Iterable[Block]) -> Profile:
+    """Return the mesh of the blocks in quadrilaterals [mm].
+
+    Raises MeshError if two blocks divide a common side differently, and MachineError if gmsh fails.
+    """
     hint = "check the dimensions of the housing"
     with gmsh_session():
         with stage("blocks", hint):
@@ -84,23 +95,23 @@ def meshed_profile(blocks: Iterable[Block]) -> Profile:
         with stage("generate", hint):
             gmsh.model.mesh.generate(2)
         with stage("read", hint):
-            return _read(curves.curves.values())
+            return _read_profile(curves.curves.values())
 
 
 def _add_surface(block: Block, curves: _Curves) -> None:
-    """Add the four-sided surface of a block to gmsh, with the divisions of its sides."""
+    """Add the surface of a block to gmsh as a transfinite surface, in rows and columns of quadrilaterals."""
     geo = gmsh.model.geo
     tags = [curves.curve(segment) for side in block.sides for segment in side]
     surface = geo.addPlaneSurface([geo.addCurveLoop(tags, reorient=True)])
 
-    # A side may have several segments; a corner is the point that a side shares with the previous one.
-    ends = []
+    # A side may have several segments, so gmsh needs the four corners. A corner is common to a side and the one before.
+    points_of_sides = []
     for side in block.sides:
         points = {_rounded(segment.start) for segment in side} | {_rounded(segment.end) for segment in side}
-        ends.append(points)
+        points_of_sides.append(points)
     corners = []
-    for i, points in enumerate(ends):
-        (corner, *_) = ends[i - 1] & points
+    for i, points in enumerate(points_of_sides):
+        (corner, *_) = points_of_sides[i - 1] & points
         corners.append(curves.point(corner))
     geo.mesh.setTransfiniteSurface(surface, cornerTags=corners)
     geo.mesh.setRecombine(2, surface)
@@ -108,10 +119,11 @@ def _add_surface(block: Block, curves: _Curves) -> None:
         geo.mesh.setSmoothing(2, surface, _SMOOTHING)
 
 
-def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
-    """Return the mesh that gmsh has made, given the tag of each curve with its segment; raises MeshError.
+def _read_profile(curves: Iterable[tuple[int, Segment]]) -> Profile:
+    """Return the mesh that gmsh has made, given gmsh's tag of each curve with its segment.
 
-    gmsh's straight edges on arcs are kept with their midpoints on the arc, so that the elements can be curved later.
+    gmsh's edges are straight. For edges on arcs, the middle of the arc is added, so that elements can be curved later.
+    Raises MeshError if an element is not a quadrilateral.
     """
     if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
@@ -129,7 +141,7 @@ def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
     surfaces: dict[str, list[Ints]] = {}
     for tag, segment in curves:
         if segment.centre is None and not segment.surface:
-            continue  # a line inside the profile, or on a face without a name
+            continue  # a straight line that is on no named surface
         edges = nodes.index[element_nodes("Line", entity=tag)]
         if segment.centre is not None:
             arcs.append(edges)
@@ -146,11 +158,11 @@ def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
 
 
 def _arc_midpoints(points: Floats, edges: Ints, start: Point, centre: Point) -> Floats:
-    """Return the midpoints (2, k) [mm] of the pieces of an arc, given as edges (2, k) of points (2, n) [mm].
+    """Return the middles (2, k) [mm] of the pieces of an arc, whose chords are the edges (2, k) of `points` (2, n).
 
-    They have the same distance from the centre as the start of the arc.
+    The middle of a chord is moved away from `centre` to the radius of the arc, the distance of its `start` [mm].
     """
-    middle = np.array(centre).reshape(2, 1)
-    from_centre = points[:, edges].mean(axis=1) - middle
-    radius = np.linalg.norm(np.array(start) - middle[:, 0])
-    return np.asarray(middle + radius * from_centre / np.linalg.norm(from_centre, axis=0))
+    origin = np.array(centre).reshape(2, 1)
+    from_centre = points[:, edges].mean(axis=1) - origin
+    radius = np.linalg.norm(np.array(start) - origin[:, 0])
+    return np.asarray(origin + radius * from_centre / np.linalg.norm(from_centre, axis=0))

@@ -12,7 +12,7 @@ from deadline import DEADLINE_S
 
 from mesh.housing.blocks import counts
 from mesh.housing.frame import housing_blocks
-from mesh.housing.profile import meshed_profile
+from mesh.housing.profile import mesh_profile
 from mesh.session import OPTIONS, gmsh_session, stage
 from reference.flexure_reference import SMALL_HOUSING
 from sensor.machine_error import MachineError
@@ -78,9 +78,9 @@ def test_session_beside_that_of_a_program_leaves_it_as_it_was(tmp_path, fault):
 
 
 def test_mesh_beside_that_of_a_program_is_the_same_to_the_bit(request):
-    alone = meshed_profile(HOUSING_BLOCKS)
+    alone = mesh_profile(HOUSING_BLOCKS)
     request.getfixturevalue("program")
-    beside = meshed_profile(HOUSING_BLOCKS)
+    beside = mesh_profile(HOUSING_BLOCKS)
     assert np.array_equal(beside.points, alone.points)
     assert np.array_equal(beside.quads, alone.quads)
 

@@ -8,7 +8,7 @@ from skfem import MeshHex1, MeshHex2
 from cad.parts.housing import BackToBack, Housing
 from cad.parts.housing_solid import housing_part
 from mesh.housing.blocks import straight_block
-from mesh.housing.profile import meshed_profile
+from mesh.housing.profile import mesh_profile
 from mesh.housing.sweep import check_flexure_mesh, check_jacobian, flexure_mesh, stretch_leaves
 from mesh.session import MeshError
 from sensor.theory.leaf_spring import Flexure
@@ -158,5 +158,5 @@ def test_neighbours_with_different_counts_are_refused():
     left = straight_block([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], 2, 3)
     right = straight_block([(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)], 2, 4)
     with pytest.raises(MeshError, match="has 3 and 4 elements"):
-        meshed_profile([left, right])
+        mesh_profile([left, right])
     assert not gmsh.isInitialized()
