@@ -1,4 +1,4 @@
-"""A faster version of scikit-fem's basis for displacements: data for scikit-fem's assembly are computed on request."""
+"""A faster version of scikit-fem's basis for displacements. It computes data only when they are first used."""
 
 import functools
 
@@ -11,10 +11,10 @@ from sensor.arrays import Floats, Ints
 
 
 class DisplacementBasis(CellBasis):  # type: ignore[misc]
-    """The basis of displacements with a scalar element; `order` is the polynomial degree integrated exactly."""
+    """The basis of displacements whose three components each have the shape functions of a scalar element."""
 
     def __init__(self, mesh: Mesh, element: Element, order: int) -> None:
-        """Set the numbers of the dofs; fields, weights and points of dofs are computed at their first use."""
+        """Set the numbers of the dofs; `order` is the polynomial degree that the quadrature integrates exactly."""
         # Skip the constructor of CellBasis, which computes the fields of every vector component separately.
         super(CellBasis, self).__init__(
             mesh, ElementVector(element), intorder=order, refdom=mesh.refdom, disable_doflocs=True
@@ -24,7 +24,7 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
 
     @functools.cached_property
     def basis(self) -> list[tuple[DiscreteField, ...]]:
-        """Return scikit-fem's fields of each shape function at the quadrature points."""
+        """Return scikit-fem's data of each vector shape function at the quadrature points, for its own assembly."""
         return [self.elem.gbasis(self.mapping, self.X, i) for i in range(self.Nbfun)]
 
     @functools.cached_property
@@ -34,24 +34,27 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
 
     @functools.cached_property
     def doflocs(self) -> Floats:
-        """Return the points of the dofs [mm], shape (dim, dofs)."""
+        """Return the positions of the dofs [mm], shape (dim, dofs)."""
         points = np.empty((self.mesh.dim(), self.N))
         points[:, self.element_dofs.T] = cell_points(self.mesh, self.elem.doflocs.T)
         return points
 
 
 def cell_nodes(basis: CellBasis) -> Ints:
-    """Return the nodes of each cell, shape (cells, nodes); the dofs of node n are dim n, dim n + 1, ..."""
+    """Return the node indices of each cell, shape (cells, nodes). The dofs of node n are dim n, dim n + 1, ..."""
     dim = basis.mesh.dim()
     return np.asarray(basis.element_dofs[::dim].T // dim)
 
 
 def scalar_shapes(basis: CellBasis) -> Floats:
-    """Return the scalar shape functions at the quadrature points [1], shape (nodes, points)."""
+    """Return the values of the scalar shape functions at the quadrature points [1], shape (nodes, points)."""
     return shape_table(basis.elem.elem, basis.quadrature[0]).values
 
 
 def scalar_gradients(basis: CellBasis) -> Floats:
-    """Return the gradients of these functions at the quadrature points [1/mm], (nodes, dim, elements, points)."""
+    """Return the gradients of the scalar shape functions at the quadrature points [1/mm].
+
+    The shape is (nodes, dim, elements, points).
+    """
     points = basis.quadrature[0]
     return gradients(shape_table(basis.elem.elem, points), cell_jacobian(basis.mesh, points, basis.tind))

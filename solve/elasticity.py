@@ -14,14 +14,14 @@ _GROUP = 32  # elements whose matrices are formed at once; more would not fit in
 
 
 def lame_parameters(E: FloatOrArray, poisson: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-    """Return Lame's lambda and mu [unit of E]."""
+    """Return Lame's constants lambda and mu [unit of E]."""
     return E * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), 0.5 * E / (1.0 + poisson)
 
 
 def stress(gradient: Floats, E: FloatOrArray, poisson: FloatOrArray) -> Floats:
-    """Return the stress [unit of E] for a displacement gradient, shape (3, 3, ...).
+    """Return the stress [unit of E] by Hooke's law for a displacement gradient [1], both (3, 3, ...).
 
-    E and Poisson's ratio are numbers, or arrays with an entry per gradient.
+    E and Poisson's ratio are numbers, or arrays with an entry for each gradient.
     """
     lam, mu = lame_parameters(E, poisson)
     dilatation = np.multiply.outer(np.eye(3), np.trace(gradient))
@@ -35,13 +35,16 @@ def strain(sigma: Floats, E: float, poisson: float) -> Floats:
 
 
 def von_mises(sigma: Floats) -> Floats:
-    """Return the equivalent stress for a stress `sigma` (3, 3, ...) [unit of sigma]."""
+    """Return von Mises's equivalent stress (...) for a stress `sigma` (3, 3, ...), in the same unit."""
     deviator = sigma - np.multiply.outer(np.eye(3), np.trace(sigma)) / 3.0
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1))))
 
 
 def vector_basis(mesh: Mesh, element: Element, order: int) -> CellBasis:
-    """Return the displacement basis of a scalar element; `order` is the polynomial degree integrated exactly."""
+    """Return the basis of displacements whose three components each have the shape functions of a scalar element.
+
+    `order` is the polynomial degree that its quadrature integrates exactly.
+    """
     return DisplacementBasis(mesh, element, order)
 
 
@@ -50,12 +53,12 @@ def stiffness_matrix(
 ) -> csc_matrix:
     """Return the stiffness matrix of isotropic elasticity, shape (dofs, dofs) [E times mm].
 
-    Its weak form is a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). E and Poisson's ratio are each a number, or
-    an array with an entry per element.
+    The weak form is a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). E and Poisson's ratio are each a number, or
+    an array with an entry for each element.
 
-    `skfem.models.elasticity.linear_elasticity` assembles the same matrix, ten times slower. Here the products of scalar
-    gradients are formed for many elements at once. They are P_abij = int d_a N_i d_b N_j, with nodes i, j and axes a,
-    b. The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
+    `skfem.models.elasticity.linear_elasticity` assembles the same matrix, but ten times slower. Here the products of
+    scalar gradients, P_abij = int d_a N_i d_b N_j with nodes i, j and axes a, b, are formed for many elements at once.
+    The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
 
     With `b_bar` the dilatation div u is projected onto linear functions within each element (the B-bar method).
     Hexahedra then do not lock as nu tends to 0.5. With 27-node hexahedra this is the Q2 / P1 pair with the pressure
@@ -64,8 +67,8 @@ def stiffness_matrix(
     """
     gradients = scalar_gradients(basis).transpose(1, 2, 0, 3)  # (dim, elements, nodes, points)
     dim, elements, nodes, _ = gradients.shape
-    lam, mu = lame_parameters(_of_elements(E, elements), _of_elements(poisson, elements))
-    columns = np.empty((elements, nodes, dim, nodes, dim))  # the element matrices, by columns
+    lam, mu = lame_parameters(_broadcast(E, elements), _broadcast(poisson, elements))
+    columns = np.empty((elements, nodes, dim, nodes, dim))  # the element matrices, stored column by column
     for start in range(0, elements, _GROUP):
         group = slice(start, start + _GROUP)
         G = np.ascontiguousarray(gradients[:, group])
@@ -80,15 +83,17 @@ def stiffness_matrix(
     return assemble_elements(blocks, basis.element_dofs.T, basis.N)
 
 
-def _of_elements(value: float | Floats, elements: int) -> Floats:
-    """Return a number for all elements, or an array with an entry per element, in shape (elements, 1, 1)."""
+def _broadcast(value: float | Floats, elements: int) -> Floats:
+    """Return a number, or an array (elements,), as an array (elements, 1, 1) that multiplies element matrices."""
     return np.broadcast_to(np.reshape(np.asarray(value, dtype=np.float64), (-1, 1, 1)), (elements, 1, 1))
 
 
 def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
-    """Return int P(div N_i) P(div N_j) as products of gradients; P projects onto 1, X, Y, Z of the element.
+    """Return the integrals of products of projected gradients: P of `stiffness_matrix` for its lambda term [mm].
 
-    `G` are the gradients (dim, elements, nodes, points) at points of the unit cube with weights `dx` [mm^3].
+    Each derivative d_a N_i is projected onto the functions 1, X, Y, Z of the unit cube by least squares. `G` (dim,
+    elements, nodes, points) [1/mm] are the gradients at quadrature points with weights `dx` (elements, points) [mm^3].
+    `points` (dim, points) are their coordinates in the unit cube. The result is (dim, dim, elements, nodes, nodes).
     """
     linear = np.concatenate([np.ones((1, points.shape[1])), 2.0 * points - 1.0])
     weighted = linear[None] * dx[:, None]  # (elements, 4, points)
@@ -98,10 +103,11 @@ def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
 
 
 def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
-    """Return the sum of element matrices (elements, n, n) at their dofs (elements, n), shape (size, size).
+    """Assemble the element matrices `blocks` (elements, n, n) into a sparse matrix (size, size).
 
-    Whole columns of the element matrices are sorted by their dofs, and SciPy sums equal entries within each column.
-    This is faster than triplets, whose entries SciPy moves one by one.
+    `dofs` (elements, n) are the rows and columns of each block. Whole columns of the blocks are sorted by their dof,
+    and SciPy sums equal entries within each column. This is faster than assembly from triplets, whose entries SciPy
+    moves one by one.
     """
     n = dofs.shape[1]
     order = np.argsort(dofs, axis=None, kind="stable")  # order of the columns of all elements
@@ -115,7 +121,7 @@ def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NodalFields:
-    """Displacement [mm], shape (nodes, 3), stress [MPa] and strain [1], both (3, 3, nodes)."""
+    """Fields at the nodes of a mesh: displacement (nodes, 3) [mm], stress [MPa] and strain [1], both (3, 3, nodes)."""
 
     displacement: Floats
     stress: Floats
@@ -123,11 +129,11 @@ class NodalFields:
 
     @property
     def von_mises(self) -> Floats:
-        """Return the equivalent stress [MPa], shape (nodes,)."""
+        """Return von Mises's equivalent stress [MPa], shape (nodes,)."""
         return von_mises(self.stress)
 
     @property
     def largest_principal_strain(self) -> Floats:
-        """Return the largest magnitude of a principal strain [1], shape (nodes,)."""
+        """Return the largest magnitude of the principal strains at each node [1], shape (nodes,)."""
         principal = np.linalg.eigvalsh(self.strain.transpose(2, 0, 1))
         return np.asarray(np.abs(principal).max(axis=1))

@@ -1,4 +1,4 @@
-"""Information on a solve, and the propagation of errors through a function."""
+"""What a result reports on its solution, and the propagation of errors through a function."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class SolveInfo:
-    """The solution method of a result: its name, its unknowns [1], its wall time [s], and a sentence on its quality."""
+    """How a result was computed: the method, the number of unknowns, the wall-clock time [s], and a status sentence."""
 
     method: str
     dofs: int
@@ -15,10 +15,10 @@ class SolveInfo:
 
 
 def propagate_errors(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
-    """Return the half width of the error bar of function(*values) [its unit], given the half widths of its arguments.
+    """Return the half width of the error bar of function(*values), given the half widths `errors` of its arguments.
 
-    All arguments have their worst error at once, and the function is treated as linear over the bars. The result is the
-    sum over the arguments of half the change from value - error to value + error.
+    It is the sum, over the arguments, of half the change from value - error to value + error. This is the worst case
+    for errors that occur together, if the function is nearly linear over the error bars.
     """
     total = 0.0
     for i, error in enumerate(errors):

@@ -1,6 +1,7 @@
-"""Sparse symmetric solves by SciPy's SuperLU with prescribed dofs: one factor for many loads, each residual checked.
+"""Direct solution of sparse symmetric systems with prescribed dofs, by SciPy's SuperLU.
 
-A matrix close to a factorised one is solved by conjugate gradients with the factor as preconditioner.
+One factor serves many loads, and the residual of each solution is checked. A matrix close to a factorised one is solved
+by conjugate gradients, with the factor as preconditioner.
 """
 
 import math
@@ -17,24 +18,25 @@ from sensor.machine_error import MachineError
 from solve.solve_error import SolveError as SolveError
 
 RESIDUAL_LIMIT = 1e-9  # largest relative residual
-CG_TOLERANCE = 1e-9  # residual of conjugate gradients over the norm of the load; a compliance errs by its square
-MOST_CG_STEPS = 200  # a bent mesh usually takes 20
-DIGITS = 1e-4  # largest round-off over the largest displacement
+CG_TOLERANCE = 1e-9  # residual over the norm of the load; the error of a compliance is of the order of its square
+MOST_CG_STEPS = 200  # maximum number of steps; a bent mesh usually takes 20
+DIGITS = 1e-4  # largest allowed round-off over the largest displacement
 EPSILON = float(np.finfo(np.float64).eps)
-MOST_BYTES = 4.0 * 2**30  # most memory of a factor; a larger one would take minutes
-# Bytes of a factor over n^(4/3): 14 per nonzero, and about 31 n^(4/3) nonzeros for bricks of a housing with 1e5
-# unknowns. Tetrahedra of a fruit have 19 n^(4/3) for 2e5, and 50 for 3e4, which need little memory.
+MOST_BYTES = 4.0 * 2**30  # largest allowed memory of a factor; a larger one would take minutes
+# Bytes of a factor over n^(4/3) for n unknowns: 14 per nonzero, and about 31 n^(4/3) nonzeros. This is for hexahedra of
+# a housing with 1e5 unknowns. Tetrahedra of a fruit have 19 n^(4/3) nonzeros for 2e5 unknowns. They have 50 n^(4/3) for
+# 3e4 unknowns, but these need little memory.
 FACTOR_BYTES = 14.0 * 31.0
-# Columns at the bottom of the elimination tree that SuperLU merges; 1, which merges none, was fastest.
+# Number of columns at the bottom of the elimination tree that SuperLU merges. 1 merges none, and was fastest.
 _RELAXED = 1
 
 
 @dataclass(frozen=True)
 class Factor:
-    """A factorised stiffness matrix K with some dofs prescribed; `solve` serves any number of loads.
+    """A factorised stiffness matrix K, `matrix`, with the dofs `fixed` prescribed and the dofs `free` unknown.
 
-    `block` is the part of `matrix` on the `free` dofs, in the order of `free`. `back_substitute` applies its inverse to
-    a right-hand side, shape (free,) or (free, loads).
+    `block` is the submatrix of K for the free dofs, in the order of `free`. `back_substitute` applies the inverse of
+    `block` to right-hand sides of shape (free,) or (free, loads).
     """
 
     matrix: csc_matrix
@@ -44,10 +46,10 @@ class Factor:
     back_substitute: Callable[[Floats], Floats]
 
     def solve(self, load: Floats, prescribed: Floats | None = None) -> Floats:
-        """Return displacements u with K u = load on the free dofs, shape (dofs,) or (dofs, loads).
+        """Return the displacements u for which K u = load on the free dofs, shape (dofs,) or (dofs, loads).
 
-        `load` has the shape of u, `prescribed` has the values of the fixed dofs, by default 0. Raises SolveError if the
-        relative residual on the free dofs exceeds 1e-9.
+        `load` has the shape of u. `prescribed` has the displacements of the fixed dofs, by default 0. Raises SolveError
+        if the relative residual on the free dofs exceeds 1e-9.
         """
         u = np.zeros_like(load, dtype=np.float64)
         right = load[self.free]
@@ -55,23 +57,24 @@ class Factor:
             u[self.fixed] = prescribed
             right = right - (self.matrix @ u)[self.free]
         solution = self.back_substitute(right)
-        solution = solution + self.back_substitute(right - self.block @ solution)  # one step of refinement
+        solution = solution + self.back_substitute(right - self.block @ solution)  # one step of iterative refinement
         _check_residual(self.block, solution, right)
         u[self.free] = solution
         return u
 
     def solve_near(self, matrix: csc_matrix, load: Floats) -> Floats:
-        """Return displacements u (dofs, loads) for another matrix, with the same fixed dofs held at 0.
+        """Return the displacements u (dofs, loads) for another matrix near K, with the same fixed dofs held at 0.
 
-        The closer the matrix is to the factorised one, the fewer steps of conjugate gradients are needed. Raises
-        SolveError as `solve` does.
+        The method is conjugate gradients with the factor of K as preconditioner: the nearer the matrix, the fewer the
+        steps. Raises SolveError if the relative residual on the free dofs exceeds 1e-9.
         """
         block = csc_matrix(matrix[:, self.free][self.free])
-        factorised = LinearOperator(block.shape, matvec=self.back_substitute, dtype=np.float64)
+        preconditioner = LinearOperator(block.shape, matvec=self.back_substitute, dtype=np.float64)
         right = load[self.free]
-        columns = [
-            cg(block, column, rtol=CG_TOLERANCE, atol=0.0, maxiter=MOST_CG_STEPS, M=factorised)[0] for column in right.T
-        ]
+        columns = []
+        for column in right.T:
+            found, _ = cg(block, column, rtol=CG_TOLERANCE, atol=0.0, maxiter=MOST_CG_STEPS, M=preconditioner)
+            columns.append(found)
         solution = np.column_stack(columns)
         _check_residual(block, solution, right)
         u = np.zeros_like(load, dtype=np.float64)
@@ -80,12 +83,12 @@ class Factor:
 
 
 def magnitude(matrix: csc_matrix) -> csc_matrix:
-    """Return a matrix of the absolute values; it shares the index arrays, which abs() would copy."""
+    """Return the matrix of the absolute values. It shares the index arrays of `matrix`, which abs() would copy."""
     return csc_matrix((np.abs(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape)
 
 
 def _check_residual(block: csc_matrix, solution: Floats, right: Floats) -> None:
-    """Raise SolveError if the relative residual of a solution exceeds 1e-9."""
+    """Raise SolveError if the residual of a solution exceeds 1e-9 of the largest sum of |K_ij u_j| over a row."""
     residual = float(np.abs(block @ solution - right).max(initial=0.0))
     scale = float((magnitude(block) @ np.abs(solution)).max(initial=0.0)) or 1.0
     if not residual <= RESIDUAL_LIMIT * scale:
@@ -97,25 +100,26 @@ def _check_residual(block: csc_matrix, solution: Floats, right: Floats) -> None:
 
 
 def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
-    """Factorise a symmetric positive definite matrix, shape (dofs, dofs), with the given dofs (n,) prescribed.
+    """Factorise a symmetric positive definite matrix (dofs, dofs), with the dofs `fixed` (n,) prescribed.
 
-    Raises SolveError as `check_cost` does, and for a singular matrix, such as of a part that is not clamped.
+    Raises SolveError if the matrix is singular, as for a part that is not clamped, and the errors of `check_cost`.
     """
     check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
     free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
-    part = csc_matrix(matrix[:, free][free])
-    # In descending order of the dofs the factor has 5 % fewer nonzeros. Row and column i of n become n - 1 - i:
-    # reversing the arrays of the sparse matrix does this and keeps its indices sorted.
-    reversed_arrays = (part.data[::-1].copy(), len(free) - 1 - part.indices[::-1], part.nnz - part.indptr[::-1])
-    block = csc_matrix(reversed_arrays, shape=part.shape)
+    ascending = csc_matrix(matrix[:, free][free])
+    # With the dofs in descending order, the factor has 5 % fewer nonzeros. Row and column i of n become n - 1 - i.
+    # Reversing the arrays of the sparse matrix does this and keeps its indices sorted.
+    data, indices, pointers = ascending.data, ascending.indices, ascending.indptr
+    reversed_arrays = (data[::-1].copy(), len(free) - 1 - indices[::-1], ascending.nnz - pointers[::-1])
+    block = csc_matrix(reversed_arrays, shape=ascending.shape)
     free = free[::-1]
     if not len(free):
         return Factor(matrix, block, free, fixed, np.copy)
     back_substitute = _back_substitution(block)
 
-    # An estimate of the condition number, |K^-1| |K|, from one right-hand side without zeros. Above the limit,
-    # round-off destroys too many digits of the displacements.
+    # An estimate of the condition number |K^-1| |K|, from one right-hand side without zeros. Above the limit, round-off
+    # would destroy too many digits of the displacements.
     probe = np.cos(np.arange(len(free), dtype=np.float64))
     condition = float(np.abs(back_substitute(probe)).max()) * float(magnitude(block).sum(axis=0).max())
     limit = DIGITS / EPSILON
@@ -125,7 +129,7 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
 
 
 def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
-    """Return the function that solves with this matrix.
+    """Factorise a matrix by SuperLU, and return the function that applies its inverse to right-hand sides.
 
     Raises SolveError if the matrix is singular, and MemoryError if memory is short.
     """
@@ -146,24 +150,29 @@ def factor_bytes(unknowns: int) -> float:
 
 
 def check_cost(unknowns: int) -> None:
-    """Raise SolveError for a number of unknowns [1] whose factor needs more than 4 GiB.
+    """Raise an error, before memory is allocated, if the factor of a matrix with this many unknowns is too large.
 
-    Raises MachineError if it needs less, but more than the memory of the machine.
+    It is SolveError if the factor needs more than 4 GiB. It is MachineError if the factor needs less, but more than the
+    memory of the machine.
     """
-    machine = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    machine_bytes = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     if factor_bytes(unknowns) > MOST_BYTES:
-        raise SolveError(_too_large(unknowns, MOST_BYTES, "take a smaller fruit, shorter leaves or a larger --tol"))
-    if factor_bytes(unknowns) > machine:
-        raise MachineError(_too_large(unknowns, machine, "use a machine with more memory, or a larger --tol"))
+        hint = "take a smaller fruit, shorter leaves or a larger --tol"
+        raise SolveError(_memory_message(unknowns, MOST_BYTES, hint))
+    if factor_bytes(unknowns) > machine_bytes:
+        hint = "use a machine with more memory, or a larger --tol"
+        raise MachineError(_memory_message(unknowns, machine_bytes, hint))
 
 
-def _too_large(unknowns: int, most: float, hint: str) -> str:
+def _memory_message(unknowns: int, limit: float, hint: str) -> str:
+    """Return the message of the error for a factor that needs more memory than `limit` [byte]."""
     needed = factor_bytes(unknowns) / 2**30
     return (
-        f"linear solve: memory for {unknowns} unknowns = {needed:.3g} GiB: must be at most {most / 2**30:.3g} GiB; "
+        f"linear solve: memory for {unknowns} unknowns = {needed:.3g} GiB: must be at most {limit / 2**30:.3g} GiB; "
         f"{hint}"
     )
 
 
 def _singular(error: Exception | str) -> str:
+    """Return the message of the error for a singular matrix."""
     return f"linear solve: {error}; the matrix must be positive definite; clamp the part so that it cannot move freely"

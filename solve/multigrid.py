@@ -1,6 +1,6 @@
-"""Conjugate gradients for quadratic tetrahedra, preconditioned by linear ones on the same corners.
+"""Conjugate gradients for quadratic tetrahedra, preconditioned by linear elements on the same mesh (two-grid method).
 
-Direct factors of tetrahedra have many nonzeros: see the curve of error against cost in docs/your-own-part.md.
+A direct factor of tetrahedra has many more nonzeros: see the curve of error against cost in docs/your-own-part.md.
 """
 
 from dataclasses import dataclass
@@ -13,16 +13,21 @@ from skfem import CellBasis
 from sensor.arrays import Floats, Ints
 from solve.linear import Factor, SolveError, factorise
 
-_TOLERANCE = 1e-8
-_MOST_STEPS = 300
+_TOLERANCE = 1e-8  # residual over the norm of the load at which the iteration stops
+_MOST_STEPS = 300  # maximum number of steps
 _SMOOTHING = 4  # steps of Chebyshev's iteration before and after the coarse solve
-_LOWEST = 0.08  # lowest smoothed eigenvalue over the largest; lower ones are left to the coarse solve
-_LARGEST = 1.1  # bound of the largest eigenvalue over its estimate
+_LOWEST = 0.08  # smallest eigenvalue that is smoothed, over the largest; the coarse solve covers smaller ones
+_LARGEST = 1.1  # upper bound of the largest eigenvalue over its estimate
 
 
 @dataclass(frozen=True, eq=False)
 class TwoGrid:
-    """A stiffness matrix of quadratic tetrahedra with some dofs held, and its two-grid preconditioner."""
+    """A stiffness matrix of quadratic tetrahedra with some dofs held at 0, and its two-grid preconditioner.
+
+    `block` is the submatrix for the dofs `free`, and `diagonal` its diagonal. `prolongation` interpolates displacements
+    of the linear elements to the free dofs, and `coarse` is the factor of the linear elements. `largest` estimates the
+    largest eigenvalue of `block` scaled by its diagonal.
+    """
 
     block: csr_matrix
     free: Ints
@@ -32,61 +37,73 @@ class TwoGrid:
     largest: float
 
     def solve(self, load: Floats) -> Floats:
-        """Return displacements (dofs, loads) under loads; raises SolveError if the iteration does not converge."""
-        operator = LinearOperator(self.block.shape, matvec=self._cycle, dtype=np.float64)
+        """Return the displacements (dofs, loads) under loads (dofs, loads), with the held dofs at 0.
+
+        Raises SolveError if conjugate gradients do not converge.
+        """
+        preconditioner = LinearOperator(self.block.shape, matvec=self._precondition, dtype=np.float64)
         u = np.zeros_like(load)
         for column in range(load.shape[1]):
-            found, steps = cg(
-                self.block, load[self.free, column], rtol=_TOLERANCE, atol=0.0, maxiter=_MOST_STEPS, M=operator
+            solution, steps = cg(
+                self.block, load[self.free, column], rtol=_TOLERANCE, atol=0.0, maxiter=_MOST_STEPS, M=preconditioner
             )
-            if steps:  # cg returns the number of steps if it did not converge, else 0
+            if steps:  # SciPy returns the number of steps if it did not converge, and 0 if it did
                 msg = f"conjugate gradients: no convergence in {steps} steps; check the mesh and what holds the part"
                 raise SolveError(msg)
-            u[self.free, column] = found
+            u[self.free, column] = solution
         return u
 
-    def _cycle(self, residual: Floats) -> Floats:
-        x = self._smoothed(residual, np.zeros_like(residual))
-        rest = self.prolongation.T @ (residual - self.block @ x)
-        x = x + self.prolongation @ self.coarse.back_substitute(rest)
-        return self._smoothed(residual, x)
+    def _precondition(self, right: Floats) -> Floats:
+        """Return the approximate solution x of block x = right by one two-grid cycle: smooth, correct, smooth."""
+        x = self._smooth(right, np.zeros_like(right))
+        coarse_residual = self.prolongation.T @ (right - self.block @ x)
+        x = x + self.prolongation @ self.coarse.back_substitute(coarse_residual)
+        return self._smooth(right, x)
 
-    def _smoothed(self, right: Floats, x: Floats) -> Floats:
-        """Return x after `_SMOOTHING` steps of Chebyshev's iteration; Y. Saad, Iterative Methods (2003), 12.1."""
+    def _smooth(self, right: Floats, x: Floats) -> Floats:
+        """Return the approximate solution x of block x = right, improved by steps of Chebyshev's iteration.
+
+        The matrix is scaled by its diagonal. The iteration is tuned to the upper part of its spectrum, where the coarse
+        solve does not help. The names are those of Y. Saad, Iterative Methods for Sparse Linear Systems (2003), 12.1.
+        """
         high, low = _LARGEST * self.largest, _LOWEST * self.largest
         theta, delta = 0.5 * (high + low), 0.5 * (high - low)
         sigma = theta / delta
         rho = 1.0 / sigma
-        rest = (right - self.block @ x if x.any() else right) / self.diagonal
-        step = rest / theta
+        residual = (right - self.block @ x if x.any() else right) / self.diagonal
+        step = residual / theta
         for _ in range(_SMOOTHING - 1):
             x = x + step
-            rest = rest - (self.block @ step) / self.diagonal
-            new = 1.0 / (2.0 * sigma - rho)
-            step = new * rho * step + 2.0 * new / delta * rest
-            rho = new
+            residual = residual - (self.block @ step) / self.diagonal
+            next_rho = 1.0 / (2.0 * sigma - rho)
+            step = next_rho * rho * step + 2.0 * next_rho / delta * residual
+            rho = next_rho
         return x + step
 
 
 def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
-    """Return the solver for a matrix of quadratic tetrahedra with held dofs (n,); raises SolveError.
+    """Return the two-grid solver for a stiffness matrix of quadratic tetrahedra, with the dofs `held` (n,) at 0.
 
-    The coarse space has linear functions on the corners. At the middle of an edge such a function is the mean of its
-    ends, which gives the prolongation. The coarse matrix is the Galerkin product of the fine one.
+    The coarse space consists of the linear functions on the same mesh. At the middle of an edge, such a function is the
+    mean of its values at both ends; this defines the prolongation. The coarse matrix is the Galerkin product of the
+    fine matrix with the prolongation. Raises SolveError if the coarse matrix is singular or too large to factorise.
     """
     mesh = basis.mesh
-    corners = int(mesh.t.max()) + 1
+    corner_count = int(mesh.t.max()) + 1
     edges = mesh.edges
-    rows = np.repeat(np.arange(edges.shape[1]), 2)
-    half = csr_matrix((np.full(2 * edges.shape[1], 0.5), (rows, edges.T.ravel())), shape=(edges.shape[1], corners))
-    to_nodes = csr_matrix(vstack([eye(corners, format="csr"), half]))
-    nodes = csr_matrix(kron(to_nodes, csr_matrix(np.eye(3))))
+    # Interpolate one component from the corners to all nodes, which are the corners and then the middles of the edges.
+    edge_count = edges.shape[1]
+    rows = np.repeat(np.arange(edge_count), 2)
+    to_middles = csr_matrix((np.full(2 * edge_count, 0.5), (rows, edges.T.ravel())), shape=(edge_count, corner_count))
+    to_nodes = csr_matrix(vstack([eye(corner_count, format="csr"), to_middles]))
+    to_dofs = csr_matrix(kron(to_nodes, csr_matrix(np.eye(3))))
     free = np.setdiff1d(np.arange(matrix.shape[0]), held, assume_unique=False)
     block = csr_matrix(matrix[:, free][free])
-    coarse_free = np.setdiff1d(np.arange(3 * corners), held)
-    prolongation = csr_matrix(nodes[:, coarse_free][free])
+    # The dofs of the corners have the lowest numbers, so these are both coarse and fine dofs.
+    coarse_free = np.setdiff1d(np.arange(3 * corner_count), held)
+    prolongation = csr_matrix(to_dofs[:, coarse_free][free])
     coarse = factorise(csc_matrix(prolongation.T @ block @ prolongation), np.zeros(0, dtype=np.int64))
-    # The factor has its own order of the dofs; this one takes and returns vectors in the order of the corners.
+    # `factorise` reorders its unknowns. This factor takes and returns vectors in the order of the coarse dofs.
     in_corner_order = Factor(
         coarse.matrix,
         coarse.block,
@@ -94,6 +111,7 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
         coarse.fixed,
         lambda right: coarse.back_substitute(right[coarse.free])[np.argsort(coarse.free)],
     )
+    # The smoother needs the largest eigenvalue of the matrix scaled by its diagonal, to about 1 %.
     diagonal = block.diagonal()
     scaled = diags(diagonal**-0.5) @ block @ diags(diagonal**-0.5)
     largest = float(eigsh(scaled, k=1, tol=1e-2, return_eigenvectors=False, v0=np.ones(len(free)))[0])

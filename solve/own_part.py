@@ -1,6 +1,7 @@
-"""Stiffness of a part of any shape: faces that are held, faces that are pressed, each by an even load along a line.
+"""The compliance of a part of any shape, some faces of which are held and others pressed by a uniform load.
 
-A bar comes from two meshes. What a sweep leaves out of the part is bounded by its strain energy.
+The caller obtains error bars from two or more meshes. A swept mesh may neglect features of the part. Their effect is
+bounded by the strain energy of the neglected material.
 """
 
 import time
@@ -22,27 +23,29 @@ from solve.linear import SolveError
 from solve.multigrid import two_grid
 
 Direction = tuple[float, float, float]
-# Gain in compliance by material that is left out, over the strain energy that it would carry. It is 2 for a round hole
-# under tension and more for a slender one. J. D. Eshelby, Proc. R. Soc. A 241 (1957) 376, doi:10.1098/rspa.1957.0133.
+# Increase in compliance due to removed material, over the strain energy that the material would carry. It is 2 for a
+# round hole under tension, and more for a slender hole. See J. D. Eshelby, Proc. R. Soc. A 241 (1957) 376,
+# doi:10.1098/rspa.1957.0133.
 VOID_FACTOR = 4.0
-# The share of the difference between both meshes that is the error bar, and its floor.
+# The error bar over the difference between two meshes, and the smallest relative error bar.
 ERROR_SHARE = 1.0
 ERROR_FLOOR = 1e-3
-# Elements at sharp inner corners get finer where they have more than this share of the strain energy. They miss at most
-# a twelfth of what they have: 0.16 %. The floor of the bar has 0.1 %, and the difference of the meshes the rest.
+# Elements at sharp inner corners are refined if they have more than this share of the strain energy. Coarse elements
+# miss at most a twelfth of it, which is 0.16 %. The smallest error bar covers 0.1 %, the difference of meshes the rest.
 CORNER_SHARE = 0.02
-_TETRAHEDRA_ORDER = 4  # order of the quadrature, for curved edges
-_SHARP = 1.2
+_TETRAHEDRA_ORDER = 4  # polynomial degree of the quadrature; it is high enough for cells with curved edges
+_SHARP = 1.2  # strain at walls over strain at round inner corners above which the walls have a sharp corner
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PartCompliance:
-    """One mesh: C[i, j] is the displacement of face i along its press for 1 N on face j [mm/N].
+    """The solution on one mesh: C[i, j] is the displacement of face i along its load per force on face j [mm/N].
 
-    `strain_per_N` and `strain_inside_per_N` are the largest strain on a round inner corner, continued to the edges of
-    elements and inside them [1/N]; empty if there is none. `density` is twice the density of strain energy of each
-    element for 1 N [N/mm^2]. `at_corners` (presses, corners) is the share of the strain energy in the elements at each
-    sharp inner corner of the section [1].
+    All other fields have an entry for each load, for 1 N. `strain_per_N` is the largest principal strain at round inner
+    corners, extrapolated to the edges of elements [1/N]. `strain_inside_per_N` is the largest at points inside elements
+    [1/N]. Both are nan if there is no such corner or strain is larger elsewhere. `density` is twice the density of
+    strain energy in each element [N/mm^2]. `at_corners` (loads, corners) is the share of the strain energy in the
+    elements at each sharp inner corner [1].
     """
 
     C: Floats
@@ -55,7 +58,7 @@ class PartCompliance:
 
     @property
     def K(self) -> Floats:
-        """Return the stiffness of each face with the others free [N/mm]."""
+        """Return the stiffness of each face with the other faces unloaded [N/mm]."""
         return np.asarray(1.0 / np.diag(self.C))
 
 
@@ -65,15 +68,16 @@ def swept_compliance(
     presses: Mapping[str, Direction],
     layers: Sequence[ElasticLayer] = (),
 ) -> PartCompliance:
-    """Return the compliance of the pressed faces of a swept part, E [MPa] and Poisson's ratio its material.
+    """Return the compliance of the pressed faces of a swept part.
 
-    `presses` has the unit direction in which each face is pressed. Without layers the faces that are held do not move.
-    Raises SolveError.
+    `material` is Young's modulus [MPa] and Poisson's ratio. `presses` maps the name of each pressed face to the unit
+    direction of its load. The part is supported by elastic `layers`; without layers, its held faces do not move. Raises
+    SolveError if nothing holds the part, or if the solution or its reciprocity is inaccurate.
     """
     start = time.perf_counter()
     half = clamped_half(part.mesh, *material, layers)
     means = np.column_stack([press_mean(half.basis, name, direction) for name, direction in presses.items()])
-    u = half.factor.solve(part.share * means)
+    u = half.factor.solve(part.share * means)  # on half a part, half of each newton acts
     C = means.T @ u
     _check_reciprocal(C)
     corners = [_corner_strain(half.basis, column) for column in u.T]
@@ -83,21 +87,24 @@ def swept_compliance(
         strain_per_N=tuple(corner for corner, _ in corners),
         strain_inside_per_N=tuple(inside for _, inside in corners),
         density=tuple(density for density, _ in energies),
-        at_corners=np.array([_at_corners(part, energy) for _, energy in energies]),
+        at_corners=np.array([_corner_shares(part, energy) for _, energy in energies]),
         dofs=int(half.basis.N),
         seconds=time.perf_counter() - start,
     )
 
 
 def strained_corners(found: PartCompliance) -> tuple[int, ...]:
-    """Return the numbers of sharp inner corners without which the others have a small share of the strain energy."""
-    order = np.argsort(found.at_corners.max(axis=0))
+    """Return the numbers of the sharp inner corners with enough strain energy to need refinement.
+
+    The corners that are not returned together have at most `CORNER_SHARE` of the strain energy of any load.
+    """
+    order = np.argsort(found.at_corners.max(axis=0))  # least strained first
     is_small = np.cumsum(found.at_corners[:, order], axis=1).max(axis=0) <= CORNER_SHARE
     return tuple(sorted(order[~is_small].tolist()))
 
 
 def _check_reciprocal(C: Floats) -> None:
-    """Raise SolveError unless each load moves the other's face as that moves its own (Betti)."""
+    """Raise SolveError unless C (loads, loads) [mm/N] is symmetric, as Betti's theorem requires."""
     skew = float(np.abs(C - C.T).max())
     if not skew <= BALANCE_LIMIT * float(np.abs(C).max()):
         msg = f"own part: compliances of two loads differ by {skew:.1e} mm/N: must be equal; check the solid"
@@ -105,16 +112,17 @@ def _check_reciprocal(C: Floats) -> None:
 
 
 def _corner_strain(basis: CellBasis, u: Floats) -> tuple[float, float]:
-    """Return the largest strain at round inner corners [1], as `largest_strain` does; nan where another wall has more.
+    """Return the largest strains [1] at round inner corners: extrapolated to element edges, and inside elements.
 
-    There it is at a sharp corner, and grows with every finer mesh.
+    Both are nan if there is no round inner corner, or if the strain is clearly larger at another wall. Such a maximum
+    is at a sharp corner, where the strain grows with every refinement of the mesh.
     """
     if FILLETS not in basis.mesh.boundaries:
         return np.nan, np.nan
-    corner, inside = largest_strain(basis, FILLETS, u)
-    elsewhere, _ = largest_strain(basis, WALLS, u)
-    # Beside a wide corner the straight wall may have a little more; a sharp one has far more.
-    return (max(corner, elsewhere), inside) if _SHARP * corner >= elsewhere else (np.nan, np.nan)
+    at_fillets, inside = largest_strain(basis, FILLETS, u)
+    at_walls, _ = largest_strain(basis, WALLS, u)
+    # Next to a wide fillet, the strain of the straight wall may be slightly larger; at a sharp corner it is far larger.
+    return (max(at_fillets, at_walls), inside) if _SHARP * at_fillets >= at_walls else (np.nan, np.nan)
 
 
 def tetrahedral_compliance(
@@ -123,9 +131,10 @@ def tetrahedral_compliance(
     presses: Mapping[str, Direction],
     layers: Sequence[ElasticLayer] = (),
 ) -> PartCompliance:
-    """Return the compliance of the pressed faces of a whole part in quadratic tetrahedra, without strains.
+    """Return the compliance of the pressed faces of a part in quadratic tetrahedra, without strains and energies.
 
-    Raises SolveError as `swept_compliance` does.
+    `material`, `presses` and `layers` are as in `swept_compliance`. Raises SolveError if nothing holds the part, if
+    conjugate gradients do not converge, or if the compliance is not symmetric.
     """
     start = time.perf_counter()
     basis = vector_basis(mesh, ElementTetP2(), _TETRAHEDRA_ORDER)
@@ -133,7 +142,7 @@ def tetrahedral_compliance(
     held = basis.get_dofs(HOLES).all()
     if layers:
         matrix = csc_matrix(matrix + layer_matrix(basis, layers, *material))
-        held = held[:0]
+        held = held[:0]  # only the layers support the part
     means = np.column_stack([press_mean(basis, name, direction) for name, direction in presses.items()])
     C = means.T @ two_grid(basis, matrix, held).solve(means)
     _check_reciprocal(C)
@@ -150,10 +159,12 @@ def tetrahedral_compliance(
 
 
 def at_size_zero(sizes: Sequence[float], values: Sequence[float]) -> tuple[float, float]:
-    """Return a value at size 0 from three or more meshes, and its error: the larger of the last two steps to it.
+    """Extrapolate values on three or more meshes to element size 0; return the limit and its error.
 
-    The error is taken to fall like the size, because strain energy at a sharp corner falls no slower. A rate that is
-    observed on unstructured meshes is scatter. One step can be small by accident, so the step before it counts too.
+    `sizes` decrease. The error of a value is assumed to be proportional to the size, because the error at a sharp
+    corner decreases at least at this rate. A rate observed on unstructured meshes would mainly be scatter. The error of
+    the limit is the larger of the last two steps, each converted to the last size. A single step can be small by
+    accident.
     """
     slopes = np.diff(values[-3:]) / np.diff(sizes[-3:])
     steps = slopes * sizes[-1]
@@ -161,32 +172,44 @@ def at_size_zero(sizes: Sequence[float], values: Sequence[float]) -> tuple[float
 
 
 def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
-    """Return the vector (dofs,) whose product with displacements is the mean along a direction over a face."""
+    """Return the vector (dofs,) whose product with displacements is their mean over a face, along a direction.
+
+    `direction` is a unit vector. The vector is also the uniform load of 1 N on the face.
+    """
     return np.asarray(sum(share * face_mean(basis, name, axis) for axis, share in enumerate(direction) if share != 0.0))
 
 
 def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tuple[Floats, Floats]:
-    """Return twice the strain energy of each element for 1 N: its mean density [N/mm^2] and its integral [N mm]."""
+    """Return twice the strain energy of each element for displacements u (dofs,) [mm].
+
+    The first array is the mean density over the quadrature points [N/mm^2], the second the integral [N mm].
+    """
     basis = half.basis
     dofs = np.asarray(basis.element_dofs).reshape(-1, 3, basis.element_dofs.shape[1])
     gradient = np.einsum("nie,njeq->ijeq", u[dofs], scalar_gradients(basis))
-    at_points = np.asarray((stress(gradient, *material) * gradient).sum(axis=(0, 1)))
-    return at_points.mean(axis=1), (at_points * basis.dx).sum(axis=1)
+    density = np.asarray((stress(gradient, *material) * gradient).sum(axis=(0, 1)))
+    return density.mean(axis=1), (density * basis.dx).sum(axis=1)
 
 
 def left_out(part: SweptPart, found: PartCompliance) -> tuple[float, ...]:
-    """Return the largest change of each C[i, i] by what the sweep has too much or too little, as a fraction of it [1].
+    """Return upper bounds of the relative error of each C[i, i] due to features that the swept mesh neglects [1].
 
-    Each column of the mesh has its density of strain energy at its most strained cell, and is too long or too short.
+    The volume by which each column of cells is too long or too short is assumed to have the strain energy density of
+    the most strained cell of the column.
     """
-    missed = VOID_FACTOR * part.effect * part.area
-    worst = (density[part.cells].max(axis=0) for density in found.density)
-    return tuple(float((missed * each).sum()) / found.C[i, i] for i, each in enumerate(worst))
+    neglected_volume = VOID_FACTOR * part.effect * part.area
+    largest_density = (density[part.cells].max(axis=0) for density in found.density)
+    return tuple(float((neglected_volume * each).sum()) / found.C[i, i] for i, each in enumerate(largest_density))
 
 
-def _at_corners(part: SweptPart, energy: Floats) -> Floats:
-    """Return the share of the strain energy in the elements at each sharp inner corner (corners,) [1]."""
-    columns = energy[part.cells].sum(axis=0)
-    sharp = part.corner >= 0
-    at_each = np.bincount(part.corner[sharp], columns[sharp], minlength=part.corner_count)
-    return np.asarray(at_each / energy.sum())
+def _corner_shares(part: SweptPart, energy: Floats) -> Floats:
+    """Return the share of the strain energy in the elements at each sharp inner corner [1], shape (corners,).
+
+    `energy` (elements,) is the strain energy of each element.
+    """
+    energy_of_columns = energy[part.cells].sum(axis=0)
+    is_at_corner = part.corner >= 0
+    energy_at_corners = np.bincount(
+        part.corner[is_at_corner], energy_of_columns[is_at_corner], minlength=part.corner_count
+    )
+    return np.asarray(energy_at_corners / energy.sum())

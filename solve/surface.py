@@ -1,7 +1,7 @@
-"""Quadrature on the named surfaces of a mesh, by the shape functions of its elements on one of their facets.
+"""Quadrature on the named surfaces of a mesh, from the shape functions of the elements that lie on them.
 
-The facet basis of scikit-fem locates a point in its element by Newton steps with an absolute tolerance, which fail in
-long elements and in thin layers.
+scikit-fem's own facet basis finds the position of a point in its element by Newton's method with an absolute tolerance.
+This fails in long elements and in thin layers.
 """
 
 from collections.abc import Iterator
@@ -16,9 +16,11 @@ from sensor.arrays import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class SurfacePatch:
-    """Quadrature on facets: points [mm] (3, facets, q), weights [mm^2] (facets, q), dofs (nodes, 3, facets).
+    """Quadrature with q points on each of some facets, and the shape functions of their elements at these points.
 
-    The scalar shape functions there are `shapes` [1] (nodes, facets, q) and `gradients` [1/mm] (nodes, 3, facets, q).
+    `points` (3, facets, q) [mm] and `weights` (facets, q) [mm^2] are the quadrature. `dofs` (nodes, 3, facets) are the
+    dofs of the nodes of the elements. The scalar shape functions have the values `shapes` (nodes, facets, q) [1] and
+    the `gradients` (nodes, 3, facets, q) [1/mm].
     """
 
     points: Floats
@@ -29,17 +31,20 @@ class SurfacePatch:
 
 
 def surface_facets(basis: CellBasis, name: str) -> Iterator[ReferenceFacet]:
-    """Yield the elements on a named surface, grouped by their facet on it, in coordinates of the unit cube [1]."""
+    """Yield the elements on a named surface, in groups with the same local facet on the surface."""
     return reference_facets(basis.mesh, basis.mesh.boundaries[name])
 
 
 def nodal_dofs(basis: CellBasis, elements: Ints) -> Ints:
-    """Return the dofs of the nodes of some elements, shape (nodes, 3, elements)."""
+    """Return the displacement dofs at the nodes of the given elements, shape (nodes, 3, elements)."""
     return np.asarray(basis.element_dofs[:, elements].reshape(-1, 3, len(elements)))
 
 
 def patch_inside(basis: CellBasis, elements: Ints, inside: Floats, weights: Floats) -> SurfacePatch:
-    """Return the quadrature at points of the unit cube [1], (3, q) or (3, elements, q), with weights [mm^2]."""
+    """Return the quadrature at points `inside` the unit cell of the elements (e,), with weights (e, q) [mm^2].
+
+    The points (3, q) [1] are the same for all elements; points (3, e, q) differ between elements.
+    """
     table = shape_table(basis.elem.elem, inside)
     values = table.values.reshape(len(table.values), -1, weights.shape[1])
     return SurfacePatch(
@@ -52,7 +57,10 @@ def patch_inside(basis: CellBasis, elements: Ints, inside: Floats, weights: Floa
 
 
 def surface_patches(basis: CellBasis, name: str, points: Floats, weights: Floats) -> Iterator[SurfacePatch]:
-    """Yield the quadrature on a named surface, from points (2, q) and weights (q,) of the unit square [1]."""
+    """Yield the quadrature on a named surface, one patch for each group of `surface_facets`.
+
+    `points` (2, q) and `weights` (q,) are the quadrature rule on the reference facet [1].
+    """
     for facet in surface_facets(basis, name):
         area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
         yield patch_inside(basis, facet.elements, facet.inside(points), area * weights)

@@ -1,4 +1,4 @@
-"""Half a housing in its mount: its displacement basis, and its stiffness matrix with the mount's layers, factorised."""
+"""Half a housing in its mount: the displacement basis and the factorised stiffness matrix, and checks of a solution."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,26 +18,31 @@ from solve.surface import surface_patches
 
 HOLES = "mounting_holes"
 SIDES = "side_faces"
-BALANCE_LIMIT = 1e-5  # error of reciprocity over the largest work [1], and error of the support of a tip force [N]
-REDUCED = 3  # polynomial degree of reduced integration with 2^3 Gauss points
+BALANCE_LIMIT = (
+    1e-5  # largest asymmetry of the work over the largest work [1], and largest error of a support force [N]
+)
+REDUCED = 3  # polynomial degree of reduced integration, with 2^3 Gauss points
 _GAUSS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
-POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])
+POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])  # 2^2 Gauss points of the unit square
 WEIGHTS = np.full(4, 0.25)
-_TRIANGLE_ORDER = 4
+_TRIANGLE_ORDER = 4  # polynomial degree of the quadrature on triangular facets
 
 
-# The axes, and the components that the plane of symmetry y = 0 holds under a load along PRESS or ACROSS.
+# The axes x, y and z.
 LENGTHWISE = 0
 ACROSS = 1
 PRESS = 2
+# The displacement components that are 0 on the plane of symmetry y = 0, for a load along PRESS or ACROSS.
 SYMMETRY = {PRESS: ("u^2",), ACROSS: ("u^1", "u^3")}
 
 
 @dataclass(frozen=True, eq=False)
 class ClampedHalf:
-    """The half y >= 0 of a housing: its matrix [N/mm] with the layers of its mount, `ground` being their contribution.
+    """The half y >= 0 of a housing in its mount: either elastic layers on a rigid ground, or clamped mounting holes.
 
-    `clamped` are the dofs of its mounting holes, which are held if there is no layer.
+    `matrix` [N/mm] is the stiffness matrix, of which `ground` is the contribution of the layers, None without layers.
+    `clamped` are the dofs of the mounting holes, empty with layers. `factor` is the matrix factorised with these dofs
+    and those of the plane of symmetry held at 0.
     """
 
     basis: CellBasis
@@ -47,28 +52,34 @@ class ClampedHalf:
     factor: Factor
 
     def support(self, u: Floats) -> Floats:
-        """Return the vertical force of holes or layers on the half [N], shape (loads,), for u (dofs, loads) [mm]."""
+        """Return the vertical force of the mount on the half [N], shape (loads,), for displacements u (dofs, loads)."""
         if self.ground is not None:
             return -np.asarray((self.ground @ u)[self._vertical].sum(axis=0))
         held = np.intersect1d(self.clamped, self._vertical)
         return np.asarray((self.matrix @ u)[held].sum(axis=0))
 
     def round_off(self, u: Floats) -> float:
-        """Return the round-off of `support` [N] for u (dofs, loads) [mm], a small sum of large forces."""
+        """Return the round-off error of `support` [N] for displacements u (dofs, loads) [mm].
+
+        The support is a small sum of large nodal forces, so its relative error can be large.
+        """
         inside = (magnitude(self.matrix) @ np.abs(u))[self._vertical].sum(axis=0)
         return float(np.finfo(np.float64).eps * inside.max())
 
     @property
     def _vertical(self) -> Ints:
+        """Return the dofs of displacement along the press, at corners and at the middles of edges."""
         return np.concatenate([self.basis.nodal_dofs[PRESS], self.basis.edge_dofs[PRESS]])
 
 
 def clamped_half(
     mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = (), axis: int = PRESS
 ) -> ClampedHalf:
-    """Return the half of a housing [N/mm from MPa, mm] for a load along an axis, PRESS or ACROSS.
+    """Return the half housing with the material constants E [MPa] and Poisson's ratio, for loads along an axis.
 
-    The layers hold it, or its holes if there are none. Raises SolveError if nothing holds it.
+    `mesh` [mm] is the half y >= 0, or a whole part without a boundary "symmetry". `axis` is PRESS or ACROSS. The
+    housing rests on the `layers`; without layers, its mounting holes are clamped. Raises SolveError if nothing holds
+    the housing, or if its matrix is too large.
     """
     basis = vector_basis(mesh, ElementHexS2(), order=REDUCED)
     matrix = stiffness_matrix(basis, E, poisson)
@@ -84,7 +95,10 @@ def clamped_half(
 
 
 def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
-    """Return the dofs that the plane y = 0 holds under a load along an axis; empty if the whole part is meshed."""
+    """Return the dofs that are 0 on the plane of symmetry under a load along `axis`, PRESS or ACROSS.
+
+    There are none if the whole part is meshed.
+    """
     if "symmetry" not in (basis.mesh.boundaries or {}):
         return np.zeros(0, dtype=np.int64)
     plane = basis.get_dofs("symmetry")
@@ -92,13 +106,13 @@ def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
 
 
 def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
-    """Return the same half with the components held on the plane y = 0 for a load along another axis."""
+    """Return the same half, factorised for loads along another axis, which change what the plane of symmetry holds."""
     held = np.union1d(half.clamped, _symmetry_dofs(half.basis, axis))
     return replace(half, factor=factorise(half.matrix, held))
 
 
 def facet_rule(mesh: Mesh) -> tuple[Floats, Floats]:
-    """Return points (2, q) and weights (q,) of a quadrature on the facets of a mesh."""
+    """Return the points (2, q) and weights (q,) [1] of a quadrature on the facets of hexahedra or tetrahedra."""
     if mesh.refdom is RefTet:
         points, weights = get_quadrature(RefTri, _TRIANGLE_ORDER)
         return points, weights
@@ -106,13 +120,15 @@ def facet_rule(mesh: Mesh) -> tuple[Floats, Floats]:
 
 
 def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:
-    """Return the vector (dofs,) whose product with displacements is the mean of a component over a face.
+    """Return the vector (dofs,) whose product with displacements is the mean over a face of their component `axis`.
 
-    With `slope`, LENGTHWISE or ACROSS, it is the slope of the component along this axis, by least squares. Half of the
-    vector is also the load on the half mesh for 1 N, or a moment of 1 N mm, on the whole face.
+    With `slope`, LENGTHWISE or ACROSS, the product is instead the slope of the component along this axis, by least
+    squares. Half of the vector is also the load on the half mesh if 1 N, or a moment of 1 N mm, acts on
+    the whole face.
     """
     patches = list(surface_patches(basis, name, *facet_rule(basis.mesh)))
-    centre = 0.0  # across, because the other half of the face lies beyond the plane of symmetry
+    # Across, the centre of the whole face is y = 0: its other half lies beyond the plane of symmetry.
+    centre = 0.0
     if slope == LENGTHWISE:
         area = sum(float(patch.weights.sum()) for patch in patches)
         centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
@@ -128,7 +144,7 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = Non
 
 
 def weight_load(half: ClampedHalf, axis: int) -> Floats:
-    """Return the nodal forces [N] of a body force of 1 N/mm^3 along an axis, shape (dofs,)."""
+    """Return the nodal forces [N] due to a body force of 1 N/mm^3 along an axis, shape (dofs,)."""
     basis = half.basis
     load = np.zeros(basis.N)
     forces = scalar_shapes(basis) @ basis.dx.T
@@ -137,15 +153,16 @@ def weight_load(half: ClampedHalf, axis: int) -> Floats:
 
 
 def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> None:
-    """Raise SolveError unless the loads are reciprocal (Betti) and the mount supports each, half a newton on the half.
+    """Raise SolveError unless the loads on tips satisfy Betti's theorem, and the mount carries the whole of each load.
 
-    `work` (loads, loads) [mm N] is the work of one load on the displacements by another. `support` (loads,) [N] is the
-    force of the mount, or None if the plane of symmetry carries a part. `round_off` [N] is the numerical error of it.
+    `work` (loads, loads) [N mm] is the work of one load on the displacements due to another. `support` (loads,) [N] is
+    the force of the mount under half a newton, which acts on the half mesh for 1 N on the whole tip. It is None if the
+    plane of symmetry carries a part of the load. `round_off` [N] is the numerical error of `support`.
     """
-    skew = float(np.abs(work - work.T).max())
-    if not skew <= BALANCE_LIMIT * float(np.abs(work).max()):
+    asymmetry = float(np.abs(work - work.T).max())
+    if not asymmetry <= BALANCE_LIMIT * float(np.abs(work).max()):
         msg = (
-            f"flexure: the work of two loads, each on the displacement by the other, differs by {skew:.1e} mm N: "
+            f"flexure: the work of two loads, each on the displacement by the other, differs by {asymmetry:.1e} mm N: "
             "must be equal. Check that the matrix is symmetric."
         )
         raise SolveError(msg)

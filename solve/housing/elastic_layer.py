@@ -1,6 +1,7 @@
-"""Layers between a housing and a rigid ground: a cover, or the skin of a print under a washer.
+"""Elastic layers between a housing and a rigid ground: a cover, or the outer layer of a print under a washer.
 
-A thin layer whose far side is held is a bed of springs: G / thickness along it, E / thickness across it.
+A thin layer bonded to the ground acts like a bed of springs. Its stiffness per area is G / thickness parallel to the
+layer, and E / thickness normal to it.
 """
 
 from collections.abc import Sequence
@@ -20,8 +21,8 @@ from solve.surface import surface_facets
 Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in z [mm]
 Disc = tuple[float, float, float]  # centre x, z and radius [mm]
 
-_ACROSS = 1  # the axis y, along which the layer is thin
-# An edge of a layer may cut a facet; these points along both sides of the facet give the fraction inside.
+_ACROSS = 1  # the axis y, normal to the layer
+# The edge of a layer may cut a facet, so each facet is sampled at 8 x 8 points of equal weight.
 _SIDE = (np.arange(8) + 0.5) / 8
 _POINTS = np.array([np.repeat(_SIDE, 8), np.tile(_SIDE, 8)])
 _WEIGHT = 1.0 / 64
@@ -33,10 +34,10 @@ _TRIANGLE_POINTS = np.array(
 
 @dataclass(frozen=True, kw_only=True)
 class ElasticLayer:
-    """A layer of the housing's own material between its surface `name` and the ground: its place and thickness [mm].
+    """A layer of the housing's own material, of a thickness [mm], between its surface `name` and the ground.
 
-    It covers points inside a rectangle, inside a disc if there are any, and outside all holes. Without rectangles it
-    covers the whole surface.
+    The layer covers the points inside any rectangle; without rectangles, the whole surface. If there are discs, it
+    covers only points that are also inside a disc. It covers no point inside a hole.
     """
 
     name: str
@@ -46,7 +47,7 @@ class ElasticLayer:
     holes: tuple[Disc, ...] = ()
 
     def covers(self, x: Floats, z: Floats) -> Floats:
-        """Return 1 for points [mm] under the layer and 0 for others, in their shape."""
+        """Return 1 at points (x, z) [mm] that the layer covers, and 0 at others, in the shape of x."""
         covered = np.full(x.shape, not self.rectangles)
         for (x0, x1), (z0, z1) in self.rectangles:
             covered |= (x0 <= x) & (x <= x1) & (z0 <= z) & (z <= z1)
@@ -58,21 +59,23 @@ class ElasticLayer:
 
 
 def _in_disc(x: Floats, z: Floats, disc: Disc) -> Flags:
+    """Return whether points (x, z) [mm] lie inside a disc."""
     centre_x, centre_z, radius = disc
     return (x - centre_x) ** 2 + (z - centre_z) ** 2 < radius**2
 
 
 def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poisson: float) -> csc_matrix:
-    """Return the contribution of layers to the stiffness matrix [N/mm from MPa, mm], shape (dofs, dofs).
+    """Return the contribution of elastic layers to the stiffness matrix [N/mm], shape (dofs, dofs).
 
-    It is int N_a N_b times the stiffness of the bed per area, over the part of each facet that lies under the layer.
-    The components along the layer have the stiffness G / thickness, the component across it E / thickness.
+    It is int N_a N_b times the stiffness per area, over the covered part of each facet. The stiffness per area is
+    G / thickness for components parallel to the layer, and E / thickness for the normal component. E [MPa] and
+    Poisson's ratio are those of the layers, which have the material of the housing.
     """
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)
     count = basis.N // 3
-    along = csc_matrix((count, count))  # for both components along the layer
-    across = csc_matrix((count, count))
+    along = csc_matrix((count, count))  # for each of the two components parallel to the layer
+    across = csc_matrix((count, count))  # for the normal component
     for layer in layers:
         points = _TRIANGLE_POINTS if basis.mesh.refdom is RefTet else _POINTS
         for facet in surface_facets(basis, layer.name):
@@ -81,7 +84,7 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
             x, _, z = cell_points(basis.mesh, inside, facet.elements)
             weight = (0.5 if basis.mesh.refdom is RefTet else 1.0) * _WEIGHT
             weights = area * weight * layer.covers(x, z)  # (facets, points), 0 outside the layer
-            # The shape functions are defined on the unit cube, so they are the same on every facet.
+            # All elements in this group have the same local facet, so their shape functions there are the same.
             shapes = shape_table(basis.elem.elem, inside).values
             springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)
             of_facets = nodes[facet.elements]

@@ -1,8 +1,9 @@
-"""Fields of the loaded housing for viewing, at the nodes of its 20-node hexahedra.
+"""Displacement, strain and stress of the loaded housing for viewing, at the nodes of its 20-node hexahedra.
 
-Strain is extrapolated from the points where it is most accurate: the 2^3 Gauss points of a cell and, on a free surface,
-the 2^2 of a facet. See Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243, doi:10.1002/nme.1620100202. The extrapolation
-is linear along the axes of the cell or facet, and averaged at a node over its neighbours.
+Strain is extrapolated from the points where it is most accurate: the 2^3 Gauss points of a cell or, on an unloaded
+surface, the 2^2 Gauss points of a facet. See J. Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243,
+doi:10.1002/nme.1620100202. The extrapolation is linear along each axis of the cell or facet. At a node it is averaged
+over the adjacent cells or facets.
 """
 
 import numpy as np
@@ -16,14 +17,15 @@ from solve.housing.stiffness import SPRINGS, leaf_faces
 from solve.surface import nodal_dofs, patch_inside, surface_facets
 
 _FREE = "free"
-_NEAR = 1e-9  # tolerance of a distance, over the side of a cell
+_NEAR = 1e-9  # distance from the plane of a facet below which a node lies in it, over the side of the unit cube
 
 
 def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
-    """Return displacement, stress and strain at the nodes, from displacements u (dofs,) [mm] of 20-node cells.
+    """Return displacement, stress and strain at the nodes, for displacements u (dofs,) [mm] of 20-node hexahedra.
 
-    The nodes are the first of `mesh.doflocs`: corners, then the middles of edges. Named boundaries except leaves carry
-    a load or a support. The rest of the surface is free of load.
+    The nodes are the corners and then the middles of edges, which are the first nodes in `mesh.doflocs`. A named
+    boundary other than the leaves carries a load or a support; the rest of the surface is unloaded. E [MPa] and
+    Poisson's ratio are those of the housing.
     """
     leaves = [leaf_faces(spring) for spring in SPRINGS]
     loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
@@ -31,33 +33,33 @@ def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
     basis = vector_basis(mesh.with_boundaries({_FREE: free}), ElementHexS2(), order=REDUCED)
     strain = nodal_strain(basis, u, poisson, _FREE)
     displacement = u[np.hstack([basis.nodal_dofs, basis.edge_dofs]).T]
-    # `stress` takes a gradient, of which it uses only the symmetric part, the strain
+    # `stress` expects a displacement gradient, but uses only its symmetric part, the strain.
     return NodalFields(displacement=displacement, stress=stress(strain, E, poisson), strain=strain)
 
 
 def nodes_of_cells(mesh: Mesh) -> Ints:
-    """Return the 20 nodes of each cell that the solve uses, shape (20, cells), the first of the mesh's 27."""
+    """Return the indices of the 20 nodes of each cell that the solve uses, the first of the mesh's 27, (20, cells)."""
     return np.asarray(mesh.dofs.element_dofs[: len(ElementHexS2().doflocs)])
 
 
 def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
-    """Return the node on a named surface with the largest magnitude of principal strain."""
+    """Return the index of the node on a named surface at which the magnitude of principal strain is largest."""
     dofs = mesh.dofs.get_facet_dofs((mesh.boundaries or {})[surface])
     nodes = np.unique(np.concatenate([dofs.nodal["u"], dofs.edge["u"]]))
     return int(nodes[fields.largest_principal_strain[nodes].argmax()])
 
 
 def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floats:
-    """Return the strain [1] of displacements u, shape (dofs,), at the nodes, shape (3, 3, nodes).
+    """Return the strain [1] at the nodes, shape (3, 3, nodes), for displacements u (dofs,) [mm].
 
-    `basis` has 20-node cells with 2^3 Gauss points. At nodes on the boundary `free`, which carries no load, only its
-    facets are used. At a fillet, strain is nonlinear over the thickness of a leaf, and linear extrapolation from two
-    points of a cell would miss its peak.
+    `basis` has 20-node cells with 2^3 Gauss points, and `free` is the name of the unloaded boundary. At nodes on this
+    boundary, the strain is extrapolated only within its facets. At a fillet, strain varies nonlinearly through the
+    thickness of a leaf, so linear extrapolation from two points in a cell would miss the peak strain.
     """
-    corners = basis.elem.elem.doflocs  # nodes of the unit cube
+    reference_nodes = basis.elem.elem.doflocs  # nodes of the unit cube
     nodes = nodes_of_cells(basis.mesh)
     count = 1 + int(nodes.max())
-    # Extrapolation over a small cell has a smaller error, hence a larger weight.
+    # Extrapolation in a small cell has a smaller error, and therefore gets a larger weight in the average.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
 
     total, weight = _cell_strain(basis, u, nodes, weights)
@@ -67,15 +69,15 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
         inside = facet.inside(POINTS)
         patch = patch_inside(basis, facet.elements, inside, np.ones((len(facet.elements), POINTS.shape[1])))
         gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
-        strain = _without_load(gradient, facet.normals(basis.mesh, POINTS), poisson)
+        strain = _unloaded_strain(gradient, facet.normals(basis.mesh, POINTS), poisson)
 
-        # Nodes of the unit cube in the plane of this facet, with their coordinates along its two edges.
-        from_corner = corners - facet.corner
+        # The nodes of the unit cube in the plane of this facet, and their coordinates along its two edges.
+        from_corner = reference_nodes - facet.corner
         on_facet = np.flatnonzero(np.abs(from_corner @ np.cross(facet.along, facet.across)) < _NEAR)
         facet_coordinates = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
         at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(facet_coordinates, POINTS), strain)
-        of_facet = nodes[on_facet][:, facet.elements]
-        _add_weighted(surface_total, surface_weight, of_facet, at_nodes, weights[on_facet][:, facet.elements])
+        facet_nodes = nodes[on_facet][:, facet.elements]
+        _add_weighted(surface_total, surface_weight, facet_nodes, at_nodes, weights[on_facet][:, facet.elements])
 
     on_surface = surface_weight > 0.0
     total[on_surface] = surface_total[on_surface]
@@ -84,9 +86,10 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
 
 
 def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> tuple[Floats, Floats]:
-    """Return the weighted sum of the cells' strains at each node, (nodes, 3, 3), and the sum of the weights, (nodes,).
+    """Return the weighted sum of strains at each node (nodes, 3, 3), and the sum of the weights (nodes,).
 
-    `nodes` and `weights` (20, cells) belong to the nodes of each cell.
+    The strains are extrapolated from the Gauss points of each cell, for displacements u (dofs,) [mm]. `nodes` and
+    `weights` (20, cells) are the node indices and weights of each cell.
     """
     # indices: node n, axes i and j, cell c, Gauss point q
     cells = np.arange(basis.mesh.nelements)
@@ -101,30 +104,35 @@ def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> t
 
 
 def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, weights: Floats) -> None:
-    """Add strains (n, cells, 3, 3) at nodes (n, cells) to their weighted sums, and the weights (n, cells) to theirs."""
+    """Add strains (n, cells, 3, 3) with weights (n, cells) to the sums at their nodes, whose indices are (n, cells).
+
+    The sums `total` (nodes, 3, 3) of weighted strains and `weight` (nodes,) of weights are changed in place.
+    """
     np.add.at(total, nodes, strain * weights[..., None, None])
     np.add.at(weight, nodes, weights)
 
 
-def _without_load(gradient: Floats, normal: Floats, poisson: float) -> Floats:
-    """Return the strain of a displacement gradient on a surface that carries no load.
+def _unloaded_strain(gradient: Floats, normal: Floats, poisson: float) -> Floats:
+    """Return the strain on an unloaded surface, shape (3, 3, facets, points), from the displacement gradient there.
 
-    The strain within the surface is kept. The stress on the surface is zero, so the strain normal to it is -nu / (1 -
-    nu) (e_1 + e_2) and the transverse shear is zero. Shapes are (3, 3, facets, points), and for `normal`, of any
-    length, (3, facets, points).
+    The in-plane strain of the gradient is kept. The stress on the surface is zero, so the normal strain is
+    -nu / (1 - nu) (e_1 + e_2) with the in-plane strains e_1 and e_2, and the transverse shear strain is zero. `normal`
+    (3, facets, points) may have any length.
     """
     n = normal / np.linalg.norm(normal, axis=0)
-    across = np.einsum("i...,j...->ij...", n, n)
-    tangent = np.eye(3).reshape(3, 3, *([1] * (n.ndim - 1))) - across
-    within = np.einsum("ik...,kl...,lj...->ij...", tangent, 0.5 * (gradient + gradient.swapaxes(0, 1)), tangent)
-    return np.asarray(within - poisson / (1.0 - poisson) * np.trace(within) * across)
+    normal_projector = np.einsum("i...,j...->ij...", n, n)
+    projector = np.eye(3).reshape(3, 3, *([1] * (n.ndim - 1))) - normal_projector
+    strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
+    in_plane = np.einsum("ik...,kl...,lj...->ij...", projector, strain, projector)
+    return np.asarray(in_plane - poisson / (1.0 - poisson) * np.trace(in_plane) * normal_projector)
 
 
 def _extrapolation(nodes: Floats, gauss: Floats) -> Floats:
-    """Return the matrix (n, q) from values at 2^d Gauss points (d, q) of the unit cube to values at nodes (d, n).
+    """Return the matrix (n, q) that extrapolates values at Gauss points (d, q) to nodes (d, n) of the unit cube.
 
-    Along one axis, the linear function that is 1 at one Gauss point and 0 at the other is (1 + 3 X X') / 2. X is the
-    coordinate of the node and X' = -+ 1 / sqrt(3) of the point, both from -1 to 1.
+    There are q = 2^d Gauss points. Along one axis, the linear function that is 1 at one Gauss point and 0 at the other
+    is (1 + 3 X X') / 2. X is the coordinate of the node, X' = -1 / sqrt(3) or 1 / sqrt(3) the coordinate of the Gauss
+    point, both on the interval from -1 to 1.
     """
     X = 2.0 * nodes - 1.0
     X_gauss = 2.0 * gauss - 1.0

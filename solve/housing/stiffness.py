@@ -1,7 +1,7 @@
-"""Stiffness of both flexures as printed: the housing in its mount, a force on a tip, and the tip's displacement.
+"""The stiffness of both flexures of a printed housing in its mount, from the displacement of a tip per force on it.
 
-The mesh is the half y >= 0; forces are on the whole part. Tips are in the order of the names of their springs. Elements
-are 20-node hexahedra with 2^3 Gauss points; with full integration a leaf would need eight times as many.
+The mesh is the half y >= 0, but all forces are forces on the whole part. Arrays over tips have the order of `SPRINGS`.
+Elements are 20-node hexahedra with 2^3 Gauss points; with full integration, a leaf would need eight times as many.
 """
 
 import time
@@ -31,16 +31,16 @@ from solve.surface import surface_patches
 
 PerTip = tuple[float, ...]
 
-SPRINGS = ("low", "high")  # names of the springs, in the order of every result
+SPRINGS = ("low", "high")  # names of the springs, in the order of all results
 
-# Error over the difference to the coarse mesh. With a mesh of 4.5 times the dofs, it is at most 0.23 for designs in all
-# processes; the median is 0.07 (tests/reference/fits/test_housing.py). The fit of the springs adds a floor, and more
-# for leaves of unusual shape.
+# Error bar over the difference from the coarse mesh. Compared with a mesh of 4.5 times as many dofs, the error is at
+# most 0.23 of this difference for designs in all print processes, with a median of 0.07
+# (tests/reference/fits/test_housing.py). The fit of the springs adds a floor, and more for leaves of unusual shape.
 ERROR_SHARE = 0.2
-# Error over the increase by extrapolating the strain to the edges of the elements. At most 1.1 was found, and 0.85 in
-# tests/reference/fits/test_housing.py.
+# Error bar over the increase in strain due to its extrapolation to element edges. The largest ratio found is 1.1,
+# and 0.85 in tests/reference/fits/test_housing.py.
 STRAIN_ERROR_SHARE = 1.5
-# Linear extrapolation from two Gauss points of an edge to its ends.
+# Linear extrapolation from the two Gauss points of an edge to its ends.
 _EXTRAPOLATION = 0.5 * np.array([[1.0 + np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [1.0 - np.sqrt(3.0), 1.0 + np.sqrt(3.0)]])
 
 
@@ -58,11 +58,11 @@ def leaf_faces(spring: str) -> str:
 class TipCompliance:
     """The solution on one mesh: C[i, j] is the displacement of tip i along the press per force on tip j [mm/N].
 
-    C has shape (tips, tips); all other fields have a number per tip. `strain_per_N` is the largest principal strain on
-    a flexure's leaves per force on its tip [1/N], extrapolated to the edges of the elements. `strain_inside_per_N` is
-    the largest one inside them. `tilt_per_N` is the rotation of a tip's face in the plane of the plate [rad/N].
-    `weight_sag` [mm^4/N] is the displacement of a tip along the press per body force along the press.
-    `weight_sag_lengthwise` is the same for a body force along x.
+    All other fields have a value for each tip. `strain_per_N` is the largest principal strain on a flexure's leaves per
+    force on its tip [1/N], extrapolated to the edges of elements. `strain_inside_per_N` is the same at the Gauss
+    points. `tilt_per_N` is the rotation of a tip's face in the plane of the plate [rad/N]. `weight_sag` [mm^4/N] is the
+    displacement of a tip along the press per body force along the press, and `weight_sag_lengthwise` per body force
+    along x.
     """
 
     C: Floats
@@ -76,13 +76,16 @@ class TipCompliance:
 
     @property
     def K(self) -> PerTip:
-        """Return the stiffness of each tip with the other tips free [N/mm]."""
+        """Return the stiffness of each tip with the other tips unloaded [N/mm]."""
         return tip_stiffnesses(self.C)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HousingStiffness:
-    """The compliance C, the relative error of each stiffness [1], and the other fields as in `TipCompliance`."""
+    """The solution on the fine mesh with relative errors [1]: `error` of the stiffness K, and errors of other fields.
+
+    The other fields are as in `TipCompliance`.
+    """
 
     C: Floats
     error: PerTip
@@ -96,28 +99,28 @@ class HousingStiffness:
 
     @property
     def K(self) -> PerTip:
-        """Return the stiffness of each flexure with the other tips free [N/mm]."""
+        """Return the stiffness of each flexure with the other tips unloaded [N/mm]."""
         return tip_stiffnesses(self.C)
 
 
 def tip_stiffnesses(C: Floats) -> PerTip:
-    """Return the stiffness of each tip with the other tips free [N/mm], from the compliance (tips, tips) [mm/N]."""
+    """Return the stiffness of each tip with the others unloaded [N/mm], from the compliance (tips, tips) [mm/N]."""
     return tuple(1.0 / float(compliance) for compliance in np.diag(C))
 
 
 def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
-    """Return the result of the fine mesh, with its error estimated from the difference to the coarse mesh.
+    """Return the solution on the fine mesh, with errors estimated from the difference between both meshes.
 
-    The error of the strain is estimated from its extrapolation to the edges of the elements.
+    The error of the strain is estimated from the increase due to its extrapolation to element edges.
     """
     return HousingStiffness(
         C=fine.C,
-        error=_differences(fine.K, coarse.K, ERROR_SHARE),
+        error=_relative_errors(fine.K, coarse.K, ERROR_SHARE),
         strain_per_N=fine.strain_per_N,
-        strain_error=_differences(fine.strain_per_N, fine.strain_inside_per_N, STRAIN_ERROR_SHARE),
+        strain_error=_relative_errors(fine.strain_per_N, fine.strain_inside_per_N, STRAIN_ERROR_SHARE),
         tilt_per_N=fine.tilt_per_N,
         weight_sag=fine.weight_sag,
-        weight_sag_error=_differences(fine.weight_sag, coarse.weight_sag, 1.0),
+        weight_sag_error=_relative_errors(fine.weight_sag, coarse.weight_sag, 1.0),
         weight_sag_lengthwise=fine.weight_sag_lengthwise,
         info=SolveInfo(
             method="20-node hexahedra",
@@ -128,31 +131,32 @@ def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStif
     )
 
 
-def _differences(fine: PerTip, coarse: PerTip, fraction: float) -> PerTip:
-    """Return a fraction of the relative difference of each value on two meshes [1]."""
+def _relative_errors(fine: PerTip, coarse: PerTip, fraction: float) -> PerTip:
+    """Return the relative errors [1] of fine values: `fraction` times their relative difference from coarse ones."""
     return tuple(fraction * abs(b / a - 1.0) for a, b in zip(fine, coarse, strict=True))
 
 
 def tip_compliance(mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = ()) -> TipCompliance:
-    """Return the compliance of all tips along the press [mm/N from MPa] on one mesh [mm] of the half y >= 0.
+    """Return the compliance of all tips along the press, on one mesh [mm] of the half y >= 0.
 
-    The load is uniform over the face, the displacement is the mean over the face. Without layers of a mount the holes
-    are clamped. Raises SolveError if the solve, the balance of forces or the reciprocity of the loads fails.
+    E is in MPa. The load is uniform over the face of a tip, and its displacement is the mean over the face. The housing
+    rests on the `layers`; without layers, its mounting holes are clamped. Raises SolveError if the linear solve, the
+    balance of forces or the reciprocity of the loads fails.
     """
     start = time.perf_counter()
     return compliance_of(clamped_half(mesh, E, poisson, layers), start)
 
 
 def compliance_of(half: ClampedHalf, start: float | None = None) -> TipCompliance:
-    """Return the compliance, strains and sags of all tips of a clamped half [mm/N].
+    """Return the compliance, strains and sags of all tips of a half housing, whose matrix is already factorised.
 
-    `start` is the time at which the caller began, so that `seconds` includes making the half; by default it is now.
-    Raises SolveError as `tip_compliance` does.
+    `start` is the time at which the caller began to assemble the half, so that `seconds` includes this; by default it
+    is now. Raises the SolveErrors of `tip_compliance`.
     """
     start = time.perf_counter() if start is None else start
     basis = half.basis
     mean = tip_means(basis, PRESS)
-    # Loads on the half: 0.5 `mean` is 1 N on a whole tip. The others are body forces along the press and along x.
+    # Loads on the half: 0.5 `mean` is 1 N on a whole tip. The other two are body forces along the press and along x.
     loads = [0.5 * mean, weight_load(half, PRESS), weight_load(half, LENGTHWISE)]
     solution = half.factor.solve(np.column_stack(loads))
     u = solution[:, : len(SPRINGS)]
@@ -181,10 +185,10 @@ def compliance_of(half: ClampedHalf, start: float | None = None) -> TipComplianc
 
 
 def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float]:
-    """Return the largest magnitudes of principal strain [1] on a named surface, for displacements u (dofs,) [mm].
+    """Return two values of the largest principal strain magnitude [1] on a named surface, for displacements u (dofs,).
 
-    The first is extrapolated to the corners of the facets, the second is at their Gauss points. Strain is most accurate
-    at the Gauss points, but its peak lies between them and the edges, so it is extrapolated bilinearly.
+    The first is extrapolated bilinearly to the corners of the facets, the second is at their Gauss points. Strain is
+    most accurate at the Gauss points, but its peak may lie between them and the edges of a facet.
     """
     at_corners = 0.0
     at_points = 0.0
@@ -199,9 +203,9 @@ def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float
 
 
 def sideways_stiffness(mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = ()) -> PerTip:
-    """Return the stiffness of each tip across the plate [N/mm], for forces and displacements along y.
+    """Return the lateral stiffness of each tip [N/mm]: force over displacement along y, normal to the plate.
 
-    Raises SolveError as `tip_compliance` does.
+    The arguments and errors are those of `tip_compliance`, but the balance of forces is not checked.
     """
     half = clamped_half(mesh, E, poisson, layers, ACROSS)
     mean = tip_means(half.basis, ACROSS)
@@ -211,34 +215,39 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float, layers: Sequence[El
 
 
 def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
-    """Return the compliance [mm/N] of points above the middles of the tips' faces, (tips, tips, 3, 3).
+    """Return the compliance [mm/N] of points at a distance from the tips, shape (tips, tips, 3, 3).
 
-    The points move rigidly with the faces, at a lever [mm] along the press. Entry (i, j, a, b) is the displacement of
-    point i along axis a per force along b at point j. Rotation of a face about the press is neglected. `half` is made
-    for a load along the press. Raises SolveError as `tip_compliance` does.
+    Each point moves rigidly with the face of its tip, at a distance `lever` [mm] along the press from the middle of the
+    face. Entry (i, j, a, b) is the displacement of point i along axis a per force along axis b at point j. Rotation of
+    a face about the press is neglected. `half` is factorised for loads along the press. Raises SolveError if the linear
+    solve or the reciprocity of the loads fails.
     """
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
-    # Loads along x and the press are symmetric about y = 0; loads along y are antisymmetric.
+    # Loads along x and along the press are symmetric about y = 0; loads along y are antisymmetric. So they are solved
+    # separately, with what the plane of symmetry holds in each case. `level` is the lateral axis, x or y.
     for part, level in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
         slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=level) for spring in SPRINGS]
         tilts = np.column_stack(slopes)
-        # The rotation of a face moves a point by its lever.
-        moves = {level: tip_means(part.basis, level) - lever * tilts}
+        # The displacement of a point is that of its face, minus the rotation of the face times the lever.
+        displacement = {level: tip_means(part.basis, level) - lever * tilts}
         if level == LENGTHWISE:
-            moves[PRESS] = tip_means(part.basis, PRESS)
-        axes = tuple(moves)
-        point = np.column_stack(list(moves.values()))  # (dofs, axes times tips)
-        u = part.factor.solve(0.5 * point)
-        check_tips(0.5 * point.T @ u, None)
+            displacement[PRESS] = tip_means(part.basis, PRESS)
+        axes = tuple(displacement)
+        vectors = np.column_stack(list(displacement.values()))  # (dofs, axes times tips)
+        u = part.factor.solve(0.5 * vectors)
+        check_tips(0.5 * vectors.T @ u, None)
         # Reorder from (axis, tip, axis, tip) to (tip, tip, axis, axis).
         shape = (len(axes), len(SPRINGS))
         entries = np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)
-        compliance[entries] += (point.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
+        compliance[entries] += (vectors.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
     return compliance
 
 
 def displacements(half: ClampedHalf) -> Floats:
-    """Return the displacements [mm] for 1 N along the press on each tip, shape (dofs, tips); raises SolveError."""
+    """Return the displacements [mm] due to 1 N along the press on each tip, shape (dofs, tips).
+
+    Raises SolveError if the linear solve, the balance of forces or the reciprocity of the loads fails.
+    """
     mean = tip_means(half.basis, PRESS)
     u = half.factor.solve(0.5 * mean)
     check_tips(0.5 * mean.T @ u, half.support(u), half.round_off(u))
@@ -246,5 +255,5 @@ def displacements(half: ClampedHalf) -> Floats:
 
 
 def tip_means(basis: CellBasis, axis: int) -> Floats:
-    """Return the vectors (dofs, tips) whose products with displacements are the means along an axis over the tips."""
+    """Return the vectors (dofs, tips) whose products with displacements are the means over tips of a component."""
     return np.column_stack([face_mean(basis, tip_face(spring), axis) for spring in SPRINGS])
