@@ -1,4 +1,4 @@
-"""The force of a pressed body as a smooth function of the travel, from two meshes, with its error."""
+"""The force on a compressed body as a smooth function of the travel, with its error from two meshes."""
 
 import functools
 import math
@@ -14,20 +14,20 @@ from solve.compression.tool_press import press_forces
 
 COARSE = 1.0  # refinement of the coarse mesh
 FINE = 1.5  # refinement of the fine mesh
-_LEAST_TRAVEL = 0.01  # travel of the first solve over the deepest
-_SOLVES = 16
-# Terms of the fit, in half powers of the travel, because the contact of round bodies grows with its root. Forces
-# scatter about the curve, because surface nodes come into contact one by one; the fit averages this.
+_LEAST_TRAVEL = 0.01  # travel of the first solve over the maximum travel
+_SOLVES = 16  # number of travels at which the force is solved
+# Number of terms of the fit. It has half powers of the travel, because the contact radius of round bodies grows with
+# the square root of the travel. Surface nodes come into contact one by one, so the forces scatter about a smooth curve.
 _TERMS = 5
-_COUNTED = 0.1  # least travel over the deepest for the error; smaller forces do not affect a modulus
+_COUNTED = 0.1  # smallest travel over the maximum travel that the error covers; lower forces do not affect a modulus
 
 
 @dataclass(frozen=True, kw_only=True)
 class CompressionPress:
-    """A tool that presses a body to the `deepest` travel [mm], where the contact has a radius of about `contact` [mm].
+    """A tool that compresses a body up to the travel `deepest` [mm], where the contact radius is about `contact` [mm].
 
-    The force initially grows as travel^`exponent`. The tool is frictionless or, with `grips`, holds the nodes it
-    touches.
+    At small travels the force is proportional to travel^`exponent`. The tool is frictionless or, with `grips`, holds
+    the surface nodes that it has touched.
     """
 
     section: Section
@@ -41,9 +41,10 @@ class CompressionPress:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceCurve:
-    """F = E travel^exponent sum_k coefficients_k (travel / deepest)^(k/2) [N of MPa, mm], and its relative `error` [1].
+    """The force against the travel, F = E travel^exponent sum_k coefficients_k (travel / deepest)^(k/2) [N].
 
-    The travel is the travel of one tool towards the middle of the body, from the first touch to `deepest` [mm].
+    E is in MPa. The travel [mm] is the motion of one tool towards the middle of the body, from the first touch up to
+    `deepest`. `error` [1] is the relative error of the force.
     """
 
     exponent: float
@@ -58,10 +59,10 @@ class ForceCurve:
 
 
 def force_curve(press: CompressionPress) -> ForceCurve:
-    """Return the force curve of a press on a fine mesh, with its error.
+    """Return the force curve of a compression on a fine mesh, with its error.
 
-    The error is the largest relative difference from a coarser mesh, plus the scatter on the fine one. Raises
-    SolveError if no equilibrium is found.
+    The error is the largest relative difference from the curve on a coarser mesh, plus the scatter on the fine mesh.
+    Raises SolveError if no equilibrium is found.
     """
     coarse = fitted_curve(press)
     fine = fitted_curve(press, FINE)
@@ -75,15 +76,18 @@ def force_curve(press: CompressionPress) -> ForceCurve:
     )
 
 
-@functools.lru_cache(maxsize=256)  # the law of a test uses the same presses again
+@functools.lru_cache(maxsize=256)  # the analysis of a test requests the same presses again
 def fitted_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCurve:
-    """Return the force curve fitted to the solves on one mesh; its error is their root mean square scatter [1]."""
+    """Fit a force curve to the forces solved on one mesh. Its error [1] is their root-mean-square scatter about it.
+
+    Doubling the `refinement` halves the elements. Raises SolveError if no equilibrium is found.
+    """
     travels = _travels(press.deepest)
-    edge = math.inf if press.tool.curvature else press.tool.edge  # the edge of a ball does not touch
+    edge = math.inf if press.tool.curvature else press.tool.edge  # the edge of a ball does not touch the body
     body = HalfBody(press.section, press.law, press.contact, refinement, edge)
     forces = press_forces(body, travels.tolist(), tool=press.tool, grips=press.grips)
     ratios = forces / travels**press.exponent
-    # Least squares of relative differences: the fit over the force is 1 at each travel.
+    # Least squares of the relative differences: the ratio of fit to force should be 1 at each travel.
     powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERMS)
     coefficients, *_ = np.linalg.lstsq(powers / ratios[:, None], np.ones_like(ratios))
     scatter = (powers @ coefficients / ratios - 1.0)[travels >= _COUNTED * press.deepest]
@@ -96,5 +100,5 @@ def fitted_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCu
 
 
 def _travels(deepest: float) -> Floats:
-    """Return the travels of the solves [mm], which are dense near the first touch."""
+    """Return the travels [mm] at which the force is solved. They are dense near the first touch."""
     return deepest * np.linspace(_LEAST_TRAVEL**0.5, 1.0, _SOLVES) ** 2

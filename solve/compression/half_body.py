@@ -1,7 +1,7 @@
-"""The upper half of a body that is pressed along z: its section in quadratic elements, and its energy at finite strain.
+"""The upper half of a body that is compressed along z: its section in quadratic elements, and its strain energy.
 
-The body is axisymmetric about z, or in plane strain: long across the section, and prevented from growing that way. Its
-lower half is the mirror image of the upper one.
+The body is axisymmetric about z, or in plane strain: it is long normal to the section, and its strain in this direction
+is zero. Its lower half is the mirror image of the upper half.
 """
 
 import math
@@ -20,20 +20,21 @@ from solve.compression.stretch import mode_stiffness, principal_modes, principal
 _POINTS = 2  # Gauss points per direction
 _DOFS = 18  # dofs of an element with nine nodes
 _REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])  # F_rr, F_rz, F_zr, F_zz, F_tt without displacement
-_FIRST_ELEMENT = 0.08  # size of the element at the axis and under the plate, over the largest contact
+_FIRST_ELEMENT = 0.08  # size of the element at the axis and under the plate, over the largest contact radius
 _AT_EDGE = 0.03  # size of the elements at the edge of a flat plunger, over its radius
-_GROWTH_FROM_EDGE = 1.6  # ratio of successive elements away from this edge
-_GROWTH = 1.2  # ratio of successive elements elsewhere, so that contacts of all sizes span similar numbers of elements
-_LARGEST_ELEMENT = 0.15  # largest element over the section along r or z
+_GROWTH_FROM_EDGE = 1.6  # size ratio of successive elements away from this edge
+_GROWTH = 1.2  # size ratio elsewhere; contacts of all sizes then span similar numbers of elements
+_LARGEST_ELEMENT = 0.15  # size of the largest element over the extent of the section along r or z
 
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """The section of a body along the press, up to its `half_height` above the middle; lengths in mm.
+    """The upper half of the section of a body along the direction of compression; lengths in mm.
 
-    A round section is an ellipse with `radius` of curvature at the top: of a ball or an ellipsoid of revolution or,
-    with a `length`, of a cylinder on its side. Otherwise the section is a rectangle, of a cylinder of this `radius` on
-    its end. With `on_table`, the middle is the base of the body, which a gripping tool also holds.
+    With `is_round`, the section is an ellipse whose radius of curvature at the top is `radius`. The body is then a ball
+    or an ellipsoid of revolution or, with a `length`, a cylinder that lies on its side. Otherwise the section is a
+    rectangle, and the body a cylinder of this `radius` that stands on its end. `half_height` is the height above the
+    middle plane. With `on_table`, the middle plane is the base of the body, and a gripping tool also holds the base.
     """
 
     half_height: float
@@ -43,30 +44,31 @@ class Section:
     on_table: bool = False
 
     def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
-        """Return r and z [mm] of points of the unit square, whose edges are the axis, the middle, the side and the top.
+        """Map points of the unit square to the section, and return their r and z [mm].
 
-        A smooth map takes it to an ellipse or to the rectangle.
+        `across` is 0 on the axis and 1 on the side; `up` is 0 on the middle plane and 1 on the top.
         """
         if not self.is_round:
             return self.radius * across, self.half_height * up
-        half_width = math.sqrt(self.radius * self.half_height)
+        half_width = math.sqrt(self.radius * self.half_height)  # the other semi-axis of the ellipse
         return half_width * across * np.sqrt(1.0 - 0.5 * up**2), self.half_height * up * np.sqrt(1.0 - 0.5 * across**2)
 
 
 class HalfBody:
-    """The elements of the upper half of a body with a law of flesh, E = 1 MPa; displacements (nodes, 2) are r, z [mm].
+    """The upper half of a body in finite elements, with a law of flesh for E = 1 MPa.
 
-    `x` (nodes, 2) [mm] are the nodes. `surface` are the nodes that a tool may touch, outwards from the axis, and `area`
-    [mm^2] is the area of each. `held` (2 nodes,) are the dofs that symmetry holds, `on_table` the nodes on a table.
+    Displacements (nodes, 2) [mm] are along r and z. `x` (nodes, 2) [mm] are the positions of the nodes at rest.
+    `surface` are the indices of the nodes that a tool may touch, outwards from the axis, and `area` [mm^2] the area of
+    each. `held` (2 nodes,) marks the dofs that symmetry holds. `on_table` are the indices of the nodes on a table.
     """
 
     def __init__(
         self, section: Section, law: FleshLaw, contact: float, refinement: float = 1.0, edge: float = math.inf
     ) -> None:
-        """Place the nodes and prepare the strain of all elements.
+        """Place the nodes, and compute the matrices from displacements to deformation gradients.
 
-        `contact` [mm] is the approximate radius of the contact. `edge` [mm] is the radius of a flat plunger, infinite
-        for other tools. Doubling the `refinement` halves the elements.
+        `contact` [mm] is the approximate radius of the largest contact. `edge` [mm] is the radius of a flat plunger,
+        infinite for other tools. Doubling the `refinement` halves the elements.
         """
         self.law = law
         lines, below = _section_lines(section, contact, refinement, edge)
@@ -78,27 +80,27 @@ class HalfBody:
         self.x = np.stack([r.ravel(), z.ravel()], axis=1)
         self.count = len(self.x)
 
-        # Nodes are numbered upwards, column by column from the axis; an element has 3 x 3 nodes.
+        # Nodes are numbered upwards, column by column from the axis. An element has 3 x 3 nodes.
         index = np.arange(self.count).reshape(columns, rows)
         corners = index[:-1:2, :-1:2].reshape(-1, 1)
         nodes = corners + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
         self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _DOFS)
         held = np.zeros((self.count, 2), dtype=bool)
-        held[index[0], 0] = True  # the axis, across
-        held[index[:, 0], 1] = True  # the middle, along z
+        held[index[0], 0] = True  # on the axis, r does not change
+        held[index[:, 0], 1] = True  # on the middle plane, z does not change
         self.held = held.ravel()
-        self.surface: Ints = np.concatenate([index[:, -1], index[-1, -2::-1]])  # the top, then down the side
+        self.surface: Ints = np.concatenate([index[:, -1], index[-1, -2::-1]])  # along the top, then down the side
         self.on_table: Ints = index[:, 0] if section.on_table else index[:0, 0]
-        self.area = _area_of_nodes(self.x[self.surface], section.length)
+        self.area = _nodal_areas(self.x[self.surface], section.length)
         self._strain, self._volumes = _strain_operator(self.x[nodes], section.length)
 
     @property
     def volume(self) -> float:
-        """Return the volume [mm^3]."""
+        """Return the volume of the half body [mm^3]."""
         return float(self._volumes.sum())
 
     def deformed(self, u: Floats) -> "Deformed":
-        """Return the strain and the strain energy at displacements (nodes, 2) [mm]."""
+        """Return the deformation and the strain energy for displacements u (nodes, 2) [mm]."""
         F = np.einsum("eqid,ed->ieq", self._strain, u.ravel()[self.dofs], optimize=True)
         F = F + _REST[:, None, None]
         stretches = principal_stretches(F)
@@ -108,10 +110,11 @@ class HalfBody:
         return Deformed(u=u, F=F, stretches=stretches, energy=float((self._volumes * density).sum()))
 
     def tangent(self, body: "Deformed", *, convex: bool) -> tuple[Floats, csc_matrix]:
-        """Return the nodal forces that hold a body, (2 nodes,) [N], and their slope, (2 nodes, 2 nodes) [N/mm].
+        """Return the internal nodal forces (2 nodes,) [N] and the tangent stiffness (2 nodes, 2 nodes) [N/mm].
 
-        With `convex`, negative curvatures of the energy at the Gauss points are set to 0, so that the slope is
-        definite.
+        They are the first and the second derivatives of the strain energy by the displacements. With `convex`, negative
+        stiffnesses of the modes at the Gauss points are set to 0, so that the energy is more nearly convex and a
+        Newton step lowers it.
         """
         _, slope, curvature = self.law.phi(body.stretches)
         _, pressure, bulk = self.law.U(np.log(body.stretches.prod(axis=0)))
@@ -120,15 +123,15 @@ class HalfBody:
         if convex:
             stiffness = np.maximum(stiffness, 0.0)
 
-        # Second derivatives of the energy over the components i and j of F: of U through theta, of phi through the
-        # modes.
-        growth = _by_parts(modes, 1.0 / body.stretches)  # d theta / dF
-        moduli = bulk * growth[:, None] * growth[None, :]
+        # Second derivatives of the energy density by the components i and j of F: of U by way of theta, then of phi in
+        # the modes.
+        theta_gradient = _gradient_by_F(modes, 1.0 / body.stretches)
+        moduli = bulk * theta_gradient[:, None] * theta_gradient[None, :]
         moduli[:4, :4] += np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
         moduli[4, 4] += stiffness[4]
-        stress = _by_parts(modes, slope + pressure / body.stretches)
+        stress = _gradient_by_F(modes, slope + pressure / body.stretches)  # first Piola-Kirchhoff stress
 
-        # Integrals over the elements; indices: element e, point q, dofs d and f.
+        # Integrals over the elements. Indices: element e, point q, dofs d and f.
         matrices = np.einsum("eqid,ijeq,eqjf->edf", self._strain, self._volumes * moduli, self._strain, optimize=True)
         forces = np.einsum("ieq,eqid->ed", self._volumes * stress, self._strain, optimize=True)
         size = 2 * self.count
@@ -141,9 +144,10 @@ class HalfBody:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Deformed:
-    """A half body at displacements u (nodes, 2) [mm]: F (5, elements, points) [1], its principal stretches, its energy.
+    """A deformed half body: displacements u (nodes, 2) [mm], and what follows from them at the Gauss points.
 
-    The energy [N mm at E = 1 MPa] is infinite if an element is inverted.
+    `F` (5, elements, points) [1] is the deformation gradient, and `stretches` (3, elements, points) [1] its principal
+    stretches. `energy` [N mm] is the strain energy for E = 1 MPa; it is infinite if an element is inverted.
     """
 
     u: Floats
@@ -153,18 +157,20 @@ class Deformed:
 
 
 def _section_lines(section: Section, contact: float, refinement: float, edge: float) -> tuple[Floats, Floats]:
-    """Return the lines between elements outwards and down the unit square of a section, each from 0 to 1.
+    """Return the coordinates of the element boundaries in the unit square of a section, across and downwards.
 
-    They are dense at the axis and under the top, or at the edge of a plunger [mm] if it lies on the top.
+    Each array increases from 0 to 1. Elements are small at the axis and under the top or, for a plunger, at its `edge`
+    [mm]. `contact` and `refinement` are as in `HalfBody`.
     """
     half_width = float(section.place(np.array(1.0), np.array(0.0))[0])
     top_width = float(section.place(np.array(1.0), np.array(1.0))[0])
     if edge < top_width:
-        at_edge = edge / top_width
-        inner = at_edge * (1.0 - _graded(_AT_EDGE, refinement, _GROWTH_FROM_EDGE)[::-1])
-        outside = 1.0 - at_edge
-        first = _AT_EDGE * at_edge / outside
-        outer = at_edge + outside * _graded(first, refinement, _GROWTH_FROM_EDGE)
+        # Elements grow from the edge in both directions, inwards to the axis and outwards to the side.
+        edge_share = edge / top_width
+        inner = edge_share * (1.0 - _graded(_AT_EDGE, refinement, _GROWTH_FROM_EDGE)[::-1])
+        outer_share = 1.0 - edge_share
+        first = _AT_EDGE * edge_share / outer_share
+        outer = edge_share + outer_share * _graded(first, refinement, _GROWTH_FROM_EDGE)
         lines = np.concatenate([inner, outer[1:]])
         below = _graded(_AT_EDGE * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
     else:
@@ -173,10 +179,10 @@ def _section_lines(section: Section, contact: float, refinement: float, edge: fl
 
 
 def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
-    """Return the operator from displacements of elements to F less its value at rest, and the volumes [mm^3].
+    """Return the matrices from displacements of an element to the change of F, and the volumes of the Gauss points.
 
-    Both are at the Gauss points of elements with nodes x (elements, 9, 2) [mm]. Their shapes are (elements, points, 5,
-    18) [1/mm] and (elements, points). With a length [mm] the section is in plane strain, otherwise axisymmetric.
+    The elements have nodes at x (elements, 9, 2) [mm]. The matrices have shape (elements, points, 5, 18) [1/mm], the
+    volumes (elements, points) [mm^3]. With a `length` [mm] the body is in plane strain, otherwise it is axisymmetric.
     """
     points, weights = np.polynomial.legendre.leggauss(_POINTS)
     along = np.repeat(points, _POINTS)
@@ -192,6 +198,7 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     jacobian = np.einsum("qnk,eni->eqik", slope, x)
     gradient = np.einsum("qnk,eqki->eqni", slope, np.linalg.inv(jacobian))
     r = np.einsum("qn,en->eq", value, x[:, :, 0])
+    # The circumference or, for the two sides of the section at r and -r, twice the length.
     extent = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
     volumes = np.linalg.det(jacobian) * np.outer(weights, weights).ravel() * extent
 
@@ -205,8 +212,11 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     return operator.reshape(*volumes.shape, 5, _DOFS), volumes
 
 
-def _area_of_nodes(x: Floats, length: float | None) -> Floats:
-    """Return the surface area [mm^2] of each node of a row x (nodes, 2) [mm], by Simpson's rule."""
+def _nodal_areas(x: Floats, length: float | None) -> Floats:
+    """Return the surface area [mm^2] of each node, for a row of nodes at x (nodes, 2) [mm], by Simpson's rule.
+
+    `length` [mm] is the length of a body in plane strain, None for an axisymmetric body.
+    """
     edges = np.linalg.norm(x[2::2] - x[:-2:2], axis=1)
     area = np.zeros(len(x))
     for node, weight in enumerate((1.0, 4.0, 1.0)):
@@ -214,17 +224,21 @@ def _area_of_nodes(x: Floats, length: float | None) -> Floats:
     return area * (2.0 * np.pi * x[:, 0] if length is None else 2.0 * length)
 
 
-def _by_parts(modes: Floats, principal: Floats) -> Floats:
-    """Return slopes over the components of F, (5, ...), from slopes over the principal stretches, (3, ...)."""
+def _gradient_by_F(modes: Floats, principal: Floats) -> Floats:
+    """Return the derivatives of a quantity by the components of F (5, ...), by the chain rule.
+
+    `principal` (3, ...) are its derivatives by the principal stretches. The first two `modes` are the derivatives of
+    the in-plane stretches by F.
+    """
     in_plane = principal[0] * modes[0] + principal[1] * modes[1]
     return np.concatenate([in_plane, principal[2:]])
 
 
 def _graded(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
-    """Return lines from 0 to 1 between elements, each `growth` times as large as the previous one.
+    """Return the boundaries of elements from 0 to 1, each element `growth` times as large as the previous one.
 
-    The first step is about `first` over the refinement, and no step is larger than _LARGEST_ELEMENT over it. The lines
-    are scaled to end at 1.
+    The first element is about `first` / `refinement` long, and none is longer than _LARGEST_ELEMENT / `refinement`. The
+    boundaries are scaled so that the last one is 1. Refinement also reduces the growth.
     """
     growth = 1.0 + (growth - 1.0) / refinement
     lines = [0.0]
@@ -236,4 +250,5 @@ def _graded(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
 
 
 def _with_midpoints(lines: Floats) -> Floats:
+    """Return rising coordinates together with the middle of each interval."""
     return np.sort(np.concatenate([lines, 0.5 * (lines[1:] + lines[:-1])]))

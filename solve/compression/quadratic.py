@@ -1,4 +1,4 @@
-"""The quadratic Lagrange functions of the nodes -1, 0 and 1, for the elements of a section."""
+"""The quadratic Lagrange polynomials of the nodes -1, 0 and 1, which are the shape functions of nine-node elements."""
 
 import numpy as np
 
@@ -6,15 +6,15 @@ from sensor.arrays import Floats
 
 
 def tensor_product(along: Floats, up: Floats) -> Floats:
-    """Return the products of three functions along and three up, both (points, 3), shape (points, 9)."""
+    """Return the nine products of three functions of each coordinate, given as (points, 3), in shape (points, 9)."""
     return (along[:, :, None] * up[:, None, :]).reshape(len(along), 9)
 
 
 def quadratic(x: Floats) -> Floats:
-    """Return the Lagrange functions of -1, 0, 1 at points x, shape (points, 3)."""
+    """Return the three Lagrange polynomials at points x (points,), shape (points, 3)."""
     return np.stack([0.5 * x * (x - 1.0), 1.0 - x**2, 0.5 * x * (x + 1.0)], axis=1)
 
 
 def quadratic_slope(x: Floats) -> Floats:
-    """Return the slopes of these functions at points x, shape (points, 3)."""
+    """Return the derivatives of the three Lagrange polynomials at points x (points,), shape (points, 3)."""
     return np.stack([x - 0.5, -2.0 * x, x + 0.5], axis=1)

@@ -1,7 +1,8 @@
-"""Grids of cells of uniform pressure on an elastic half-space, one under each dome.
+"""Grids of cells with uniform pressure on an elastic half-space, one grid under each dome.
 
-Within a grid the compliance is Love's rectangle (K. L. Johnson, Contact Mechanics (1985), equation (3.25)), applied as
-a convolution. Between grids it is Boussinesq's 1 / r, interpolated between Chebyshev nodes of both grids.
+Within a grid, the compliance is Love's solution for a rectangle (K. L. Johnson, Contact Mechanics (1985), equation
+(3.25)), applied as a convolution. Between grids, it is Boussinesq's 1 / r, evaluated at Chebyshev nodes of both grids.
+E* is E / (1 - nu^2).
 """
 
 import math
@@ -15,101 +16,115 @@ from solve.presses.pressed_bodies import EllipsoidFruit
 
 Complexes = NDArray[np.complex128]
 
-NODES = 8  # Chebyshev nodes per side; for a contact of 2 mm radius at 5 mm distance the error is 1e-5
+NODES = 8  # Chebyshev nodes per side; for a contact of 2 mm radius at a distance of 5 mm the error is 1e-5
 
 
 def love(cells: int) -> Complexes:
-    """Return the Fourier transform of the deflections of unit cells by a unit pressure on one cell, times pi E*.
+    """Return the Fourier transform of Love's kernel: the deflection of cells under a unit pressure on one cell.
 
-    The deflection is Love's closed form, a sum over the four corners of the loaded cell. Distances run from -cells to
-    cells, so that a product of transforms is the convolution on a grid of `cells` per side.
+    Cells have unit size, and the deflection is times pi E*. Love's closed form is a sum over the four corners of the
+    loaded cell. Offsets run from -cells to cells, so that a product of transforms is the convolution on a grid with
+    `cells` per side.
     """
-    i = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
-    x, y = np.meshgrid(i, i, indexing="ij")
-    total = np.zeros_like(x)
+    offsets = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
+    x, y = np.meshgrid(offsets, offsets, indexing="ij")
+    deflection = np.zeros_like(x)
     for sx, sy in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        a, b = x + 0.5 * sx, y + 0.5 * sy  # never 0, as cells lie at whole numbers
-        total += sx * sy * (a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b)))
-    return rfft2(total)
+        a, b = x + 0.5 * sx, y + 0.5 * sy  # never 0, because offsets are whole numbers
+        deflection += sx * sy * (a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b)))
+    return rfft2(deflection)
 
 
 class Grids:
-    """Grids of cells about `middles` (tips, 2) with half widths `reach` (tips,) [mm], and their deflections."""
+    """One square grid of cells for each dome, and the deflection of all cells under forces on cells.
+
+    Grids have their centres at `middles` (tips, 2) [mm] and half widths `reach` (tips,) [mm]. Arrays over cells are
+    (tips, cells, cells).
+    """
 
     def __init__(
         self, middles: Floats, reach: Floats, cells: int, kernel: Complexes, fruit: EllipsoidFruit | None = None
     ) -> None:
-        """Prepare the interaction of the grids: polynomials through Chebyshev nodes, and 1 / r between nodes.
+        """Compute what `deflection` needs: interpolation between cells and Chebyshev nodes, and 1 / r between nodes.
 
-        `fruit` gives the local compliance under each dome, and a layer. Without it the flesh is an even half-space.
+        `kernel` is `love(cells)`. `fruit` provides the local compliance under each dome, and a layer. Without it, the
+        flesh is a homogeneous half-space.
         """
         self.middles, self.reach, self.cells, self.kernel = middles, reach, cells, kernel
-        self.steps = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # coordinates of cells along a grid, from -1 to 1
+        self.coordinates = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # of cells along a grid, from -1 to 1
         self.size = 2.0 * reach / cells
         nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
         polynomials = []
         for n in nodes:
-            polynomials.append(np.prod([(self.steps - m) / (n - m) for m in nodes if m != n], axis=0))
-        self.between = np.array(polynomials)
+            polynomials.append(np.prod([(self.coordinates - m) / (n - m) for m in nodes if m != n], axis=0))
+        self.node_polynomials = np.array(polynomials)  # Lagrange polynomials of the nodes at the cells, (nodes, cells)
         square = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1)
-        places = middles[:, None, None] + reach[:, None, None, None] * square
-        flat = places.reshape(len(middles), -1, 2)
-        distance = np.linalg.norm(flat[:, None, :, None] - flat[None, :, None, :], axis=-1)
+        node_positions = (middles[:, None, None] + reach[:, None, None, None] * square).reshape(len(middles), -1, 2)
+        distance = np.linalg.norm(node_positions[:, None, :, None] - node_positions[None, :, None, :], axis=-1)
         distance[range(len(middles)), range(len(middles))] = np.inf  # a grid acts on itself by its convolution
-        self.cross = 1.0 / distance
+        self.node_compliance = 1.0 / distance
         fruit = fruit or EllipsoidFruit(E=1.0, R1=math.inf, R2=math.inf)
-        self.softness, self.constant = (np.broadcast_to(of_tips, len(middles)) for of_tips in fruit.own)
-        self.rest: Complexes | None = None
+        self.softness, self.constant = (np.broadcast_to(of_tips, len(middles)) for of_tips in fruit.local_compliance)
+        self.layer_kernel: Complexes | None = None
         if fruit.layer is not None:
-            steps = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
-            distances = self.size[:, None, None] * np.hypot(steps[:, None], steps)
-            self.rest = rfft2(fruit.layer.rest(distances))
+            # In a layer, the compliance is that of its material, plus the effect of the base.
+            offsets = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
+            cell_distances = self.size[:, None, None] * np.hypot(offsets[:, None], offsets)
+            self.layer_kernel = rfft2(fruit.layer.base_effect(cell_distances))
             self.softness = self.softness / fruit.layer.stiffness
-            beside = np.isfinite(distance)
-            self.cross = self.cross / fruit.layer.stiffness
-            self.cross[beside] += fruit.layer.rest(distance[beside])
+            is_between_grids = np.isfinite(distance)
+            self.node_compliance = self.node_compliance / fruit.layer.stiffness
+            self.node_compliance[is_between_grids] += fruit.layer.base_effect(distance[is_between_grids])
 
-    def places(self) -> tuple[Floats, Floats]:
-        """Return x and y of all cells [mm], each (tips, cells, cells)."""
-        x = self.middles[:, 0, None] + self.reach[:, None] * self.steps
-        y = self.middles[:, 1, None] + self.reach[:, None] * self.steps
+    def positions(self) -> tuple[Floats, Floats]:
+        """Return x and y of the centres of all cells [mm], each (tips, cells, cells)."""
+        x = self.middles[:, 0, None] + self.reach[:, None] * self.coordinates
+        y = self.middles[:, 1, None] + self.reach[:, None] * self.coordinates
         shape = (len(x), self.cells, self.cells)
         return np.broadcast_to(x[:, :, None], shape), np.broadcast_to(y[:, None, :], shape)
 
-    def moved_to(self, middles: Floats, reach: Floats, forces: Floats) -> Floats:
-        """Return forces [N] of the cells of other grids that press approximately like these, by nearest cells."""
-        moved: Floats = np.zeros_like(forces)
+    def transfer(self, middles: Floats, reach: Floats, forces: Floats) -> Floats:
+        """Return approximately the same pressure as forces [N] of the cells of other grids, from the nearest cells.
+
+        The other grids have the centres `middles` (tips, 2) [mm] and the half widths `reach` (tips,) [mm].
+        """
+        transferred: Floats = np.zeros_like(forces)
         for tip in range(len(forces)):
             offset = (middles - self.middles)[tip, :, None]
-            place = (self.steps * reach[tip] + offset + self.reach[tip]) / self.size[tip]
-            row, column = np.floor(place).astype(int)
-            inside = [(index >= 0) & (index < self.cells) for index in (row, column)]
-            found = forces[tip][np.ix_(row.clip(0, self.cells - 1), column.clip(0, self.cells - 1))]
-            moved[tip] = found * np.outer(*inside) * (reach[tip] / self.reach[tip]) ** 2
-        return moved
+            cell_index = (self.coordinates * reach[tip] + offset + self.reach[tip]) / self.size[tip]
+            row, column = np.floor(cell_index).astype(int)
+            is_inside = [(index >= 0) & (index < self.cells) for index in (row, column)]
+            nearest = forces[tip][np.ix_(row.clip(0, self.cells - 1), column.clip(0, self.cells - 1))]
+            area_ratio = (reach[tip] / self.reach[tip]) ** 2
+            transferred[tip] = nearest * np.outer(*is_inside) * area_ratio
+        return transferred
 
-    def stiffened(self, deflections: Floats) -> Floats:
-        """Return approximate forces of cells for deflections in each grid separately, up to a common factor."""
-        twice = (2 * self.cells, 2 * self.cells)
-        forces = irfft2(rfft2(deflections, twice) / self.kernel.real, twice)[:, : self.cells, : self.cells]
-        stiffened: Floats = forces * (self.size / self.softness)[:, None, None]
-        return stiffened
+    def precondition(self, deflections: Floats) -> Floats:
+        """Return approximate forces of cells for given deflections, up to a common factor.
+
+        It inverts the convolution of each grid, and neglects the interaction between grids.
+        """
+        padded = (2 * self.cells, 2 * self.cells)
+        forces = irfft2(rfft2(deflections, padded) / self.kernel.real, padded)[:, : self.cells, : self.cells]
+        scaled: Floats = forces * (self.size / self.softness)[:, None, None]
+        return scaled
 
     def deflection(self, forces: Floats) -> Floats:
-        """Return pi E* times the deflection [N/mm] under forces of cells [N], both (tips, cells, cells).
+        """Return pi E* times the deflection of all cells [N/mm] under forces of cells [N], both (tips, cells, cells).
 
-        Within a grid it is a convolution, in a square of twice the size so that it does not wrap around. Between grids
-        the forces are moved to Chebyshev nodes, act by 1 / r there, and the deflection is interpolated from nodes to
-        cells.
+        Within a grid it is a convolution, on a grid padded to twice the size so that it does not wrap around. Between
+        grids, forces are collected at Chebyshev nodes and act there by 1 / r. The deflection is then interpolated from
+        nodes to cells.
         """
-        twice = (2 * self.cells, 2 * self.cells)
-        waves = rfft2(forces, twice)
-        own_waves = waves * self.kernel * (self.softness / self.size)[:, None, None]
-        if self.rest is not None:
-            own_waves = own_waves + waves * self.rest
-        own: Floats = irfft2(own_waves, twice)[:, : self.cells, : self.cells]
-        own = own + self.constant[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
-        at_nodes = self.between @ forces @ self.between.T
-        felt = np.einsum("tsab,sb->ta", self.cross, at_nodes.reshape(len(forces), -1))
-        others: Floats = self.between.T @ felt.reshape(-1, NODES, NODES) @ self.between
-        return own + others
+        padded = (2 * self.cells, 2 * self.cells)
+        force_transform = rfft2(forces, padded)
+        own_transform = force_transform * self.kernel * (self.softness / self.size)[:, None, None]
+        if self.layer_kernel is not None:
+            own_transform = own_transform + force_transform * self.layer_kernel
+        from_own_grid: Floats = irfft2(own_transform, padded)[:, : self.cells, : self.cells]
+        from_own_grid = from_own_grid + self.constant[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
+        node_forces = self.node_polynomials @ forces @ self.node_polynomials.T
+        node_deflections = np.einsum("tsab,sb->ta", self.node_compliance, node_forces.reshape(len(forces), -1))
+        node_deflections = node_deflections.reshape(-1, NODES, NODES)
+        from_other_grids: Floats = self.node_polynomials.T @ node_deflections @ self.node_polynomials
+        return from_own_grid + from_other_grids

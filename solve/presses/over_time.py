@@ -1,10 +1,12 @@
-"""Presses over time: on flesh that relaxes, with growing contacts, and on springs that creep.
+"""Presses over time, on viscoelastic flesh that relaxes and with springs that creep.
 
-**Flesh.** Forces follow from presses on elastic flesh: E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438. Elastic
-forces n cause the indentations, and the forces are F = n - sum g_i m_i, tau_i dm_i/dt = n - m_i.
+**Flesh.** While contacts grow, forces follow from presses on elastic flesh: E. H. Lee, J. R. M. Radok, J. Appl. Mech.
+27 (1960) 438. With the forces n that elastic flesh would need for the same indentations, the forces are
+F = n - sum g_i m_i, where tau_i dm_i/dt = n - m_i.
 
-**Springs.** A spring of Kelvin elements deflects by d = (a_0 F + sum a_i m_i) / K, tau_i dm_i/dt = F - m_i. Loads are
-linear between samples, and integrated exactly.
+**Springs.** A spring of Kelvin elements deflects by d = (a_0 F + sum a_i m_i) / K, where tau_i dm_i/dt = F - m_i.
+
+The loads n and F are linear between samples, so that the memory variables m_i are integrated exactly.
 """
 
 from collections.abc import Sequence
@@ -18,52 +20,59 @@ from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 from solve.presses.pressing import CELLS, Pressing, Slope
 
 Arms = Sequence[tuple[float, float]]
-"""Shares [1] and times [s]."""
+"""The arms of a viscoelastic law: pairs of a share g_i or a_i [1] and a time constant tau_i [s]."""
 
-_DECADES = np.arange(-3.0, 6.5, 0.5)  # log10 of the times of Kelvin elements [s]
+_DECADES = np.arange(-3.0, 6.5, 0.5)  # log10 of the time constants of Kelvin elements [s]
 
 
 class _Memory:
-    """The memory of arms for the forces of tips [N], which are linear from one time to the next."""
+    """The memory variables m_i of arms under the forces of tips [N], which are linear from one sample to the next.
+
+    At the end of a time step, sum g_i m_i is a known part plus a factor times the forces at that time, which are still
+    unknown. `begin_step` returns both; once the forces are solved, `end_step` updates m_i.
+    """
 
     def __init__(self, arms: Arms, tips: int) -> None:
-        """Start at rest."""
+        """Start at rest: m_i and forces are 0."""
         self.shares, self.times = np.array(arms, dtype=np.float64).reshape(-1, 2).T
-        self.kept = np.zeros((len(self.times), tips))  # m_i
-        self.before = np.zeros(tips)
+        self.variables = np.zeros((len(self.times), tips))  # m_i
+        self.last_forces = np.zeros(tips)
 
-    def ahead(self, step: float) -> tuple[float, Floats]:
-        """Return the factor of the forces at the end of a step [s] in the memory, and the part from before [N]."""
+    def begin_step(self, step: float) -> tuple[float, Floats]:
+        """Return the factor [1] of the forces at the end of a step [s] in sum g_i m_i, and the known part [N]."""
         decay = np.exp(-step / self.times)
-        # The mean of the decay over the step.
-        mean = np.where(step > 0.0, (1.0 - decay) / np.maximum(step / self.times, 1e-12), 1.0)
-        self._from_before = decay[:, None] * self.kept + (mean - decay)[:, None] * self.before
-        self._fresh = 1.0 - mean
-        return float(self.shares @ self._fresh), np.asarray(self.shares @ self._from_before)
+        mean_decay = np.where(step > 0.0, (1.0 - decay) / np.maximum(step / self.times, 1e-12), 1.0)
+        self._known = decay[:, None] * self.variables + (mean_decay - decay)[:, None] * self.last_forces
+        self._factors = 1.0 - mean_decay
+        return float(self.shares @ self._factors), np.asarray(self.shares @ self._known)
 
-    def end(self, forces: Floats) -> None:
-        """End the step with forces [N]."""
-        self.kept = self._from_before + self._fresh[:, None] * forces
-        self.before = forces
+    def end_step(self, forces: Floats) -> None:
+        """Update m_i with the forces (tips,) [N] at the end of the step."""
+        self.variables = self._known + self._factors[:, None] * forces
+        self.last_forces = forces
 
 
 def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
-    """Return Kelvin elements whose compliance grows as a power of time, with this exponent [1], and is 1 at `at_s` [s].
+    """Return Kelvin elements, a_0 and arms (a_i, tau_i), whose creep compliance is (t / at_s) ** exponent [1].
 
-    They are a_0 and the arms a_i, tau_i, fitted from a millisecond to a week, within a thousandth for the 0.01 of PETG.
+    They are fitted to times t from a millisecond to a week. For PETG, with the exponent 0.01, the error is below 0.1 %.
     """
     if exponent == 0.0:
         return 1.0, ()
     t = np.geomspace(1e-3, 6e5, 200)
-    taus = 10.0**_DECADES
-    columns = np.column_stack([np.ones(len(t)), 1.0 - np.exp(-t[:, None] / taus)])
-    found, _ = nnls(columns, (t / at_s) ** exponent)
-    return float(found[0]), tuple(zip(found[1:].tolist(), taus.tolist(), strict=True))
+    time_constants = 10.0**_DECADES
+    columns = np.column_stack([np.ones(len(t)), 1.0 - np.exp(-t[:, None] / time_constants)])
+    # Nonnegative least squares, because a Kelvin element cannot have a negative compliance.
+    compliances, _ = nnls(columns, (t / at_s) ** exponent)
+    return float(compliances[0]), tuple(zip(compliances[1:].tolist(), time_constants.tolist(), strict=True))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Way:
-    """The motion of a sensor: travels [mm] from the first touch at times [s], while its slope grows by `drift` [1]."""
+    """The motion of a sensor: its travels [mm] from the first touch at the given times [s].
+
+    The slope of the sensor changes by `drift` [1] along x and y, in proportion to the travel.
+    """
 
     travels: Sequence[float] | Floats
     times: Sequence[float] | Floats
@@ -75,28 +84,31 @@ def pressed_over_time(
 ) -> tuple[Floats, Floats]:
     """Return the forces of the domes [N] and the deflections of their springs [mm], both (samples, tips).
 
-    `flesh` has shares g_i [1] and times tau_i [s], `creep` the elements of the springs as from `creep_of`. Raises
-    ArithmeticError if elastic forces decrease on flesh that relaxes, because the law does not hold for shrinking
+    `flesh` has the arms (g_i, tau_i) of the flesh, and `creep` the Kelvin elements of the springs from `creep_of`.
+    Raises ArithmeticError if elastic forces decrease on flesh that relaxes, because the law does not hold for shrinking
     contacts.
     """
     K = pressing.sensor.K
-    of_flesh, of_springs = _Memory(flesh, len(K)), _Memory(creep[1], len(K))
-    last = max(way.travels)
+    flesh_memory, spring_memory = _Memory(flesh, len(K)), _Memory(creep[1], len(K))
+    last_travel = max(way.travels)
     forces, deflections = [], []
-    elastic = np.zeros(len(K))
+    elastic = np.zeros(len(K))  # the forces n that elastic flesh would need
     for travel, step in zip(way.travels, np.diff(way.times, prepend=way.times[0]), strict=True):
-        relaxed, lost = of_flesh.ahead(step)
-        crept, sunk = of_springs.ahead(step)
-        fresh, soft = 1.0 - relaxed, creep[0] + crept
-        pressing.give, pressing.recovered = soft * fresh / K, (soft * lost - sunk) / K
-        before, elastic = elastic, pressing.forces(travel, np.multiply(way.drift, travel / last))
-        if len(flesh) and (elastic < before * (1.0 - 1e-3)).any():
+        # At the end of this step, F = force_factor n - relaxed and d = (compliance_factor F + crept) / K.
+        relaxation_factor, relaxed = flesh_memory.begin_step(step)
+        creep_factor, crept = spring_memory.begin_step(step)
+        force_factor, compliance_factor = 1.0 - relaxation_factor, creep[0] + creep_factor
+        # As a function of n, d is an elastic spring with another compliance, minus a recovered deflection.
+        pressing.give = compliance_factor * force_factor / K
+        pressing.recovered = (compliance_factor * relaxed - crept) / K
+        previous, elastic = elastic, pressing.forces(travel, np.multiply(way.drift, travel / last_travel))
+        if len(flesh) and (elastic < previous * (1.0 - 1e-3)).any():
             raise ArithmeticError(travel)
-        force = np.maximum(fresh * elastic - lost, 0.0)
-        of_flesh.end(elastic)
-        of_springs.end(force)
+        force = np.maximum(force_factor * elastic - relaxed, 0.0)
+        flesh_memory.end_step(elastic)
+        spring_memory.end_step(force)
         forces.append(force)
-        deflections.append((soft * force + sunk) / K)
+        deflections.append((compliance_factor * force + crept) / K)
     return np.array(forces), np.array(deflections)
 
 
@@ -108,8 +120,8 @@ def press_over_time(
     arms: Arms,
     cells: int = CELLS,
 ) -> Floats:
-    """Return the forces of the domes on flesh that relaxes, at travels [mm] and times [s], (samples, tips) [N].
+    """Return the forces of the domes [N] on flesh that relaxes, at the given travels [mm] and times [s].
 
-    `arms` are the shares and times of the flesh. The springs are elastic.
+    The shape is (samples, tips). `arms` are the arms (g_i, tau_i) of the flesh. The springs are elastic.
     """
     return pressed_over_time(Pressing(sensor, fruit, cells), Way(travels=travels, times=times), arms)[0]

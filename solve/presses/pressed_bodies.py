@@ -1,12 +1,13 @@
-"""The sensor and the fruit of a press: sprung domes, and an ellipsoid that may be uneven, bruised or layered.
+"""The sensor and the fruit of a press: domes on springs, and an ellipsoid that may be uneven, bruised or layered.
 
-**Deviations from an even ellipsoid.** A height map is added to the skin, and a form to the domes. A layer bonded to the
-flesh is exact: Burmister's transform of its compliance replaces 1 / r. So is flesh on a rigid stone. Flesh may be
-softer in a hemisphere under a dome. The dome's own compliance is then that of the softer flesh, less `BRUISE` / radius
-for the flesh outside. Between domes, the flesh outside is used. The contact is assumed small compared with the
-hemisphere. Flesh that yields carries at most its yield pressure.
+**Deviations from a smooth, homogeneous ellipsoid.** A height map may be added to the skin, and a form to the domes. An
+outer layer bonded to the flesh is treated exactly: Burmister's transform of its compliance replaces 1 / r. So is flesh
+on a rigid stone. Flesh may be softer within a hemisphere under a dome. The compliance of this dome is then that of the
+softer flesh, minus a constant `BRUISE` / radius because the flesh outside is stiffer. The compliance between domes is
+that of the flesh outside. The contact is assumed to be small compared with the hemisphere. Flesh that yields carries at
+most its yield pressure.
 
-Lengths are in mm, forces in N, moduli in MPa.
+Lengths are in mm, forces in N, moduli in MPa. E* is E / (1 - nu^2).
 """
 
 import math
@@ -22,16 +23,19 @@ from scipy.special import j0
 from sensor.arrays import Floats
 
 BRUISE = (1.52, 2.3)
-"""Deflection of a point per force due to flesh outside a hemisphere about it, times its radius and pi E*: the value at
-a Poisson's ratio of 0.3, and its slope. From finite elements, within 3 % (`tests/solve/presses`)."""
+"""Deflection of a point per force due to the flesh outside a hemisphere around it, times the radius and pi E* [1].
+
+The first number is the value at a Poisson's ratio of 0.3, the second its derivative by Poisson's ratio. Both are from
+finite elements, within 3 % (`tests/solve/presses`).
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SprungDomes:
-    """Domes of a radius [mm] at `positions` (tips, 2) [mm], each on its own spring `K` (tips,) [N/mm].
+    """Spherical domes at `positions` (tips, 2) [mm], each on a spring of stiffness `K` (tips,) [N/mm].
 
-    `form` is the height of all domes above their spheres [mm] at distances [mm] from their axes. The domes end at the
-    distance `rim` [mm].
+    `form` returns the height of the domes above the ideal spheres [mm] at distances from their axes [mm]. The domes end
+    at the distance `rim` [mm] from their axes.
     """
 
     dome_radius: float
@@ -43,9 +47,10 @@ class SprungDomes:
 
 @dataclass(frozen=True)
 class OuterLayer:
-    """Flesh of a `thickness` [mm], larger than the cells, `stiffness` [1] times as stiff as the flesh bonded below it.
+    """An outer layer of flesh that is bonded to the flesh below, and `stiffness` [1] times as stiff.
 
-    D. M. Burmister, J. Appl. Phys. 16 (1945) 89; T. C. O'Sullivan, R. B. King, J. Tribol. 110 (1988) 235.
+    The `thickness` [mm] must be larger than the cells of the grids. See D. M. Burmister, J. Appl. Phys. 16 (1945) 89;
+    T. C. O'Sullivan, R. B. King, J. Tribol. 110 (1988) 235.
     """
 
     thickness: float
@@ -53,20 +58,26 @@ class OuterLayer:
     poisson: float = 0.3
 
     def compliance(self, t: Floats) -> Floats:
-        """Return the compliance over the compliance of the layer's material [1], at wave numbers times thickness."""
+        """Return the compliance over the compliance of a half-space of the layer's material [1].
+
+        `t` [1] is the wave number of the pressure times the thickness.
+        """
         return _burmister(t, self.stiffness, self.poisson)
 
     @cached_property
-    def rest(self) -> CubicSpline:
-        """Return the deflection by a unit force times pi E* of the base, less 1 / (stiffness r) [1/mm], over r."""
-        return _rest(self.compliance, self.thickness, self.stiffness)
+    def base_effect(self) -> CubicSpline:
+        """Return, as a function of distance [mm], the change in deflection due to the flesh below the layer.
+
+        It is the deflection per force, times pi E* of the flesh below, minus 1 / (stiffness r) [1/mm].
+        """
+        return _base_effect(self.compliance, self.thickness, self.stiffness)
 
 
 @dataclass(frozen=True)
 class FleshOnStone:
-    """Flesh of a `thickness` [mm] that is bonded to a rigid stone: K. L. Johnson, Contact Mechanics (1985), 5.8.
+    """Flesh of a `thickness` [mm] that is bonded to a rigid stone; see K. L. Johnson, Contact Mechanics (1985), 5.8.
 
-    `stiffness` is the modulus of the layer over the modulus of the fruit [1]. It is 1, because the layer is the flesh.
+    `stiffness` is the modulus of the layer over the modulus of the fruit [1]: 1, because the layer is the flesh.
     """
 
     thickness: float
@@ -74,30 +85,40 @@ class FleshOnStone:
     stiffness: ClassVar[float] = 1.0
 
     def compliance(self, t: Floats) -> Floats:
-        """Return the compliance over the compliance of flesh without a stone [1], at wave numbers times thickness."""
-        return _burmister(t, 0.0, self.poisson)
+        """Return the compliance over the compliance of flesh without a stone [1].
+
+        `t` [1] is the wave number of the pressure times the thickness.
+        """
+        return _burmister(t, 0.0, self.poisson)  # 0 is the code for a rigid base
 
     @cached_property
-    def rest(self) -> CubicSpline:
-        """Return the deflection by a unit force times pi E*, less 1 / r [1/mm], over r."""
-        return _rest(self.compliance, self.thickness, self.stiffness)
+    def base_effect(self) -> CubicSpline:
+        """Return, as a function of distance [mm], the change in deflection due to the stone.
+
+        It is the deflection per force, times pi E*, minus 1 / r [1/mm].
+        """
+        return _base_effect(self.compliance, self.thickness, self.stiffness)
 
 
 def _burmister(t: Floats, stiffness: float, poisson: float) -> Floats:
-    """Return the compliance of a layer on a base over the layer's own [1], at wave numbers times thickness.
+    """Return Burmister's transform: the compliance of a layer on a base over that of a half-space of its material [1].
 
-    The layer is `stiffness` times as stiff as its base; 0 means a rigid base.
+    `t` [1] is the wave number times the thickness of the layer. The layer is `stiffness` times as stiff as its base; 0
+    means a rigid base. Layer and base have the same Poisson's ratio.
     """
     k = 3.0 - 4.0 * poisson
     upper = (stiffness - 1.0) / (stiffness + k)
     lower = k * (stiffness - 1.0) / (1.0 + stiffness * k)
-    once, twice = np.exp(-2.0 * t), np.exp(-4.0 * t)
-    above = 1.0 + 4.0 * t * upper * once - lower * upper * twice
-    return above / (1.0 - (lower + upper + 4.0 * upper * t**2) * once + lower * upper * twice)
+    decay, decay_squared = np.exp(-2.0 * t), np.exp(-4.0 * t)
+    numerator = 1.0 + 4.0 * t * upper * decay - lower * upper * decay_squared
+    return numerator / (1.0 - (lower + upper + 4.0 * upper * t**2) * decay + lower * upper * decay_squared)
 
 
-def _rest(compliance: Callable[[Floats], Floats], thickness: float, stiffness: float) -> CubicSpline:
-    """Return the change by a base of the deflection by a unit force, times pi E* [1/mm], over the distance [mm]."""
+def _base_effect(compliance: Callable[[Floats], Floats], thickness: float, stiffness: float) -> CubicSpline:
+    """Return the change in deflection per force due to a base below a layer, times pi E* [1/mm], against distance [mm].
+
+    It is the inverse Hankel transform of `compliance` - 1.
+    """
     t = np.linspace(0.0, 15.0, 3001)
     r = thickness * np.concatenate([np.linspace(0.0, 4.0, 81), np.geomspace(4.0, 40.0, 60)[1:]])
     waves = (compliance(t) - 1.0) * j0(t * r[:, None] / thickness)
@@ -106,13 +127,15 @@ def _rest(compliance: Callable[[Floats], Floats], thickness: float, stiffness: f
 
 @dataclass(frozen=True, kw_only=True)
 class EllipsoidFruit:
-    """A fruit: modulus [MPa], two principal radii [mm], direction of the first from +x, and pose of the sensor.
+    """An ellipsoidal fruit in the frame of the sensor, with possible deviations of its skin and flesh.
 
-    The side of the sensor at `tilt_azimuth` is lowered by `tilt` [deg]; the apex lies at `apex` [mm]. `heights` (tips,)
-    [mm] is the protrusion of each dome. `bumps` are heights added to the skin [mm] at x, y [mm].
+    `E` [MPa] and `poisson` are the elastic constants. `R1` and `R2` [mm] are the principal radii, the first in the
+    direction `azimuth` [deg] from +x. The side of the sensor at `tilt_azimuth` is lowered by `tilt` [deg], and the apex
+    of the fruit lies at `apex` [mm]. `heights` (tips,) [mm] is the protrusion of each dome.
 
-    `softness` (tips,) is the modulus of the fruit over the modulus of the flesh under each dome, within a hemisphere of
-    `soft_radius` (tips,) [mm]. Flesh yields at the pressure `yields` [MPa].
+    `bumps` returns the height added to the skin [mm] at x, y [mm]. Under each dome, within a hemisphere of
+    `soft_radius` (tips,) [mm], the flesh is `softness` (tips,) times as soft as elsewhere [1]. Flesh yields at the
+    pressure `yields` [MPa].
     """
 
     E: float
@@ -131,15 +154,19 @@ class EllipsoidFruit:
     yields: float = math.inf
 
     @property
-    def own(self) -> Floats:
-        """Return the local compliance under each dome over that of the flesh [1], and a constant added to it [1/mm]."""
+    def local_compliance(self) -> Floats:
+        """Return two numbers for each dome, shape (2, tips), that describe soft flesh under it.
+
+        The first is the compliance of the soft flesh over the compliance of the flesh elsewhere [1]. The second is a
+        constant that is added to the deflection per force, times pi E* [1/mm].
+        """
         softness, radius = np.broadcast_arrays(self.softness, self.soft_radius)
         outside = BRUISE[0] + BRUISE[1] * (self.poisson - 0.3)
         return np.stack([softness, (1.0 - softness) * outside / radius])
 
     @property
     def curvature(self) -> Floats:
-        """Return the tensor of curvatures [1/mm], (2, 2)."""
+        """Return the curvature tensor of the skin at the apex, along x and y [1/mm], shape (2, 2)."""
         angle = math.radians(self.azimuth)
         along = np.array([math.cos(angle), math.sin(angle)])
         across = np.array([-along[1], along[0]])
@@ -147,11 +174,11 @@ class EllipsoidFruit:
 
     @property
     def slope(self) -> Floats:
-        """Return the slope of the skin along x and y in the frame of the sensor [1]."""
+        """Return the slope of the skin at the apex along x and y, in the frame of the sensor [1], shape (2,)."""
         angle = math.radians(self.tilt_azimuth)
         return math.tan(math.radians(self.tilt)) * np.array([math.cos(angle), math.sin(angle)])
 
     @property
     def compliance(self) -> float:
-        """Return the deflection times the distance for a unit point load [mm^2/N]."""
+        """Return (1 - nu^2) / (pi E), the deflection under a point load times the distance over the load [mm^2/N]."""
         return (1.0 - self.poisson**2) / (math.pi * self.E)

@@ -1,12 +1,12 @@
-"""Presses of a sensor of sprung domes on an ellipsoidal fruit: the forces at travels from the first touch.
+"""Presses of a sensor with sprung domes on an ellipsoidal fruit: the forces at travels from the first touch.
 
-The gaps are between true spheres and the skin z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2. Forces and displacements are
-along the axis of the sensor: slopes are small, contact is unilateral and frictionless.
+The gap is between true spheres and the skin z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2. Slopes are small, so forces
+and displacements are taken along the axis of the sensor. Contact is unilateral and frictionless.
 
-An active set finds the cells in contact: cells that would pull leave it, and cells that would penetrate join it. A step
-is shortened until it lowers the energy. The forces of a set are found by conjugate gradients, preconditioned by the
-inverse of each grid's convolution. Every grid follows its contact from sample to sample, so that the discretisation
-error is nearly the same factor for all forces.
+The cells in contact are found by an active-set method: cells in tension leave the set, and cells that penetrate join
+it. A step is shortened until it lowers the energy. The forces of a set are found by conjugate gradients, preconditioned
+by the inverse of each grid's convolution. Each grid follows its contact from sample to sample, so that the
+discretisation error is nearly the same factor for all forces.
 """
 
 import math
@@ -22,74 +22,79 @@ from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 Slope = tuple[float, float] | Floats
 
 CELLS = 32  # cells per side of a grid
-MOST_STEPS = 400  # steps of conjugate gradients
-MOST_SETS = 100  # active sets
-LEAST_PART = 1e-3  # least fraction of a step to the forces of an active set
+MOST_STEPS = 400  # maximum number of steps of conjugate gradients
+MOST_SETS = 100  # maximum number of active sets
+LEAST_PART = 1e-3  # smallest fraction of a step to the forces of an active set
 SETTLED = 1e-7  # tolerance of the gap in contact, over the largest interference
 NEARLY_FULL = 0.9  # width over the grid from which a contact at its edge may be much wider than the grid
-FILLED = (0.72, 0.94)  # allowed width of a contact over its grid, from and to
-SOUGHT = 3.0  # [mm], largest distance from a dome's touch on the ellipsoid to its touch on the height map
+FILLED = (0.72, 0.94)  # smallest and largest allowed width of a contact over the width of its grid
+SOUGHT = 3.0  # largest distance between a dome's points of first contact with and without the height map [mm]
 
 
 class Pressing:
-    """A sensor on a fruit, pressed to increasing travels.
+    """A sensor that is pressed on a fruit to increasing travels.
 
-    `touch` (tips, 2) [mm] are the places of first contact, and `nearest` (tips,) [mm] the gaps there. `give` (tips,)
-    [mm/N] is the compliance of the springs; presses over time change it, and `recovered`, before each sample. `grids`
-    and `cell_forces` [N] are the last solution, from which the next one starts.
+    `touch` (tips, 2) [mm] are the points of first contact, and `nearest` (tips,) [mm] the gaps there. `give` (tips,)
+    [mm/N] is the compliance of the springs, and `recovered` (tips,) [mm] the part of their deflection that has
+    recovered; presses over time change both before each sample. `grids` and `cell_forces` [N] are the last solution,
+    from which the next one starts.
     """
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
-        """Find the place of first contact under each dome.
+        """Find the point of first contact under each dome.
 
-        Newton's method finds it on the even ellipsoid. If skin or domes have a height map, or domes a rim, a search in
-        three finer and finer squares follows.
+        On a smooth ellipsoid it is found by Newton's method. If the skin or the domes have a height map, or the domes a
+        rim, it is then searched for in three successively smaller squares.
         """
         self.sensor, self.fruit, self.cells = sensor, fruit, cells
         self.kernel = love(cells)
         self.touch = sensor.positions.copy()
         for _ in range(20):
-            step = np.array([np.linalg.solve(*self._slopes(tip)) for tip in range(len(self.touch))])
+            step = np.array([np.linalg.solve(*self._gap_derivatives(tip)) for tip in range(len(self.touch))])
             self.touch = self.touch - step
         if fruit.bumps is not None or sensor.form is not None or math.isfinite(sensor.rim):
-            for half in (SOUGHT, SOUGHT / 40.0, SOUGHT / 1600.0):
-                self.touch = self._lowest(half)
+            for half_side in (SOUGHT, SOUGHT / 40.0, SOUGHT / 1600.0):
+                self.touch = self._smallest_gaps(half_side)
         self.give = 1.0 / sensor.K
         self.recovered = np.zeros(len(self.touch))  # recovery of the springs due to relaxation of the flesh [mm]
-        self.filled = np.full(len(self.touch), FILLED[0])
+        self.smallest_fill = np.full(len(self.touch), FILLED[0])  # smallest allowed width of a contact over its grid
         self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
-        bend = np.linalg.eigvalsh(fruit.curvature)[0]  # the smaller curvature, of the flatter direction
-        self.widest = 1.0 / (1.0 / sensor.dome_radius + bend)  # largest radius of relative curvature [mm]
+        smaller_curvature = np.linalg.eigvalsh(fruit.curvature)[0]
+        self.relative_radius = 1.0 / (1.0 / sensor.dome_radius + smaller_curvature)  # in the flatter direction [mm]
         self.grids: Grids | None = None
         self.cell_forces = np.zeros((len(self.touch), cells, cells))
 
-    def _slopes(self, tip: int) -> tuple[Floats, Floats]:
-        """Return the second and the first derivatives of the gap at the present estimate of a dome's touch."""
+    def _gap_derivatives(self, tip: int) -> tuple[Floats, Floats]:
+        """Return the Hessian (2, 2) [1/mm] and the gradient (2,) [1] of a dome's gap at the estimate of its touch."""
         r = self.sensor.dome_radius
-        away = self.touch[tip] - self.sensor.positions[tip]
-        fall = math.sqrt(r**2 - away @ away)
-        own = np.eye(2) / fall + np.outer(away, away) / fall**3
-        beside = self.touch[tip] - self.fruit.apex
-        return own + self.fruit.curvature, away / fall + self.fruit.curvature @ beside - self.fruit.slope
+        from_axis = self.touch[tip] - self.sensor.positions[tip]
+        height = math.sqrt(r**2 - from_axis @ from_axis)  # of the centre of the sphere above the point of the dome
+        dome_hessian = np.eye(2) / height + np.outer(from_axis, from_axis) / height**3
+        from_apex = self.touch[tip] - self.fruit.apex
+        gradient = from_axis / height + self.fruit.curvature @ from_apex - self.fruit.slope
+        return dome_hessian + self.fruit.curvature, gradient
 
-    def _lowest(self, half: float) -> Floats:
-        """Return the places of the least gap under each dome, in squares of a half side [mm] about the touches."""
-        steps = np.linspace(-half, half, 161)
-        x = self.touch[:, 0, None, None] + steps[:, None]
-        y = self.touch[:, 1, None, None] + steps
+    def _smallest_gaps(self, half_side: float) -> Floats:
+        """Return the points (tips, 2) [mm] of smallest gap in squares of this half side [mm] around `touch`."""
+        offsets = np.linspace(-half_side, half_side, 161)
+        x = self.touch[:, 0, None, None] + offsets[:, None]
+        y = self.touch[:, 1, None, None] + offsets
         x, y = np.broadcast_arrays(x, y)
         gap = np.where(self._on_domes(x, y), self.gap(x, y), np.inf)
-        least = gap.reshape(len(x), -1).argmin(axis=1)
-        rows = np.arange(len(x))
-        return np.stack([x.reshape(len(x), -1)[rows, least], y.reshape(len(x), -1)[rows, least]], axis=-1)
+        smallest = gap.reshape(len(x), -1).argmin(axis=1)
+        tips = np.arange(len(x))
+        return np.stack([x.reshape(len(x), -1)[tips, smallest], y.reshape(len(x), -1)[tips, smallest]], axis=-1)
 
     def _on_domes(self, x: Floats, y: Floats) -> Flags:
-        """Return whether places (tips, ...) [mm] lie within the rims of the domes."""
-        away = self.sensor.positions[..., None, None]
-        return np.asarray(np.hypot(x - away[:, 0], y - away[:, 1]) <= self.sensor.rim)
+        """Return whether points x, y (tips, ...) [mm] lie within the rims of their domes."""
+        positions = self.sensor.positions[..., None, None]
+        return np.asarray(np.hypot(x - positions[:, 0], y - positions[:, 1]) <= self.sensor.rim)
 
     def gap(self, x: Floats, y: Floats) -> Floats:
-        """Return the gaps between the domes and the skin [mm], (tips, ...), with the sensor at height 0."""
+        """Return the gap between each dome and the skin [mm] at points x, y (tips, ...) [mm].
+
+        The sensor is at height 0, and neither the skin nor the springs are deformed.
+        """
         r = self.sensor.dome_radius
         dx = x - self.sensor.positions[:, 0, None, None]
         dy = y - self.sensor.positions[:, 1, None, None]
@@ -101,183 +106,194 @@ class Pressing:
         skin = 0.5 * (k[0, 0] * (x - x0) ** 2 + 2.0 * k[0, 1] * (x - x0) * (y - y0) + k[1, 1] * (y - y0) ** 2)
         if self.fruit.bumps is not None:
             skin = skin - self.fruit.bumps(x, y)
-        out = np.broadcast_to(self.fruit.heights, len(dx))[:, None, None]
-        gap: Floats = dome + skin - self.fruit.slope[0] * x - self.fruit.slope[1] * y - out
+        protrusion = np.broadcast_to(self.fruit.heights, len(dx))[:, None, None]
+        gap: Floats = dome + skin - self.fruit.slope[0] * x - self.fruit.slope[1] * y - protrusion
         return gap
 
     def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
-        """Return the forces of the domes [N] at a travel [mm] from the first touch, (tips,).
+        """Return the forces of the domes [N], shape (tips,), at a travel [mm] from the first touch.
 
-        Contact is solved on the grids of the previous travel first. Grids that do not fit their contacts are replaced,
-        and the contact is solved again. Raises ArithmeticError if the grids still do not fit after twelve attempts.
+        The sensor has turned by `changed_slope` [1] along x and y since then. Contact is first solved on the grids of
+        the previous travel. Grids that do not fit their contacts are replaced, and the contact is solved again. Raises
+        ArithmeticError if the grids still do not fit after twelve attempts.
         """
-        lowered = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
-        entered = lowered - self.nearest
-        widest = np.minimum(np.sqrt(2.0 * self.widest * np.maximum(entered, 1e-4)), 1.1 * self.sensor.rim)
-        reach = widest if self.grids is None else self.grids.reach
+        lowering = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
+        interference = lowering - self.nearest
+        # At first a grid covers the overlap of the undeformed bodies: a paraboloid, up to a little beyond the rim.
+        overlap_radius = np.sqrt(2.0 * self.relative_radius * np.maximum(interference, 1e-4))
+        reach = np.minimum(overlap_radius, 1.1 * self.sensor.rim) if self.grids is None else self.grids.reach
         middles = self.touch if self.grids is None else self.grids.middles
         start = None if self.grids is None else self.cell_forces
         for _ in range(12):
             grids = Grids(middles, reach, self.cells, self.kernel, self.fruit)
-            found = self._yielded(grids, lowered, start)
-            total: Floats = found.sum(axis=(1, 2))
-            middles, reach, fits = self._fitted(grids, found, entered)
+            cell_forces = self._cell_forces(grids, lowering, start)
+            dome_forces: Floats = cell_forces.sum(axis=(1, 2))
+            middles, reach, fits = self._fit_grids(grids, cell_forces, interference)
             if fits and self.fruit.bumps is not None:
-                missed = self._missed(grids, total, lowered)
-                self.filled[missed] *= 0.8
-                reach = np.where(missed, reach / 0.8, reach)
-                fits = not missed.any()
+                touches_outside = self._touches_outside(grids, dome_forces, lowering)
+                self.smallest_fill[touches_outside] *= 0.8
+                reach = np.where(touches_outside, reach / 0.8, reach)
+                fits = not touches_outside.any()
             if fits:
                 break
-            start = grids.moved_to(middles, reach, found)
+            start = grids.transfer(middles, reach, cell_forces)
         else:
             raise ArithmeticError(travel)
-        self.grids, self.cell_forces = grids, found
-        self.area = (found > 0.0).sum(axis=(1, 2)) * grids.size**2
-        return total
+        self.grids, self.cell_forces = grids, cell_forces
+        self.area = (cell_forces > 0.0).sum(axis=(1, 2)) * grids.size**2
+        return dome_forces
 
-    def _fitted(self, grids: Grids, found: Floats, entered: Floats) -> tuple[Floats, Floats, bool]:
+    def _fit_grids(self, grids: Grids, cell_forces: Floats, interference: Floats) -> tuple[Floats, Floats, bool]:
         """Return centres and half widths of grids that fit the contacts, and whether the given grids already fit.
 
-        A contact must fill between `filled` and FILLED[1] of its grid, and must not touch the edge of the grid. `found`
-        are the forces of the cells, `entered` (tips,) the interference of the undeformed domes [mm].
+        The width of a contact must be between `smallest_fill` and FILLED[1] of the width of its grid, and the contact
+        must not touch the edge of the grid. `cell_forces` [N] are the forces of the cells. `interference` (tips,) [mm]
+        is the depth of the undeformed domes below the skin.
         """
         middles, reach = grids.middles.copy(), grids.reach.copy()
         fits = True
-        for tip, forces in enumerate(found):
+        for tip, forces in enumerate(cell_forces):
             rows, columns = np.flatnonzero(forces.any(axis=1)), np.flatnonzero(forces.any(axis=0))
-            # Out of contact, a small grid stays where the dome will touch: 1.2 contact radii at 2 % of its distance.
+            # A dome out of contact keeps a small grid where it will touch: 1.2 contact radii at 2 % of its distance.
             if not len(rows):
-                reach[tip] = 1.2 * math.sqrt(self.widest * max(0.02 * abs(entered[tip]), 1e-3))
+                reach[tip] = 1.2 * math.sqrt(self.relative_radius * max(0.02 * abs(interference[tip]), 1e-3))
                 middles[tip] = self.touch[tip]
                 continue
             first = np.array([rows[0], columns[0]])
             last = np.array([rows[-1], columns[-1]])
             width = (last - first + 1).max() / grids.cells
-            edge = first.min() == 0 or last.max() == grids.cells - 1
-            if edge or not self.filled[tip] <= width <= FILLED[1]:
-                # A contact that is cut off may be much wider. Otherwise the new grid is filled to the middle of FILLED.
+            is_at_edge = first.min() == 0 or last.max() == grids.cells - 1
+            if is_at_edge or not self.smallest_fill[tip] <= width <= FILLED[1]:
+                # A contact cut off by the edge may be much wider. Otherwise it will fill the new grid to 0.83, the
+                # middle of FILLED.
                 fits = False
                 middles[tip] = grids.middles[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.size[tip]
                 reach[tip] = grids.reach[tip] * (
-                    1.5 if edge and width > NEARLY_FULL else max(width, 2.5 / grids.cells) / 0.83
+                    1.5 if is_at_edge and width > NEARLY_FULL else max(width, 2.5 / grids.cells) / 0.83
                 )
         return middles, reach, fits
 
-    def _missed(self, grids: Grids, total: Floats, lowered: Floats) -> Flags:
-        """Return for each dome whether its height map would touch outside the grid, (tips,).
+    def _touches_outside(self, grids: Grids, dome_forces: Floats, lowering: Floats) -> Flags:
+        """Return for each dome whether a bump of the skin would touch it outside its grid, shape (tips,).
 
-        Bumps may touch beside the main contact. The skin there sinks as under point forces at the centres of the grids.
+        Outside the grids, the deflection of the skin is approximated by point forces at the centres of the grids.
         """
-        steps = np.linspace(-2.0, 2.0, 81)
-        outside = np.maximum(np.abs(steps[:, None]), np.abs(steps)) > 1.0
-        x = grids.middles[:, 0, None, None] + grids.reach[:, None, None] * steps[:, None]
-        y = grids.middles[:, 1, None, None] + grids.reach[:, None, None] * steps
+        coordinates = np.linspace(-2.0, 2.0, 81)
+        is_outside = np.maximum(np.abs(coordinates[:, None]), np.abs(coordinates)) > 1.0
+        x = grids.middles[:, 0, None, None] + grids.reach[:, None, None] * coordinates[:, None]
+        y = grids.middles[:, 1, None, None] + grids.reach[:, None, None] * coordinates
         x, y = np.broadcast_arrays(x, y)
         distance = np.hypot(
             x[:, None] - grids.middles[:, 0, None, None], y[:, None] - grids.middles[:, 1, None, None]
         ).clip(1e-3)
-        sunk = self.fruit.compliance * (total[:, None, None] / distance).sum(axis=1)
-        left = lowered - self.give * total
-        touches = outside & self._on_domes(x, y)
-        missed: Flags = (touches & (left[:, None, None] - self.gap(x, y) > sunk)).any(axis=(1, 2))
-        return missed
+        skin_deflection = self.fruit.compliance * (dome_forces[:, None, None] / distance).sum(axis=1)
+        dome_lowering = lowering - self.give * dome_forces
+        is_candidate = is_outside & self._on_domes(x, y)
+        overlap = dome_lowering[:, None, None] - self.gap(x, y)
+        touches: Flags = (is_candidate & (overlap > skin_deflection)).any(axis=(1, 2))
+        return touches
 
-    def _yielded(self, grids: Grids, lowered: Floats, start: Floats | None) -> Floats:
+    def _cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
         """Return the forces of all cells [N], none above the force at which the flesh yields.
 
-        The set of yielded cells, which carry their largest force, is repeated until it does not change. A yielded cell
-        stays in the set while the skin under it sinks less than the dome requires.
+        `lowering` (tips,) [mm] is the displacement of the domes, and `start` the forces to start from. Yielded cells
+        carry their largest force. They are determined by iteration, until they do not change. A yielded cell stays so
+        as long as the skin under it is deflected less than the dome requires.
         """
-        x, y = grids.places()
-        wanted = lowered[:, None, None] - self.gap(x, y)
-        largest = np.broadcast_to(self.fruit.yields * (grids.size**2)[:, None, None], wanted.shape)
+        x, y = grids.positions()
+        required = lowering[:, None, None] - self.gap(x, y)
+        largest = np.broadcast_to(self.fruit.yields * (grids.size**2)[:, None, None], required.shape)
         on_domes = self._on_domes(x, y)
         yielded = np.zeros_like(on_domes)
         for _ in range(MOST_SETS):
-            carried = np.where(yielded, largest, 0.0)
-            felt = self._sunk(grids, carried) if yielded.any() else 0.0
-            begin = None if start is None else np.where(yielded | ~on_domes, 0.0, start)
-            found = self._pressed(grids, wanted - felt, begin, on_domes & ~yielded) + carried
+            yield_forces = np.where(yielded, largest, 0.0)
+            yield_deflection = self._deflection(grids, yield_forces) if yielded.any() else 0.0
+            elastic_start = None if start is None else np.where(yielded | ~on_domes, 0.0, start)
+            elastic_forces = self._contact_forces(
+                grids, required - yield_deflection, elastic_start, on_domes & ~yielded
+            )
+            forces = elastic_forces + yield_forces
             if math.isinf(self.fruit.yields):
-                return found
-            still = yielded & (self._sunk(grids, found) <= wanted)
-            after = still | (found > largest * (1.0 + 1e-9))
-            if (after == yielded).all():
-                return found
-            yielded, start = after, found
+                return forces
+            stays = yielded & (self._deflection(grids, forces) <= required)
+            next_yielded = stays | (forces > largest * (1.0 + 1e-9))
+            if (next_yielded == yielded).all():
+                return forces
+            yielded, start = next_yielded, forces
         raise ArithmeticError(self.fruit.yields)
 
-    def _sunk(self, grids: Grids, forces: Floats) -> Floats:
-        """Return the deflection of fruit and springs under forces of cells [mm]."""
+    def _deflection(self, grids: Grids, forces: Floats) -> Floats:
+        """Return the deflection of fruit and springs together [mm] under forces of cells [N], for each cell."""
         springs: Floats = self.give[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
         return self.fruit.compliance * grids.deflection(forces) + springs
 
-    def _pressed(self, grids: Grids, wanted: Floats, start: Floats | None, free: Flags) -> Floats:
-        """Return the forces of the free cells [N] with least energy, by an active set that begins with `start`.
+    def _contact_forces(self, grids: Grids, required: Floats, start: Floats | None, free: Flags) -> Floats:
+        """Return the nonnegative forces of the cells [N] that minimise the energy, by an active-set method.
 
-        `wanted` [mm] is the displacement of each cell if it touches.
+        `required` [mm] is the deflection of each cell if it is in contact. Only cells marked in `free` may carry a
+        force. `start` are the forces to start from, or None. Raises ArithmeticError if the active set does not settle.
         """
 
-        def sunk(forces: Floats) -> Floats:
-            """Return the deflection under forces of cells [mm]."""
-            return self._sunk(grids, forces)
+        def deflection(forces: Floats) -> Floats:
+            """Return the deflection of all cells under forces of cells [mm]."""
+            return self._deflection(grids, forces)
 
-        allowed = SETTLED * max(wanted.max(), 1e-6)
-        slack = (allowed * grids.size / self.fruit.compliance)[:, None, None]  # moves a cell by a few `allowed`
-        active = free & (wanted > 0.0 if start is None else start > 0.0)
-        f = np.zeros_like(wanted) if start is None else start
-        energy = 0.5 * (f * (sunk(f) - 2.0 * wanted)).sum()
-        system = _System(grids, sunk, wanted, 0.5 * allowed)
+        tolerance = SETTLED * max(required.max(), 1e-6)
+        # Tension that would move a cell by only a few tolerances is ignored.
+        ignored_tension = (tolerance * grids.size / self.fruit.compliance)[:, None, None]
+        active = free & (required > 0.0 if start is None else start > 0.0)
+        f = np.zeros_like(required) if start is None else start
+        energy = 0.5 * (f * (deflection(f) - 2.0 * required)).sum()
+        system = _System(grids, deflection, required, 0.5 * tolerance)
         for _ in range(MOST_SETS):
-            solved, gaps = system.balanced(np.where(active, f, 0.0), active)
-            pulls = (solved < -slack).any()
-            # If cells would pull, the step is shortened until it lowers the energy.
-            before, f, part = f, solved, 1.0
-            while pulls and part > LEAST_PART:
-                f = np.maximum(before + part * (solved - before), 0.0)
-                gaps = sunk(f) - wanted
+            solved, gaps = system.solve(np.where(active, f, 0.0), active)
+            has_tension = (solved < -ignored_tension).any()
+            # If cells would be in tension, the step is shortened until it lowers the energy.
+            previous, f, part = f, solved, 1.0
+            while has_tension and part > LEAST_PART:
+                f = np.maximum(previous + part * (solved - previous), 0.0)
+                gaps = deflection(f) - required
                 part *= 0.5
-                if 0.5 * (f * (gaps - wanted)).sum() < energy:
+                if 0.5 * (f * (gaps - required)).sum() < energy:
                     break
-            energy = 0.5 * (f * (gaps - wanted)).sum()
-            enters = free & (f == 0.0) & (gaps < -allowed)
-            if not pulls and not enters.any():
+            energy = 0.5 * (f * (gaps - required)).sum()
+            enters = free & (f == 0.0) & (gaps < -tolerance)
+            if not has_tension and not enters.any():
                 return np.maximum(f, 0.0)
             active = (f > 0.0) | enters
-        raise ArithmeticError(allowed)
+        raise ArithmeticError(tolerance)
 
 
 @dataclass(frozen=True)
 class _System:
-    """The linear system of cells in contact: forces whose deflection `sunk` is `wanted` within `allowed` [mm]."""
+    """The linear system of the cells in contact, whose `deflection` must be `required` within `tolerance` [mm]."""
 
     grids: Grids
-    sunk: Callable[[Floats], Floats]
-    wanted: Floats
-    allowed: float
+    deflection: Callable[[Floats], Floats]
+    required: Floats
+    tolerance: float
 
-    def balanced(self, f: Floats, active: Flags) -> tuple[Floats, Floats]:
-        """Return the forces of the active cells [N] that deflect them as wanted, and the gaps of all cells [mm].
+    def solve(self, f: Floats, active: Flags) -> tuple[Floats, Floats]:
+        """Return the forces of the active cells [N] that give the required deflection, and the gaps of all cells [mm].
 
-        It starts from the forces f and uses conjugate gradients, preconditioned by the inverse of each grid's
-        convolution.
+        The method is conjugate gradients from the initial guess `f`, preconditioned by the inverse of each grid's
+        convolution. Raises ArithmeticError if it does not converge.
         """
-        gaps = self.sunk(f) - self.wanted
-        way, before = np.zeros_like(f), 1.0
+        gaps = self.deflection(f) - self.required
+        direction, previous_product = np.zeros_like(f), 1.0
         for step in range(MOST_STEPS):
-            left = np.where(active, gaps, 0.0)
-            if np.abs(left).max() < self.allowed:
+            residual = np.where(active, gaps, 0.0)
+            if np.abs(residual).max() < self.tolerance:
                 return f, gaps
-            smooth = np.where(active, self.grids.stiffened(left), 0.0)
-            product = (left * smooth).sum()
-            way = -smooth + (product / before if step else 0.0) * way
-            before = product
-            answer = self.sunk(way)
-            length = product / (answer * way).sum()
-            f = f + length * way
-            gaps = gaps + length * answer
-        raise ArithmeticError(np.abs(left).max() / self.allowed)
+            preconditioned = np.where(active, self.grids.precondition(residual), 0.0)
+            product = (residual * preconditioned).sum()
+            direction = -preconditioned + (product / previous_product if step else 0.0) * direction
+            previous_product = product
+            change = self.deflection(direction)
+            length = product / (change * direction).sum()
+            f = f + length * direction
+            gaps = gaps + length * change
+        raise ArithmeticError(np.abs(residual).max() / self.tolerance)
 
 
 def press(
@@ -287,9 +303,10 @@ def press(
     cells: int = CELLS,
     drift: Slope = (0.0, 0.0),
 ) -> Floats:
-    """Return the forces of the domes at travels [mm] from the first touch, (samples, tips) [N].
+    """Return the forces of the domes [N], shape (samples, tips), at increasing travels [mm] from the first touch.
 
-    The slope of the sensor grows by `drift` [1] along x and y from the first travel to the last.
+    `cells` is the number of cells per side of a grid. The slope of the sensor changes by `drift` [1] along x and y, in
+    proportion to the travel.
     """
     pressing = Pressing(sensor, fruit, cells)
     last = max(travels)
