@@ -26,23 +26,24 @@ from solve.contact.scene import SidewaysGive
 from solve.linear import SolveError
 
 
+class Fit:
+    """Notes what the fit was asked for; `error` is raised, else springs are the targets but softer."""
+
+    def __init__(self):
+        self.asked, self.error = [], None
+
+    def __call__(self, guess, targets, solver, tolerance):
+        self.asked.append((targets, solver.E, solver.poisson, tolerance))
+        if self.error is not None:
+            raise self.error
+        stiffness = housing_stiffness(tuple(0.999 * K for K in targets), strain_per_N=(2e-3, 1e-4))
+        longer = {arm.name: replace(arm.flexure, length=1.01 * arm.flexure.length) for arm in guess.arms}
+        return FittedHousing(housing=guess.with_flexures(longer), stiffness=stiffness)
+
+
 @pytest.fixture
 def fit(tmp_path, monkeypatch):
-    """Return what a stand-in for the fit was asked for; `error` raises, else springs are the targets but softer."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-
-    class Fit:
-        def __init__(self):
-            self.asked, self.error = [], None
-
-        def __call__(self, guess, targets, solver, tolerance):
-            self.asked.append((targets, solver.E, solver.poisson, tolerance))
-            if self.error is not None:
-                raise self.error
-            stiffness = housing_stiffness(tuple(0.999 * K for K in targets), strain_per_N=(2e-3, 1e-4))
-            longer = {arm.name: replace(arm.flexure, length=1.01 * arm.flexure.length) for arm in guess.arms}
-            return FittedHousing(housing=guess.with_flexures(longer), stiffness=stiffness)
-
     stand_in = Fit()
     monkeypatch.setattr(pipeline.springs.fitted_springs, "fit_lengths", stand_in)
     return stand_in
@@ -54,19 +55,28 @@ def springs_of(design, options=None):
     return with_sideways_give(springs, design, options)
 
 
-def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_process(fit):
-    springs = springs_of(Design(), RunOptions(tolerance=0.01))
-    targets = sizing_of(Design()).springs.stiffnesses
+@pytest.mark.parametrize(("design", "monolithic"), [(Design(), True), (Design(tips=Tips(socket="pin")), False)])
+def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_process(design, monolithic, fit):
+    springs = springs_of(design, RunOptions(tolerance=0.01))
+    targets = sizing_of(design).springs.stiffnesses
+    made = [0.999 * K for K in targets]
     assert fit.asked == [(targets, PETG.E_MPa, PETG.poisson, 0.01)]
-    assert [(name, spring.target) for name, spring in springs.springs.items()] == list(
+    assert {name: spring.target for name, spring in springs.springs.items()} == dict(
         zip(("low", "high"), targets, strict=True)
     )
-    assert springs.stiffnesses.stiffnesses == pytest.approx([0.999 * K for K in targets])
-    assert np.diag(springs.C) == pytest.approx([1.0 / (0.999 * K) for K in targets])
-    assert springs.errors == pytest.approx([error * 0.999 * K for error, K in zip(ERRORS, targets, strict=True)])
+    assert springs.stiffnesses.stiffnesses == pytest.approx(made)
+    assert np.diag(springs.C) == pytest.approx(np.divide(1.0, made))
+    assert springs.errors == pytest.approx(np.multiply(ERRORS, made))
+    assert springs.monolithic is monolithic
     for arm in springs.housing.arms:
         assert springs.springs[arm.name].flexure == arm.flexure
         assert springs.printable[arm.name].length_mm == arm.flexure.length
+    # K d times the strain per newton, over which the limit is the safety factor
+    for spring, d, per_N in zip(springs.springs.values(), springs.deflections, (2e-3, 1e-4), strict=True):
+        assert spring.root_strain == pytest.approx(spring.K * d * per_N)
+        assert spring.root_strain_error == pytest.approx(0.01)
+        assert spring.safety_factor == pytest.approx(PETG.strain_limit / spring.root_strain)
+        assert spring.highest_strain == pytest.approx(1.01 * spring.root_strain)
 
 
 @pytest.mark.usefixtures("fit")
@@ -104,11 +114,13 @@ def test_springs_whose_sideways_give_is_not_found_are_undecided(as_, error, monk
         raise error
 
     monkeypatch.setattr(pipeline.springs.fitted_springs, "sideways_give", failing)
-    springs = springs_for(gentle(), sizing_of(gentle()), as_)
-    if as_ == "fitted":
-        springs = with_sideways_give(springs, gentle(), RunOptions())
-    assert [(leaves.passed, leaves.reason) for leaves in springs.printable.values()] == [(None, str(error))] * 2
+    springs = springs_of(gentle()) if as_ == "fitted" else springs_for(gentle(), sizing_of(gentle()), as_)
+    assert_undecided(springs, error)
     assert springs.sideways is None
+
+
+def assert_undecided(springs, reason):
+    assert [(leaves.passed, leaves.reason) for leaves in springs.printable.values()] == [(None, str(reason))] * 2
 
 
 @pytest.mark.parametrize("name", ["mango", pytest.param("kiwi", marks=pytest.mark.slow)])
@@ -156,17 +168,6 @@ def test_springs_without_a_housing_are_just_as_stiff_as_they_were_sized(as_, des
     np.testing.assert_allclose(springs.C, np.diag([1.0 / K[kind] for kind in design.tips.springs]), rtol=1e-12)
 
 
-def test_root_strain_is_that_of_the_force_at_full_travel(fit):
-    """K d times the strain per newton, over which the limit is the safety factor."""
-    springs = springs_of(Design())
-    for spring, d, per_N in zip(springs.springs.values(), springs.deflections, (2e-3, 1e-4), strict=True):
-        assert spring.root_strain == pytest.approx(spring.K * d * per_N)
-        assert spring.root_strain_error == pytest.approx(0.01)
-        assert spring.safety_factor == pytest.approx(PETG.strain_limit / spring.root_strain)
-        assert spring.highest_strain == pytest.approx(1.01 * spring.root_strain)
-    assert len(fit.asked) == 1
-
-
 def test_same_springs_are_not_fitted_again(fit):
     first, second = springs_of(Design()), springs_of(Design(name="other"))
     assert len(fit.asked) == 1
@@ -180,9 +181,9 @@ def test_leaf_that_the_law_rules_out_is_not_solved(fit):
     assert fit.asked == []
     assert [leaves.passed for leaves in springs.printable.values()] == [False, True]
     assert (springs.housing, springs.monolithic, springs.errors) == (None, True, (0.0, 0.0))
-    targets = [spring.target for spring in springs.springs.values()]
-    assert np.diag(springs.C) == pytest.approx([1.0 / K for K in targets])
-    assert [spring == MadeSpring(target=spring.target) for spring in springs.springs.values()] == [True, True]
+    for spring, compliance in zip(springs.springs.values(), np.diag(springs.C), strict=True):
+        assert spring == MadeSpring(target=spring.target)
+        assert compliance == pytest.approx(1.0 / spring.target)
 
 
 @pytest.mark.parametrize(
@@ -193,34 +194,18 @@ def test_leaf_that_the_law_rules_out_is_not_solved(fit):
 def test_fit_that_fails_leaves_all_undecided_with_its_reason(error, fit):
     fit.error = error
     springs = springs_of(Design())
-    assert [(leaves.passed, leaves.reason) for leaves in springs.printable.values()] == [(None, str(error))] * 2
+    assert_undecided(springs, error)
     assert springs.housing is None
 
 
-@pytest.mark.usefixtures("fit")
-def test_springs_with_pins_are_not_of_one_piece():
-    assert springs_of(Design()).monolithic is True
-    assert springs_of(Design(tips=Tips(socket="pin"))).monolithic is False
-
-
-@pytest.mark.usefixtures("fit")
-def test_tips_of_a_square_are_coupled_within_their_plate_alone():
+def test_square_is_fitted_as_one_plate_within_which_its_tips_are_coupled(fit):
     """Tips 1 and 2 are low and high of one plate, 3 and 4 those of the other, whose frame is another body."""
     springs = springs_of(GENTLE)
+    assert springs.housing.back_to_back
+    assert [targets for targets, *_ in fit.asked] == [(1.2, 20.0)]
     coupled = np.array([[0.8, 1e-3], [1e-3, 0.05]])
     fitted = replace(springs.fitted, stiffness=replace(springs.fitted.stiffness, C=coupled))
-    C = replace(springs, fitted=fitted).C
-    expected = np.zeros((4, 4))
-    expected[:2, :2] = expected[2:, 2:] = coupled
-    assert np.array_equal(C, expected)
-
-
-def test_square_is_fitted_as_one_plate(fit):
-    springs = springs_of(GENTLE)
-    assert springs.housing.back_to_back
-    assert springs.housing.depth == 5.6
-    assert [arm.flexure.thickness for arm in springs.housing.arms] == [0.7, 1.0]
-    assert [targets for targets, *_ in fit.asked] == [(1.2, 20.0)]
+    np.testing.assert_array_equal(replace(springs, fitted=fitted).C, np.kron(np.eye(2), coupled))
 
 
 def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monkeypatch):
@@ -235,13 +220,10 @@ def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monke
         size.set_result(solid_size(housing.with_flexures(thicker)))
         return size
 
-    design = Design()
-    springs = springs_for(design, sizing_of(design), "fitted", 0.01, begin_solid)
+    springs = springs_for(Design(), sizing_of(Design()), "fitted", 0.01, begin_solid)
     assert begun == [springs.deflections]
     assert springs.housing is None
-    for leaves in springs.printable.values():
-        assert leaves.passed is None
-        assert "'compare'" in leaves.reason
+    assert all(leaves.passed is None and "'compare'" in leaves.reason for leaves in springs.printable.values())
     assert not list(tmp_path.rglob("flexures-*"))
 
 

@@ -13,20 +13,15 @@ from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Targets
 from solve.contact.linear_response import linear_response, spring_compliance
 
-HAYES = RunOptions(fruit_stiffness="hayes")
 
-
-def test_hayes_gives_the_springs_that_the_paper_prints():
-    sizing = spring_sizing(Design(), CONTACT, HAYES)
+def test_hayes_gives_the_springs_that_the_paper_prints_and_the_true_contact_judges():
+    sizing = spring_sizing(Design(), CONTACT, RunOptions(fruit_stiffness="hayes"))
     assert 1e3 * sizing.K_m_max == pytest.approx(3846.15, abs=0.01)
     assert 1e3 * sizing.springs.K_l == pytest.approx(752.5, abs=0.05)
     assert 1e3 * sizing.springs.K_h == pytest.approx(17308.0, abs=0.5)
     assert sizing.K_m_over_E == pytest.approx(1.0 / 0.91, rel=1e-12)
     assert sizing.basis == "hayes"
-
-
-def test_whatever_sized_the_true_contact_judges():
-    assert spring_sizing(Design(), CONTACT, HAYES).K_m_max_contact == pytest.approx(3.5 * K_M_OVER_E, rel=1e-12)
+    assert sizing.K_m_max_contact == pytest.approx(3.5 * K_M_OVER_E, rel=1e-12)
 
 
 def test_given_springs_are_taken_as_they_are():
@@ -41,24 +36,15 @@ def test_springs_that_no_fruit_tells_apart_are_refused(K_l):
     assert (refused.field, refused.value) == ("springs.K_l_N_per_m", K_l)
 
 
-def test_deflections_share_the_travel_with_the_fruit():
-    """In series a spring takes the share K_m / (K_m + K) of the travel."""
-    sizing = sizing_of(Design())
-    K_m = sizing.K_m_max_contact
-    expected = [0.6 * K_m / (K_m + K) for K in sizing.springs.stiffnesses]
-    assert sizing.deflections((0.6, 0.6)) == pytest.approx(expected, rel=1e-12)
-
-
-def test_tilt_gives_each_spring_its_own_travel():
-    sizing = sizing_of(Design())
-    level, tilted = sizing.deflections((0.6, 0.6)), sizing.deflections((0.81, -0.1))
-    assert tilted == pytest.approx((level[0] * 0.81 / 0.6, 0.0), rel=1e-12)
-
-
-def test_moduli_beyond_the_range_bend_the_springs_further():
-    beyond, sizing = sizing_of(Design(fruit=Fruit(E_MPa=(1.0, 10.0)))), sizing_of(Design())
-    assert beyond.K_m_at_largest_E == pytest.approx(10.0 * K_M_OVER_E, rel=1e-12)
-    assert beyond.deflections((0.6, 0.6))[1] > sizing.deflections((0.6, 0.6))[1]
+@pytest.mark.parametrize("E", [3.5, 10.0])
+@pytest.mark.parametrize(("travels", "shares"), [((0.6, 0.6), (0.6, 0.6)), ((0.81, -0.1), (0.81, 0.0))])
+def test_deflections_share_the_travel_with_the_firmest_fruit(E, travels, shares):
+    """In series a spring takes the share K_m / (K_m + K) of its travel; one that is lifted takes none."""
+    sizing = sizing_of(Design(fruit=Fruit(E_MPa=(1.0, E))))
+    K_m = E * K_M_OVER_E
+    expected = [share * K_m / (K_m + K) for share, K in zip(shares, sizing.springs.stiffnesses, strict=True)]
+    assert sizing.deflections(travels) == pytest.approx(expected, rel=1e-12)
+    assert sizing.K_m_at_largest_E == pytest.approx(K_m, rel=1e-12)
 
 
 def test_off_the_middle_each_tip_meets_its_own_fruit():
