@@ -24,7 +24,6 @@ from pipeline.errors.causes import LARGEST_MOUNT_CHANGES, after_calibration, all
 from pipeline.errors.targets import SceneTargets, characteristic
 from pipeline.response.scene_press import curve_moduli, scene_of
 from pipeline.springs.fitted_springs import GRAVITY
-from pipeline.verdicts.rules import NL_verdict, P_max_verdict
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print, Targets
 from sensor.design.reading import ReadingRequirements
@@ -115,10 +114,9 @@ def test_every_number_says_all_three_shares(name, model, inputs, budgets):
 
 def test_numerical_error_is_the_bar_that_the_verdicts_use(budgets):
     own = characteristic(pair_of(Design()))
-    P, NL = P_max_verdict(own.P_max(), Targets(), ""), NL_verdict(own.NL(Targets()), Targets(), "")
     assert (budgets.K_l.numerical, budgets.K_h.numerical) == pytest.approx(ERRORS, rel=1e-12)
-    assert budgets.P_max.numerical * P.value == pytest.approx(P.error, rel=1e-12)
-    assert budgets.NL.numerical * NL.value == pytest.approx(NL.error, rel=1e-12)
+    for budget, number in ((budgets.P_max, own.P_max()), (budgets.NL, own.NL(Targets()))):
+        assert budget.numerical == pytest.approx(number.relative, rel=1e-12)
     assert budgets.contact.numerical == CONTACT.error_pair
 
 
@@ -440,18 +438,3 @@ def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():
     for effect, K in zip(("low spring", "high spring"), SPRINGS.stiffnesses, strict=True):
         assert size_of(calibrated, effect) == pytest.approx(0.01 * K_M / (K + K_M), rel=1e-3)
     assert calibrated.total < printed.total
-
-
-@pytest.mark.parametrize(("bands", "of"), [("printed", tuple), ("calibrated", after_calibration)])
-def test_bands_of_the_table_are_the_moduli_at_both_ends_of_the_error_of_P(bands, of):
-    """Both springs add their numerical errors, each in the share of the give that is its own."""
-    result = stand_ins.result_of()
-    pair, curve = result.pressed.pair, result.press.curve
-    modulus_at = characteristic(pair).modulus_scale(curve.P[:, -1], curve.E)
-    for row in (10, 40):
-        K_m = curve.E[row] * K_M_OVER_E
-        by_springs = sum(error * K_m / (K_m + K) for error, K in zip(ERRORS, SPRINGS.stiffnesses, strict=True))
-        numerical = float(curve.P_error[row, -1]) + by_springs
-        total = ratio_budget(pair, curve.E[row], curve.x[-1], numerical, of).total
-        ends = [modulus_at(curve.P[row, -1] * factor) for factor in (1.0 - total, 1.0 + total)]
-        assert getattr(result.errors.reading, bands)[row, -1] == pytest.approx(ends, rel=1e-9, nan_ok=True)

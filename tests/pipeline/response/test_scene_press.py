@@ -14,21 +14,6 @@ from sensor.design.tips import PressMotion, Tips
 from sensor.quantity import InputError
 from solve.contact.scene import check_scene
 
-
-@pytest.fixture
-def solved(monkeypatch):
-    """Return a list that every solve of a scene adds its springs, moduli and travels to."""
-    presses = []
-    solve = pipeline.response.scene_press.scene_response
-
-    def counted(scene, contact, C, E, x):
-        presses.append((tuple(np.diag(C)), tuple(E), tuple(x)))
-        return solve(scene, contact, C, E, x)
-
-    monkeypatch.setattr(pipeline.response.scene_press, "scene_response", counted)
-    return presses
-
-
 TILTED = PressMotion(tilt_deg=1.0)
 NEAR_A_SIDE = r"^gap from tip to side face = 0.9 mm must be at least one side"
 

@@ -73,9 +73,6 @@ def test_tilt_is_the_solved_one_times_the_largest_force_on_a_spring(layout, forc
 
 
 def test_low_tip_moves_by_a_share_of_what_the_high_one_does_under_its_force():
-    """C12 / C22 of the solve."""
+    """C12 / C22 of the solve; springs that are not made do nothing."""
     assert behaviour(C=np.array([[1.0, 0.02], [0.02, 0.1]])).crosstalk_C12_over_C22 == pytest.approx(0.2)
-
-
-def test_springs_that_are_not_made_do_nothing():
     assert spring_behaviour(springs_of(Design(), made=False), press(PAIR)) is None

@@ -39,19 +39,15 @@ def hanging_volume(housing, arm):
 
 
 def test_sag_is_the_weight_that_hangs_over_the_stiffness(springs):
-    K = springs.fitted.stiffness.K
-    for sag, arm, stiffness in zip(weight_sag(springs, "down"), springs.housing.arms, K, strict=True):
+    """A sensor that presses up draws its tips in, and one held sideways leaves them."""
+    sags = [weight_sag(springs, attitude) for attitude in ("down", "up", "side")]
+    rows = zip(*sags, springs.housing.arms, springs.fitted.stiffness.K, strict=True)
+    for down, up, side, arm, stiffness in rows:
         weight = G * PETG.density_g_per_cm3 * hanging_volume(springs.housing, arm)
-        assert sag.value == pytest.approx(weight / stiffness, rel=SHAPE)
-        assert 0.0 < sag.error < 0.01 * sag.value
-
-
-def test_sensor_that_presses_up_draws_its_tips_in_and_sideways_leaves_them(springs):
-    down, up, side = (weight_sag(springs, attitude) for attitude in ("down", "up", "side"))
-    assert [sag.value for sag in up] == [-sag.value for sag in down]
-    assert [sag.value for sag in side] == [0.0, 0.0]
-    for sideways, sag in zip(side, down, strict=True):
-        assert 0.0 < sideways.error < 0.01 * sag.value
+        assert down.value == pytest.approx(weight / stiffness, rel=SHAPE)
+        assert (up.value, side.value) == (-down.value, 0.0)
+        for sag in (down, side):
+            assert 0.0 < sag.error < 0.01 * down.value
 
 
 def test_pin_adds_its_own_weight(springs):

@@ -7,7 +7,7 @@ import pytest
 from stand_ins import GOOD, result_of, springs_of
 
 from cad.parts.housing import Pin
-from pipeline.find.changes import MOVES, sweeps
+from pipeline.find.changes import MOVES
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions, load_design
 from pipeline.verdicts.hints import CONTACT_SIZES, PARTS, SEARCH, hint, shorter_travel, tolerance_hint, with_hints
 from sensor.design.bench import Bench
@@ -15,7 +15,6 @@ from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.reading import ReadingRequirements
 from sensor.design.tips import PressMotion, Tips
-from sensor.tips.flat import Cylinder
 from sensor.verdict import verdict_rows
 
 ROUGH = RunOptions(tolerance=0.02)
@@ -90,16 +89,6 @@ def test_hint_follows_from_the_verdict_and_its_design(verdict, design, springs, 
 
 def test_springs_sized_by_another_formula_are_mended_by_the_contact():
     assert hint(missed("P_max"), Design(), MADE, RunOptions(fruit_stiffness="hayes")) == CONTACT_SIZES
-
-
-def test_shape_that_is_not_flat_is_changed_before_its_edge(monkeypatch):
-    """The keys of a new shape may share `fillet_mm`; without it such a tip is not flat either."""
-    monkeypatch.setattr(Cylinder, "has_flat_face", False)
-    design = Design(tips=Tips(shape="cylinder", fillet_mm=0.1, socket="pin"))
-    assert "tips.shape=cube" in hint(missed("P_displacement_independent"), design, MADE, ROUGH)
-    words = [sweep[0] for sweep in sweeps(design, {"P_monotonic"}, on_cells=False)]
-    assert {"tips.shape": "cube", "tips.fillet_mm": 0.0} in words
-    assert {"tips.fillet_mm": 0.0} not in words
 
 
 def test_tips_that_touch_late_ask_for_the_travel_of_which_it_is_half():
