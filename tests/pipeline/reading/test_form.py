@@ -41,14 +41,11 @@ def test_radius_is_off_as_far_as_the_rim_of_its_face():
     assert found[0] == pytest.approx(0.025 / rim * slope, rel=0.02)
 
 
-def test_ground_tips_are_off_by_less():
+def test_ground_tips_are_off_by_less_and_flat_ones_have_no_form():
     """As pins of 0.01 mm against a print of 0.05 mm."""
     pins = replace(GENTLE, tips=replace(GENTLE.tips, socket="pin"))
     ratio = moved_by_form(pins, MODEL, PRESS) / moved_by_form(GENTLE, MODEL, PRESS)
     assert ratio == pytest.approx(np.full(1 + len(CAPS), 0.2))
-
-
-def test_flat_tips_have_no_form():
     assert moved_by_form(square_design(), MODEL, PRESS).size == 0
 
 

@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 from refusal import refusal
-from stand_ins import PETG, default_housing
+from stand_ins import PETG, default_housing, housing_stiffness
 
 from cad.parts.pin import pin_compliance
 from pipeline.springs import leaf_lengths
@@ -19,8 +19,10 @@ from pipeline.springs.leaf_lengths import (
     ROUGH_LIFT,
     TOLERANCE,
     HousingSolver,
+    add_pin_compliance,
     fit_lengths,
     meet,
+    targets_without_pins,
 )
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
@@ -195,6 +197,17 @@ def test_pins_in_series_are_made_good_by_stiffer_feet(fit):
     expected = [error + K * give.error for error, K in zip(bare.error, targets, strict=True)]
     assert pinned.error == pytest.approx(expected, rel=0.02)
     assert meshes.scales.count(1.0) == 2
+
+
+def test_pins_add_their_give_to_the_compliance_and_half_its_span_to_the_error():
+    give = pin_compliance(PINNED.pin, *MATERIAL)
+    pinned = add_pin_compliance(housing_stiffness(TARGETS, error=(5e-4, 5e-4)), give)
+    for K, foot, error in zip(pinned.K, TARGETS, pinned.error, strict=True):
+        assert pytest.approx(1.0 / foot + give.value) == 1.0 / K
+        assert error == pytest.approx(5e-4 * K / foot + K * give.error)
+    stiffest = 1.0 / give.value
+    assert targets_without_pins((1.0, 0.99 * stiffest), give)[1] > 0.0
+    assert refusal(targets_without_pins, (1.0, 1.01 * stiffest), give).field == "flexures.high.stiffness"
 
 
 def test_solid_is_begun_beside_the_fine_solve_and_compared_with_its_mesh(fit):
