@@ -316,6 +316,5 @@ def test_magnets_are_drawn_where_the_sheet_says(sheets):
     sensor = hall_square()
     discs = [circle.dxf for circle in sheets["square"].canvas.space.query('CIRCLE[layer=="NOTES"]')]
     in_section = sorted((disc.center.x, disc.center.y) for disc in discs if disc.radius == pytest.approx(1.05))
-    below = [sensor.seats.lower_disc, sensor.seats.upper_disc]
-    assert [x for x, _ in in_section] == pytest.approx([-3.0, -3.0, 3.0, 3.0])
-    assert [sensor.housing.top_level - z for _, z in in_section] == pytest.approx([*below, *below])
+    levels = [sensor.housing.top_level - below for below in (sensor.seats.lower_disc, sensor.seats.upper_disc)]
+    assert in_section == [pytest.approx((x, z)) for x in (-3.0, 3.0) for z in levels]

@@ -62,16 +62,10 @@ def test_pair_is_put_together_with_covers_and_screws(housing, sensor):
     assert not any("cover" in name for name in assembly_of(sensor).objects)
 
 
-def test_dowels_are_pressed_by_the_accuracy_of_the_process_and_end_inside(square, bodies):
+def test_dowels_are_pressed_by_the_accuracy_of_the_process_and_none_is_short_enough_for_a_thin_plate(square, bodies):
     housing = square.housing
     assert housing.back_to_back.dowel_hole == 3.0 - RESIN.accuracy_mm
-    for number, (x, z) in enumerate(housing.dowels, start=1):
-        dowel = bodies[f"dowel_{number}"]
-        box = dowel.BoundingBox()
-        length = dowel_length(housing)
-        assert dowel.Volume() == pytest.approx(0.25 * math.pi * 3.0**2 * length)
-        assert (box.center.x, box.center.z) == pytest.approx((x, z), abs=KERNEL)
-        assert (box.ymin, box.ymax) == pytest.approx((-0.5 * length, 0.5 * length), abs=KERNEL)
+    assert bodies["dowel_1"].Volume() == pytest.approx(0.25 * math.pi * 3.0**2 * dowel_length(housing))
     thin = {kind: replace(getattr(housing, kind), depth=1.0) for kind in ("low", "high")}
     assert dowel_length(replace(housing, **thin, tip_side=1.0, spacing=2.0, shuttle_width=1.5)) is None
 
@@ -82,18 +76,20 @@ def test_screw_reaches_through_its_nut_and_two_washers(grip_mm, length):
     assert screw_length(grip_mm) == length
 
 
-def test_screws_hold_what_lies_between_their_washers(square, bodies):
-    half_grip = 0.5 * grip(square)
+def test_screws_and_dowels_lie_in_their_holes_and_hold_what_lies_between_their_washers(square, bodies):
+    half_grip, half_dowel = 0.5 * grip(square), 0.5 * dowel_length(square.housing)
     assert half_grip == pytest.approx(0.5 * 17.6)
-    ends = {}
-    for name in ("screw", "nut", "front_washer", "back_washer"):
-        box = bodies[f"{name}_1"].BoundingBox()
-        ends[name] = (box.ymin, box.ymax)
-        assert (box.center.x, box.center.z) == pytest.approx(square.housing.holes[0], abs=KERNEL)
-    assert ends["front_washer"] == pytest.approx((-half_grip - 0.5, -half_grip), abs=KERNEL)
-    assert ends["back_washer"] == pytest.approx((half_grip, half_grip + 0.5), abs=KERNEL)
-    assert ends["nut"] == pytest.approx((half_grip + 0.5, half_grip + 2.9), abs=KERNEL)
-    assert ends["screw"] == pytest.approx((-half_grip - 3.5, -half_grip - 0.5 + 25.0), abs=KERNEL)
+    spans = {
+        "front_washer_1": (-half_grip - 0.5, -half_grip),
+        "back_washer_1": (half_grip, half_grip + 0.5),
+        "nut_1": (half_grip + 0.5, half_grip + 2.9),
+        "screw_1": (-half_grip - 3.5, -half_grip - 0.5 + 25.0),
+        "dowel_1": (-half_dowel, half_dowel),
+    }
+    for name, span in spans.items():
+        box = bodies[name].BoundingBox()
+        hole = (square.housing.dowels if name == "dowel_1" else square.housing.holes)[0]
+        assert (box.center.x, box.center.z, box.ymin, box.ymax) == pytest.approx((*hole, *span), abs=KERNEL)
 
 
 def test_plates_between_washers_have_no_covers_and_pins_stand_in_both_plates():

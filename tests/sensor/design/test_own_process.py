@@ -36,16 +36,11 @@ def refusal(folder, text):
     return caught.value
 
 
-def test_design_has_the_process_of_the_file_beside_it(folder):
-    design = load_design(folder / "mine.toml")
-    assert design.print == Print(process="tough-resin")
-    expected = replace(PROCESSES["sla-resin"], name="tough-resin", E_MPa=1900.0)
-    assert design.process == expected
-
-
-def test_output_stands_alone(folder):
+def test_design_has_the_process_of_the_file_beside_it_and_its_output_stands_alone(folder):
     """The design file of the output holds the process itself, names no path and reads back as the same design."""
     design = load_design(folder / "mine.toml")
+    assert design.print == Print(process="tough-resin")
+    assert design.process == replace(PROCESSES["sla-resin"], name="tough-resin", E_MPa=1900.0)
     text = design_as_toml(design)
     assert "process_file" not in text
     assert design_from_mapping(tomllib.loads(text)) == design
