@@ -22,17 +22,6 @@ each_number = pytest.mark.parametrize(
 each_choice = pytest.mark.parametrize(
     ("table", "item"), CHOICES, ids=[f"{table}.{item.name}" for table, item in CHOICES]
 )
-UNIT_OF_ENDING = {"_mm": "mm", "_MPa": "MPa", "_deg": "deg", "_N_per_m": "N/m", "_N": "N", "_percent": "%"}
-UNIT_OF_ENDING = {"_mV_per_mm": "mV/mm"} | UNIT_OF_ENDING | {"_mm_per_s": "mm/s", "_s": "s", "_V": "V", "_mV": "mV"}
-UNIT_OF_ENDING |= {"_Hz": "Hz", "_nV": "nV", "_um": "um", "_K": "K", "_ms": "ms", "_g": "g"}
-
-
-@each_number
-def test_unit_is_told_by_the_name(table, item):
-    ending = next((ending for ending in UNIT_OF_ENDING if item.name.endswith(ending)), None)
-    assert item.metadata["unit"] == (UNIT_OF_ENDING[ending] if ending else "1"), f"{table}.{item.name}"
-    assert item.metadata["hint"], f"{table}.{item.name}"
-    assert item.metadata["meaning"], f"{table}.{item.name}"
 
 
 def refused(table, key, value):
