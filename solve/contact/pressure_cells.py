@@ -1,8 +1,8 @@
-"""Cells of pressure on the footprints of the tips, and the matrix of compliances between them for unilateral contact.
+"""Cells of uniform pressure on the footprints of the tips, and the compliance matrix between them.
 
-Within a footprint it is the Galerkin influence matrix of the half-space. Between tips, and for the finite size of the
-block, the compliance is smooth and interpolated by the nodal polynomials of the punch tables. One matrix serves all
-moduli, travels and gaps.
+Within a footprint, the matrix is the Galerkin influence matrix of the half-space. Between tips, and for the finite size
+of the block, the compliance is smooth, and interpolated by the nodal polynomials of the punch tables. One matrix serves
+all moduli, travels and gaps.
 """
 
 import functools
@@ -28,16 +28,17 @@ from solve.halfspace.layered import Layer, added_compliances
 from solve.halfspace.punch import influence, lagrange, square_punch
 
 FINE = Grading(0.7, (0.7, 0.21, 0.09))  # grading of the mesh of the remainder
-FEWEST_NODES = 3  # fewest nodes per side; the pressure of a partial contact has higher moments than a level punch
-GAUSS = 4  # Gauss points along a cell
+FEWEST_NODES = 3  # minimum nodes per side; the pressure of a partial contact has higher moments than of a level punch
+GAUSS = 4  # Gauss points along each side of a cell
 
 
 @dataclass(frozen=True, eq=False)
 class ContactCells:
-    """Cells on all footprints: points on the fruit (cells, 2) [mm], areas [mm^2], and the tip of each cell, `owner`.
+    """The cells on all footprints, and their compliance.
 
-    `centres` (tips, 2) [mm] are the centres of the footprints. `compliance` (cells, cells) is the mean displacement of
-    a cell per force on a cell, times E [1/mm].
+    `points` (cells, 2) [mm] are the centres of the cells, and `areas` (cells,) [mm^2] their areas. `owner` (cells,) is
+    the index of the tip of each cell, and `centres` (tips, 2) [mm] are the centres of the footprints. `compliance`
+    (cells, cells) is the mean displacement of a cell per force on another cell, times E [1/mm].
     """
 
     points: Floats
@@ -48,12 +49,12 @@ class ContactCells:
 
     @property
     def local(self) -> Floats:
-        """Return the points of the cells relative to the centre of their own tip [mm], shape (cells, 2)."""
+        """Return the centres of the cells relative to the centre of their own tip [mm], shape (cells, 2)."""
         return self.points - self.centres[self.owner]
 
     @property
     def tips(self) -> Floats:
-        """Return a matrix with 1 at the tip of each cell, else 0, shape (cells, tips)."""
+        """Return the incidence matrix (cells, tips), which is 1 at the tip of each cell and 0 elsewhere."""
         return np.eye(len(self.centres))[self.owner]
 
 
@@ -64,11 +65,12 @@ def contact_cells(
     layer: Layer | None = None,
     grading: Grading = FINE,
 ) -> ContactCells:
-    """Return the cells between `edges`, lines on (-1/2, 1/2) of each footprint's side [1], with their compliance.
+    """Return the cells of square footprints with their compliance.
 
-    The footprints are squares that contain all possible contact of each tip. Under each tip the half-space has a
-    `layer`, if given; its effect on other tips is a constant, which the caller adds. `grading` belongs to the mesh of
-    the remainder. Raises SolveError if a solve does not converge.
+    The footprints contain all possible contact of each tip. `edges` [1] are the grid lines of the cells over the side
+    of the footprint, from -1/2 to 1/2. Under each tip the half-space has a `layer`, if given. The effect of the layer
+    between different tips is a constant, which the caller adds. `grading` determines the mesh of the remainder. Raises
+    SolveError if a solve does not converge.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
@@ -76,18 +78,19 @@ def contact_cells(
     area = np.outer(np.diff(edges), np.diff(edges)).ravel()
     cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
 
-    # Under each tip, the half-space: mean displacement of a cell per force on another, for E* = 1 and side 1.
+    # The half-space under each tip: the mean displacement of a cell per force on another, for E* = 1 and side 1.
     pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
     half_space = pairs / np.outer(area, area)
     if layer is None:
         within_tips = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space))
     else:
+        # A half-space of the layer's material, plus the effect of the flesh below.
         distances = np.linalg.norm(cell_centres[:, None] - cell_centres, axis=2)
-        added = [added_compliances([layer], side * distances)[0] for side in sides]
-        within_tips = block_diag(*(layer.surface / sides[:, None, None] * half_space + added))
+        base_effects = [added_compliances([layer], side * distances)[0] for side in sides]
+        within_tips = block_diag(*(layer.surface / sides[:, None, None] * half_space + base_effects))
 
-    # The remainder is smooth: it is known between nodes, and the nodal polynomials average it over cells.
-    means = _cell_means(square_punch(_nodes_between(footprints)).x, edges)
+    # The rest is smooth: it is known between nodes, and averaged over cells by the nodal polynomials.
+    means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
     to_cells = block_diag(*[np.kron(means, means)] * len(footprints))
     smooth = smooth_compliance(fruit, tuple(footprints), grading)
     compliance = within_tips + np.asarray(to_cells @ smooth @ to_cells.T)
@@ -102,9 +105,9 @@ def contact_cells(
 
 
 def _cell_means(nodes: Floats, edges: Floats) -> Floats:
-    """Return the mean of each nodal polynomial over each interval between edges [1], shape (intervals, nodes).
+    """Return the mean of each nodal polynomial over each interval between `edges` [1], shape (intervals, nodes).
 
-    `nodes` and `edges` lie on (-1/2, 1/2).
+    `nodes` and `edges` lie between -1/2 and 1/2.
     """
     middle = 0.5 * (edges[1:] + edges[:-1])
     point, weight = np.polynomial.legendre.leggauss(GAUSS)
@@ -114,17 +117,17 @@ def _cell_means(nodes: Floats, edges: Floats) -> Floats:
 
 
 def half_cells(cells: ContactCells) -> ContactCells:
-    """Return the cells at y > 0, in their order, which also represent their mirror images at y < 0.
+    """Return the cells at y > 0, in the same order, each of which also represents its mirror image at y < 0.
 
-    They serve contact that is symmetric about y = 0. All centres must lie at y = 0, and the number of cells across a
-    footprint must be even.
+    They are for contact that is symmetric about y = 0. All centres of footprints must lie at y = 0, and the number of
+    cells per side must be even.
     """
     kept = cells.points[:, 1] > 0.0
-    # Cells are stored in rows across their footprint, so the mirror images are the reversed rows.
-    across = round((len(cells.owner) / len(cells.centres)) ** 0.5)
-    rows = np.arange(len(kept)).reshape(-1, across)
+    # Cells are stored in rows across their footprint, so the mirror images are in the reversed rows.
+    per_side = round((len(cells.owner) / len(cells.centres)) ** 0.5)
+    rows = np.arange(len(kept)).reshape(-1, per_side)
     image = rows[:, ::-1].ravel()
-    # Half of the force of a pair of mirrored cells acts on each of them.
+    # A force on a cell and its mirror image acts half on each of them.
     pairs = 0.5 * (cells.compliance + cells.compliance[:, image])
     return replace(
         cells,
@@ -140,13 +143,14 @@ def half_cells(cells: ContactCells) -> ContactCells:
 def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: Grading) -> Floats:
     """Return the smooth part of the compliance between all nodes of all footprints, times E [1/mm], (nodes, nodes).
 
-    It is the remainder of the block, and, between different tips, also the half-space. Raises SolveError if a solve
-    does not converge.
+    It is the remainder of the block and, between different tips, also the compliance of the half-space. Raises
+    SolveError if a solve does not converge.
     """
-    counts = NodeCounts(between=_nodes_between(footprints), within=max(FEWEST_NODES, nodes_within(fruit, footprints)))
+    interaction_nodes = _interaction_nodes(footprints)
+    counts = NodeCounts(between=interaction_nodes, within=max(FEWEST_NODES, nodes_within(fruit, footprints)))
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
-    # Tips in a row on a plane of symmetry halve the mesh. Tilted tips press unequally on its sides, so odd loads are
-    # needed.
+    # If all tips lie on a mirror plane, only one side of it is meshed. Tilted tips press unequally on both sides of the
+    # plane, so that odd loads are needed too.
     mirror_x = all(footprint.x == 0.0 for footprint in footprints)
     mirror_y = all(footprint.y == 0.0 for footprint in footprints)
     lines = block_lines(fruit, nodes, (mirror_x, mirror_y), grading)
@@ -157,5 +161,6 @@ def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: 
     return remainder + half_space_between(footprints, fruit.poisson, counts.between)
 
 
-def _nodes_between(footprints: Sequence[Footprint]) -> int:
+def _interaction_nodes(footprints: Sequence[Footprint]) -> int:
+    """Return the number of nodes per side for the interaction of tips under any distribution of pressure."""
     return max(FEWEST_NODES, nodes_between(footprints))

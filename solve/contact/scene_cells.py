@@ -1,7 +1,7 @@
-"""Contact cells on the footprints of a scene, with the distance of each cell from the fruit.
+"""Contact cells on the footprints of a scene, with the initial gap between each cell and the fruit.
 
 The cells of a curved fruit lie on the block of its plan and thickness. The curvature adds a gap under each tip, and a
-change of compliance that is found for a level press.
+change in compliance that is determined for a level press.
 """
 
 import functools
@@ -26,32 +26,32 @@ from solve.fruit.split import ROUGH, check_domain
 from solve.halfspace.layered import Layer
 from solve.halfspace.punch import graded_edges
 
-# Cells per side of a footprint on the coarse and the fine grid.
-HALF_CELLS = (18, 26)  # with mirror symmetry, where half of the cells is solved
+# Numbers of cells per side of a footprint, on the coarse and on the fine grid.
+HALF_CELLS = (18, 26)  # with mirror symmetry, where only half of the cells are solved
 WHOLE_CELLS = (14, 20)  # without mirror symmetry
 ROUGH_CELLS = (8, 12)  # with a rough compliance: error bars of 0.7 % instead of 0.2 %
-# Cells are graded towards the edge of a flat face, where pressure is singular. The edge of a square follows lines of
-# the grid, the edge of a cylinder crosses them.
+# Exponents of the grading of cells towards the edge of a flat face, where the pressure is singular. The edge of a
+# square follows grid lines, but the edge of a cylinder crosses them.
 SQUARE_GRADING = 2.5
 CIRCLE_GRADING = 1.5
 NO_GRADING = 1.0
-SAMPLES = 201  # points per side of a tip at which its undeformed gap is evaluated
-MARGIN = 1.02  # side of a footprint over the width that it must hold
+SAMPLES = 201  # points per side of a tip at which its initial gap is evaluated
+MARGIN = 1.02  # side of a footprint over the width that it must contain
 # Side of a dome's footprint over the width of its undeformed overlap with the fruit; Hertz's contact is 0.707 of it.
 TOUCHED = 0.75
 HALVINGS = 6  # bisections in ln E between a skin that can be solved and one that cannot
-OF_BOUND = 1.5  # margin of the bound on a skin, which is found on rough cells; finer cells allow less
+OF_BOUND = 1.5  # margin of the bound on a skin, which is determined on rough cells; finer cells allow less
 
 
 @dataclass(frozen=True, eq=False)
 class SceneCells:
-    """Cells on the footprints of a scene, their gap before the press, and the error of the grid in a level press.
+    """Cells on the footprints of a scene, with their initial gap and a correction of their compliance.
 
-    `edges` [mm] are the grid lines from the centre of a footprint, the same along and across. `gap` (cells,) [mm] is
-    measured from first touch, infinite for a cell without a face. `middle` (2,) [mm] is the mean of the tips' centres.
-    `compliance_correction` (tips, tips), times E [1/mm], is added so that the cells of flat tips have the given
-    compliance in a level press. For other tips it is only the change by the shape of the fruit. If `is_half`, the cells
-    lie at y > 0 and represent both sides.
+    `edges` [mm] are the grid lines relative to the centre of a footprint, the same along and across. `gap` (cells,)
+    [mm] is the initial gap at first touch, infinite for a cell outside the face of its tip. `middle` (2,) [mm] is the
+    mean of the tips' centres. `compliance_correction` (tips, tips) [1/mm] is times E. It is added so that the cells of
+    flat tips have the given compliance in a level press; for other tips it is only the change due to the fruit's shape.
+    If `is_half`, the cells lie at y > 0 and represent both sides.
     """
 
     cells: ContactCells
@@ -62,23 +62,29 @@ class SceneCells:
     is_half: bool
 
     def interference(self, scene: Scene, x: float) -> Floats:
-        """Return the overlap of the undeformed tips with the fruit [mm] at travel x [mm], (cells,).
+        """Return the overlap of the undeformed tips with the undeformed fruit [mm] at travel x [mm], (cells,).
 
-        It is -inf for a cell without a face.
+        It is -inf for a cell outside the face of its tip.
         """
-        if scene.from_touch:
-            x -= float(self._entered(scene, scene.turn_at_touch, 0.0).max())
-        return self._entered(scene, scene.turn, x)
+        if scene.from_touch:  # the travel counts from the first touch of the tilted sensor
+            x -= float(self._overlap(scene, scene.turn_at_touch, 0.0).max())
+        return self._overlap(scene, scene.turn, x)
 
-    def _entered(self, scene: Scene, turn: Floats, x: float) -> Floats:
-        """Return the overlap [mm] at travel x [mm] of the middle, with the tangents `turn` (2,) of tilt and roll."""
+    def _overlap(self, scene: Scene, turn: Floats, x: float) -> Floats:
+        """Return the overlap (cells,) [mm] when the middle of the tips has moved down by x [mm].
+
+        `turn` (2,) are the tangents of tilt and roll.
+        """
         lever = (self.cells.points - self.middle) @ turn
         return np.asarray(x + lever - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
 
 
 @dataclass(frozen=True)
 class _Grid:
-    """The layout of one grid: its lines on (-1/2, 1/2), whether half of it is solved, and the mesh of the remainder."""
+    """The layout of a grid of cells: its lines from -1/2 to 1/2, and whether only half of the cells are solved.
+
+    `mesh` is the grading of the mesh of the remainder.
+    """
 
     edges: tuple[float, ...]
     is_half: bool
@@ -88,10 +94,11 @@ class _Grid:
 def scene_cells(
     scene: Scene, compliance: FruitCompliance, farthest: float, is_half: bool | None = None
 ) -> tuple[SceneCells, SceneCells]:
-    """Return a coarse and a fine grid of cells for travels up to `farthest` [mm]; `compliance` is for flat tips.
+    """Return a coarse and a fine grid of cells for travels up to `farthest` [mm].
 
-    With `is_half`, only cells at y > 0 are solved; None means half the cells for a mirrored scene. Raises InputError if
-    the scene is too steep, or outside the domain of the split.
+    `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved; None
+    means half the cells if the scene is mirror-symmetric. Raises InputError if the scene is too steep, or outside the
+    domain of the split method.
     """
     footprints = scene_footprints(scene, farthest)
     block = scene.fruit.equivalent_block
@@ -102,7 +109,7 @@ def scene_cells(
         cells = _cells(block, footprints, layer, grid)
         gap = initial_gap(scene, built=scene, cells=cells)
         correction = compliance.shape_change
-        if scene.tips.tip_shape.has_flat_face:  # then the solved compliance corrects the error of the cells too
+        if scene.tips.tip_shape.has_flat_face:  # the given compliance is for this contact, so it also corrects the grid
             correction = compliance.S - _level_compliance(cells, np.isfinite(gap))
         edges = footprints[0].side * np.array(grid.edges)
         solved.append(SceneCells(cells, edges, gap, middle, correction, grid.is_half))
@@ -111,7 +118,7 @@ def scene_cells(
 
 
 def _grids(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_Grid]:
-    """Return the layouts of the coarse and the fine grid, which are the same under all tips."""
+    """Return the layouts of the coarse and the fine grid of cells; all tips have the same layout."""
     shape = scene.tips.tip_shape
     grading = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
     if not shape.has_flat_face:
@@ -125,7 +132,7 @@ def _grids(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_Gr
 
 
 def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
-    """Return the compliance of level tips on these cells, times E [1/mm], if all `faces` (cells,) touch."""
+    """Return the compliance of level tips on these cells, times E [1/mm], if all cells in `faces` (cells,) touch."""
     tips = cells.tips[faces]
     # Forces of cells for a unit travel of each tip; their sums are the stiffness of the grid.
     forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
@@ -134,90 +141,95 @@ def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
 
 @contextmanager
 def naming_the_skin(scene: Scene, compliance: FruitCompliance) -> Iterator[None]:
-    """Convert an IndefiniteCellsError inside the block into an InputError, if the modulus of the skin causes it.
+    """Convert an IndefiniteCellsError raised in the block into an InputError if the modulus of the skin is its cause.
 
-    The new error has a bound on this modulus. In the model, the skin under each tip lies on a half-space. This does not
-    hold for a skin that spreads the press over the whole fruit.
+    The new error states a bound on this modulus. In the model, the skin under each tip lies on a half-space. The model
+    fails for a skin so stiff or so soft that the compliance of the cells is no longer positive definite.
     """
     try:
         yield
     except IndefiniteCellsError as error:
         if compliance.flesh_E is None:
             raise
-        bound = _bound_of_skin(scene, compliance.flesh_E)
+        bound = _skin_bound(scene, compliance.flesh_E)
         if bound is None:
             raise
         hint = "take another modulus of the skin, a larger fruit, or leave the skin out"
         raise validation_error("fruit.skin_E_MPa", scene.fruit.skin_E_MPa, "MPa", bound, hint) from error
 
 
-def _bound_of_skin(scene: Scene, E: float) -> str | None:
-    """Return a text with the bound on the modulus of a skin that cannot be solved on flesh of modulus E [MPa].
+def _skin_bound(scene: Scene, E: float) -> str | None:
+    """Return a text with the bound on the modulus of a skin that cannot be solved on flesh with the modulus E [MPa].
 
-    The bound is found by bisection between this skin and one as stiff in shear as the flesh. It is None if the latter
-    cannot be solved either, because the skin is then not the cause.
+    The bound is found by bisection between this skin and a skin with the shear modulus of the flesh. The result is None
+    if the latter cannot be solved either, because the skin is then not the cause.
     """
     fruit = scene.fruit
     layer = layer_on(fruit, E)
     footprints = scene_footprints(scene, scene.press.travel_mm)
     edges = graded_edges(ROUGH_CELLS[0], SQUARE_GRADING)
 
-    def fits(modulus: float) -> bool:
+    def is_solvable(modulus: float) -> bool:
+        """Return whether the compliance of cells under a skin of this relative modulus is positive definite."""
         cells = contact_cells(fruit.equivalent_block, footprints, edges, replace(layer, modulus=modulus), ROUGH)
         return bool(np.linalg.eigvalsh(cells.compliance)[0] > 0.0)
 
-    good = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
-    bad = layer.modulus
-    if not fits(good):
+    # Moduli of the skin over the modulus of the flesh: one that can be solved and one that cannot.
+    solvable = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
+    unsolvable = layer.modulus
+    if not is_solvable(solvable):
         return None
     for _ in range(HALVINGS):
-        middle = (good * bad) ** 0.5
-        good, bad = (middle, bad) if fits(middle) else (good, middle)
+        middle = (solvable * unsolvable) ** 0.5
+        solvable, unsolvable = (middle, unsolvable) if is_solvable(middle) else (solvable, middle)
     moduli = table_moduli(fruit)
-    if bad > good:
-        return f"at most {good / OF_BOUND * moduli[0]:.2g} MPa on flesh of {moduli[0]:.3g} MPa under these tips"
-    return f"at least {good * OF_BOUND * moduli[-1]:.2g} MPa on flesh of {moduli[-1]:.3g} MPa under these tips"
+    if unsolvable > solvable:
+        return f"at most {solvable / OF_BOUND * moduli[0]:.2g} MPa on flesh of {moduli[0]:.3g} MPa under these tips"
+    return f"at least {solvable * OF_BOUND * moduli[-1]:.2g} MPa on flesh of {moduli[-1]:.3g} MPa under these tips"
 
 
 def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
-    """Return squares that contain all possible contact for travels up to `farthest` [mm]; nothing is solved.
+    """Return square footprints that contain the contact of each tip for all travels up to `farthest` [mm].
 
-    Raises InputError if the scene is too steep, or outside the domain of the split.
+    Nothing is solved. Raises InputError if the scene is too steep, or outside the domain of the split method.
     """
     check_scene(scene)
     side = scene.tips.side_mm
     centres: Sequence[Point] = scene.centres
     if not scene.tips.tip_shape.has_flat_face:
-        side, centres = _touched_squares(scene, farthest)
+        side, centres = _contact_squares(scene, farthest)
     footprints = tuple(Footprint(x, y, side) for x, y in centres)
     check_domain(scene.fruit.equivalent_block, footprints)
     return footprints
 
 
 def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
-    """Return the gap of cells from first touch [mm], for the tips as they stand in `scene`.
+    """Return the initial gap of cells at first touch (cells,) [mm], for the tip positions of `scene`.
 
-    The cells lie under the tips of the scene `built`, whose centres may be elsewhere on the fruit.
+    The cells lie under the tips of the scene `built`, whose tips may have other positions on the fruit.
     """
     centres = np.array(built.centres)
-    moved = (np.array(scene.centres) - centres)[cells.owner]
+    shift = (np.array(scene.centres) - centres)[cells.owner]
     local = cells.points - centres[cells.owner]
-    return scene.fruit_gap(*(cells.points + moved).T) + tip_gap(scene.tips.tip_shape, *local.T) - scene.first_touch_mm
+    return scene.fruit_gap(*(cells.points + shift).T) + tip_gap(scene.tips.tip_shape, *local.T) - scene.first_touch_mm
 
 
-# One scene is pressed several times: on its own springs, on the paper's, and at full travel. Its cells take 2 s.
+# A scene is pressed several times: on its own springs, on the paper's springs, and at full travel. Its cells take 2 s.
 @functools.lru_cache(maxsize=8)
 def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None, grid: _Grid) -> ContactCells:
-    """Return the cells of one grid on footprints of a block, under a layer of skin if any; raises SolveError."""
+    """Return the cells of one grid on footprints of a block, with an optional layer of skin.
+
+    Raises SolveError if the solve of the remainder does not converge.
+    """
     cells = contact_cells(block, footprints, np.array(grid.edges), layer, grid.mesh)
     return half_cells(cells) if grid.is_half else cells
 
 
-def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]:
-    """Return the side [mm] and the centres [mm] of squares that contain the possible contact of each curved tip.
+def _contact_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]:
+    """Return the side [mm] and the centres [mm] of squares that contain the contact of each curved tip.
 
-    The contact of a tip is smaller than the overlap of its undeformed face with the fruit at the travel `farthest`
-    [mm].
+    The contact is smaller than the overlap of the undeformed tip and fruit at the travel `farthest` [mm]. The overlap
+    is sampled on a grid of points over the face of each tip.
     """
     side = scene.tips.side_mm
     line = 0.5 * side * np.linspace(-1.0, 1.0, SAMPLES)
@@ -225,22 +237,22 @@ def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]
     x, y = np.meshgrid(line, line, indexing="ij")  # from the centre of a tip
     middle = np.mean(scene.centres, axis=0)
 
-    reach = 0.0  # largest distance of the overlap from the centre of its tip along x or y
-    width = step
-    entered_centres = []
+    reach = 0.0  # largest distance, along x or y, of an overlap from the centre of its tip
+    width = step  # largest width of an overlap along x or y
+    overlap_centres = []
     for along, across in scene.centres:
         travel = farthest + (along - middle[0] + x) * scene.turn[0] + (across - middle[1] + y) * scene.turn[1]
-        entered = travel > scene.gap_under((along, across), x, y) - scene.first_touch_mm
-        if not entered.any():
-            entered_centres.append((along, across))
+        overlaps = travel > scene.gap_under((along, across), x, y) - scene.first_touch_mm
+        if not overlaps.any():
+            overlap_centres.append((along, across))
             continue
-        low = np.array([x[entered].min(), y[entered].min()])
-        high = np.array([x[entered].max(), y[entered].max()])
+        low = np.array([x[overlaps].min(), y[overlaps].min()])
+        high = np.array([x[overlaps].max(), y[overlaps].max()])
         reach = max(reach, float(np.abs([low, high]).max()))
         width = max(width, float((high - low).max()))
-        beside = 0.5 * (low + high)
-        entered_centres.append((along + float(beside[0]), across + float(beside[1])))
+        from_tip = 0.5 * (low + high)
+        overlap_centres.append((along + float(from_tip[0]), across + float(from_tip[1])))
 
     if scene.tips.tip_shape.touches_beside_centre:  # the square of a dome is centred on its contact
-        return TOUCHED * (width + 2.0 * step), entered_centres
+        return TOUCHED * (width + 2.0 * step), overlap_centres
     return min(side, MARGIN * 2.0 * (reach + step)), list(scene.centres)

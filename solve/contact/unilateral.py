@@ -1,13 +1,13 @@
-"""Unilateral contact of the tips: pressure >= 0, gap >= 0, never both above 0; springs in series with each tip.
+"""Unilateral contact of the tips: pressure >= 0 and gap >= 0, and one of them is 0. Each tip is on its spring.
 
-Let f be the forces of the cells over E, C the springs' compliance, and b the travel of the tip less the undeformed gap.
-For every cell
+Let f be the forces of the cells over E, A the compliance of the cells times E, C the compliance of the springs, and b
+the travel of the tip minus the initial gap. For every cell
 
     A f + E (C F)_tip - b >= 0,   f >= 0,   one of them 0,     F_tip = sum of the tip's f.
 
-A primal-dual active set method finds the touching cells (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865,
-doi:10.1137/S1052623401383558). If it cycles, non-negative least squares on the Cholesky factor is used (Lawson and
-Hanson).
+A primal-dual active-set method finds the cells in contact (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865,
+doi:10.1137/S1052623401383558). If it cycles, the problem is solved by nonnegative least squares on the Cholesky factor
+(Lawson and Hanson).
 """
 
 from dataclasses import dataclass
@@ -19,25 +19,29 @@ from sensor.arrays import Flags, Floats
 from solve.contact.pressure_cells import ContactCells
 from solve.linear import SolveError
 
-MOST_STEPS = 60  # steps of the active set; more mean that it cycles
-COMPLEMENTARITY = 1e-8  # largest violation of the conditions, relative to the largest force and length
+MOST_STEPS = 60  # maximum number of active sets; if more are needed, the method cycles
+COMPLEMENTARITY = 1e-8  # largest allowed violation of the conditions, relative to the largest force and length
 
 
 class IndefiniteCellsError(SolveError):
-    """Cells whose compliance is not positive definite, which no elastic body has: its parts are inconsistent."""
+    """The compliance of the cells is not positive definite, as it is for every elastic body.
+
+    The half-space part and the remainder of the compliance are then inconsistent.
+    """
 
     def __init__(self) -> None:
-        """State the fault and the remedy in one line."""
+        """Compose the message, with a hint what to do."""
         hint = "take a fruit that is lower for its length and width, or larger tips"
         super().__init__(f"unilateral contact: the compliance of the cells must be positive definite; {hint}")
 
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """State of contact: force of each tip over E, `F` (tips,) [mm^2].
+    """The solution of a contact problem; forces and pressures are over E.
 
-    `slope` (tips,) [mm] is dF over E per travel of the housing while the same cells touch. `pressure` over E [1] and
-    `gap` [mm] are per cell; a cell without a face has an infinite gap.
+    `F` (tips,) [mm^2] are the forces of the tips, and `slope` (tips,) [mm] their derivatives by the travel while the
+    same cells touch. `pressure` [1] and `gap` [mm] are (cells,). A cell outside the face of its tip has an infinite
+    gap.
     """
 
     F: Floats
@@ -47,22 +51,26 @@ class ContactState:
 
 
 class UnilateralContact:
-    """A solver for one set of cells with any springs, travels and gaps; it keeps the last factor."""
+    """A contact solver for one set of cells, with any springs, travels and gaps.
+
+    It keeps the factor of the last solve, which serves the next one if the same cells touch.
+    """
 
     def __init__(self, cells: ContactCells) -> None:
-        """Store the cells and their compliance."""
+        """Store the cells, and start without any in contact."""
         self._cells = cells
         self._tips = cells.tips
         self._touching = np.zeros(len(cells.owner), dtype=bool)
-        # Cholesky factor of the touching cells, and their forces under a unit rigid indentation of each tip.
+        # The Cholesky factor of the touching cells, and their forces for a unit rigid indentation of each tip.
         self._cholesky: tuple[Floats, bool] = (np.zeros((0, 0)), True)
         self._rigid_forces = np.zeros((0, self._tips.shape[1]))
 
     def solve(self, interference: Floats, compliance: Floats) -> ContactState:
-        """Return the contact for interference = travel of the tip - gap (cells,) [mm]; -inf for a cell without a face.
+        """Return the contact for a given interference (cells,) [mm], which is the travel of the tip minus the gap.
 
-        `compliance` (tips, tips) [1/mm] is the compliance of the springs times E. Raises SolveError if the solution
-        violates complementarity by more than 1e-8, and IndefiniteCellsError if no body has the compliance of the cells.
+        The interference is -inf for a cell outside the face of its tip. `compliance` (tips, tips) [1/mm] is the
+        compliance of the springs times E. Raises SolveError if the solution violates complementarity by more than 1e-8.
+        Raises IndefiniteCellsError if the compliance of the cells is not positive definite.
         """
         faces = np.isfinite(interference)
         b = np.where(faces, interference, -1.0)
@@ -82,11 +90,14 @@ class UnilateralContact:
         )
 
     def _active_set(self, faces: Flags, b: Floats, compliance: Floats) -> Floats | None:
-        """Return the forces of the cells, starting from the cells that touched last; None if the active set cycles."""
-        entered = faces & (b > 0.0)
-        active = self._touching & entered
+        """Return the forces of the cells over E by the active-set method, or None if it cycles.
+
+        It starts from the cells that touched in the last solve. `faces` (cells,) marks the cells on the faces of tips.
+        """
+        overlaps = faces & (b > 0.0)
+        active = self._touching & overlaps
         if not active.any():
-            active = entered
+            active = overlaps
         for _ in range(MOST_STEPS):
             f = self._forces(active, b, compliance)
             gap = self._gap(f, b, compliance)
@@ -97,21 +108,21 @@ class UnilateralContact:
         return None
 
     def _forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
-        """Return the forces that close the gap of the active cells.
+        """Return the forces f over E that close the gap of the active cells; other cells have no force.
 
-        They solve A f = b - E C F with F the sums of f over the tips. By Woodbury's formula, one factor of A serves all
-        springs and moduli.
+        They solve A f = b - E C F, where F are the sums of f over the tips. By Woodbury's formula, one factor of A
+        serves all springs and moduli. `compliance` is E C.
         """
         f = np.zeros(len(b))
         if not active.any():
             return f
         tips = self._tips[active]
-        if not np.array_equal(self._touching, active):  # else the factor of the last solve serves
+        if not np.array_equal(self._touching, active):  # otherwise the factor of the last solve is reused
             matrix = self._cells.compliance[np.ix_(active, active)]
             self._cholesky = cho_factor(matrix, lower=True, check_finite=False)
             self._rigid_forces = cho_solve(self._cholesky, tips)
             self._touching = active.copy()
-        # f = A^-1 b - (A^-1 T) E C F, and its sums over the tips, F = T^T f, give a small system for F.
+        # Summing f = A^-1 b - (A^-1 T) E C F over the cells of each tip, F = T^T f, gives a small system for F.
         without_springs = cho_solve(self._cholesky, b[active])
         system = np.eye(tips.shape[1]) + (tips.T @ self._rigid_forces) @ compliance
         F = np.linalg.solve(system, tips.T @ without_springs)
@@ -119,11 +130,15 @@ class UnilateralContact:
         return f
 
     def _gap(self, f: Floats, b: Floats, compliance: Floats) -> Floats:
+        """Return the gap A f + E C F - b of all cells [mm]; `compliance` is E C."""
         return self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b
 
     def _least_squares(self, faces: Flags, b: Floats, compliance: Floats) -> Floats:
-        """Return argmin f.M f / 2 - b.f over f >= 0 as the least-squares problem |L^T f - L^-1 b|, with M = L L^T."""
-        from scipy.optimize import nnls  # seldom needed, and slow to load
+        """Return the forces f >= 0 over E that minimise f.M f / 2 - b.f, with M the compliance of cells and springs.
+
+        With the Cholesky factor M = L L^T, it is the nonnegative least-squares problem of |L^T f - L^-1 b|.
+        """
+        from scipy.optimize import nnls  # rarely needed, and slow to load
 
         tips = self._tips[faces]
         matrix = self._cells.compliance[np.ix_(faces, faces)] + tips @ compliance @ tips.T
@@ -134,13 +149,16 @@ class UnilateralContact:
 
 
 def _check_complementarity(f: Floats, gap: Floats, b: Floats) -> None:
-    """Raise SolveError if a force or a gap is negative, or both are above 0, by more than 1e-8 of the largest."""
+    """Raise SolveError if a cell violates the contact conditions by more than 1e-8, relative to the largest values.
+
+    The violations are a negative force in `f`, a negative gap, and a force at an open gap. `b` is the interference.
+    """
     length = float(np.abs(b).max()) or 1.0  # 1 if all values are 0, to avoid 0 / 0
     force = float(np.abs(f).max()) or 1.0
-    pulling = -float(f.min()) / force
-    entered = -float(gap.min()) / length
-    both = float(np.abs(f * gap).max()) / (force * length)
-    worst = max(pulling, entered, both)
+    tension = -float(f.min()) / force
+    penetration = -float(gap.min()) / length
+    force_at_gap = float(np.abs(f * gap).max()) / (force * length)
+    worst = max(tension, penetration, force_at_gap)
     if not worst <= COMPLEMENTARITY:
         msg = (
             f"unilateral contact: complementarity {worst:.1e} must be at most {COMPLEMENTARITY:.0e}; "

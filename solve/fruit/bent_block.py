@@ -1,4 +1,7 @@
-"""One mesh of the block of a fruit, flat and bent into the fruit, under the same smooth loads."""
+"""A mesh of the block that is equivalent to a fruit, flat and bent into the fruit's shape, under the same loads.
+
+The difference between both bodies is the effect of the shape on the compliance.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,17 +21,19 @@ from solve.fruit.remainder import VOLUME_ORDER, Parity, mirror_dofs
 from solve.fruit.smooth_load import SmoothLoad, line_forces
 from solve.linear import SolveError
 
-# A turned fruit has no mirror planes. With twice the dofs its error is 3e-4, within its bar, in 4 s on one core.
-TURNED = 2  # factor of the most dofs
-REACH = 3.0  # reach of a load from its centre [standard deviations]
+# Factor of the maximum number of dofs for a fruit whose principal directions are rotated, so that it has no mirror
+# planes. With this factor its error is 3e-4, within its error bar, in 4 s on one core.
+TURNED = 2
+REACH = 3.0  # distance from its centre within which a load is significant [standard deviations]
 
 
 @dataclass(frozen=True, eq=False)
 class BentBlock:
-    """Bases on one mesh of the block, `flat`, and of the fruit, `bent`, with the loads on it and their parities.
+    """The displacement bases of a block, `flat`, and of the fruit, `bent`, on the same mesh, and the loads on it.
 
-    The mesh lies between `lines` [mm]. `normals` are the outward normals at the loads, which press against them. They
-    are the normals of the skin if the tips press along these, as domes do, else they point upwards.
+    The mesh is the box over `lines` [mm] along each axis. A load presses against its outward normal in `normals`. These
+    are the normals of the skin if tips press along them, as domes do; otherwise they point upwards. `parities` are the
+    symmetry cases about the mirror planes in which the loads are solved (see `level_parities`).
     """
 
     loads: Sequence[SmoothLoad]
@@ -39,37 +44,38 @@ class BentBlock:
     bent: CellBasis
 
     def fixed_dofs(self, parity: Parity) -> Ints:
-        """Return the dofs that the base and the mirror planes hold, which are the same for both bodies."""
+        """Return the dofs held by the base and the mirror planes for a parity; they are the same for both bodies."""
         return np.union1d(self.flat.get_dofs("base").all(), mirror_dofs(self.flat, parity))
 
     def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:
-        """Return the nodal forces of each unit load and its mirror images, shape (dofs, loads).
+        """Return the nodal forces of each unit load together with its mirror images, shape (dofs, loads).
 
-        A load presses against its outward normal (3,). Seen from above it is a product of two normal distributions. So
-        the fraction of a node is the product of the fractions of its lines along x and along y. The component of a
-        force across a mirror plane changes sign with the image.
+        A load presses against its outward normal (3,) in `normals`. In plan it is the product of a normal distribution
+        along x and one along y, and so is the fraction on a node. In a mirror image, the force component normal to the
+        mirror plane changes sign.
         """
         forces = np.zeros((self.flat.N, len(self.loads)))
         for component in range(3):
             top = self.flat.get_dofs("top").all(f"u^{component + 1}")
             for number, load in enumerate(self.loads):
-                on_node = np.full(len(top), -normals[number][component])
+                nodal_forces = np.full(len(top), -normals[number][component])
                 for axis, centre in enumerate((load.x, load.y)):
                     sign = -parity[axis] if axis == component else parity[axis]
-                    nodes, fraction = line_forces(self.lines[axis], centre, load.deviation, sign)
+                    nodes, fractions = line_forces(self.lines[axis], centre, load.deviation, sign)
                     nearest = np.abs(self.flat.doflocs[axis, top, None] - nodes).argmin(axis=1)
-                    on_node *= fraction[nearest]
-                forces[top, number] = on_node
+                    nodal_forces *= fractions[nearest]
+                forces[top, number] = nodal_forces
         return forces
 
 
 def bent_block(
     fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad], steps: BodySteps, along_normals: bool
 ) -> BentBlock:
-    """Return the mesh of a fruit's block, flat and bent, under the loads that represent footprints.
+    """Return the equivalent block of a fruit, flat and bent, under the loads that represent footprints.
 
-    The mesh ends at planes of symmetry that fruit and footprints share. With `along_normals` the loads press along the
-    normals of the skin. Raises SolveError if an element folds as the block is bent.
+    The mesh ends at the mirror planes that fruit and footprints share. `steps` determines its fineness. With
+    `along_normals` the loads press along the normals of the skin. Raises SolveError if an element is folded when the
+    block is bent.
     """
     shape = CurvedShape(fruit, core_of(loads))
     mirrored = [bool(images) for images in mirror_images(footprints)]
@@ -92,11 +98,12 @@ def bent_block(
 
 
 def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:
-    """Return the basis on the mesh of a block bent into a fruit; raises SolveError if an element folds."""
+    """Return the basis on the mesh of a block that is bent into a fruit; raises SolveError if an element is folded."""
     curved = replace(mesh, doflocs=shape.bend(mesh.doflocs))
     bent = vector_basis(curved, ElementHex2(), VOLUME_ORDER)
-    volumes = determinant(cell_jacobian(curved, bent.quadrature[0]))
-    smallest = float((volumes / np.median(volumes)).min())
+    # A negative Jacobian determinant at a quadrature point, relative to the median, means a folded element.
+    determinants = determinant(cell_jacobian(curved, bent.quadrature[0]))
+    smallest = float((determinants / np.median(determinants)).min())
     if not smallest > 0.0:
         msg = f"curved fruit: volume of a bent element = {smallest:.1g} of the median: must be above 0"
         raise SolveError(msg)
@@ -104,7 +111,7 @@ def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:
 
 
 def core_of(loads: Sequence[SmoothLoad]) -> Plan:
-    """Return half the plan [mm] along x and y that contains all loads."""
+    """Return the half sizes along x and y [mm] of the rectangle around the apex that contains all loads."""
     x = max(abs(load.x) + REACH * load.deviation for load in loads)
     y = max(abs(load.y) + REACH * load.deviation for load in loads)
     return Plan(x, y)

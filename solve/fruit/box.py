@@ -1,7 +1,7 @@
-"""A box of hexahedra with graded lines and named faces.
+"""A box of hexahedra between graded grid lines, with named faces.
 
-A tensor-product box needs no mesher. Its lines follow the loads of the scene, keep mirror symmetry up to rounding, and
-take milliseconds. The mesh of a fruit for viewing is made in `mesh`.
+A tensor-product box needs no mesh generator. Its grid lines are dense near the loads of the scene, keep mirror symmetry
+to rounding, and take milliseconds. The mesh of a fruit for viewing is made in `mesh`.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,53 +14,57 @@ from skfem import MeshHex
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 
-Lines = tuple[Floats, Floats, Floats]  # rising coordinates along x, y and z [mm]
+Lines = tuple[Floats, Floats, Floats]  # increasing coordinates of grid lines along x, y and z [mm]
 
-SAMPLES = 2000  # intervals for the integral of the density of a line
+SAMPLES = 2000  # number of intervals in the integral of the density of steps
 UP = 2  # the axis z
-# Found by halving steps, checked by tests/reference/fits/test_fruit.py.
-SLENDER = 0.4  # reach of the clamp of a slender column [widths]
-SCREENED = 2.5  # reach of a low block's loads [heights]
-DEPTH = 0.6  # fraction of the distance to the image below the base that limits a step along z
-COARSER = 0.75  # fraction of the steps, for the mesh that gives the error
+# The next three were found by halving steps, and are checked by tests/reference/fits/test_fruit.py.
+SLENDER = 0.4  # reach of the effect of the clamp in a slender column [widths]
+SCREENED = 2.5  # reach of the effect of loads in a low block [heights]
+DEPTH = 0.6  # fraction of the distance to the image load below the base that limits a step along z
+COARSER = 0.75  # fraction of the steps in the coarser mesh of the error estimate
 
 
 def graded_line(start: float, end: float, size: Callable[[Floats], Floats], fraction: float = 1.0) -> Floats:
-    """Return the fewest coordinates from start to end [mm] whose steps are about size(coordinate) [mm].
+    """Return increasing coordinates from `start` to `end` [mm] whose steps are at most about size(coordinate) [mm].
 
-    The number of steps is the integral of 1 / size. A `fraction` < 1 takes this fraction of them, rounded down, for the
-    coarser version of the same line.
+    The number of steps is the integral of 1 / size, rounded up. With a `fraction` < 1, it is this fraction of that
+    number, rounded down, for a coarser version of the same line.
     """
-    fine = np.linspace(start, end, SAMPLES + 1)
-    density = 1.0 / size(0.5 * (fine[1:] + fine[:-1]))
-    count = np.concatenate([[0.0], np.cumsum(density)]) * (end - start) / SAMPLES
-    # the margin makes the count independent of rounding, for scaled and mirrored boxes
-    elements = max(1, int(fraction * np.ceil(count[-1] - 1e-6)))
-    line = np.interp(np.linspace(0.0, count[-1], elements + 1), count, fine)
+    samples = np.linspace(start, end, SAMPLES + 1)
+    density = 1.0 / size(0.5 * (samples[1:] + samples[:-1]))
+    step_count = np.concatenate([[0.0], np.cumsum(density)]) * (end - start) / SAMPLES  # from `start` to each sample
+    # The margin makes the number of elements independent of rounding, so that scaled and mirrored boxes have the same.
+    elements = max(1, int(fraction * np.ceil(step_count[-1] - 1e-6)))
+    line = np.interp(np.linspace(0.0, step_count[-1], elements + 1), step_count, samples)
     line[0] = start
     line[-1] = end
     return line
 
 
 def box_mesh(lines: Lines) -> MeshHex:
-    """Return the box over three rising lines [mm], z down: faces x_low, x_high, y_low, y_high, top (low z) and base."""
+    """Return the mesh of the box over grid lines along x, y and z [mm], with z pointing down.
+
+    The named faces are x_low, x_high, y_low, y_high, top (smallest z) and base.
+    """
     mesh = MeshHex.init_tensor(*lines)
     middles = mesh.p[:, mesh.facets].mean(axis=1)
     faces = {}
     for axis, (low, high) in enumerate((("x_low", "x_high"), ("y_low", "y_high"), ("top", "base"))):
         start = lines[axis][0]
         end = lines[axis][-1]
-        near = 1e-9 * (end - start)
-        faces[low] = np.flatnonzero(np.abs(middles[axis] - start) <= near)
-        faces[high] = np.flatnonzero(np.abs(middles[axis] - end) <= near)
+        tolerance = 1e-9 * (end - start)
+        faces[low] = np.flatnonzero(np.abs(middles[axis] - start) <= tolerance)
+        faces[high] = np.flatnonzero(np.abs(middles[axis] - end) <= tolerance)
     return mesh.with_boundaries(faces)
 
 
 @dataclass(frozen=True)
 class Grading:
-    """The fineness of a block: steps over the distance to the nearest image load, and cells of the edge layer.
+    """The fineness of the mesh of a block.
 
-    `layer` holds the parts, with sum 1, into which the step next to the base and to each free side is divided.
+    `step` [1] is a step over its distance from the nearest image load. `layer` has the fractions, with sum 1, into
+    which the step next to the base and next to each free side is divided. `fraction` [1] reduces the number of steps.
     """
 
     step: float
@@ -68,49 +72,51 @@ class Grading:
     fraction: float = 1.0
 
     def coarser(self) -> "Grading":
-        """Return the grading with fewer steps along every line and one cell less in the layer."""
+        """Return the grading of a coarser mesh: fewer steps along each axis, and one cell fewer in the layer."""
         return Grading(self.step, (*self.layer[:-2], self.layer[-2] + self.layer[-1]), COARSER)
 
 
 def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading: Grading) -> Lines:
-    """Return lines [mm] along x, y and z for the smooth remainder of loads on a block's top.
+    """Return grid lines [mm] along x, y and z that resolve the remainder field of loads on the top of a block.
 
-    The block lies at |x| <= length/2, |y| <= width/2, 0 <= z <= height. `points` (n, 2) are the places of the loads. A
-    mirrored axis, x or y, starts at 0. The remainder resembles the field of image loads behind the faces. So the size
-    of a step is proportional to its distance from the nearest image. The last step at a face is divided into a layer.
+    The remainder is the smooth difference between the fields of the block and of a half-space under the same loads
+    (`solve/fruit/remainder.py`). It resembles the field of image loads behind the faces of the block. So a step is
+    proportional to its distance from the nearest image, and the last step at a face is divided into a layer. The block
+    lies at |x| <= length/2, |y| <= width/2, 0 <= z <= height. `points` (n, 2) [mm] are the positions of the loads. An
+    axis that is `mirrored`, x or y, starts at 0.
     """
     extent = (block.length_mm, block.width_mm, block.height_mm)
 
-    def size(s: Floats, axis: int) -> Floats:
+    def step_size(s: Floats, axis: int) -> Floats:
         return grading.step * _distance_to_image(s, axis, extent, points)
 
     lines = []
     for axis in (0, 1):
         end = 0.5 * extent[axis]
         start = 0.0 if mirrored[axis] else -end
-        line = graded_line(start, end, partial(size, axis=axis), grading.fraction)
-        # In a low block, the base screens a load from a side face that is farther than `reach`, which needs no layer.
+        line = graded_line(start, end, partial(step_size, axis=axis), grading.fraction)
+        # In a low block, the base screens a side face from a load farther than `reach`; such a face needs no layer.
         reach = SCREENED * block.height_mm
         if float(np.min(end - points[:, axis])) <= reach:
             line = _with_layer(line, grading.layer)
         if start < 0.0 and float(np.min(end + points[:, axis])) <= reach:
             line = -_with_layer(-line[::-1], grading.layer)[::-1]  # the same at the low end, on the reversed line
         lines.append(line)
-    down = graded_line(0.0, block.height_mm, partial(size, axis=UP), grading.fraction)
+    down = graded_line(0.0, block.height_mm, partial(step_size, axis=UP), grading.fraction)
     return lines[0], lines[1], _with_layer(down, grading.layer)
 
 
 def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Floats) -> Floats:
-    """Return the distance [mm] from coordinates s on one axis to the nearest image of a load behind a face.
+    """Return the approximate distance [mm] from coordinates `s` [mm] on one axis to the nearest image load.
 
-    An image lies as far behind a face as its load lies before it. `extent` (3,) [mm] is the size of the block, `points`
-    (n, 2) [mm] are the places of the loads on its top.
+    An image load is the mirror image of a load in a face of the block, and lies as far behind the face. `extent` (3,)
+    [mm] is the size of the block, and `points` (n, 2) [mm] are the positions of the loads on its top.
     """
     height = extent[UP]
-    # First the images behind the base; `along` is the distance of a coordinate from each load on its own axis.
+    # First the images below the base. `along` is the distance from each load along this axis.
     if axis == UP:
-        along = s[:, None]  # the loads lie at 0
-        # The clamp of a slender column has the reach of its width, for any height.
+        along = s[:, None]  # the loads lie at z = 0
+        # In a slender column, the reach of the clamp's effect depends on the width, not on the height.
         distance = np.minimum(DEPTH * (2.0 * height - s), SLENDER * min(extent[:UP]) + height - s)
     else:
         along = s[:, None] - points[:, axis]
@@ -120,13 +126,13 @@ def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Fl
         for end in (-1.0, 1.0):
             to_face = 0.5 * extent[across] - end * points[:, across]
             to_image = np.abs(2.0 * to_face - end * along)
-            if across != axis:  # the distance to the face is used, which is less than to the image
+            if across != axis:  # the distance to the face is used, which is smaller than the distance to the image
                 to_image = np.hypot(along, to_face)
             distance = np.minimum(distance, to_image.min(axis=1))
     return distance
 
 
 def _with_layer(line: Floats, layer: tuple[float, ...]) -> Floats:
-    """Return the line with its last step divided into the parts of the layer, fractions with sum 1."""
-    cut = line[-2] + (line[-1] - line[-2]) * np.cumsum(layer)[:-1]
-    return np.concatenate([line[:-1], cut, line[-1:]])
+    """Return the line with its last step divided in the proportions of `layer`, whose sum is 1."""
+    added = line[-2] + (line[-1] - line[-2]) * np.cumsum(layer)[:-1]
+    return np.concatenate([line[:-1], added, line[-1:]])

@@ -1,4 +1,4 @@
-"""The compliance of the fruit: the indentation under each tip per force on each tip."""
+"""The compliance of the fruit: the indentation under each tip per force on each tip, times Young's modulus."""
 
 import math
 from collections.abc import Sequence
@@ -12,13 +12,16 @@ from sensor.design.tips import Tips
 from sensor.record import Record
 from solve.error_estimate import SolveInfo
 
-ROUND_OFF = 1e-12  # round-off of a ratio of stiffnesses
+ROUND_OFF = 1e-12  # difference from 1 below which a ratio of stiffnesses is 1
 TIPS = Tips().names  # names of the paper's pair, from -x to +x
 
 
 @dataclass(frozen=True, eq=False)
 class MeshCompliance:
-    """Indentation of tip i per force on tip j on one mesh, times E: S [1/mm], shape (tips, tips), and its dofs."""
+    """The compliance from one mesh: S[i, j] is the indentation of tip i per force on tip j, times E [1/mm].
+
+    `dofs` is the number of degrees of freedom of the mesh.
+    """
 
     S: Floats
     dofs: int
@@ -26,34 +29,37 @@ class MeshCompliance:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SkinTable(Record):
-    """Compliance of flesh under a skin: S [1/mm] (n, tips, tips) at rising moduli E [MPa] (n,) of the flesh.
+    """The compliance of flesh under a skin, tabulated against the modulus of the flesh.
 
-    S is times E. Beyond the ends of the table S is constant: the compliance is again proportional to 1 / E.
+    S (n, tips, tips) [1/mm] is the indentation per force times E, at increasing moduli E (n,) [MPa] of the flesh.
+    Beyond the ends of the table S is constant, so that the compliance is proportional to 1 / E.
     """
 
     E: Floats
     S: Floats
 
     def at(self, E: float) -> Floats:
-        """Return S [1/mm], (tips, tips), at a modulus of the flesh [MPa], by a cubic spline over ln E."""
+        """Return S (tips, tips) [1/mm] at a modulus of the flesh [MPa], by a cubic spline in ln E."""
         from scipy.interpolate import CubicSpline  # slow to load, and not needed without a skin
 
         return np.asarray(CubicSpline(np.log(self.E), self.S)(math.log(self.within(E))))
 
     def within(self, E: float) -> float:
-        """Return the modulus in the range of the table nearest to E [MPa]."""
+        """Return the modulus E, limited to the range of the table [MPa]."""
         return min(max(E, float(self.E[0])), float(self.E[-1]))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class FruitCompliance(Record):
-    """Indentation of tip i per force on tip j, times the modulus E: S [1/mm], shape (tips, tips), read-only.
+    """The compliance of a fruit under its tips: S[i, j] is the indentation of tip i per force on tip j, times E [1/mm].
 
-    `tips` has the names of the tips in the order of S, from -x to +x. `error_pair` bounds the relative error [1] of s11
-    - s12, which sizes the springs, and `error_own` the relative error of s11. `shape_change` (tips, tips) [1/mm] is the
-    part of S that comes from the shape of a curved fruit, 0 for a block. Under a skin, S depends on the modulus of the
-    flesh: `at` returns it for the modulus `flesh_E` [MPa], and before that S is for the flesh without the skin. `rough`
-    is True if only per cents of accuracy were requested; contact is then solved on few cells.
+    S (tips, tips) is read-only. `tips` has the names of the tips in the order of S, from -x to +x. `error_pair` bounds
+    the relative error [1] of s11 - s12, which sizes the springs, and `error_own` the relative error of s11.
+    `shape_change` (tips, tips) [1/mm] is the part of S that is due to the shape of a curved fruit, 0 for a block.
+
+    Under a skin, S depends on the modulus of the flesh. S is then for the flesh without its skin, and `at` returns the
+    compliance for a modulus of the flesh, which becomes `flesh_E` [MPa]. `rough` is True if an accuracy of only some
+    per cent was requested; contact is then solved on few cells.
     """
 
     tips: tuple[str, ...] = TIPS
@@ -67,7 +73,7 @@ class FruitCompliance(Record):
     rough: bool = False
 
     def __post_init__(self) -> None:
-        """Store read-only copies of the matrices; raises ValueError for another number of rows or columns than tips."""
+        """Store read-only copies of both matrices; raises ValueError unless their shape is (tips, tips)."""
         change = self.shape_change if np.ndim(self.shape_change) else np.zeros(np.shape(self.S))
         for name, matrix in (("S", self.S), ("shape_change", change)):
             copied = np.array(matrix, dtype=np.float64)
@@ -89,14 +95,15 @@ class FruitCompliance(Record):
         count = len(self.tips)
         if count == 1:
             return 0.0
-        between = self.S[~np.eye(count, dtype=bool)]
-        return float(between.sum()) / (count * (count - 1))
+        off_diagonal = self.S[~np.eye(count, dtype=bool)]
+        return float(off_diagonal.sum()) / (count * (count - 1))
 
     def per_spring(self, low: Sequence[int], high: Sequence[int]) -> "FruitCompliance":
-        """Return the compliance of the pair that represents the tips on low and on high springs, by their indices.
+        """Return the compliance of the pair of tips that represents all tips on low and all tips on high springs.
 
-        The displacement of tip i of the pair is the mean over its tips, per force on each tip of j. It is exact if the
-        tips of one kind of spring carry equal forces, as in a level square or line. A pair returns itself.
+        `low` and `high` are the indices of these tips. An entry of the pair is the mean indentation of the tips of one
+        group, per force on each tip of the other. It is exact if the tips of a group carry equal forces, as in a level
+        square or line. A pair returns itself.
         """
         groups = (list(low), list(high))
         if len(self.tips) == len(groups):
@@ -107,13 +114,14 @@ class FruitCompliance(Record):
         )
 
     def K_m_over_E(self, tip: int = 0) -> float:
-        """Return the stiffness of the fruit under a tip over its modulus [mm], K_m / E = 1 / (s_ii - crosstalk)."""
+        """Return the stiffness of the fruit under a tip over its modulus, K_m / E = 1 / (s_ii - crosstalk) [mm]."""
         return 1.0 / (float(self.S[tip, tip]) - self.crosstalk)
 
     def stiffness_ratio(self, tip: int = -1) -> float:
-        """Return the fruit's stiffness under a tip over its stiffness under the first tip [1].
+        """Return the stiffness of the fruit under a tip over its stiffness under the first tip [1].
 
-        In the middle of the fruit it is exactly 1, even on a mesh without mirror planes, whose S differs by round-off.
+        A ratio that differs from 1 by round-off is exactly 1, as for tips in the middle of a mesh without mirror
+        planes.
         """
         crosstalk = self.crosstalk
         ratio = (float(self.S[0, 0]) - crosstalk) / (float(self.S[tip, tip]) - crosstalk)
@@ -121,9 +129,9 @@ class FruitCompliance(Record):
 
 
 def _grouped(S: Floats, groups: Sequence[list[int]]) -> Floats:
-    """Return the compliance of groups of tips that carry equal forces, from the compliance of the tips [same unit].
+    """Return the compliance of groups of tips that carry equal forces, from the compliance S of the tips [same unit].
 
-    The entry of two groups is the mean indentation of the tips of the first per force on each tip of the second.
+    An entry is the mean indentation of the tips of the first group, per force on each tip of the second.
     """
     grouped = np.empty((len(groups), len(groups)))
     for i, rows in enumerate(groups):

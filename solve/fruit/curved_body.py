@@ -1,11 +1,11 @@
-"""The change of compliance by the shape of a curved fruit, against the block of its plan and thickness.
+"""The change in compliance due to the shape of a curved fruit, relative to the block of its plan and thickness.
 
-One mesh of the block and the same mesh bent into the fruit are solved under the same loads, so that common errors
-cancel. The loads are vertical and smooth: a normal distribution about each tip, seen from above, which few elements
-resolve. A rigid tip has a sharper load. The further effect of slope and curvature under it has a closed form
-(`sensor/theory/sloped_skin.py`). Flat tips are guided and move along the vertical. Domes press and move along the
-normal at their contact, so their loads and displacements are taken along the normals of the skin. The pressure under
-the rigid tip may be taken from the block, because the change is stationary in it. E = 1 throughout.
+A mesh of the block and the same mesh bent into the fruit are solved under the same loads, so that common errors cancel.
+The loads are smooth: a normal distribution around each tip in plan, which few elements resolve. A rigid tip has a
+sharper load. The additional effect of slope and curvature under it has a closed form (`sensor/theory/sloped_skin.py`).
+Flat tips are guided, and move vertically. Domes press and move along the normal at their contact, so their loads and
+displacements are taken along the normals of the skin. The pressure under a rigid tip may be taken from the block,
+because the change is stationary with respect to the pressure. E = 1 throughout.
 """
 
 import functools
@@ -34,29 +34,29 @@ from solve.fruit.split import LARGEST_ERROR, largest_errors, relative_changes
 from solve.linear import factorise
 
 STEPS = BodySteps()
-COARSER = 0.7  # fraction of the elements along each line, for the mesh that gives the error
+COARSER = 0.7  # fraction of the elements along each axis in the coarser mesh of the error estimate
 ROUGH_STEPS = replace(STEPS, fraction=COARSER)
-# At third order and 0.7 of the elements, the error is 0.52 of the step between both meshes. FLOOR covers steps that are
-# small by accident, and SECOND_ORDER the effects of slope and curvature beyond the first order.
-SAFETY = 0.75  # error bar over the step between both meshes
-FLOOR = 1.5e-4  # relative error
+# With third-order convergence and 0.7 of the elements, the error is 0.52 of the difference between both meshes. FLOOR
+# covers differences that are small by accident, and SECOND_ORDER the second-order effects of slope and curvature.
+SAFETY = 0.75  # error bar over the difference between both meshes
+FLOOR = 1.5e-4  # smallest relative error bar
 SECOND_ORDER = 0.05  # relative error over (side times curvature)^2
-# Difference of the mean of ln r between a rigid tip and the normal distribution with the same mean of 1 / r. It is
-# 0.054 for a circle (exact) and 0.064 for a square (boundary elements).
+# The mean of ln r over the load of a rigid tip, minus its mean over the normal distribution with the same mean of
+# 1 / r. It is 0.054 for a circle (exact) and 0.064 for a square (boundary elements).
 LOG_OFFSET = 0.06
 STEEPEST = math.tan(math.radians(30.0))  # largest slope of the skin under a tip
-LEAST_RADIUS = 4.0  # least radius of the fruit [sides]
-THICKEST = 1.9  # largest thickness of a whole fruit [radii]; beyond, its base is so small that it rocks on its rim
-OUTERMOST = 0.68  # largest reach of the tips over the cap of a whole fruit; beyond, its mesh folds
+LEAST_RADIUS = 4.0  # smallest radius of the fruit [sides of a tip]
+THICKEST = 1.9  # largest thickness of a whole fruit [radii]; a thicker fruit would rock on the rim of its small base
+OUTERMOST = 0.68  # largest reach of the tips over the cap of a whole fruit; beyond it, elements of the mesh are folded
 NEARER = "move the tips to the apex, or take a thicker fruit"
 
 
 @dataclass(frozen=True, eq=False)
 class ShapeChange:
-    """The change of the block's compliance by the shape, times E [1/mm], shape (tips, tips), and the dofs.
+    """The change in the block's compliance due to the shape of the fruit, times E [1/mm].
 
-    `step` is the difference from a coarser mesh, `bound` the error bound of the closed form, in the shape of the
-    change.
+    `change`, `step` and `bound` are (tips, tips). `step` is the difference of the change from its value on a coarser
+    mesh, and `bound` the error bound of the closed form. `dofs` is the number of degrees of freedom of the mesh.
     """
 
     change: Floats
@@ -74,9 +74,9 @@ def curved_compliance(
 ) -> FruitCompliance:
     """Return the compliance [1/mm] of a curved fruit, given the compliance `block` of its equivalent block.
 
-    With `along_normals`, the tips press along the normals of the skin, as domes do. For a relative tolerance [1] above
-    1e-3, coarser meshes are used if their error allows it, in a tenth of the time. Raises InputError for a fruit that
-    is too steep under a tip, too small or too thick, and SolveError if a solve does not converge.
+    With `along_normals`, the tips press along the normals of the skin, as domes do. With a relative `tolerance` [1]
+    above 1e-3, coarser meshes are tried first, which take a tenth of the time. Raises InputError for a fruit that is
+    too steep under a tip, too small or too thick, and SolveError if a solve does not converge.
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
@@ -86,10 +86,10 @@ def curved_compliance(
         errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
         if block.rough or max(errors) <= tolerance:
             break
-    added_percent = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
+    change_percent = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
     status = (
         f"a block of {fruit.length_mm:.4g} x {fruit.width_mm:.4g} x {fruit.depth_mm:.4g} mm ({block.info.status}), "
-        f"whose s11 - s12 changes by {added_percent:+.2f} % in the shape of the {fruit.shape}, with an error of "
+        f"whose s11 - s12 changes by {change_percent:+.2f} % in the shape of the {fruit.shape}, with an error of "
         f"{100.0 * errors.pair:.2g} %, by bending a mesh of {shape.dofs} dofs"
     )
     info = SolveInfo(
@@ -111,19 +111,19 @@ def curved_compliance(
 def shape_change(
     fruit: Fruit, footprints: Sequence[Footprint], steps: BodySteps = STEPS, along_normals: bool = False
 ) -> ShapeChange:
-    """Return the change of compliance from the equivalent block of a curved fruit to the fruit, under footprints.
+    """Return the change in compliance from the equivalent block of a curved fruit to the fruit, under footprints.
 
-    Two meshes give the change under smooth loads, and a closed form the further change under rigid tips. Raises
-    SolveError if a solve does not converge.
+    The change under smooth loads is solved on two meshes. A closed form converts it to the change under rigid tips.
+    Raises SolveError if a solve does not converge.
     """
-    # The effect on a neighbour that leans depends on the width of a load, so under domes it has the width of the
-    # contact.
+    # Under domes the loads are inclined, and their effect on a neighbour depends on their width. So they are given the
+    # smallest width, which is the width of the contact.
     loads = smooth_loads(fruit, footprints, 1.0) if along_normals else smooth_loads(fruit, footprints)
     fine, dofs = curvature_correction(fruit, footprints, loads, steps, along_normals)
     coarser = replace(steps, fraction=COARSER * steps.fraction)
     coarse, _ = curvature_correction(fruit, footprints, loads, coarser, along_normals)
 
-    # Only the effect of a tip on itself depends on the distribution of its load.
+    # Only the compliance of a tip under its own load depends on the distribution of the load.
     sharper = np.zeros(len(loads))
     bound = np.zeros(len(loads))
     for i, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
@@ -132,12 +132,12 @@ def shape_change(
 
 
 def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
-    """Raise InputError if the change by the shape would not have its stated accuracy."""
+    """Raise InputError if the fruit is outside the domain in which `shape_change` has its stated accuracy."""
     radius = fruit.radius_mm or math.inf
-    least = LEAST_RADIUS * max(footprint.side for footprint in footprints)
+    smallest = LEAST_RADIUS * max(footprint.side for footprint in footprints)
     for name, value in (("fruit.radius_mm", radius), ("fruit.radius_across_mm", fruit.radius_across_mm or radius)):
-        if value < least:
-            bound = f"at least {LEAST_RADIUS:g} sides of a tip = {least:g} mm"
+        if value < smallest:
+            bound = f"at least {LEAST_RADIUS:g} sides of a tip = {smallest:g} mm"
             raise validation_error(name, value, "mm", bound, "take smaller tips")
     if fruit.whole and fruit.depth_mm > THICKEST * radius:
         bound = f"at most {THICKEST:g} fruit.radius_mm = {THICKEST * radius:g} mm for a whole fruit"
@@ -156,35 +156,34 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
 
 
 def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: bool) -> tuple[float, float]:
-    """Return the change by the shape under a rigid tip less the change under its smooth load, and its bound [1/mm].
+    """Return the difference of the change in compliance between a rigid tip and its smooth load, and its error bound.
 
-    Slope and curvature under the tip act separately (`sensor/theory/sloped_skin.py`). With R the compliance of the
-    rigid tip and S of its smooth load on a half-space, a slope changes them as follows:
+    Both are in 1/mm. Slope and curvature under the tip act separately (`sensor/theory/sloped_skin.py`). Let R be the
+    compliance of the rigid tip on a half-space, and S the compliance of its smooth load. A slope changes them to:
 
-        vertical tips   R f and S f, so the difference is (R - S) (f - 1), f = slope_factor
-        domes           R and S g, so the difference is S (1 - g), g = stretch_factor
+        vertical tips   R f and S f, so the difference is (R - S) (f - 1) with f = slope_factor
+        domes           R and S g, so the difference is S (1 - g) with g = stretch_factor
 
-    The contact of a dome is round along the skin, so R is unchanged; its smooth load is round seen from above, so S is
-    not.
+    The contact of a dome is round on the skin, so R does not change. Its smooth load is round in plan, so S does.
     """
     shape = CurvedShape(fruit, Plan(0.0, 0.0))
     slope = shape.slope(tip.x, tip.y)
     curvature = shape.mean_curvature(tip.x, tip.y)
-    least = least_deviation(tip)
-    rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance R on a half-space
-    ratio = least / load.deviation  # S / R
+    deviation = least_deviation(tip)
+    rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / deviation  # R
+    ratio = deviation / load.deviation  # S / R
     if along_normals:
-        smooth = rigid * ratio
-        by_slope = smooth * (1.0 - stretch_factor(slope))
-        slope = 0.0  # load and displacement are along the normal, to which the skin is level
+        smooth = rigid * ratio  # S
+        slope_term = smooth * (1.0 - stretch_factor(slope))
+        slope = 0.0  # relative to the direction of load and displacement, which is the normal
     else:
-        rigid_less_smooth = rigid * (1.0 - ratio)
-        by_slope = rigid_less_smooth * (slope_factor(fruit.poisson, slope) - 1.0)
-    # Curvature acts through the mean of ln(distance) over a load; this is its difference between the two loads.
+        rigid_minus_smooth = rigid * (1.0 - ratio)
+        slope_term = rigid_minus_smooth * (slope_factor(fruit.poisson, slope) - 1.0)
+    # Curvature acts through the mean of ln(distance) over a load. This is its difference between both loads.
     log_difference = -math.log(ratio) - LOG_OFFSET
-    by_curvature = log_coefficient(fruit.poisson, slope) * curvature * log_difference
+    curvature_term = log_coefficient(fruit.poisson, slope) * curvature * log_difference
     bound = rigid * (FLOOR + SECOND_ORDER * (tip.side * curvature) ** 2)
-    return by_slope + by_curvature, bound
+    return slope_term + curvature_term, bound
 
 
 def curvature_correction(
@@ -194,39 +193,42 @@ def curvature_correction(
     steps: BodySteps,
     along_normals: bool = False,
 ) -> tuple[Floats, int]:
-    """Return the change [1/mm] under smooth loads from a mesh of the block to the same mesh bent, and its dofs.
+    """Return the change in compliance under smooth loads when the mesh of the block is bent into the fruit.
 
-    The change is (loads, loads). Raises SolveError if a solve does not converge, or if the bent mesh folds.
+    The change (loads, loads) [1/mm] is times E. The second result is the number of dofs. Raises SolveError if a solve
+    does not converge, or if an element of the bent mesh is folded.
     """
     body = bent_block(fruit, footprints, loads, steps, along_normals)
-    of_block = stiffness_matrix(body.flat, 1.0, fruit.poisson, b_bar=True)
-    of_fruit = stiffness_matrix(body.bent, 1.0, fruit.poisson, b_bar=True)
+    block_matrix = stiffness_matrix(body.flat, 1.0, fruit.poisson, b_bar=True)
+    fruit_matrix = stiffness_matrix(body.bent, 1.0, fruit.poisson, b_bar=True)
     upwards = [(0.0, 0.0, -1.0) for _ in loads]
 
-    def of_parity(parity: Parity) -> Floats:
+    def change_of_parity(parity: Parity) -> Floats:
         fixed = body.fixed_dofs(parity)
-        factor = factorise(of_block, fixed)
-        before = _compliance(body.forces(parity, upwards), factor.solve)
-        after = _compliance(body.forces(parity, body.normals), functools.partial(factor.solve_near, of_fruit))
-        # A single load is the mean of its parities, hence the half for each mirror plane.
-        return np.asarray((after - before) / 2.0 ** np.abs(parity).sum())
+        factor = factorise(block_matrix, fixed)
+        of_block = _compliance(body.forces(parity, upwards), factor.solve)
+        # The matrix of the fruit is near that of the block, whose factor serves as preconditioner.
+        of_fruit = _compliance(body.forces(parity, body.normals), functools.partial(factor.solve_near, fruit_matrix))
+        # A single load is the mean of its even and its odd part, hence a factor of one half for each mirror plane.
+        return np.asarray((of_fruit - of_block) / 2.0 ** np.abs(parity).sum())
 
-    # Factorisations release Python's lock, so the parities are solved in parallel.
+    # Factorisations release Python's global lock, so the parities are solved in parallel.
     with ThreadPoolExecutor(len(body.parities)) as threads:
-        changes = list(threads.map(of_parity, body.parities))
+        changes = list(threads.map(change_of_parity, body.parities))
     return np.asarray(np.sum(changes, axis=0)), int(body.flat.N)
 
 
 def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
-    """Return F.K^-1 F of loads F (dofs, loads), shape (loads, loads); `solve` applies the inverse of K.
+    """Return the compliance F.K^-1 F (loads, loads) for loads F (dofs, loads); `solve` applies the inverse of K.
 
     On a mesh that ends at mirror planes, loads often differ only in sign. Such loads are solved once.
     """
+    # Each load is multiplied by the sign of its first nonzero component, so that opposite loads become equal.
     signs = np.sign(np.take_along_axis(forces, np.argmax(forces != 0.0, axis=0)[None], axis=0))[0]
-    turned = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
-    which = [turned.index(column) for column in turned]  # the first equal load
-    first = sorted(set(which))
-    energy = forces[:, first].T @ solve(forces[:, first])
-    place = [first.index(load) for load in which]
-    same_way = signs * signs[which]
-    return np.asarray(np.outer(same_way, same_way) * energy[np.ix_(place, place)])
+    normalised = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
+    representative = [normalised.index(column) for column in normalised]  # index of the first equal load
+    solved = sorted(set(representative))
+    energy = forces[:, solved].T @ solve(forces[:, solved])
+    row = [solved.index(load) for load in representative]
+    relative_sign = signs * signs[representative]
+    return np.asarray(np.outer(relative_sign, relative_sign) * energy[np.ix_(row, row)])

@@ -1,9 +1,10 @@
-"""Footprints of tips on a block of fruit, and the displacements at all nodes under forces on the nodes of footprints.
+"""Footprints of tips on a block of fruit, and their compliance from forces and displacements at nodes.
 
 Nodal forces F and nodal displacements U of a footprint are related by its punch table, F = Y U
-(`solve/halfspace/punch.py`). U is the prescribed displacement d of the tip, less the displacement caused there by the
-other tips and the block's finite size. So U = d - G F, with G the half-space between different tips plus the remainder
-v everywhere. Then (I + Y G) F = Y d determines the forces of all tips at once, even if they are close together.
+(`solve/halfspace/punch.py`). U is the prescribed displacement d of the tip, minus the displacement that the other tips
+and the finite size of the block cause there. So U = d - G F. The matrix G has the compliance of a half-space between
+different tips, plus the remainder, the compliance that the finite block adds, between all nodes. Then
+(I + Y G) F = Y d determines the forces of all tips at once, even if the tips are close together.
 """
 
 import functools
@@ -22,17 +23,20 @@ from solve.fruit.remainder import Parity, remainder_compliance
 from solve.halfspace.punch import Punch, square_punch
 from solve.linear import SolveError
 
-# Nodes per side for the interaction of the tips, from this spacing [sides] up. Nodes per side for the remainder, from
-# this height and distance to a side face [sides] up. The error of each is below 5e-6 of s11.
+# Smallest spacing of tips [sides], and nodes per side for their interaction. The error is below 5e-6 of s11.
 NODES_BETWEEN = ((4.0, 3), (2.0, 5), (1.2, 9), (1.1, 17), (0.0, 25))
+# Smallest height and distance from a side face [sides], and nodes per side for the remainder, with the same error.
 NODES_WITHIN = ((2.5, 2), (1.5, 3), (0.0, 4))
-RESIDUAL_LIMIT = 1e-10
-SAME_POINT = 9  # decimals of a coordinate over the side, to find equal points
+RESIDUAL_LIMIT = 1e-10  # largest allowed relative residual of the forces
+SAME_POINT = 9  # decimals to which coordinates over the side are rounded when equal points are merged
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """The footprint of one tip: its centre on the fruit and its side [mm], and the punch table of its shape."""
+    """The footprint of one tip: its centre on the fruit and its side [mm], and its shape.
+
+    `punch` returns the punch table of the shape for a number of nodes per side.
+    """
 
     x: float
     y: float
@@ -40,7 +44,7 @@ class Footprint:
     punch: Callable[[int], Punch] = square_punch
 
     def nodes(self, per_side: int) -> Floats:
-        """Return the nodes on the top of the block [mm], shape (nodes, 2)."""
+        """Return the positions of the nodes on the top of the block [mm], shape (nodes, 2)."""
         return np.asarray(self.side * self.punch(per_side).nodes + np.array([self.x, self.y]))
 
     def room(self, fruit: Fruit) -> float:
@@ -49,7 +53,10 @@ class Footprint:
 
 
 def closest_spacing(footprints: Sequence[Footprint]) -> float:
-    """Return the smallest spacing over side, along x or y, of two footprints [1]; infinite for a single one."""
+    """Return the smallest ratio of spacing to side of any two footprints [1]; infinite for a single footprint.
+
+    The spacing is the larger of the distances along x and along y.
+    """
     closest = float(np.inf)
     for a, b in itertools.combinations(footprints, 2):
         spacing = max(abs(a.x - b.x), abs(a.y - b.y)) / max(a.side, b.side)
@@ -58,26 +65,29 @@ def closest_spacing(footprints: Sequence[Footprint]) -> float:
 
 
 class NodeCounts(NamedTuple):
-    """Nodes per side of a footprint: for the interaction of the tips, and for the loads on the remainder."""
+    """Numbers of nodes per side of a footprint: for the interaction of tips, and for the loads of the remainder."""
 
     between: int
     within: int
 
 
 def nodes_between(footprints: Sequence[Footprint]) -> int:
-    """Return the nodes per side for the interaction of the tips."""
+    """Return the number of nodes per side that the interaction of the tips requires."""
     closest = closest_spacing(footprints)
     return next(nodes for spacing, nodes in NODES_BETWEEN if closest >= spacing)
 
 
 def nodes_within(fruit: Fruit, footprints: Sequence[Footprint]) -> int:
-    """Return the nodes per side for the loads on the remainder."""
+    """Return the number of nodes per side that the loads of the remainder require."""
     room = min(min(footprint.room(fruit), fruit.height_mm) / footprint.side for footprint in footprints)
-    return next(nodes for least, nodes in NODES_WITHIN if room >= least)
+    return next(nodes for smallest_room, nodes in NODES_WITHIN if room >= smallest_room)
 
 
 def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]]:
-    """Return the index of each footprint's mirror image at x = 0 and at y = 0; empty if any has no image."""
+    """Return the index of each footprint's mirror image in the plane x = 0, and in the plane y = 0.
+
+    A list is empty if any footprint has no image among the footprints.
+    """
     index = {footprint: i for i, footprint in enumerate(footprints)}
     at_x = [index.get(replace(each, x=-each.x), -1) for each in footprints]
     at_y = [index.get(replace(each, y=-each.y), -1) for each in footprints]
@@ -85,10 +95,10 @@ def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]
 
 
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
-    """Return the parities that level footprints excite, one sign for x and one for y.
+    """Return the parities of the loads that level footprints can have, each a sign for x and a sign for y.
 
-    A sign is 1 if the loads are even about the mirror plane across this axis, and -1 if they are odd. It is 0 if the
-    footprints have no mirror plane. If all centres lie on a plane, only its even sign is excited.
+    A sign is 1 if the loads are even about the mirror plane normal to this axis, and -1 if they are odd. It is 0 if the
+    footprints have no such mirror plane. If all centres lie in the plane, loads can only be even.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     signs: list[tuple[int, ...]] = []
@@ -103,61 +113,63 @@ def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
 
 
 def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side: int) -> Floats:
-    """Return displacements at all nodes per force on the nodes of other footprints of a half-space, E = 1 [1/mm].
+    """Return the compliance of a half-space between the nodes of different footprints, for E = 1 [1/mm].
 
-    Boussinesq: u = (1 - nu^2) F / (pi E r).
+    It has shape (nodes, nodes), with zeros between the nodes of one footprint. It follows from Boussinesq's
+    displacement u = (1 - nu^2) F / (pi E r). `per_side` is the number of nodes per side.
     """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
     tip = np.repeat(np.arange(len(footprints)), per_side**2)
     x, y = nodes.T
     distance = np.hypot(x[:, None] - x, y[:, None] - y)
-    distance[tip[:, None] == tip] = np.inf  # the punch table has the effect of a tip on itself
+    distance[tip[:, None] == tip] = np.inf  # the punch table covers the effect of a tip on itself
     return np.asarray((1.0 - poisson**2) / np.pi / distance)
 
 
 def node_remainder(
     fruit: Fruit, footprints: Sequence[Footprint], lines: Lines, parities: Sequence[Parity], counts: NodeCounts
 ) -> tuple[Floats, int]:
-    """Return the remainder's compliance between all nodes, E = 1 [1/mm], (nodes, nodes), and the dofs of its mesh.
+    """Return the compliance that the finite block adds to the half-space, between all nodes, for E = 1.
 
-    There are `counts.between` nodes per side. The solve has loads on fewer nodes, `counts.within` per side, and is
-    interpolated. The mesh is the box over `lines` [mm], which start at mirror planes. There a load is the mean of loads
-    that are even and odd in x and in y. A parity is +1, -1, or 0 on an axis without a plane. A parity that is not in
-    `parities` is zero. Raises SolveError if a solve does not converge.
+    It is the remainder's compliance (nodes, nodes) [1/mm] with `counts.between` nodes per side; the second result is
+    the number of dofs of the mesh. Loads are solved at fewer nodes, `counts.within` per side, and interpolated. The
+    mesh is the box over `lines` [mm], which start at the mirror planes. A load is the mean of its even and its odd part
+    about each mirror plane, and its parts are solved for the given `parities` (see `level_parities`). Parts of other
+    parities are taken as zero. Raises SolveError if a solve does not converge.
     """
-    # A node beyond a mirror plane is replaced by its image in the meshed part.
+    # A node beyond a mirror plane is replaced by its mirror image, which lies in the meshed part.
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
     mirrored = np.abs(parities[0])  # 1 for x or y with a mirror plane
     is_beyond = mirrored * nodes < 0.0
     nodes = np.where(is_beyond, -nodes, nodes)
 
-    # Images that coincide to SAME_POINT digits are one load. Adding 0 converts -0 to 0.
+    # Nodes that coincide to SAME_POINT digits are one load. Adding 0 converts -0 to 0.
     side = max(footprint.side for footprint in footprints)
     rounded = np.round(nodes / side, SAME_POINT) + 0.0
     _, first, load = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
-    of_parity, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first], parities)
+    load_compliances, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first], parities)
 
-    # A force on one side of a plane is the mean of an even and an odd pair of forces.
+    # A force on one side of a mirror plane is the mean of an even and an odd pair of forces.
     compliance = np.zeros((len(nodes), len(nodes)))
-    for parity, between_loads in zip(parities, of_parity, strict=True):
+    for parity, load_compliance in zip(parities, load_compliances, strict=True):
         sign = np.where(is_beyond, parity, 1).prod(axis=1)
-        compliance += np.outer(sign, sign) * between_loads[np.ix_(load, load)]
+        compliance += np.outer(sign, sign) * load_compliance[np.ix_(load, load)]
     compliance /= 2 ** mirrored.sum()
 
-    # Interpolation from few nodes to many by the nodal polynomials of each footprint.
+    # Interpolate from few nodes to many by the nodal polynomials of each footprint.
     interpolations = []
     for footprint in footprints:
-        many = footprint.punch(counts.between).nodes
-        interpolations.append(footprint.punch(counts.within).interpolate(many))
-    to_many = block_diag(*interpolations)
-    return to_many @ compliance @ to_many.T, dofs
+        many_nodes = footprint.punch(counts.between).nodes
+        interpolations.append(footprint.punch(counts.within).interpolate(many_nodes))
+    interpolation = block_diag(*interpolations)
+    return interpolation @ compliance @ interpolation.T, dofs
 
 
 @functools.lru_cache(maxsize=2)
 def half_space_compliance(footprints: tuple[Footprint, ...], poisson: float) -> Floats:
-    """Return the compliance of level footprints on a half-space, times E [1/mm], read-only.
+    """Return the compliance of level footprints on a half-space, times E [1/mm], read-only because it is cached.
 
-    Raises SolveError as `level_compliance` does.
+    Raises SolveError if the forces have a large residual.
     """
     S = level_compliance(footprints, poisson, np.zeros(()), nodes_between(footprints))
     S.flags.writeable = False
@@ -167,10 +179,11 @@ def half_space_compliance(footprints: tuple[Footprint, ...], poisson: float) -> 
 def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder: Floats, per_side: int) -> Floats:
     """Return the compliance of footprints that stay level, times E [1/mm], shape (footprints, footprints).
 
-    `remainder` (nodes, nodes) [1/mm] is the compliance between all nodes, `per_side` per side; 0 for a half-space.
-    Raises SolveError on a large residual.
+    `remainder` (nodes, nodes) [1/mm] is the compliance that the finite block adds between all nodes; it is 0 for a
+    half-space. `per_side` is the number of nodes per side of a footprint. Raises SolveError if the forces have a large
+    residual, as for an invalid scene.
     """
-    # (I + Y G) F = Y d of the module docstring, for a unit indentation d of each footprint in turn.
+    # Solve (I + Y G) F = Y d of the module docstring, for a unit indentation d of each footprint in turn.
     G = remainder + half_space_between(footprints, poisson, per_side)
     Y = block_diag(*(each.side * each.punch(per_side).stiffness for each in footprints)) / (1.0 - poisson**2)
     level = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
@@ -183,6 +196,6 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     if not residual <= RESIDUAL_LIMIT:
         msg = f"tip forces: relative residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the scene"
         raise SolveError(msg)
-    # The sums of the nodal forces on each footprint are the stiffness.
+    # The sums of the nodal forces on each footprint are the stiffness, whose inverse is the compliance.
     S = np.linalg.inv(level.T @ forces)
-    return 0.5 * (S + S.T)  # symmetric by Betti's theorem; now to the last bit
+    return 0.5 * (S + S.T)  # symmetric by Betti's theorem; this makes it symmetric to the last bit

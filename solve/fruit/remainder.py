@@ -1,14 +1,19 @@
-"""The remainder, which a finite block of fruit adds to the half-space: v = u - u_halfspace, smooth, on a coarse mesh.
+"""The remainder of a block of fruit: the field that its finite size adds to the field of a half-space.
 
-v is elastic in the block. Its load is minus the half-space tractions on the free sides and nothing on the top. On the
-clamped base it is minus the half-space displacements. Its value under a load follows from Betti's theorem,
+Both bodies have the same point loads. With u the displacement of the half-space, the block has the displacement u + v.
+The remainder v is smooth, so a coarse mesh is sufficient. It solves the elastic problem of the block with these
+boundary conditions. Its tractions on the free sides are minus the half-space tractions, and it has no traction on the
+top. On the clamped base it is minus the half-space displacement. The value of v under a load follows from Betti's
+theorem,
 
     v_z^j(x_k) = int_base t^k . u^j - int_sides t^j . u^k - int_sides t^k . v^j + int_base t(v^j) . u^k,
 
-with t and u of the half-space. This form is symmetric, evaluates no field at a point, and its error is a product of two
-energy errors. On a half or a quarter of the block, u is the field of a load and its mirror images. The theorem holds
-unchanged, because one of these loads lies on the part, and fields of one parity do no work on each other across a
-mirror plane. 27-node hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
+with the displacement u^j and the traction t^j of the half-space under load j. This form is symmetric and evaluates no
+field at a point, and its error is a product of two energy errors.
+
+On a half or a quarter of the block, u is the field of a load and its mirror images. The theorem still holds, because
+one of these loads lies on the meshed part. Fields of the same parity do no work on each other across a mirror plane.
+27-node hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
 """
 
 import itertools
@@ -30,9 +35,10 @@ Parity = tuple[int, int]
 HalfSpaceFields = tuple[Floats, Floats]  # displacement and traction, each (loads, 3, facets, q)
 
 VOLUME_ORDER = 4  # polynomial degree of the quadrature in elements
-PLANES = ("x_low", "y_low")
+PLANES = ("x_low", "y_low")  # faces that become mirror planes if only a half or a quarter of the block is meshed
 SURFACE_ORDER = 9  # polynomial degree of the quadrature on faces
-RECIPROCITY_LIMIT = 5e-5  # largest asymmetry of a compliance, relative to its largest entry
+RECIPROCITY_LIMIT = 5e-5  # largest allowed asymmetry of a compliance, relative to its largest entry
+# Faces of the box and their outward normals.
 SIDES = {
     "x_low": (-1.0, 0.0, 0.0),
     "x_high": (1.0, 0.0, 0.0),
@@ -44,10 +50,10 @@ BASE = {"base": (0.0, 0.0, 1.0)}
 
 @dataclass(frozen=True, eq=False)
 class FaceQuadrature:
-    """Quadrature on some faces of the box.
+    """Quadrature on some faces of the box, with q points on each facet.
 
-    It has points [mm] and outward normals (3, facets, q), and weights [mm^2] (facets, q). Values of the scalar shape
-    functions are (nodes, facets, q), dofs (nodes, 3, facets).
+    `points` [mm] and outward `normals` have shape (3, facets, q), and `weights` (facets, q) [mm^2]. `shapes` (nodes,
+    facets, q) are the values of the scalar shape functions, and `dofs` (nodes, 3, facets) the dofs of their nodes.
     """
 
     points: Floats
@@ -60,13 +66,14 @@ class FaceQuadrature:
 def remainder_compliance(
     mesh: Mesh, poisson: float, loads: Floats, parities: Sequence[Parity]
 ) -> tuple[list[Floats], int]:
-    """Return the compliance of the remainder for each parity, E = 1 [1/mm], (loads, loads) each, and the dofs.
+    """Return the compliance of the remainder between points on the top of a block, for each parity, and the dofs.
 
-    Entry kj is v_z at load k per unit normal load j. `mesh` is the block, or the half or quarter of it at x >= 0 or y
-    >= 0, with faces named as by `box_mesh`. `loads` (n, 2) are points on its top [mm]. A parity has one sign for x and
-    one for y, which mirrors every load at the plane x = 0 or y = 0. The sign is +1, -1, or 0 if the mesh contains both
-    sides. Raises ValueError if the zeros of the parities differ, because all parities share the mesh and its planes.
-    Raises SolveError if a solve does not converge or the compliance is not symmetric.
+    A compliance (points, points) [1/mm] is for E = 1. Entry kj is the remainder v_z at point k per unit normal force at
+    point j. `loads` (points, 2) [mm] are the positions of the points. `mesh` is the block, or the half or quarter of it
+    at x >= 0 or y >= 0, with faces named as by `box_mesh`. A parity has a sign for x and a sign for y: +1 or -1 if each
+    force acts together with an even or odd mirror image in the plane x = 0 or y = 0, and 0 if both sides of the plane
+    are meshed. Raises ValueError if the zeros of the parities differ, because all parities share the mesh. Raises
+    SolveError if a solve does not converge, or if a compliance is not symmetric.
     """
     mirrored = np.abs(parities[0])
     if (np.abs(parities) != mirrored).any():
@@ -79,7 +86,7 @@ def remainder_compliance(
     side = _quadrature(basis, {name: normal for name, normal in SIDES.items() if name not in mirror_planes})
     base = _quadrature(basis, BASE)
 
-    # The half-space under a load and each of its mirror images, identified by the signs of x and y.
+    # The half-space fields of each load and each of its mirror images, which are identified by the signs of x and y.
     signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
     images = np.array(list(itertools.product(*signs)))
     on_side = [_half_space(loads * image, poisson, side) for image in images]
@@ -91,15 +98,16 @@ def remainder_compliance(
         side_u, side_t = _signed_sum(image_signs, on_side)
         base_u, base_t = _signed_sum(image_signs, on_base)
 
-        # v takes minus the half-space tractions on the sides (load), minus its displacements on the base (lift).
+        # The boundary conditions of v: minus the half-space tractions on the sides as nodal forces (`load`), and minus
+        # the half-space displacements on the base (`lift`).
         mirror = mirror_dofs(basis, parity)
         load = -_load_vector(side, side_t, basis.N)
         lift = -_projection(base, base_u, np.setdiff1d(clamped, mirror), basis.N)
         factor = factorise(stiffness, np.union1d(clamped, mirror))
         v = factor.solve(load, lift[factor.fixed])
 
-        # Betti's theorem, with its four terms in the order of the module docstring: first the terms of the half-space,
-        # then the terms of v, with the nodal reactions of the base instead of its tractions.
+        # Betti's theorem, with its four terms in the order of the module docstring. In the last one, the nodal
+        # reactions of the base replace its tractions.
         half_space = _work(base, base_t, base_u) - _work(side, side_t, side_u).T
         reaction = stiffness @ v - load
         compliances.append(half_space + load.T @ v - lift.T @ reaction)
@@ -108,14 +116,14 @@ def remainder_compliance(
 
 
 def _signed_sum(signs: Ints, fields: Sequence[HalfSpaceFields]) -> HalfSpaceFields:
-    """Return the sums over mirror images, with their signs, of displacements and of tractions."""
+    """Return the sums of displacements and of tractions over mirror images, each times its sign."""
     displacement = np.tensordot(signs, [u for u, _ in fields], 1)
     traction = np.tensordot(signs, [t for _, t in fields], 1)
     return displacement, traction
 
 
 def _check_reciprocity(compliances: Sequence[Floats]) -> None:
-    """Raise SolveError unless all compliances are symmetric, which wrong half-space fields would violate."""
+    """Raise SolveError unless all compliances are symmetric; with incorrect half-space fields they would not be."""
     scale = max(float(np.abs(each).max()) for each in compliances)
     skew = max(float(np.abs(each - each.T).max()) for each in compliances)
     if not skew <= RECIPROCITY_LIMIT * scale:
@@ -126,17 +134,19 @@ def _check_reciprocity(compliances: Sequence[Floats]) -> None:
         raise SolveError(msg)
 
 
-def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -> tuple[CellBasis, Floats]:
-    """Return the remainder of a whole block under forces: its basis, and v times E at its dofs [N/mm], shape (dofs,).
+def remainder_field(mesh: Mesh, poisson: float, points: Floats, forces: Floats) -> tuple[CellBasis, Floats]:
+    """Solve for the remainder of a whole block: the field that corrects the half-space solution for the finite size.
 
-    The forces (n,) [N] act at points (n, 2) [mm] on the top. `mesh` is made by `box_mesh`. Raises SolveError if the
-    solve does not converge.
+    The forces (n,) [N] act at `points` (n, 2) [mm] on the top. `mesh` is the whole block from `box_mesh`. The result is
+    the displacement basis, and the remainder v times E at its dofs (dofs,) [N/mm]. Raises SolveError if the solve does
+    not converge.
     """
     basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
     side = _quadrature(basis, SIDES)
     base = _quadrature(basis, BASE)
-    _, traction = _half_space(loads, poisson, side)
-    u, _ = _half_space(loads, poisson, base)
+    # v cancels the half-space tractions on the sides (`load`) and the half-space displacements on the base (`lift`).
+    _, traction = _half_space(points, poisson, side)
+    u, _ = _half_space(points, poisson, base)
     clamped = basis.get_dofs("base").all()
     load = -_load_vector(side, np.tensordot(forces, traction, 1)[None], basis.N)
     lift = -_projection(base, np.tensordot(forces, u, 1)[None], clamped, basis.N)
@@ -145,7 +155,10 @@ def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -
 
 
 def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
-    """Return the dofs that are zero on the mirror planes, (n,): normal to the plane if even, in the plane if odd."""
+    """Return the dofs (n,) that are zero on the mirror planes.
+
+    They are the displacements normal to the plane if the parity is even, and in the plane if it is odd.
+    """
     across = (["u^1"], ["u^2"])
     along = (["u^2", "u^3"], ["u^1", "u^3"])
     dofs = np.zeros(0, dtype=np.int64)
@@ -157,7 +170,7 @@ def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
 
 
 def _quadrature(basis: CellBasis, faces: Mapping[str, Sequence[float]]) -> FaceQuadrature:
-    """Return one quadrature over all named faces of the box, with the given outward normal (3,) of each."""
+    """Return one quadrature over several faces of the box, given the outward normal (3,) for each name of a face."""
     points, weights = get_quadrature(RefQuad, SURFACE_ORDER)
     patches = []
     normals = []
@@ -174,42 +187,45 @@ def _quadrature(basis: CellBasis, faces: Mapping[str, Sequence[float]]) -> FaceQ
     )
 
 
-def _half_space(loads: Floats, poisson: float, faces: FaceQuadrature) -> HalfSpaceFields:
-    """Return displacement u and traction t of the half-space on some faces, under a unit force at each load (n, 2)."""
-    x = faces.points[0] - loads[:, 0, None, None]
-    y = faces.points[1] - loads[:, 1, None, None]
+def _half_space(points: Floats, poisson: float, faces: FaceQuadrature) -> HalfSpaceFields:
+    """Return displacement u and traction t of the half-space on some faces, for a unit force at each point (n, 2)."""
+    x = faces.points[0] - points[:, 0, None, None]
+    y = faces.points[1] - points[:, 1, None, None]
     potentials = halfspace.point_load(x, y, np.broadcast_to(faces.points[2], x.shape))
     traction = np.einsum("abp...,b...->pa...", halfspace.stress(potentials, poisson), faces.normals)
     return halfspace.displacement(potentials, 1.0, poisson).swapaxes(0, 1), traction
 
 
 def _load_vector(faces: FaceQuadrature, traction: Floats, size: int) -> Floats:
-    """Return int traction . N for tractions (loads, 3, facets, q), shape (dofs, loads)."""
-    # indices: load p, component c, facet f, point of quadrature q, node b
-    local = np.einsum("pcfq,bfq,fq->bcfp", traction, faces.shapes, faces.weights, optimize=True)
-    total = np.zeros((size, len(traction)))
-    np.add.at(total, faces.dofs, local)
-    return total
+    """Return the nodal forces int traction . N (dofs, loads), for tractions (loads, 3, facets, q) on some faces.
+
+    `size` is the number of all dofs.
+    """
+    # indices: load p, component c, facet f, quadrature point q, node b
+    facet_forces = np.einsum("pcfq,bfq,fq->bcfp", traction, faces.shapes, faces.weights, optimize=True)
+    forces = np.zeros((size, len(traction)))
+    np.add.at(forces, faces.dofs, facet_forces)
+    return forces
 
 
 def _projection(faces: FaceQuadrature, field: Floats, kept: Ints, size: int) -> Floats:
-    """Return the least-squares fit of a field on faces by the displacement of the kept dofs, shape (dofs, loads).
+    """Return the displacements (dofs, loads) that approximate a field on some faces best, by least squares.
 
-    The field is (loads, 3, facets, q), `size` the number of all dofs. Unlike interpolation, a fit leaves a difference
-    that does no work with tractions of the same smoothness.
+    The field is (loads, 3, facets, q). Only the dofs `kept` are used, and `size` is the number of all dofs. Unlike an
+    interpolation, the projection leaves an error that does no work on tractions of the same smoothness.
     """
     mass = np.einsum("bfq,dfq,fq->fbd", faces.shapes, faces.shapes, faces.weights, optimize=True)
     right = _load_vector(faces, field, size)
-    fitted = np.zeros_like(right)
+    displacements = np.zeros_like(right)
     for component in range(3):
-        dofs = faces.dofs[:, component].T
-        chosen = np.intersect1d(dofs, kept)
-        matrix = assemble_elements(mass, dofs, size)[chosen][:, chosen].toarray()
-        fitted[chosen] = np.linalg.solve(matrix, right[chosen])
-    return fitted
+        component_dofs = faces.dofs[:, component].T
+        used = np.intersect1d(component_dofs, kept)
+        matrix = assemble_elements(mass, component_dofs, size)[used][:, used].toarray()
+        displacements[used] = np.linalg.solve(matrix, right[used])
+    return displacements
 
 
 def _work(faces: FaceQuadrature, traction: Floats, displacement: Floats) -> Floats:
-    """Return int traction_k . displacement_j, shape (loads, loads)."""
+    """Return the work int traction_k . displacement_j over some faces, shape (loads, loads)."""
     weighted = (traction * faces.weights).reshape(len(traction), -1)
     return weighted @ displacement.reshape(len(displacement), -1).T

@@ -1,10 +1,11 @@
-"""The change of the fruit's compliance by a skin bonded to the flesh, at each modulus of the flesh.
+"""The change in the fruit's compliance due to a skin bonded to the flesh, as a function of the flesh's modulus.
 
-As in `solve/fruit/curved_body.py`, one mesh is solved under smooth loads with and without the skin. The remaining error
-is small, because the sharp part of the change is the change of a half-space (`solve/halfspace/layered.py`). With m the
-modulus of the skin over the modulus of the flesh, the stiffness of the mesh is K + m K_skin. Solutions at a few m span
-the solutions at all m. The compliance is an energy, so its error is the square of the error of the solutions in the
-span (Galerkin). All compliances are times E.
+As in `solve/fruit/curved_body.py`, a mesh is solved under smooth loads with and without the skin. The concentrated part
+of the change, near a tip, is that of a layered half-space (`solve/halfspace/layered.py`), so that the remaining error
+is small. With m the modulus of the skin over the modulus of the flesh, the stiffness matrix is K + m K_skin. It is
+solved for a few m, and their solutions are the basis of a reduced-order model for all m (Galerkin's method). The
+compliance is an energy, so its error is of the order of the square of the error of the reduced solution. All
+compliances are times E.
 """
 
 import time
@@ -30,34 +31,33 @@ from solve.linear import factorise
 
 FINE = BodySteps(most_dofs=6000)
 COARSE = BodySteps(fraction=0.7, most_dofs=3500)
-# Error over the step between both meshes; finer meshes of pair and square give 0.03 to 0.1. FLOOR is the relative
-# change by wider loads.
+# Error bar over the difference between both meshes; finer meshes of a pair and a square give 0.03 to 0.1.
 SAFETY = 0.15
-FLOOR = 2e-4
-# Largest deviation of a smooth load, over the depth and over its least deviation. A wider load would act on the
-# boundary of the fruit unlike the tip.
+FLOOR = 2e-4  # smallest relative error bar: the relative change if the smooth loads are wider
+# Largest standard deviation of a smooth load, over the depth of the fruit and over its smallest deviation. A wider load
+# would act on the boundary of the fruit in a different way from the tip.
 OF_DEPTH = 0.125
 WIDEST = 4.6
-SPAN = (3, 2)  # number of moduli of the skin whose solutions span all, on the fine and on the coarse mesh
-MODULI = 13  # moduli of the table
-BEYOND = 1.3  # factor by which the table extends beyond the largest modulus and below the least one
+SPAN = (3, 2)  # number of skin moduli whose solutions are the reduced basis, on the fine and on the coarse mesh
+MODULI = 13  # number of moduli in the table
+BEYOND = 1.3  # factor by which the table extends beyond the largest and below the smallest modulus
 SOFTEST = 1.0 / 24.0  # modulus of the second point of a curve of P, over E_max
-# Nodes per side for the pressure of a tip on a skin, from this thickness [sides] up.
+# Smallest thickness of the skin [sides], and nodes per side for the pressure of a tip on it.
 NODES = ((0.3, 9), (0.1, 17), (0.0, 25))
-OF_NODES = 0.1  # error over the step from half as many nodes
-OF_SHELL = 0.5  # error over the stiffening as a shell; solids give 0.3. tests/solve/fruit/test_skin.py
-ROUND_NODES = 9  # nodes per side of a circle, whose own compliance has a closed equation
+OF_NODES = 0.1  # error over the difference from half as many nodes
+OF_SHELL = 0.5  # error over the shell effect; finite elements give 0.3 (tests/solve/fruit/test_skin.py)
+ROUND_NODES = 9  # nodes per side of a circle, whose compliance under its own load has a closed form
 
 
 def table_moduli(fruit: Fruit) -> Floats:
-    """Return the moduli of the flesh [MPa] at which the compliance under a skin is solved, (n,)."""
-    least = min(*fruit.E_MPa, fruit.E_max_MPa) / BEYOND
+    """Return the moduli of the flesh [MPa] at which the compliance under a skin is tabulated, shape (n,)."""
+    smallest = min(*fruit.E_MPa, fruit.E_max_MPa) / BEYOND
     largest = max(*fruit.E_MPa, fruit.E_max_MPa) * BEYOND
-    return np.geomspace(min(least, SOFTEST * fruit.E_max_MPa), largest, MODULI)
+    return np.geomspace(min(smallest, SOFTEST * fruit.E_max_MPa), largest, MODULI)
 
 
 def layer_on(fruit: Fruit, E: float) -> Layer:
-    """Return the skin of a fruit as a layer on flesh of modulus E [MPa]."""
+    """Return the skin of a fruit as an elastic layer on flesh with the modulus E [MPa]."""
     poisson = fruit.poisson if fruit.skin_poisson is None else fruit.skin_poisson
     return Layer(fruit.skin_mm or 0.0, (fruit.skin_E_MPa or E) / E, poisson, fruit.poisson)
 
@@ -65,27 +65,28 @@ def layer_on(fruit: Fruit, E: float) -> Layer:
 def skin_compliance(
     bare: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool = False
 ) -> FruitCompliance:
-    """Return the compliance [1/mm] of a fruit with its skin, given the compliance `bare` without it.
+    """Return the compliance of a fruit with its skin, given the compliance `bare` of the fruit without it [1/mm].
 
-    At each modulus of the flesh, a mesh gives the change under smooth loads. The half-space gives the change under the
-    tips less the change under the smooth loads. With `along_normals`, the tips press along the normals of the skin, as
-    domes do. Raises SolveError if a solve does not converge.
+    For each modulus of the flesh, the change under smooth loads is solved on a mesh. The difference between the change
+    under the tips and the change under smooth loads is taken from a layered half-space. With `along_normals`, the tips
+    press along the normals of the skin, as domes do. Raises SolveError if a solve does not converge.
     """
     start = time.perf_counter()
     moduli = table_moduli(fruit)
     layers = [layer_on(fruit, E) for E in moduli.tolist()]
-    least = least_deviation(footprints[0])
-    loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, OF_DEPTH * fruit.depth_mm / least)))
+    deviation = least_deviation(footprints[0])
+    loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, OF_DEPTH * fruit.depth_mm / deviation)))
     local = _local_change(fruit, footprints, loads, layers, along_normals)
     fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
     coarse_body = bent_block(fruit, footprints, loads, COARSE, along_normals)
     fine = body_change(fine_body, layers, SPAN[0])
     coarse = body_change(coarse_body, layers, SPAN[1])
 
-    # The change of the mesh, with the change of a half-space under smooth loads replaced by the change under the tips.
+    # The change on the mesh, in which the half-space part under smooth loads is replaced by the part under the tips.
     table = bare.S + fine + local.sharp - local.smooth - local.shell
-    wanted = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # softer flesh occurs only at the start of a curve of P
-    errors = _table_errors(table, fine - coarse, local, np.flatnonzero(wanted))
+    # Softer flesh than the design's occurs only at the start of a curve of P; the error bars do not cover it.
+    is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)
+    errors = _table_errors(table, fine - coarse, local, np.flatnonzero(is_in_range))
     skin = SkinTable(E=moduli, S=table)
     dofs = int(fine_body.flat.N)
     status = f"{bare.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
@@ -101,10 +102,10 @@ def skin_compliance(
 
 @dataclass(frozen=True, eq=False)
 class _LocalChange:
-    """Changes of compliance by layers on a half-space, times E [1/mm], each (layers, tips, tips).
+    """Changes in compliance due to a layer on a half-space, times E [1/mm], each (layers, tips, tips).
 
-    `sharp` is the change under rigid tips, `fewer_nodes` the same with half as many nodes. `smooth` is the change under
-    the smooth loads. `shell` is the change by the stiffness of a curved skin as a shell, 0 on a block.
+    `sharp` is the change under rigid tips, and `fewer_nodes` the same change with half as many nodes. `smooth` is the
+    change under the smooth loads. `shell` is the decrease because a curved skin is stiff as a shell, 0 on a block.
     """
 
     sharp: Floats
@@ -120,12 +121,12 @@ def _local_change(
     layers: Sequence[Layer],
     along_normals: bool,
 ) -> _LocalChange:
-    """Return the changes on a half-space with the slope and curvature of the fruit under each tip.
+    """Return the changes due to each layer on a half-space that has the fruit's slope and curvature under each tip.
 
-    Raises SolveError as `layered_change` does.
+    `loads` are the smooth loads of the footprints. Raises SolveError if the nodal forces have a large residual.
     """
     thickness = layers[0].thickness
-    per_side = next(nodes for least, nodes in NODES if thickness >= least * footprints[0].side)
+    per_side = next(nodes for smallest, nodes in NODES if thickness >= smallest * footprints[0].side)
     if footprints[0].punch is circle_punch:
         per_side = ROUND_NODES
     sharp = layered_change(footprints, layers, per_side)
@@ -136,11 +137,11 @@ def _local_change(
         shape = CurvedShape(fruit, core_of(loads))
         curvatures = [1.0 / radius for radius in fruit.radii_mm]
         for tip, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
-            # radius of the circle that is as stiff as the tip
+            # the radius of the circular punch that is as stiff as the tip
             radius = 0.5 * footprint.side * footprint.punch(per_side).flat_stiffness
             shell[:, tip, tip] = [layer.shell_effect(radius, load.deviation, curvatures) for layer in layers]
             slope = shape.slope(footprint.x, footprint.y)
-            if along_normals:  # the contact is round along the skin, the smooth load is round seen from above
+            if along_normals:  # the contact is round on the skin, but the smooth load is round in plan
                 smooth[:, tip, tip] *= stretch_factor(slope)
             else:
                 sharp[:, tip, tip] *= slope_factor(fruit.poisson, slope)
@@ -151,7 +152,8 @@ def _local_change(
 def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: Ints) -> Errors:
     """Return the largest relative errors [1] over some rows of a table (moduli, tips, tips) [1/mm].
 
-    They sum a floor, and fractions of three changes: between two meshes, between numbers of nodes, and by the shell.
+    An error is the sum of a floor and of fractions of three differences: `mesh_steps` between two meshes, the one
+    between two numbers of nodes, and the effect of the shell. `rows` are the indices of the rows.
     """
     node_steps = local.sharp - local.fewer_nodes
     pair = own = 0.0
@@ -167,46 +169,51 @@ def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: 
 
 
 def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per_side: int) -> Floats:
-    """Return the change of compliance by layers under level footprints of a half-space, (layers, tips, tips) [1/mm].
+    """Return the change in a half-space's compliance due to each layer on it, under level footprints.
 
-    It is times the modulus below the layers. The pressure has `per_side` nodes per side. Raises SolveError on a large
-    residual.
+    The result (layers, tips, tips) [1/mm] is times the modulus of the half-space. A footprint has `per_side` nodes per
+    side. Raises SolveError if the nodal forces have a large residual.
     """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
     x, y = nodes.T
-    added = added_compliances(layers, np.hypot(x[:, None] - x, y[:, None] - y))
-    bare = level_compliance(footprints, layers[0].poisson_below, np.zeros(()), per_side)
+    base_effects = added_compliances(layers, np.hypot(x[:, None] - x, y[:, None] - y))
+    without_layer = level_compliance(footprints, layers[0].poisson_below, np.zeros(()), per_side)
     changes = []
-    for layer, between in zip(layers, added, strict=True):
-        # A half-space of the layer's material, times its own modulus; `between` adds the effect of the material below.
-        S = level_compliance(footprints, layer.poisson, layer.modulus * between, per_side) / layer.modulus
-        change = S - bare
+    for layer, base_effect in zip(layers, base_effects, strict=True):
+        # A half-space of the layer's material, to which the effect of the softer or stiffer base is added between all
+        # nodes. `level_compliance` works in units of the material's own modulus, hence the two conversions.
+        S = level_compliance(footprints, layer.poisson, layer.modulus * base_effect, per_side) / layer.modulus
+        change = S - without_layer
         for tip, footprint in enumerate(footprints):
-            if footprint.punch is circle_punch:  # its own compliance has a closed equation
+            if footprint.punch is circle_punch:  # its compliance under its own load has a closed form
                 radius = 0.5 * footprint.side
-                own = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
-                change[tip, tip] = own - (1.0 - layer.poisson_below**2) / footprint.side
+                own_compliance = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
+                change[tip, tip] = own_compliance - (1.0 - layer.poisson_below**2) / footprint.side
         changes.append(change)
     return np.array(changes)
 
 
 def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Floats:
-    """Return the change of compliance by layers under smooth loads on a half-space, (layers, loads, loads) [1/mm]."""
-    bare = Layer(layers[0].thickness, 1.0, layers[0].poisson_below, layers[0].poisson_below)
+    """Return the change in a half-space's compliance due to each layer on it, under smooth loads.
+
+    The result (layers, loads, loads) [1/mm] is times the modulus of the half-space.
+    """
+    without_layer = Layer(layers[0].thickness, 1.0, layers[0].poisson_below, layers[0].poisson_below)
     S = np.empty((len(layers) + 1, len(loads), len(loads)))
-    for number, layer in enumerate((*layers, bare)):
-        for i, felt in enumerate(loads):
+    for number, layer in enumerate((*layers, without_layer)):
+        for i, displaced in enumerate(loads):
             for j, load in enumerate(loads):
-                distance = float(np.hypot(felt.x - load.x, felt.y - load.y))
-                S[number, i, j] = layer.smooth_compliance((felt.deviation, load.deviation), distance)
+                distance = float(np.hypot(displaced.x - load.x, displaced.y - load.y))
+                S[number, i, j] = layer.smooth_compliance((displaced.deviation, load.deviation), distance)
     return np.asarray(S[:-1] - S[-1])
 
 
 def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats:
-    """Return the change of compliance by the skin under the loads of a body on its mesh, times E [1/mm].
+    """Return the change in compliance due to the skin under the smooth loads of a body, solved on its mesh.
 
-    It has shape (layers, loads, loads). The fields at `solves` moduli of the skin span the fields at all others. Raises
-    SolveError if a solve does not converge.
+    The result (layers, loads, loads) [1/mm] is times E. The layers differ only in their modulus. The displacement
+    fields for `solves` moduli are computed, and are the reduced basis for all moduli. Raises SolveError if a solve does
+    not converge.
     """
     poisson = layers[0].poisson_below
     in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
@@ -214,7 +221,7 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
     skin = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)
     without_skin = flesh + stiffness_matrix(body.bent, in_skin, poisson, b_bar=True)
     moduli = np.array([layer.modulus for layer in layers])
-    span = np.geomspace(moduli.min(), moduli.max(), solves)
+    solved_moduli = np.geomspace(moduli.min(), moduli.max(), solves)
 
     count = len(body.loads)
     change = np.zeros((len(layers), count, count))
@@ -222,14 +229,14 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
         forces = body.forces(parity, body.normals)
         fixed = body.fixed_dofs(parity)
         bare = forces.T @ factorise(without_skin, fixed).solve(forces)
-        # Galerkin's method on an orthonormal basis of the fields at the moduli of the span.
-        solved = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in span]
-        spanning, _ = np.linalg.qr(np.hstack(solved))
-        load = spanning.T @ forces
-        of_flesh = spanning.T @ (flesh @ spanning)
-        of_skin = spanning.T @ (skin @ spanning)
+        # Galerkin's method on an orthonormal basis of the solved fields.
+        solved = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in solved_moduli]
+        reduced_basis, _ = np.linalg.qr(np.hstack(solved))
+        reduced_forces = reduced_basis.T @ forces
+        reduced_flesh = reduced_basis.T @ (flesh @ reduced_basis)
+        reduced_skin = reduced_basis.T @ (skin @ reduced_basis)
         for i, modulus in enumerate(moduli):
-            energy = load.T @ np.linalg.solve(of_flesh + modulus * of_skin, load)
-            # A single load is the mean of its parities, hence the half for each mirror plane.
+            energy = reduced_forces.T @ np.linalg.solve(reduced_flesh + modulus * reduced_skin, reduced_forces)
+            # A single load is the mean of its even and its odd part, hence a factor of one half for each mirror plane.
             change[i] += (energy - bare) / 2.0 ** np.abs(parity).sum()
     return change

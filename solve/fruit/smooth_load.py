@@ -1,4 +1,4 @@
-"""Smooth loads that represent rigid tips on a coarse mesh: normal distributions seen from above, lengths in mm."""
+"""Smooth loads that represent rigid tips on a coarse mesh: normal distributions of force in plan. Lengths in mm."""
 
 import math
 from collections.abc import Sequence
@@ -11,16 +11,16 @@ from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from solve.fruit.footprints import Footprint, closest_spacing
 
-WIDEST = 3.0  # largest deviation over the least one
-IN_ROOM = 3.2  # least distance to a side face [deviations]
-IN_SPACING = 3.0  # least spacing [deviations]
-FEWEST_NODES = 3
-GAUSS_POINTS, GAUSS_WEIGHTS = legendre.leggauss(24)  # Gauss points in a step
+WIDEST = 3.0  # largest standard deviation of a load over its smallest one
+IN_ROOM = 3.2  # smallest distance of a load from a side face [standard deviations]
+IN_SPACING = 3.0  # smallest spacing of two loads [standard deviations]
+FEWEST_NODES = 3  # nodes per side of the punch table, enough for a flat punch
+GAUSS_POINTS, GAUSS_WEIGHTS = legendre.leggauss(24)  # for the integral of a load over an element
 
 
 @dataclass(frozen=True)
 class SmoothLoad:
-    """A unit load around a point of the plan, normally distributed with the same standard deviation [mm] in x and y."""
+    """A unit load around x, y [mm], normally distributed with the same standard deviation [mm] in both directions."""
 
     x: float
     y: float
@@ -28,9 +28,9 @@ class SmoothLoad:
 
 
 def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], most: float = WIDEST) -> tuple[SmoothLoad, ...]:
-    """Return the smooth loads that represent the footprints, as wide as room and spacing allow.
+    """Return the smooth loads that represent the footprints, as wide as side faces and neighbours allow.
 
-    No load is wider than `most` times its least deviation [1].
+    The standard deviation of a load is at most `most` [1] times its smallest one, which `least_deviation` returns.
     """
     closest = closest_spacing(footprints)
     loads = []
@@ -42,32 +42,36 @@ def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], most: float = WI
 
 
 def least_deviation(footprint: Footprint) -> float:
-    """Return the deviation [mm] of the normal distribution with the rigid tip's compliance on a half-space."""
+    """Return the smallest standard deviation [mm] of the load that represents a tip.
+
+    A load with this deviation has the same compliance on a half-space as the rigid tip.
+    """
     return 0.5 * footprint.side * footprint.punch(FEWEST_NODES).flat_stiffness / math.sqrt(math.pi)
 
 
 def line_forces(line: Floats, centre: float, deviation: float, sign: int) -> tuple[Floats, Floats]:
-    """Return the nodes of quadratic elements along a line [mm], and the fraction of a unit load on each [1].
+    """Return the nodes of quadratic elements along one axis [mm], and the fraction of a unit load on each [1].
 
-    The load is a normal distribution about `centre` with a standard deviation [both mm]. `sign` adds (1), subtracts
-    (-1) or leaves out (0) its mirror image at -centre.
+    `line` [mm] are the ends of the elements. The load is a normal distribution around `centre` [mm] with the standard
+    deviation `deviation` [mm]. Its mirror image at -centre is added for `sign` 1, subtracted for -1, and omitted for 0.
     """
     nodes = np.zeros(2 * len(line) - 1)
     nodes[::2] = line
     nodes[1::2] = 0.5 * (line[1:] + line[:-1])
 
-    # Integrals of the density times the three shape functions of each step, by Gauss's rule.
-    t = 0.5 * (GAUSS_POINTS + 1.0)  # on (0, 1)
-    steps = np.diff(line)[:, None]
-    s = line[:-1, None] + steps * t
-    density = _normal(s - centre, deviation) + sign * _normal(s + centre, deviation)
+    # Integrals of the density times the three shape functions of each element, by Gauss's rule.
+    t = 0.5 * (GAUSS_POINTS + 1.0)  # coordinates in an element, from 0 to 1
+    lengths = np.diff(line)[:, None]
+    s = line[:-1, None] + lengths * t
+    density = _normal_density(s - centre, deviation) + sign * _normal_density(s + centre, deviation)
     shapes = np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)])
-    local = (0.5 * steps * GAUSS_WEIGHTS * density) @ shapes.T
+    element_forces = (0.5 * lengths * GAUSS_WEIGHTS * density) @ shapes.T
     forces = np.zeros(len(nodes))
     for node in range(3):
-        forces[node : node + 2 * len(steps) : 2] += local[:, node]
+        forces[node : node + 2 * len(lengths) : 2] += element_forces[:, node]
     return nodes, forces
 
 
-def _normal(distance: Floats, deviation: float) -> Floats:
+def _normal_density(distance: Floats, deviation: float) -> Floats:
+    """Return the density of a normal distribution [1/mm] at distances from its centre [mm]."""
     return np.exp(-0.5 * (distance / deviation) ** 2) / (deviation * math.sqrt(2.0 * math.pi))

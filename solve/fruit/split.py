@@ -1,8 +1,8 @@
-"""Compliance of a block of fruit under rigid flat tips by singularity subtraction, `split` for short.
+"""The compliance of a block of fruit under rigid flat tips by singularity subtraction, the method `split`.
 
-The pressure under the tips is singular at their edges. The half-space contains this singularity in closed form
-(`solve/fruit/footprints.py`), so only the smooth remainder of the block is solved on a mesh
-(`solve/fruit/remainder.py`). Each tip stays level, and its pressure follows from that.
+The pressure under a tip is singular at its edges. The solution of a half-space contains this singularity in closed form
+(`solve/fruit/footprints.py`). So only the smooth remainder, which the finite size of the block adds, is solved on a
+mesh (`solve/fruit/remainder.py`). Each tip stays level, which determines its pressure.
 """
 
 import itertools
@@ -36,50 +36,52 @@ from solve.fruit.footprints import (
 from solve.halfspace.punch import circle_punch, square_punch
 from solve.linear import SolveError
 
-DOME_CIRCLE = 0.5  # diameter of a dome's circle over its face: the contact of a dome that uses its face well
+DOME_CIRCLE = 0.5  # diameter of the circle that represents a dome, over its face: a typical contact of a dome
+# The gradings of the mesh levels, from coarse to fine.
 LEVELS = (
     Grading(0.7, (0.7, 0.21, 0.09)),
     Grading(0.5, (0.7, 0.21, 0.063, 0.027)),
     Grading(0.35, (0.7, 0.21, 0.063, 0.0189, 0.0081)),
 )
 LARGEST_ERROR = 1e-3  # largest relative error of a solve that misses its tolerance
-MOST_DOFS = 60_000  # most dofs of a finer level, which take 4 GiB
-# Error bar over the step between both meshes. The finer mesh has 4/3 as many elements along a line. At fourth order
-# its error is 0.46 of the step, and the bar is about twice that. tests/reference/fits/test_fruit.py
+MOST_DOFS = 60_000  # maximum number of dofs of a finer level, which take 4 GiB
+# Error bar over the difference between two meshes, of which the finer one has 4/3 as many elements along an axis. With
+# fourth-order convergence its error is 0.46 of the difference, and the bar is about twice that. See
+# tests/reference/fits/test_fruit.py.
 SAFETY = 0.9
-# Least step between two meshes on the coarsest level; a smaller one may be accidental. It is over the mean of the
-# value's remainder and the largest remainder of all values.
+# Smallest difference between two meshes on the coarsest level; a smaller difference may be accidental. It is relative
+# to the mean of the value's own remainder and the largest remainder of all values.
 LEAST_STEP = 1e-3
-ORDER = 4  # order of the remainder's error in the grading step
-# A single mesh for loose tolerances. ROUGH_ERROR is the largest error of 280 random scenes over the remainder; 40 of
+ORDER = 4  # order of convergence of the remainder with the grading step
+# The single mesh for loose tolerances. ROUGH_ERROR is the largest error over the remainder in 280 random scenes; 40 of
 # them have at most 0.006.
 ROUGH = Grading(1.0, (0.7, 0.3))
 ROUGH_ERROR = 0.01
-NODE_ERROR = 1e-5  # error of the nodes of the footprints, twice 5e-6
-# Below this spacing [sides] more nodes do not converge: boundary elements differ by 7e-4 at 1.05 sides.
+NODE_ERROR = 1e-5  # relative error due to the finite numbers of nodes of the footprints, twice 5e-6
+# Below this spacing [sides], more nodes do not reduce the error: boundary elements differ by 7e-4 at 1.05 sides.
 CLOSE = 1.1
 CLOSE_ERROR = 1.5e-3
-# Height [sides] below which the remainder is as large as the half-space part and requires smaller steps.
+# Height [sides] below which the remainder is as large as the half-space part, and requires smaller steps.
 LOW = 3.0
-ROUNDING = 1.0 + 1e-9  # factor that lets scenes on a bound pass
-EDGE_GAP = 1.0  # least gap from a tip's edge to a side face [sides]
-SPACING = 1.05  # least spacing of tips [sides]
+ROUNDING = 1.0 + 1e-9  # factor that allows scenes exactly on a bound
+EDGE_GAP = 1.0  # smallest gap from a tip's edge to a side face [sides]
+SPACING = 1.05  # smallest spacing of tips [sides]
 POISSON = (-0.5, 0.4999)  # range of Poisson's ratio
 
 
 class Errors(NamedTuple):
-    """Largest relative errors over the tips [1]: `pair` of (s_ii + s_jj) / 2 - s_ij, and `own` of s_ii."""
+    """The largest relative errors over all tips [1]: `pair` is that of (s_ii + s_jj) / 2 - s_ij, `own` that of s_ii."""
 
     pair: float
     own: float
 
 
 def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
-    """Return the flat footprints [mm] that represent the tips: sharp faces, and for domes a circle at their contact.
+    """Return the flat footprints [mm] that represent the tips: a sharp-edged face or, for a dome, a circle.
 
-    A level dome touches a curved fruit closer to the apex than its own axis. The compliance of the circle on the
-    half-space is known in closed form and replaced in `solve/contact/domes/fruit_under_domes.py`, so the size of the
-    circle hardly matters.
+    The circle is centred where the dome touches the fruit. On a curved fruit, this point is closer to the apex than the
+    axis of the dome. The size of the circle hardly matters: its own compliance on a half-space has a closed form, which
+    `solve/contact/domes/fruit_under_domes.py` replaces.
     """
     if tips.dome_radius_mm is None:
         punch = circle_punch if tips.tip_shape.is_round else square_punch
@@ -96,12 +98,13 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
 
 
 def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR) -> FruitCompliance:
-    """Return the compliance [1/mm] of the equivalent block under the tips, on the coarsest mesh that meets a tolerance.
+    """Return the compliance [1/mm] of a fruit's equivalent block under the tips.
 
-    The tolerance is relative, for s11 - s12 [1]. If no mesh meets it, the best one is used if its error is at most
-    1e-3. Raises SolveError if a solve does not converge. Raises InputError for a tolerance that is not above 0, for
-    larger errors, and outside the domain. There each tip edge is at least 1 side from each side face, the side at most
-    the height, the spacing at least 1.05 sides, and -0.5 <= nu <= 0.4999.
+    It is solved on the coarsest mesh whose error of s11 - s12 meets the relative `tolerance` [1]. If no mesh meets it,
+    the best mesh is used, provided that its error is at most 1e-3. Raises SolveError if a solve does not converge.
+    Raises InputError if the error is larger, if the tolerance is not above 0, and if the scene is outside the domain of
+    the method. In the domain, the side of a tip is at most the height of the block, a tip's edge is at least one side
+    from each side face, the spacing is at least 1.05 sides, and -0.5 <= nu <= 0.4999.
     """
     start = time.perf_counter()
     if not tolerance > 0.0:
@@ -127,27 +130,27 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
 
 
 def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: float) -> tuple[MeshCompliance, Errors]:
-    """Return the solve on the coarsest mesh that meets a tolerance, or the best one, and its errors.
+    """Return the compliance from the coarsest mesh that meets the tolerance, or from the best mesh, and its errors.
 
-    Raises InputError and SolveError as `split_compliance` does.
+    Raises the errors of `split_compliance`.
     """
     limit = max(tolerance, LARGEST_ERROR)
     levels = (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS
     solved_levels = []
     for grading in levels:
         if grading in LEVELS[1:] and mesh_dofs(block, footprints, grading) > MOST_DOFS:
-            continue  # too fine for the memory
+            continue  # the mesh would need too much memory
         try:
             solved = footprint_compliance(block, footprints, grading)
         except SolveError:
             if grading != ROUGH:
                 raise
-            continue  # too coarse for reciprocal loads
+            continue  # the rough mesh is too coarse: its compliance is not symmetric
         errors = level_errors(block, footprints, grading, solved.S)
         solved_levels.append((solved, errors))
         if errors.pair <= tolerance and max(errors) <= limit:
             break
-    # Prefer solves whose errors are within the limit, and among them the smallest error of a pair.
+    # Prefer the levels whose errors are within the limit, and among them the one with the smallest error of a pair.
     solved, errors = min(solved_levels, key=lambda level: (max(level[1]) > limit, level[1].pair))
     if max(errors) > limit:
         hint = "take a fruit that is thicker, or tips farther from its edges and from each other"
@@ -158,7 +161,7 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
 
 
 def _status(dofs: int, error: float, tolerance: float, close_error: float) -> str:
-    """Return a text on the accuracy of a solve; all errors are relative [1]."""
+    """Return a sentence on the accuracy of a solve for the report. Errors and tolerance are relative [1]."""
     status = f"half-space in closed form, smooth remainder on {dofs} dofs: "
     if error <= tolerance:
         status += f"the coarsest mesh, whose error, {100.0 * error:.2g} %, meets {100.0 * tolerance:.3g} %"
@@ -170,27 +173,27 @@ def _status(dofs: int, error: float, tolerance: float, close_error: float) -> st
 
 
 def footprint_compliance(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> MeshCompliance:
-    """Return the compliance [1/mm] of a block under level footprints on one mesh; mirror planes halve the mesh.
+    """Return the compliance [1/mm] of a block under level footprints, on the mesh of one grading.
 
-    Raises SolveError if a solve does not converge.
+    Only one side of each mirror plane is meshed. Raises SolveError if a solve does not converge.
     """
     counts = NodeCounts(between=nodes_between(footprints), within=nodes_within(fruit, footprints))
-    lines = _lines(fruit, footprints, grading)
+    lines = _grid_lines(fruit, footprints, grading)
     remainder, dofs = node_remainder(fruit, footprints, lines, level_parities(footprints), counts)
     S = level_compliance(footprints, fruit.poisson, remainder, counts.between)
     for images in mirror_images(footprints):
         if images:
-            S = 0.5 * (S + S[np.ix_(images, images)])  # makes mirror images equal to the last bit
+            S = 0.5 * (S + S[np.ix_(images, images)])  # entries of mirror images become equal to the last bit
     return MeshCompliance(S, dofs)
 
 
 def mesh_dofs(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> int:
-    """Return the number of dofs of the remainder on the mesh of a grading, without making the mesh."""
-    return 3 * math.prod(2 * len(line) - 1 for line in _lines(fruit, footprints, grading))
+    """Return the number of dofs of the remainder on the mesh of a grading, without generating the mesh."""
+    return 3 * math.prod(2 * len(line) - 1 for line in _grid_lines(fruit, footprints, grading))
 
 
-def _lines(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> Lines:
-    """Return the lines of the mesh [mm], starting at the mirror planes of the footprints, if any."""
+def _grid_lines(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> Lines:
+    """Return the grid lines of the mesh of a grading [mm], which start at the mirror planes of the footprints."""
     nodes = np.concatenate([footprint.nodes(nodes_within(fruit, footprints)) for footprint in footprints])
     widest = max(footprint.side for footprint in footprints)
     step = grading.step * min(1.0, fruit.height_mm / (LOW * widest)) ** 0.25
@@ -199,28 +202,31 @@ def _lines(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> L
 
 
 def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading, fine: Floats) -> Errors:
-    """Return the relative errors [1] of `fine`, the compliance [1/mm] on the mesh of a grading, from a coarser mesh.
+    """Return the relative errors [1] of `fine`, the compliance [1/mm] on the mesh of a grading.
 
-    The rough grading has no coarser mesh: its error is a fixed fraction of the remainder.
+    They are estimated from the difference to a coarser mesh. The rough grading has no coarser mesh: its error is a
+    fixed fraction of the remainder.
     """
     between = nodes_between(footprints)
-    of_nodes = max(footprint.punch(between).error for footprint in footprints) + NODE_ERROR
+    node_error = max(footprint.punch(between).error for footprint in footprints) + NODE_ERROR
     half_space = half_space_compliance(tuple(footprints), fruit.poisson)
-    remainder = relative_changes(fine - half_space, fine)  # per pair of tips, then per tip, as all below
+    # This and the arrays below have a value for each pair of tips, then one for each tip.
+    remainder = relative_changes(fine - half_space, fine)
     if grading == ROUGH:
-        error = ROUGH_ERROR * float(remainder.max()) + of_nodes
+        error = ROUGH_ERROR * float(remainder.max()) + node_error
         return Errors(error, error)
-    least_fraction = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER  # decreases with the mesh like the error
-    least = least_fraction * 0.5 * (remainder + remainder.max())
+    smallest_fraction = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER  # decreases with the step like the error
+    smallest_difference = smallest_fraction * 0.5 * (remainder + remainder.max())
     coarse = footprint_compliance(fruit, footprints, grading.coarser()).S
-    step = relative_changes(fine - coarse, fine)
-    return largest_errors(SAFETY * np.maximum(step, least) + of_nodes, len(footprints))
+    difference = relative_changes(fine - coarse, fine)
+    return largest_errors(SAFETY * np.maximum(difference, smallest_difference) + node_error, len(footprints))
 
 
 def largest_errors(errors: Floats, tips: int) -> Errors:
-    """Return the largest error of pairs, or of single tips if there is no pair, and the largest of single tips [1].
+    """Return the largest error of all pairs of tips, and the largest of single tips [1].
 
-    `errors` are in the order of `relative_changes`.
+    `errors` has a value for each pair of tips, then one for each of the tips, whose number is `tips`. For one tip, both
+    results are its error.
     """
     own = float(errors[-tips:].max())
     pair = float(errors[:-tips].max(initial=0.0))
@@ -228,21 +234,21 @@ def largest_errors(errors: Floats, tips: int) -> Errors:
 
 
 def relative_changes(change: Floats, S: Floats) -> Floats:
-    """Return relative changes [1] of s_ii + s_jj - 2 s_ij for each pair of tips, then of s_ii for each tip.
+    """Return the relative changes [1] of s_ii + s_jj - 2 s_ij for each pair of tips, then of s_ii for each tip.
 
-    The change and S have shape (tips, tips) and the same unit.
+    `change` is the change in the compliance S, both (tips, tips) in the same unit.
     """
-    # Two opposed unit forces do the work s_ii + s_jj - 2 s_ij, a single one does s_ii.
-    single = list(np.eye(len(S)))
-    opposed = [a - b for a, b in itertools.combinations(single, 2)]
+    # Two opposite unit forces do the work s_ii + s_jj - 2 s_ij, and a single unit force does s_ii.
+    single_loads = list(np.eye(len(S)))
+    opposite_loads = [a - b for a, b in itertools.combinations(single_loads, 2)]
     changes = []
-    for load in (*opposed, *single):
+    for load in (*opposite_loads, *single_loads):
         changes.append(abs((load @ change @ load) / (load @ S @ load)))
     return np.array(changes)
 
 
 def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
-    """Raise InputError if a scene lies outside the domain in which the split has its stated accuracy."""
+    """Raise InputError if the scene is outside the domain in which `split` has its stated accuracy."""
     if fruit.shape != "block":
         raise validation_error("fruit.shape", fruit.shape, "", "block", "take the equivalent block of the fruit")
     low, high = POISSON

@@ -8,7 +8,8 @@ layer's material, plus the smooth term
 
     (1 - nu_s^2) / (pi E_s) l(r),    l(r) = int_0^inf (T(k h) - 1) J_0(k r) dk.
 
-Moduli are relative to the modulus of the half-space below the layer.
+Here nu_s and E_s are the constants of the layer, h is its thickness and r the distance from the load. Moduli are
+relative to the modulus of the half-space below the layer.
 """
 
 import functools
@@ -22,19 +23,22 @@ from scipy.special import j0
 
 from sensor.arrays import Floats
 
-DEEPEST = 25.0  # k h beyond which T is 1 to rounding
-POINTS = 12  # Gauss points on a panel, which is as long as a period of the fastest wave
-SHORTEST = 30.0  # largest k a of the shell effect; shorter waves add 1e-4 of it
-NEXT_TO_RIGID = 1e-7  # modulus of a layer over the modulus of a practically rigid base
-DISTANCES = 160  # distances in the table of l(r)
+DEEPEST = 25.0  # largest k h in integrals; beyond it T is 1 to rounding
+POINTS = 12  # Gauss points on a panel, which is at most as long as a period of the fastest oscillation
+SHORTEST = 30.0  # largest k a in the integral of the shell effect; shorter waves add 1e-4 of it
+NEXT_TO_RIGID = 1e-7  # modulus of a layer over the modulus of its base that represents a rigid base
+DISTANCES = 160  # number of distances in the table of l(r)
 EQUATIONS = 40  # Gauss points of the integral equation along a radius
-RADII = 48  # contact radii in the table of a round contact
-LEAST_RADIUS = 0.01  # least contact radius over the thickness; there only the layer deforms
+RADII = 48  # number of contact radii in the table of a round contact
+LEAST_RADIUS = 0.01  # smallest contact radius in the table over the thickness; there only the layer deforms
 
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer: thickness [mm], modulus over the modulus of the material below [1], Poisson's ratios of both [1]."""
+    """A layer bonded to a half-space: its thickness [mm], and its modulus over the modulus of the half-space [1].
+
+    `poisson` and `poisson_below` are the Poisson's ratios of the layer and of the half-space.
+    """
 
     thickness: float
     modulus: float
@@ -47,20 +51,24 @@ class Layer:
         return (1.0 - self.poisson**2) / self.modulus
 
     def softening(self, kh: Floats) -> Floats:
-        """Return T - 1 [1] of the module docstring at wave numbers times thickness, k h > 0 [1], in their shape."""
+        """Return T - 1 [1], the relative change in compliance due to the half-space below the layer.
+
+        T is Burmister's function of the module docstring. `kh` > 0 [1] is the wave number times the thickness, an array
+        of any shape.
+        """
         shear = self.modulus * (1.0 + self.poisson_below) / (1.0 + self.poisson)
         below = 1.0 - 4.0 * (1.0 - self.poisson) / (1.0 + shear * (3.0 - 4.0 * self.poisson_below))
         above = (shear - 1.0) / (shear + 3.0 - 4.0 * self.poisson)
         decay = np.exp(-2.0 * kh)
-        sinking = 1.0 + 4.0 * above * kh * decay - below * above * decay**2
-        stiffness = 1.0 - (below + above + 4.0 * above * kh**2) * decay + below * above * decay**2
-        return np.asarray(sinking / stiffness - 1.0)
+        numerator = 1.0 + 4.0 * above * kh * decay - below * above * decay**2
+        denominator = 1.0 - (below + above + 4.0 * above * kh**2) * decay + below * above * decay**2
+        return np.asarray(numerator / denominator - 1.0)
 
     def smooth_compliance(self, deviations: Sequence[float], distance: float) -> float:
-        """Return the displacement under one smooth load per unit of another, times the modulus below [1/mm].
+        """Return the mean displacement under one smooth load per force of another, times the modulus below [1/mm].
 
-        Both are normal distributions with standard deviations `deviations` [mm], with a distance [mm] between their
-        centres. The displacement is weighted with the density of the first load.
+        The loads are normal distributions with the two standard deviations `deviations` [mm]. Their centres have a
+        `distance` [mm]. The mean displacement is weighted with the density of the first load.
         """
         width = math.hypot(*deviations)
         k, weight = _panels(9.0 / width, 2.0 * math.pi / max(distance, width))
@@ -68,28 +76,32 @@ class Layer:
         return float(self.surface / math.pi * weight @ (spectrum * (1.0 + self.softening(k * self.thickness))))
 
     def shell_effect(self, radius: float, deviation: float, curvatures: Sequence[float]) -> float:
-        """Return the decrease of compliance by the shell stiffness of a curved layer, times the modulus below [1/mm].
+        """Return the decrease in compliance due to the shell stiffness of a curved layer, times the modulus below.
 
-        It is the decrease under a flat circle of a radius [mm], less the decrease under a normal distribution of a
-        standard deviation [mm]. `curvatures` [1/mm] are the principal curvatures. A shallow shell has the additional
-        normal stiffness (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4, here averaged over all directions of the
-        wave vector. See E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180. The energy is taken to
-        first order in it.
+        The result [1/mm] is the decrease under a flat circular punch of `radius` [mm], minus the decrease under a
+        normal distribution with the standard deviation `deviation` [mm]. `curvatures` [1/mm] are the two principal
+        curvatures. A shallow shell has the additional normal stiffness
+        (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 at the wave vector (k_x, k_y), here averaged over all its
+        directions. See E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180. Its effect on the
+        compliance is taken to first order.
         """
-        along, across = curvatures
-        shell = (self.modulus - 1.0) * self.thickness * (3.0 * along**2 + 3.0 * across**2 + 2.0 * along * across) / 8.0
+        kappa_x, kappa_y = curvatures
+        # Divided by 8, it is the mean of (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 over all directions.
+        squares = 3.0 * kappa_x**2 + 3.0 * kappa_y**2 + 2.0 * kappa_x * kappa_y
+        shell_stiffness = (self.modulus - 1.0) * self.thickness * squares / 8.0
         k, weight = _panels(SHORTEST / radius, 2.0 * math.pi / max(radius, deviation))
-        sinking = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
-        # Squares of the Fourier transforms of both pressures: the circle less the normal distribution.
+        compliance = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
+        # Squares of the Fourier transforms of both pressures: the circular punch minus the normal distribution.
         spectrum = (np.sin(k * radius) / (k * radius)) ** 2 - np.exp(-((deviation * k) ** 2))
-        return shell * float(weight @ (k * sinking**2 * spectrum)) / (2.0 * math.pi)
+        return shell_stiffness * float(weight @ (k * compliance**2 * spectrum)) / (2.0 * math.pi)
 
 
 def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
-    """Return the compliance that the half-space below layers adds at distances [mm], times the modulus below [1/mm].
+    """Return the change in compliance due to the half-space below each layer, times its modulus [1/mm].
 
-    It is (1 - nu_s^2) / (pi E_s) l(r) of the module docstring, shape (layers, ...). All layers have the same thickness.
-    The result is interpolated in a table, for any number of distances.
+    It is the term (1 - nu_s^2) / (pi E_s) l(r) of the module docstring at `distances` r [mm] of any shape (...). The
+    result has shape (layers, ...). All layers must have the same thickness. Values are interpolated in a table, so any
+    number of distances is cheap.
     """
     h = layers[0].thickness
     farthest = max(float(distances.max(initial=0.0)), h)
@@ -99,9 +111,9 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
 
 
 def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
-    """Return `added_compliances` at distances (n,) [mm] without a table, shape (layers, n).
+    """Return `added_compliances` at distances (n,) [mm] by integration, shape (layers, n).
 
-    Each distance takes an integral, so it is only for few distances.
+    Each distance takes an integral, so there should be few.
     """
     h = layers[0].thickness
     k, weight = _panels(DEEPEST / h, 2.0 * math.pi / max(float(distances.max(initial=0.0)), h))
@@ -110,9 +122,10 @@ def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
 
 
 def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floats:
-    """Return the change of a half-space's compliance by a rigid base below a thickness [mm], times E [1/mm].
+    """Return the change in a half-space's compliance if it ends at a rigid base, times E [1/mm].
 
-    It is negative, and has the shape of the distances between point loads [mm], which should be few.
+    The base lies at the depth `thickness` [mm]. The change is negative, and has the shape of `distances` [mm] between
+    point loads, which should be few.
     """
     layer = Layer(thickness=thickness, modulus=NEXT_TO_RIGID, poisson=poisson, poisson_below=poisson)
     return NEXT_TO_RIGID * _added_at([layer], distances.ravel()).reshape(distances.shape)
@@ -120,11 +133,11 @@ def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floa
 
 @dataclass(frozen=True, eq=False)
 class RoundContact:
-    """Rigid round bodies on a layered half-space, at rising contact radii [mm], all arrays (n,).
+    """A table of rigid axisymmetric punches on a layered half-space, at increasing contact radii; all arrays are (n,).
 
-    `depth` is the depth of a paraboloid times its radius of curvature [mm^2]. `force` is its force times this radius
-    over the modulus below [mm^3]. `stiffness` is the stiffness of the flat circle over this modulus [mm], which is also
-    d force / d depth.
+    `radius` [mm] is the contact radius. `depth` is the indentation of a paraboloid times its radius of curvature
+    [mm^2], and `force` its force times this radius over the modulus below [mm^3]. `stiffness` is the stiffness of a
+    flat circular punch over the modulus below [mm], which is also d force / d depth.
     """
 
     radius: Floats
@@ -133,45 +146,49 @@ class RoundContact:
     stiffness: Floats
 
     def flat_stiffness(self, radius: float) -> float:
-        """Return the stiffness of a flat circle of this radius over the modulus below [mm]."""
-        return float(_between(self.radius, self.stiffness, np.array(radius), 1.0))
+        """Return the stiffness of a flat circular punch of this radius [mm], over the modulus below [mm]."""
+        return float(_interpolate(self.radius, self.stiffness, np.array(radius), 1.0))
 
     def press(self, depth: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return radius, force and stiffness of contacts at depths times their radius of curvature [mm^2]."""
-        radius = _between(self.depth, self.radius, depth, 0.5)
-        force = _between(self.radius, self.force, radius, 3.0)
-        return radius, force, _between(self.radius, self.stiffness, radius, 1.0)
+        """Return the contact radius, force and stiffness of paraboloids at given depths, in the units of the table.
+
+        `depth` [mm^2] is the indentation times the radius of curvature.
+        """
+        # For contacts smaller than those in the table, the powers are those of Hertz.
+        radius = _interpolate(self.depth, self.radius, depth, 0.5)
+        force = _interpolate(self.radius, self.force, radius, 3.0)
+        return radius, force, _interpolate(self.radius, self.stiffness, radius, 1.0)
 
 
 @functools.lru_cache(maxsize=64)
 def round_contact(layer: Layer, largest: float) -> RoundContact:
-    """Return the contacts of rigid round bodies with a layered half-space, up to a largest contact radius [mm].
+    """Return the table of axisymmetric punches on a layered half-space, up to the contact radius `largest` [mm].
 
     For each contact radius a, the integral equation of N. N. Lebedev and Y. S. Ufliand,
 
         phi(t) + int_0^a M(t, s) phi(s) ds = (d - t^2 / R) / (pi (1 - nu_s^2) / E_s),
 
-    M(t, s) = 2 / pi int_0^inf (T(k h) - 1) cos k t cos k s dk, is solved at Gauss points. The force is 2 pi int_0^a
-    phi: J. Appl. Math. Mech. 22 (1958) 442, doi:10.1016/0021-8928(58)90063-5. For a paraboloid, the contact radius
-    follows from phi(a) = 0.
+    is solved at Gauss points, with M(t, s) = 2 / pi int_0^inf (T(k h) - 1) cos k t cos k s dk. Here d is the
+    indentation and R the radius of curvature. The force is 2 pi int_0^a phi. See J. Appl. Math. Mech. 22 (1958) 442,
+    doi:10.1016/0021-8928(58)90063-5. For a paraboloid, d follows from phi(a) = 0.
     """
     h = layer.thickness
-    # `waves` is int (T - 1) cos(k t) dk as a function of t; M is its sum at |t - s| and at t + s, over pi.
+    # `cosine_transform` is int (T - 1) cos(k t) dk as a function of t. M is its sum at |t - s| and at t + s, over pi.
     table = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), DISTANCES))
     k, weight = _panels(DEEPEST / h, math.pi / largest)
-    waves = _spline(table, np.cos(np.outer(table, k)) @ (weight * layer.softening(k * h)))
+    cosine_transform = _spline(table, np.cos(np.outer(table, k)) @ (weight * layer.softening(k * h)))
     gauss_points, gauss_weights = legendre.leggauss(EQUATIONS)
     radii = np.geomspace(LEAST_RADIUS * min(h, largest), largest, RADII)
     rows = []
     for a in radii:
-        t = 0.5 * a * (1.0 + np.append(gauss_points, 1.0))  # the last point is at the edge
+        t = 0.5 * a * (1.0 + np.append(gauss_points, 1.0))  # the last point is at the edge of the contact
         s = t[:-1]
         weights = 0.5 * a * gauss_weights
-        kernel = (waves(np.abs(t[:, None] - s)) + waves(t[:, None] + s)) / math.pi * weights
+        kernel = (cosine_transform(np.abs(t[:, None] - s)) + cosine_transform(t[:, None] + s)) / math.pi * weights
         # Right-hand sides for d = 1 and, with opposite sign, for 1 / R = 1.
         right = np.stack([np.ones(len(t)), t**2], axis=1) / (math.pi * layer.surface)
         phi = np.linalg.solve(np.eye(len(s)) + kernel[:-1], right[:-1])
-        # For a paraboloid of R = 1, phi(a) = 0 determines the depth.
+        # For a paraboloid with R = 1, the condition phi(a) = 0 determines the depth.
         flat_at_edge, parabola_at_edge = right[-1] - kernel[-1] @ phi
         depth = parabola_at_edge / flat_at_edge
         stiffness, parabola_force = 2.0 * math.pi * weights @ phi
@@ -180,22 +197,25 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
 
 
 def _spline(x: Floats, y: Floats, axis: int = 0) -> Callable[[Floats], Floats]:
-    """Return the cubic spline through y at x, along an axis of y."""
-    from scipy.interpolate import CubicSpline  # seldom needed, and slow to load
+    """Return the cubic spline through the values y at x, which are along `axis` of y."""
+    from scipy.interpolate import CubicSpline  # rarely needed, and slow to load
 
     spline: Callable[[Floats], Floats] = CubicSpline(x, y, axis=axis)
     return spline
 
 
-def _between(x: Floats, y: Floats, at: Floats, power: float) -> Floats:
-    """Return y at points of at least 0 by a cubic spline over logarithms; beyond the table, y is a power of x."""
-    inside = np.clip(at, x[0], x[-1])
-    found = np.exp(_spline(np.log(x), np.log(y))(np.log(inside)))
-    return np.asarray(found * (at / inside) ** power)
+def _interpolate(x: Floats, y: Floats, points: Floats, power: float) -> Floats:
+    """Return y at points >= 0 by a cubic spline of ln y against ln x.
+
+    Outside the table, y is continued in proportion to x ** power.
+    """
+    inside = np.clip(points, x[0], x[-1])
+    values = np.exp(_spline(np.log(x), np.log(y))(np.log(inside)))
+    return np.asarray(values * (points / inside) ** power)
 
 
 def _panels(end: float, longest: float) -> tuple[Floats, Floats]:
-    """Return points and weights of Gauss's rule on panels from 0 to `end`, none longer than `longest`."""
+    """Return points and weights of Gauss's rule on equal panels from 0 to `end`, none longer than `longest`."""
     point, weight = legendre.leggauss(POINTS)
     edges = np.linspace(0.0, end, math.ceil(end / longest) + 4)
     half = 0.5 * np.diff(edges)

@@ -1,14 +1,16 @@
 """Elastic half-space z >= 0 under normal pressure on z = 0: displacements and stresses in closed form.
 
-Every field follows from one harmonic potential phi. For a unit point load it is ln(R + z) (Boussinesq), for a pressure
-the integral of this over the loaded area (Love). With psi = d phi/dz and c = (1 + nu) / (2 pi E):
+Every field follows from one harmonic potential phi. For a unit point load, phi is ln(R + z) (Boussinesq). For a
+pressure, phi is the integral of this function over the loaded area (Love). With psi = d phi/dz and
+c = (1 + nu) / (2 pi E):
 
     u_x = c (-z psi,x - (1 - 2 nu) phi,x)        u_z = c (-z psi,z + 2 (1 - nu) psi)
     2 pi sigma_xx = -z psi,xx - (1 - 2 nu) phi,xx + 2 nu psi,z      2 pi sigma_xy = -z psi,xy - (1 - 2 nu) phi,xy
     2 pi sigma_zz = psi,z - z psi,zz                                2 pi sigma_xz = -z psi,xz
 
-x, y, z in mm, z into the body; a load pushes along +z. Sources: Love, Phil. Trans. R. Soc. A 228 (1929) 377,
-doi:10.1098/rsta.1929.0009; Johnson, Contact Mechanics (1985), sections 3.2 to 3.4, doi:10.1017/CBO9781139171731.
+Coordinates are in mm, with z into the body; a load pushes along +z. Sources: A. E. H. Love, Phil. Trans. R. Soc. A 228
+(1929) 377, doi:10.1098/rsta.1929.0009; K. L. Johnson, Contact Mechanics (1985), sections 3.2 to 3.4,
+doi:10.1017/CBO9781139171731.
 """
 
 from dataclasses import dataclass
@@ -17,12 +19,12 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-TINY = 1e-150  # avoids 0 / 0
+TINY = 1e-150  # added to lengths and to their squares to avoid 0 / 0
 
 
 @dataclass(frozen=True)
 class Potentials:
-    """First and second derivatives of phi, and z; psi is phi,z. All have one shape."""
+    """The depth z [mm], and derivatives of phi and of psi = phi,z at some points; all arrays have the same shape."""
 
     z: Floats
     phi_x: Floats
@@ -41,10 +43,10 @@ class Potentials:
 
 
 def displacement(f: Potentials, E: float, poisson: float) -> Floats:
-    """Return u = (u_x, u_y, u_z) [mm for the load in N or MPa, E in MPa], shape (3, ...)."""
+    """Return the displacement u = (u_x, u_y, u_z) [mm], shape (3, ...), for E in MPa and the load in N or MPa."""
     c = (1.0 + poisson) / (2.0 * np.pi * E)
     kappa = 1.0 - 2.0 * poisson
-    psi_z = -(f.phi_xx + f.phi_yy)
+    psi_z = -(f.phi_xx + f.phi_yy)  # because phi is harmonic
     return c * np.stack(
         [
             -f.z * f.psi_x - kappa * f.phi_x,
@@ -55,9 +57,9 @@ def displacement(f: Potentials, E: float, poisson: float) -> Floats:
 
 
 def stress(f: Potentials, poisson: float) -> Floats:
-    """Return sigma [MPa for the load in N or MPa], tension positive, shape (3, 3, ...)."""
+    """Return the stress sigma [MPa], shape (3, 3, ...), for the load in N or MPa; tension is positive."""
     kappa = 1.0 - 2.0 * poisson
-    psi_z = -(f.phi_xx + f.phi_yy)
+    psi_z = -(f.phi_xx + f.phi_yy)  # because phi is harmonic
     xx = -f.z * f.psi_xx - kappa * f.phi_xx + 2.0 * poisson * psi_z
     yy = -f.z * f.psi_yy - kappa * f.phi_yy + 2.0 * poisson * psi_z
     zz = psi_z + f.z * (f.psi_xx + f.psi_yy)
@@ -69,55 +71,58 @@ def stress(f: Potentials, poisson: float) -> Floats:
 
 
 def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
-    """Return the potentials of a unit normal force at the origin (Boussinesq), at points of any one shape [mm].
+    """Return the potentials of a unit normal force at the origin (Boussinesq) at points x, y, z [mm] of any shape.
 
     With R the distance from the force, phi = ln(R + z) and psi = 1 / R. The fields are infinite at the origin.
     """
     R = np.sqrt(x * x + y * y + z * z)
     S = R + z
-    flat = 1.0 / (R * S)  # phi,x / x
-    cube = flat * S / R**2  # 1 / R^3
-    bend = (R + S) * cube / S**2  # -(d flat / dx) / x
-    fifth = 3.0 / R**5
+    phi_x_over_x = 1.0 / (R * S)
+    inverse_cube = phi_x_over_x * S / R**2  # 1 / R^3
+    second = (R + S) * inverse_cube / S**2  # minus d(phi_x_over_x)/dx, over x
+    inverse_fifth = 3.0 / R**5
     return Potentials(
         z=z,
-        phi_x=x * flat,
-        phi_y=y * flat,
+        phi_x=x * phi_x_over_x,
+        phi_y=y * phi_x_over_x,
         psi=1.0 / R,
-        phi_xx=flat - x * x * bend,
-        phi_xy=-x * y * bend,
-        phi_yy=flat - y * y * bend,
-        psi_x=-x * cube,
-        psi_y=-y * cube,
-        psi_xx=x * x * fifth - cube,
-        psi_xy=x * y * fifth,
-        psi_yy=y * y * fifth - cube,
-        psi_xz=x * z * fifth,
-        psi_yz=y * z * fifth,
+        phi_xx=phi_x_over_x - x * x * second,
+        phi_xy=-x * y * second,
+        phi_yy=phi_x_over_x - y * y * second,
+        psi_x=-x * inverse_cube,
+        psi_y=-y * inverse_cube,
+        psi_xx=x * x * inverse_fifth - inverse_cube,
+        psi_xy=x * y * inverse_fifth,
+        psi_yy=y * y * inverse_fifth - inverse_cube,
+        psi_xz=x * z * inverse_fifth,
+        psi_yz=y * z * inverse_fifth,
     )
 
 
 def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float) -> Potentials:
-    """Return the potentials of unit pressure on a rectangle centred at the origin (Love), at points of one shape [mm].
+    """Return the potentials of a unit pressure on a rectangle around the origin (Love), at points of any shape [mm].
 
-    `length` is along x, `width` along y [mm]. Second derivatives are infinite on the edges of the rectangle.
+    `length` is the side along x, `width` along y [mm]. Second derivatives are infinite on the edges of the rectangle.
     """
-    right = _corner(x + 0.5 * length, y + 0.5 * width, z)
-    left = _corner(x - 0.5 * length, y + 0.5 * width, z)
-    right_back = _corner(x + 0.5 * length, y - 0.5 * width, z)
-    left_back = _corner(x - 0.5 * length, y - 0.5 * width, z)
-    return Potentials(z, *(a - b - c + d for a, b, c, d in zip(right, left, right_back, left_back, strict=True)))
+    # The corners at (-x, -y), (x, -y), (-x, y) and (x, y) of the rectangle, with alternating signs.
+    low_low = _corner_terms(x + 0.5 * length, y + 0.5 * width, z)
+    high_low = _corner_terms(x - 0.5 * length, y + 0.5 * width, z)
+    low_high = _corner_terms(x + 0.5 * length, y - 0.5 * width, z)
+    high_high = _corner_terms(x - 0.5 * length, y - 0.5 * width, z)
+    corners = zip(low_low, high_low, low_high, high_high, strict=True)
+    return Potentials(z, *(a - b - c + d for a, b, c, d in corners))
 
 
-def _corner(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
-    """Return the potentials except z of unit pressure on the quadrant that starts at a corner of a rectangle.
+def _corner_terms(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
+    """Return the contributions of one corner of a rectangle to the potentials under unit pressure, without z.
 
-    X and Y [mm] are the coordinates of points from this corner. Each function F in the list satisfies F,XY = f, with f
-    the derivative of phi that `Potentials` has at this position. The sum of F over the four corners, with alternating
-    signs, is the integral of f over the rectangle. Terms that depend only on X or only on Y cancel in this sum and are
-    left out.
+    X and Y [mm] are the coordinates of points relative to this corner. Each function F in the list satisfies F,XY = f,
+    where f is the derivative of phi at this position in `Potentials`, for a point load. So the sum of F over the four
+    corners, with alternating signs, is the integral of f over the rectangle. Terms that depend only on X or only on Y
+    cancel in this sum, and are omitted.
     """
-    # TINY keeps the line X = z = 0 finite; there each term tends to zero or cancels in the sum over the corners.
+    # TINY keeps the terms finite on the line X = z = 0, where each tends to zero or cancels in the sum over the
+    # corners.
     R = np.sqrt(X**2 + Y**2 + z**2)
     over_R = 1.0 / (R + TINY)
     xz = X**2 + z**2 + TINY

@@ -1,10 +1,10 @@
-"""Rigid frictionless flat punches on a half-space: the pressure for a given shape of indentation.
+"""Rigid frictionless flat punches on a half-space: nodal forces for a given displacement under the punch.
 
-For a footprint of unit size and E* = E / (1 - nu^2) = 1, a table has the symmetric matrix Y of nodal forces per nodal
-displacements, F = Y U. The displacement is the polynomial through the nodal values U. The nodal forces are the moments
-of the pressure with the nodal polynomials l_k, F_k = int p l_k. Nodes are the Gauss points of the flat punch's own
-pressure, so three per side represent the moments of a flat punch up to the fifth order. Tables do not depend on E or
-nu.
+A punch table is for a footprint of unit size and E* = E / (1 - nu^2) = 1, so that it does not depend on E or nu. It has
+the symmetric matrix Y in F = Y U, where U are nodal displacements and F nodal forces. The displacement under the punch
+is the polynomial through the nodal values U. The nodal forces are the moments F_k = int p l_k of the pressure p with
+the nodal polynomials l_k. The nodes are the Gauss points of the pressure under a flat punch, so three nodes per side
+represent its moments exactly up to the fifth order.
 """
 
 import functools
@@ -21,14 +21,17 @@ from scipy.special import gamma, lpmv
 from sensor.arrays import Floats, Ints
 
 CELLS = (16, 32)  # boundary elements per side of the coarse and of the fine grid
-GRADING = 4.0  # exponent by which the cells are graded towards the edges of the square
-ORDER = 3.0  # order of the error in the number of cells, for a pressure that is singular along an edge
+GRADING = 4.0  # exponent of the grading of cells towards the edges of the square
+ORDER = 3.0  # order of convergence in the number of cells, for a pressure that is singular along the edges
 ROUND_OFF = 1e-12  # relative error of a table that is exact except for rounding
 
 
 @dataclass(frozen=True)
 class Punch:
-    """A punch table: Y (n, n) [E* side], its relative error, and the coordinates of the nodes along x and y [side]."""
+    """A punch table: the matrix Y, `stiffness` (n, n) [E* side], with its relative error, and the nodes.
+
+    `x` and `y` are the coordinates of the nodes along each axis [side].
+    """
 
     stiffness: Floats
     error: float
@@ -37,7 +40,7 @@ class Punch:
 
     @property
     def nodes(self) -> Floats:
-        """Return the nodes, shape (n, 2) [side]."""
+        """Return the positions of the nodes [side], shape (n, 2)."""
         return np.stack(np.meshgrid(self.x, self.y, indexing="ij"), axis=-1).reshape(-1, 2)
 
     def interpolate(self, points: Floats) -> Floats:
@@ -46,32 +49,34 @@ class Punch:
 
     @property
     def flat_stiffness(self) -> float:
-        """Return F / (E* d side) of the flat punch at indentation d without tilt [1]."""
+        """Return F / (E* d side) [1] for a flat punch that indents by d under the force F without tilt."""
         return float(self.stiffness.sum())
 
 
 def _products(along_x: NDArray[Any], along_y: NDArray[Any]) -> Floats:
-    """Return the products of all pairs of functions at each point, shape (points, functions^2)."""
+    """Return the products of each function of x with each function of y, both (points, n), shape (points, n^2)."""
     return np.asarray(along_x[:, :, None] * along_y[:, None, :]).reshape(len(along_x), -1)
 
 
 def lagrange(nodes: Floats, x: Floats) -> Floats:
-    """Return the nodal polynomials of nodes (n,) on (-1/2, 1/2) at coordinates x (m,), shape (m, n).
+    """Return the Lagrange polynomials of nodes (n,) between -1/2 and 1/2 at coordinates x (m,), shape (m, n).
 
-    Each polynomial is 1 at its own node and 0 at the others.
+    Each polynomial is 1 at its own node and 0 at the others. Legendre polynomials are the basis of the computation,
+    because powers of x would be ill-conditioned.
     """
     degree = len(nodes) - 1
     values = np.linalg.solve(legendre.legvander(2.0 * nodes, degree).T, legendre.legvander(2.0 * x, degree).T)
     return np.asarray(values.T, dtype=np.float64)
 
 
-# One scene uses three tables, of 1 to 25 nodes per side, hundreds of times; each takes 0.1 s.
+# A scene uses three tables, with 1 to 25 nodes per side, hundreds of times; each takes 0.1 s to compute.
 @functools.lru_cache(maxsize=16)
 def square_punch(nodes_per_side: int) -> Punch:
-    """Return the punch table of a square of side 1, by Galerkin boundary elements graded to its edges.
+    """Return the punch table of a square of side 1, by Galerkin boundary elements that are graded to its edges.
 
-    Pressure is constant in each cell. Two grids are extrapolated with order 3; a tenth of the extrapolation is the
-    error estimate. F / (E* d) = 1.15230, from the capacity 0.36679 pi of the electrified plate (Read 1997).
+    Pressure is constant in each cell. The results of two grids are extrapolated with order 3, and a tenth of the
+    extrapolation is the error estimate. The exact F / (E* d) is 1.15230, which follows from the capacity 0.36679 pi of
+    an electrified square plate (Read 1997).
     """
     coarse, _ = _square_moments(CELLS[0], nodes_per_side)
     fine, flat_forces = _square_moments(CELLS[1], nodes_per_side)
@@ -87,13 +92,13 @@ def square_punch(nodes_per_side: int) -> Punch:
 def circle_punch(nodes_per_side: int) -> Punch:
     """Return the punch table of a circle of diameter 1, exact to rounding.
 
-    Harmonics P_l^m(sqrt(1 - r^2)) cos m phi with l - m even are eigenfunctions of the unit disc: the pressure for such
-    a displacement is proportional to it / sqrt(1 - r^2). The eigenvalues are from J. Boersma and E. Danicki, SIAM J.
-    Appl. Math. 53 (1993) 925.
+    The harmonics P_l^m(sqrt(1 - r^2)) cos m phi with even l - m are eigenfunctions of the unit disc. The pressure for
+    such a displacement is proportional to the displacement divided by sqrt(1 - r^2). The eigenvalues are from
+    J. Boersma and E. Danicki, SIAM J. Appl. Math. 53 (1993) 925.
     """
     n = nodes_per_side
-    # Quadrature over the half-sphere above the disc, on which a density / sqrt(1 - r^2) is smooth: Gauss points in
-    # height, equal steps of the angle.
+    # Integrals with the weight 1 / sqrt(1 - r^2) over the disc are integrals over the half-sphere above it, where the
+    # integrands are smooth. The quadrature has Gauss points in height and equal steps of the angle.
     height, weight = legendre.leggauss(2 * n)
     radius = np.sqrt(1.0 - 0.25 * (height + 1.0) ** 2)
     angle = np.pi / (2 * n) * np.arange(4 * n)
@@ -102,20 +107,23 @@ def circle_punch(nodes_per_side: int) -> Punch:
     weights = np.repeat(0.5 * np.pi / (2 * n) * weight, 4 * n)
     polynomials = _products(legendre.legvander(x, n - 1), legendre.legvander(y, n - 1))
 
-    # A displacement is the sum of its projections on the harmonics, and each adds the work of its pressure, moments (x)
-    # moments / (eigenvalue * norm).
+    # A polynomial displacement is the sum of its projections on the harmonics. Each projection adds the work of its
+    # pressure: the outer product of the moments, over eigenvalue times norm.
     work = np.zeros((n * n, n * n))
     for eigenvalue, harmonic in _disc_harmonics(x, y, 2 * n - 1):
         moments = polynomials.T @ (weights * harmonic)
         work += np.outer(moments, moments) / eigenvalue / (weights @ harmonic**2)
-    # The nodes lie on a square grid, like the nodes of a square, some of them outside the disc. The influence of a unit
-    # force is 1 / (pi r); the disc of radius 1 is scaled to diameter 1.
+    # The nodes lie on a square grid, as for a square, and some of them outside the disc. The factor is from the
+    # displacement 1 / (pi r) under a unit force, and from scaling the disc of radius 1 to diameter 1.
     line = 0.5 * legendre.leggauss(n)[0]
     return Punch(_nodal_stiffness(0.5 * np.pi * work, line, line), ROUND_OFF, line, line)
 
 
 def _disc_harmonics(x: Floats, y: Floats, degrees: int) -> Iterator[tuple[float, Floats]]:
-    """Yield eigenvalue and values at points x, y (n,) of the harmonics of the unit disc below degree `degrees`."""
+    """Yield the eigenvalue and the values at points x, y (n,) of each harmonic of the unit disc below degree `degrees`.
+
+    See `circle_punch`.
+    """
     cosine = np.sqrt(1.0 - (x**2 + y**2))
     phi = np.arctan2(y, x)
     for degree in range(degrees):
@@ -129,9 +137,9 @@ def _disc_harmonics(x: Floats, y: Floats, degrees: int) -> Iterator[tuple[float,
 
 
 def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Floats:
-    """Return the symmetric matrix of nodal forces, from the matrix for products of Legendre polynomials.
+    """Convert `moments`, the work between products of Legendre polynomials, to the matrix Y of nodal forces.
 
-    Both have shape (n^2, n^2); the n nodes along x and along y lie on (-1/2, 1/2).
+    Both matrices are (n^2, n^2). `along_x` and `along_y` (n,) are the nodes, between -1/2 and 1/2.
     """
     degree = len(along_x) - 1
     values = np.kron(legendre.legvander(2.0 * along_x, degree), legendre.legvander(2.0 * along_y, degree))
@@ -141,35 +149,38 @@ def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Float
 
 
 def graded_edges(cells: int, grading: float = GRADING) -> Floats:
-    """Return the edges of cells on (-1/2, 1/2), (cells + 1,), steps ~ (distance to the end)^(1 - 1/grading)."""
+    """Return the boundaries (cells + 1,) of cells from -1/2 to 1/2, which are small at both ends.
+
+    The size of a cell is proportional to its distance from the nearer end to the power 1 - 1 / grading.
+    """
     line = np.linspace(-1.0, 1.0, cells + 1)
     t = 0.5 * (line - line[::-1])  # symmetric to the last bit, so that mirrored scenes have mirrored matrices
     return 0.5 * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** grading)
 
 
 def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
-    """Return the work of the pressures for polynomial displacements of a square, and the flat punch's forces.
+    """Return the work between polynomial displacements of a square, and the cell forces of a flat punch.
 
-    The work is int P_a A^-1 P_b, shape (n^2, n^2), for the products P_a of the first n Legendre polynomials in x and in
-    y. A is the influence of `cells` x `cells` uniform pressures. The forces of the flat punch are (cells, cells).
+    The work int P_a A^-1 P_b has shape (n^2, n^2). The P_a are the products of the first n Legendre polynomials in x
+    and in y. A is the displacement due to uniform pressures on `cells` x `cells` cells. The forces are (cells, cells).
     """
-    # Integrals of P_0(2 x) ... P_n-1(2 x) over each cell, by the recurrence of their antiderivatives
-    powers = legendre.legvander(2.0 * graded_edges(cells), n).T
-    antiderivatives = [powers[1]]
+    # The integrals of P_0(2 x) to P_n-1(2 x) over each cell, by the recurrence of their antiderivatives.
+    polynomials = legendre.legvander(2.0 * graded_edges(cells), n).T
+    antiderivatives = [polynomials[1]]
     for k in range(1, n):
-        antiderivatives.append((powers[k + 1] - powers[k - 1]) / (2 * k + 1))
-    along = 0.5 * np.diff(antiderivatives, axis=1)
-    loads = np.einsum("ai,bj->ijab", along, along).reshape(cells**2, n * n)
-    forces = lu_solve(_influence_factor(cells), loads)
-    flat_force = forces[:, 0] * loads[:, 0]
-    return loads.T @ forces, flat_force.reshape(cells, cells)
+        antiderivatives.append((polynomials[k + 1] - polynomials[k - 1]) / (2 * k + 1))
+    integrals = 0.5 * np.diff(antiderivatives, axis=1)
+    displacements = np.einsum("ai,bj->ijab", integrals, integrals).reshape(cells**2, n * n)
+    pressures = lu_solve(_influence_factor(cells), displacements)
+    flat_force = pressures[:, 0] * displacements[:, 0]  # the first displacement is 1 everywhere
+    return displacements.T @ pressures, flat_force.reshape(cells, cells)
 
 
 @functools.lru_cache(maxsize=2)
 def _influence_factor(cells: int) -> tuple[Floats, Ints]:
-    """Return the LU factors of the influence of uniform pressures on the cells of a square, cached for both grids.
+    """Return the LU factors of `influence` between the cells of a square, cached for both grids.
 
-    The cells at an edge are so small that round-off prevents a Cholesky factor of a fine grid.
+    The cells at an edge are so small that, on a fine grid, round-off prevents a Cholesky factorisation.
     """
     edges = graded_edges(cells)
     matrix = influence(edges, edges).transpose(0, 2, 1, 3).reshape(cells**2, cells**2)
@@ -178,15 +189,16 @@ def _influence_factor(cells: int) -> tuple[Floats, Ints]:
 
 
 def influence(x: Floats, y: Floats) -> Floats:
-    """Return int int 1 / (pi r) over all pairs of cells between edges, shape (cells x, cells x, cells y, cells y).
+    """Return the influence int int 1 / (pi r) between all pairs of cells, shape (n_x, n_x, n_y, n_y).
 
-    r is the distance between a point of one cell and a point of the other; `x` and `y` are the edges [any length]. The
-    double integral over two rectangles is the fourth difference, along all edges, of G with G,xxyy = 1 / r.
+    r is the distance between a point of one cell and a point of the other. The n_x times n_y cells lie between the
+    coordinates `x` and `y` [any length]. The double integral over two rectangles is the fourth difference of a function
+    G with G,xxyy = 1 / r.
     """
     dx = np.abs(x[:, None] - x)[:, :, None, None]
     dy = np.abs(y[:, None] - y)[None, None]
     r = np.hypot(dx, dy)
-    # If dx or dy is 0, its logarithm has the factor 0 in G.
+    # Where dx or dy is 0, its logarithm has the factor 0 in G, and may have any finite value.
     log_x = np.where(dx > 0.0, np.arcsinh(dy / np.where(dx > 0.0, dx, 1.0)), 0.0)
     log_y = np.where(dy > 0.0, np.arcsinh(dx / np.where(dy > 0.0, dy, 1.0)), 0.0)
     G = 0.5 * dx * dy * (dx * log_x + dy * log_y) - r**3 / 6.0
@@ -196,10 +208,10 @@ def influence(x: Floats, y: Floats) -> Floats:
 
 
 def _gauss_points(weight: Floats, n: int) -> Floats:
-    """Return the n Gauss points on (-1/2, 1/2) of a symmetric measure, given as weights of graded cells.
+    """Return the n Gauss points, between -1/2 and 1/2, of a symmetric measure that is given as weights of graded cells.
 
-    They are the eigenvalues of its Jacobi matrix (Golub and Welsch), which the Lanczos recurrence constructs: each
-    power of x is made orthogonal to the previous ones. The diagonal of a symmetric measure is 0.
+    They are the eigenvalues of the measure's Jacobi matrix (Golub and Welsch). The Lanczos recurrence constructs this
+    matrix, by making each power of x orthogonal to the previous ones. Its diagonal is 0 because of the symmetry.
     """
     edges = graded_edges(len(weight))
     points = 0.5 * (edges[1:] + edges[:-1])
