@@ -8,7 +8,7 @@ from measured_units import text_of
 
 from instrument.press.signals import count_keys
 from pipeline.reading.bench_uncertainty import left_by_bench
-from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench
+from sensor.design.bench import PRESSED, WEIGHED_AT, Bench
 from sensor.quantity import STANDARD_GRAVITY
 from sensor.theory.student import student
 
@@ -21,7 +21,7 @@ def drawn_digits(rng, exact, digit):
     """Return readings as text from a zero that is anywhere, rounded to a last digit, which is a power of ten."""
     decimals = max(0, round(-np.log10(digit)))
     shown = np.round(exact + rng.uniform(-0.5, 0.5) * digit, decimals)
-    return [f"{each:.{decimals}f}" for each in shown - (shown[0] if exact[0] == 0.0 else 0.0)]
+    return [f"{each:.{decimals}f}" for each in shown - shown[0]]
 
 
 class BenchTables:
@@ -34,10 +34,10 @@ class BenchTables:
         self.full_scale = np.array(measured.report.read_out.full_scale_N)
         self.names = [tip.name for tip in measured.report.tips]
 
-    def left(self, calibrated_by):
+    def left(self):
         """Return what the bench leaves as the design predicts it."""
         design = self.measured.design
-        reading = replace(design.reading, calibrated_by=calibrated_by, stiffness_percent=None, gain_percent=None)
+        reading = replace(design.reading, calibrated_by="weights", stiffness_percent=None, gain_percent=None)
         design = replace(design, reading=reading, bench=self.bench)
         return left_by_bench(design, self.full_scale, self.measured.K, np.zeros(len(self.names)))
 
@@ -52,22 +52,6 @@ class BenchTables:
             counts = COUNTS_PER_N * np.outer(loads, np.eye(len(self.names))[tip]).round(8)
             rows += [[name, *read, *each] for *read, each in zip(grams, shown, counts.tolist(), strict=True)]
         return text_of(",".join(["tip,weight_g,deflection_mm", *count_keys(len(self.names))]), rows)
-
-    def plate(self, rng):
-        """Return a press of all tips on a plate, at steps near those of the docs."""
-        deepest = PRESSED * float((self.full_scale / self.measured.K).min())
-        travel = deepest * (np.array(PLATE_AT) + rng.uniform(-0.02, 0.02, len(PLATE_AT)))
-        shown = drawn_digits(rng, travel, self.bench.dial_mm)
-        counts = COUNTS_PER_N * np.outer(travel, self.measured.K).round(8)
-        rows = [[read, *each] for read, each in zip(shown, counts.tolist(), strict=True)]
-        return text_of(",".join(["travel_mm", *count_keys(len(self.names))]), rows)
-
-
-@pytest.fixture
-def rigid(monkeypatch):
-    """Let glass flatten no dome, so that all tips sink by the travel."""
-    for module in ("pipeline.reading.bench_uncertainty", "instrument.calibrate.hard_plate"):
-        monkeypatch.setattr(f"{module}.flattening", lambda _design, forces: np.zeros(len(forces)))
 
 
 def statistical(values):
@@ -87,7 +71,7 @@ def statistical(values):
 def test_stiffnesses_by_weights_scatter_as_the_bench_predicts(bench, by, mango, rng, calibrate):
     """Each kind of spring; what `calibrate` tells of a spring is wider, by Student's t and by the digits once more."""
     tables = BenchTables(mango, bench)
-    left = tables.left("weights")
+    left = tables.left()
     half = BenchTables(mango, replace(bench, balance_g=0.5 * bench.balance_g, dial_mm=0.5 * bench.dial_mm))
     units = [calibrate(mango.report, tables.weights(rng)).unit for _ in range(DRAWS)]
     found = np.array([unit.stiffnesses for unit in units]) / mango.K - 1.0
@@ -98,29 +82,6 @@ def test_stiffnesses_by_weights_scatter_as_the_bench_predicts(bench, by, mango, 
         assert 100.0 * found[:, kind].std() == pytest.approx(predicted, rel=within)
         widest = np.hypot(0.5 * student(len(WEIGHED_AT) - 2), 1.0)
         assert 1.0 - within < np.sqrt(np.mean(told[list(kind)] ** 2)) / predicted < widest * (1.0 + within)
-        finer = half.left("weights").stiffness_percent[kind[0]]
+        finer = half.left().stiffness_percent[kind[0]]
         assert 100.0 * found[:, kind].std() > finer * (1.0 + within), "a bench of half the digits is found out"
     assert left.by == by
-
-
-@pytest.mark.usefixtures("rigid")
-def test_a_plate_leaves_what_the_bench_predicts(mango, rng, calibrate):
-    """Springs differ from each other by their weights, and all of them are off by the travel.
-
-    The prediction holds them as if each were off by itself, by the power 1.5 of all deflections.
-    """
-    tables = BenchTables(mango, Bench(balance_g=0.1, dial_mm=0.001))
-    left, by_weights = tables.left("plate"), tables.left("weights")
-    units = [calibrate(mango.report, tables.weights(rng), tables.plate(rng)).unit for _ in range(DRAWS)]
-    found = 100.0 * (np.array([unit.stiffnesses for unit in units]) / mango.K - 1.0)
-    low, high = (list(kind) for kind in mango.design.tips.spring_groups)
-    apart = found[:, low] - found[:, high].mean(axis=1, keepdims=True)
-    gains = np.array(by_weights.gain_percent)
-    expected = np.hypot(gains[low[0]], gains[high[0]] / np.sqrt(len(high)))
-    assert apart.std() == pytest.approx(expected, rel=statistical(DRAWS * len(low)))
-    told = np.sqrt(np.mean([np.square(unit.K_percent) for unit in units], axis=0))
-    widest = np.hypot(0.5 * student(len(PLATE_AT) - 2), 1.0)
-    within = statistical(DRAWS)
-    for tip, predicted in enumerate(left.stiffness_percent):
-        assert found[:, tip].std() < predicted
-        assert 1.0 - within < told[tip] / predicted < widest * (1.0 + within)

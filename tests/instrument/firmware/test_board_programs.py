@@ -113,15 +113,6 @@ def test_logger_prints_the_counts_of_each_channel(name, mango, printed):
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_pair_is_logged_in_its_own_columns_at_the_same_rate(name, pair, printed):
-    """The inputs without a tip are converted too."""
-    header, rows = rows_of_text(printed(pair, files_of(pair), name, Chip(lambda channel, _: LEVELS[channel]), 0.5))
-    assert header == "t_us,counts_l,counts_h"
-    assert {row[1:] for row in rows} == {tuple(COUNTS[:2])}
-    assert np.diff(rows, axis=0)[:, 0].mean() == pytest.approx(1e6 / pair.report.read_out.signal.rate_Hz, rel=0.05)
-
-
-@pytest.mark.parametrize("name", PROGRAMS)
 def test_board_waits_for_a_chip_that_does_not_answer_and_goes_on(name, pair, printed):
     """One without supply, and one that stops converting: no row is made up, and times go on."""
     chip = Chip(lambda channel, _: LEVELS[channel])

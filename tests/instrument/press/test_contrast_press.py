@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 from measured_units import read_press, readings_at, stated_and_moved, with_heights, with_read_out
 from refusal import refusal
-from stored_presses import STORED, random_fruits, square
+from stored_presses import STORED
 
 from instrument.firmware.firmware import header_text, module_text
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.presses.pressing import press
 from twintip.cli import main
 
 E = 1.0
@@ -48,22 +47,22 @@ def forces_into_the_fruit(measured):
     return forces[(forces > 0.02).all(axis=1)]
 
 
-@pytest.mark.parametrize("repeats", [(1, 4), pytest.param((1, 4, 16), marks=pytest.mark.study)])
-def test_noise_scatters_as_stated_and_falls_with_the_samples(repeats, noisy, going_in, rng):
+def test_noise_scatters_as_stated(noisy, going_in, rng):
     """A scatter of 200 draws is known to 5 %, so that three deviations are 15 %; a mean, to four of its own."""
     sensor = noisy.measuring()
-    plain = read_press(sensor, going_in).E
-    scatters = []
-    for each in repeats:
-        shares = np.linspace(0.0, len(going_in) - 1.0, len(going_in) * each)
-        forces = np.column_stack([np.interp(shares, range(len(going_in)), row) for row in going_in.T])
-        readings = [read_press(sensor, forces + sensor.noises * rng.normal(size=forces.shape)) for _ in range(DRAWS)]
-        moduli = np.array([reading.E for reading in readings]) / read_press(sensor, forces).E
-        scatters.append(moduli.std())
-        assert abs(moduli.mean() - 1.0) < 4.0 * moduli.std() / np.sqrt(DRAWS) + scatters[-1] ** 2
-        assert np.mean([reading.noise for reading in readings]) == pytest.approx(2.0 * moduli.std(), rel=0.2)
-        assert pytest.approx(plain, rel=2e-3) == read_press(sensor, forces).E
-    assert np.array(scatters[:-1]) / scatters[1:] == pytest.approx([2.0] * (len(repeats) - 1), rel=0.25)
+    noise = sensor.noises * rng.normal(size=(DRAWS, *going_in.shape))
+    readings = [read_press(sensor, going_in + each) for each in noise]
+    moduli = np.array([reading.E for reading in readings]) / read_press(sensor, going_in).E
+    assert abs(moduli.mean() - 1.0) < 4.0 * moduli.std() / np.sqrt(DRAWS) + moduli.std() ** 2
+    assert np.mean([reading.noise for reading in readings]) == pytest.approx(2.0 * moduli.std(), rel=0.2)
+
+
+def test_noise_falls_with_the_samples_and_the_rest_stays(noisy, going_in):
+    sensor = noisy.measuring(percent=1.0, gain_percent=2.0)
+    few, many = (read_press(sensor, np.repeat(going_in, count, axis=0)) for count in (1, 100))
+    assert many.left == pytest.approx(few.left, rel=0.1)
+    assert many.noise == pytest.approx(0.1 * few.noise, rel=0.1)
+    assert many.u == pytest.approx(np.hypot(many.noise, many.left))
 
 
 @pytest.mark.parametrize("calibrated_by", ["weights", "plate"])
@@ -93,23 +92,13 @@ def test_zeros_that_are_off_or_drift_widen_the_bar_by_what_they_move(mango, goin
     assert np.sqrt(wider.u**2 - without.u**2) == pytest.approx(2.0 / math.sqrt(3.0) * math.hypot(off, moved), rel=0.12)
 
 
-@pytest.mark.parametrize(
-    ("heights", "near", "of_saddle", "of_tilt"),
-    [((0.0, -0.05, 0.02, -0.03), 0.015, 0.04 + 0.01, 1.0), ((0.0, -0.05, 0.0, -0.05), 0.015, 0.05, 0.02)],
-)
-def test_heights_and_the_offset_of_any_gaps_drop_out(heights, near, of_saddle, of_tilt, mango, going_in):
-    """Heights that are told wrong by 0.05 mm move the offset by themselves; an offset of the contrast is no plane.
-
-    The high tips are nearer than told by the mean of theirs, the low ones farther. S alone takes the offset for a
-    saddle: that moves E by a share of the offset.
-    """
+def test_heights_that_are_wrong_are_in_the_offset(mango, going_in):
+    """The high tips are nearer than told by the mean of theirs, the low ones farther; E hardly moves."""
     sensor = mango.measuring()
-    plain, moved = read_press(sensor, going_in), read_press(with_heights(sensor, heights), going_in)
-    assert pytest.approx(plain.E, rel=near) == moved.E
-    assert moved.offset - plain.offset == pytest.approx(of_saddle, abs=2e-3)
+    plain, moved = (read_press(each, going_in) for each in (sensor, with_heights(sensor, (0.0, -0.05, 0.02, -0.03))))
+    assert pytest.approx(plain.E, rel=0.015) == moved.E
+    assert moved.offset - plain.offset == pytest.approx(0.04 + 0.01, abs=2e-3)
     assert plain.tilt == pytest.approx(math.hypot(*TILT), rel=0.05)
-    assert moved.tilt == pytest.approx(plain.tilt, abs=of_tilt)
-    assert of_tilt == 1.0 or moved.direction == pytest.approx(plain.direction, rel=0.01)
 
 
 @pytest.mark.parametrize("case", STORED["presses"], ids=lambda case: f"{case['E']}-{case['R1']}-{case['R2']}")
@@ -125,20 +114,6 @@ def test_presses_on_ellipsoids_lie_in_the_bar(ball, case):
     told = read_press(replace(sensor, radii_mm=(case["R1"], case["R2"])), forces)
     assert abs(told.E / case["E"] - 1.0) < min(0.04, told.u)
     assert told.u < found.u
-
-
-@pytest.mark.study
-def test_sixty_presses_of_cheeks_lie_in_the_bar(ball):
-    """Own boundary elements: a mango's radii at any azimuth, tilts to 4 degrees, 0.9 mm from the first touch."""
-    sensor = ball.measuring()
-    errors, bars = [], []
-    for fruit in random_fruits(60, seed=44):
-        found = read_press(sensor, press(square(), fruit, np.linspace(0.03, 0.9, 30)))
-        errors.append(abs(found.E / fruit.E - 1.0))
-        bars.append(found.u)
-        assert found.tilt == pytest.approx(fruit.tilt, rel=0.2, abs=0.1)
-    assert np.mean(np.less_equal(errors, bars)) >= 0.95
-    assert max(np.divide(errors, bars)) < 2.0
 
 
 def test_radii_that_are_told_leave_the_bar(ball, into_the_ball):

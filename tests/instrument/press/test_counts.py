@@ -14,7 +14,7 @@ import pytest
 from deadline import DEADLINE_S
 from hypothesis import given
 from hypothesis import strategies as st
-from measured_units import SHARES, elastic, module_of, printed_by_header, random_pose, text_of
+from measured_units import GRAM, SHARES, elastic, module_of, printed_by_header, random_pose, text_of, weighed
 from refusal import refusal
 
 from instrument.calibrate.calibration import WITHOUT_BALL, WITHOUT_PLATE
@@ -27,7 +27,6 @@ from pipeline.tables.rows import Rows
 from sensor.design.readout import AMPLIFIERS, USUAL_AMPLIFIER
 from sensor.quantity import InputError
 
-GRAM = 9.80665e-3  # [N]
 UNITS = 60  # each with a fruit of its own; studies take more
 COVERED = 0.95  # of the readings, within their bar
 DEPTHS = (*SHARES.tolist(), 1.0, 0.8)  # of the travel: into the fruit, and out again
@@ -96,13 +95,11 @@ class Made:
 
         `dial` is what it shows of a deflection, for each tip.
         """
-        rows = []
-        shown = np.broadcast_to(dial, self.factors.shape) / (self.measured.K * self.factors)
-        for number, tip in enumerate(self.measured.report.tips):
-            full = round(0.9 * self.measured.report.read_out.full_scale_N[number] / GRAM, 2)
-            for part in (0.0, 0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0):
-                counts = self.counts(np.eye(len(shown))[[number]] * part * full * GRAM)[0]
-                rows.append([tip.name, part * full, round(shown[number] * part * full * GRAM, 3), *counts])
+        K = self.measured.K * self.factors / dial
+        full = (0.9 * np.array(self.measured.report.read_out.full_scale_N) / GRAM).round(2) * GRAM
+        loads = np.outer(full, (0.0, 0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0))
+        names = [tip.name for tip in self.measured.report.tips]
+        rows = weighed(names, loads, lambda tip, load: round(load / K[tip], 3), lambda F: self.counts(F[None])[0])
         return text_of(",".join(["tip", "weight_g", "deflection_mm", *self.keys]), rows)
 
     def plate(self, modulus=1.0, digits=3):

@@ -39,15 +39,6 @@ def test_a_print_that_creeps_is_read_in_its_bar(name, E, request):
     assert found.u == pytest.approx(np.hypot(without.u, creep), rel=0.01)
 
 
-@pytest.mark.parametrize("duration", [0.5, 6.0])
-def test_a_slower_press_takes_a_softer_spring(duration, paper):
-    K, sensor = weighed(paper)
-    times, deflections = pressed(paper, 2.0, duration, K)
-    found = read_by_command(sensor, times, deflections * sensor.unit.stiffnesses)
-    assert pytest.approx(2.0, rel=0.015) == found.E
-    assert found.others["force_ratio"] == pytest.approx(2.0, rel=0.015)
-
-
 def test_a_press_begins_after_the_zero_that_the_one_before_has_left(paper):
     """One tip shows twice the least force for 20 s between two presses of a second: the pause is no part of either.
 

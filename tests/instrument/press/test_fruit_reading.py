@@ -115,35 +115,25 @@ def test_heights_of_tips_widen_the_uncertainty_as_a_saddle_does(ball):
 
 
 def test_what_fruit_and_poses_leave_open_is_that_of_the_design(ball):
-    """Each source between moduli along the logarithm; their squares add."""
-    sensor = ball.measuring()
-    rows = []
-    for E, percent in ((0.5, 1.0), (2.0, 3.0)):
-        sources = {"pose_percent": percent, "thickness_percent": 2.0 * percent, "poisson_percent": 0.0}
-        rows.append(replace(sensor.report.moduli[0], E_MPa=E, sources=sources))
-    u = []
-    for factor in (1.0, 0.0):
-        scaled = [replace(row, sources={key: factor * one for key, one in row.sources.items()}) for row in rows]
-        report = replace(sensor.report, moduli=tuple(scaled))
-        u.append(half_width(replace(sensor, report=report), 1.0, READ_OFF).total)
-    assert np.sqrt(u[0] ** 2 - u[1] ** 2) == pytest.approx(2.0 * 0.02 * math.sqrt(5.0), rel=1e-9)
-
-
-def test_uneven_skin_and_flesh_differ_from_press_to_press(ball):
-    """Both between moduli along the logarithm; a report of an older version knows of none."""
+    """Between moduli along the logarithm, 2 % at 1 MPa; squares add. A report of an older version has no unevenness."""
     sensor = ball.measuring()
     none = UnevenFruit(skin_percent=0.0, flesh_percent=0.0, one_press_percent=0.0, presses=3.0, presses_percent=0.0)
-    rows = []
-    for E, percent in ((0.5, 1.0), (2.0, 3.0)):
-        fruit = replace(none, skin_percent=3.0 * percent, flesh_percent=4.0 * percent)
-        rows.append(replace(sensor.report.moduli[0], E_MPa=E, fruit=fruit))
-    widths = []
-    for moduli in (rows, [replace(row, fruit=none) for row in rows], [replace(row, fruit=None) for row in rows]):
-        widths.append(half_width(replace(sensor, report=replace(sensor.report, moduli=tuple(moduli))), 1.0, READ_OFF))
-    uneven, even, old = widths
-    assert uneven.independent == pytest.approx(math.hypot(even.independent, 2.0 * 0.02 * 5.0))
-    assert (uneven.undetermined, uneven.shared) == (even.undetermined, even.shared)
-    assert old == even
+
+    def widths(sources, uneven):
+        rows = []
+        for E, percent in ((0.5, 1.0), (2.0, 3.0)):
+            share = sources * percent
+            named = {"pose_percent": share, "thickness_percent": 2.0 * share, "poisson_percent": 0.0}
+            fruit = uneven and replace(none, skin_percent=3.0 * uneven * percent, flesh_percent=4.0 * uneven * percent)
+            rows.append(replace(sensor.report.moduli[0], E_MPa=E, sources=named, fruit=fruit))
+        return half_width(replace(sensor, report=replace(sensor.report, moduli=tuple(rows))), 1.0, READ_OFF)
+
+    plain, posed, uneven = widths(0.0, None), widths(1.0, None), widths(0.0, 1.0)
+    assert posed.independent == plain.independent
+    assert posed.undetermined == pytest.approx(math.hypot(plain.undetermined, 2.0 * 0.02))
+    assert posed.shared == pytest.approx(math.hypot(plain.shared, 2.0 * 2.0 * 0.02))
+    assert uneven.independent == pytest.approx(math.hypot(plain.independent, 2.0 * 0.02 * 5.0))
+    assert (uneven.undetermined, uneven.shared) == (plain.undetermined, plain.shared)
 
 
 def test_sources_that_an_old_report_lacks_are_asked_for(ball):

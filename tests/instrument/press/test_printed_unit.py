@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from firmware_presses import BALL
 from refusal import refusal
 
 from instrument.press.printed_unit import (
@@ -13,23 +14,12 @@ from instrument.press.printed_unit import (
     read_unit,
     unit_as_toml,
 )
-from instrument.press.reference_ball import BallCorrection
 from instrument.press.ripeness import ripeness_classes
 from pipeline.options import load_design
 
 MY_FRUIT = str(Path(__file__).parents[3] / "docs" / "examples" / "my-fruit.toml")
 
 
-BALL = BallCorrection(
-    factor=1.07,
-    percent=2.1,
-    E_MPa=1.3,
-    radius_mm=40.0,
-    press_s=2.5,
-    spring_slopes=(0.1, -0.2, 0.1, -0.2),
-    gain_slopes=(0.5, 0.6, 0.5, 0.6),
-    form_percent=(4.0, -7.0, -4.0),
-)
 OF_PAPER = {
     "K_N_per_m": (1078.0, 23120.0),
     "classes": "ripe:0.8,unripe",

@@ -74,21 +74,6 @@ def test_a_touch_that_one_bad_sample_may_make_is_no_press(paper, forces, firm, p
     assert len(list(readings_of(sensor, Signal(Rows(log, "-"), 2)))) == presses
 
 
-@pytest.mark.parametrize("several", [1, 2])
-def test_line_of_a_touch_goes_through_the_mean_of_the_samples_that_count(paper, forces, several):
-    """The chord to a row begins at the mean of all samples before it, which no single press shows well."""
-    sensor = paper.measuring()
-    unit = press_core.Unit({**spike_constants(sensor), "gains": [1.0, 1.0], "several": several})
-    taken = []
-    touch = press_core.Touch(unit, lambda sample, _: taken.append(sample), lambda _: None)
-    for sample in forces.tolist():
-        touch.add(sample)
-        wholes, contrasts, *_ = zip(*map(unit.contrast_point, taken), strict=True) if taken else ((), ())
-        assert touch.released == len(taken)
-        assert (touch.whole, touch.contrast) == pytest.approx((np.mean(wholes or 0.0), np.mean(contrasts or 0.0)))
-    assert len(taken) > len(forces) - 8
-
-
 def test_noise_beyond_what_is_stated_is_no_bad_sample(paper, forces, rng):
     """The scatter of a touch raises the limit of its residuals; that of normal noise is one in 1.7 million samples.
 

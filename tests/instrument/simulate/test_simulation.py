@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from firmware_presses import BALL
 from refusal import refusal
 
 from instrument.calibrate.calibration import calibrate_unit, measured_print
@@ -11,7 +12,6 @@ from instrument.calibrate.hard_plate import measured_plate
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.printed_unit import unit_of
-from instrument.press.reference_ball import BallCorrection
 from instrument.press.signals import Signal
 from instrument.simulate.bench_tables import plate_table, weights_table
 from instrument.simulate.drawn_fruit import (
@@ -74,9 +74,7 @@ def test_counts_of_a_unit_are_read_back(factor, mango):
         saturation_counts=2**23 - 1,
     )
     if factor is not None:
-        of_ball = {"percent": 1.0, "E_MPa": 1.3, "radius_mm": 60.0, "press_s": 3.0, "form_percent": (0.0,) * 3}
-        ball = BallCorrection(factor=factor, spring_slopes=(0.0,) * 4, gain_slopes=(0.0,) * 4, **of_ball)
-        unit = replace(unit, ball=ball)
+        unit = replace(unit, ball=replace(BALL, factor=factor, form_percent=(0.0,) * 3))
     asked = asked_of(mango.report)
     lines = log_of_fruit(mango.report, given_unit(mango.report, unit), asked)
     assert lines[0] == "t_s,counts_1,counts_2,counts_3,counts_4"
