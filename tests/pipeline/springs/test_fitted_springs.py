@@ -57,26 +57,23 @@ def springs_of(design, options=None):
 
 @pytest.mark.parametrize(("design", "monolithic"), [(Design(), True), (Design(tips=Tips(socket="pin")), False)])
 def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_process(design, monolithic, fit):
+    """Root strain is K d times the strain per newton, over which the limit is the safety factor."""
     springs = springs_of(design, RunOptions(tolerance=0.01))
     targets = sizing_of(design).springs.stiffnesses
-    made = [0.999 * K for K in targets]
     assert fit.asked == [(targets, PETG.E_MPa, PETG.poisson, 0.01)]
-    assert {name: spring.target for name, spring in springs.springs.items()} == dict(
-        zip(("low", "high"), targets, strict=True)
+    assert (list(springs.springs), springs.monolithic) == (["low", "high"], monolithic)
+    rows = zip(
+        targets, springs.springs.items(), springs.housing.arms, springs.deflections, (2e-3, 1e-4), ERRORS, strict=True
     )
-    assert springs.stiffnesses.stiffnesses == pytest.approx(made)
-    assert np.diag(springs.C) == pytest.approx(np.divide(1.0, made))
-    assert springs.errors == pytest.approx(np.multiply(ERRORS, made))
-    assert springs.monolithic is monolithic
-    for arm in springs.housing.arms:
-        assert springs.springs[arm.name].flexure == arm.flexure
-        assert springs.printable[arm.name].length_mm == arm.flexure.length
-    # K d times the strain per newton, over which the limit is the safety factor
-    for spring, d, per_N in zip(springs.springs.values(), springs.deflections, (2e-3, 1e-4), strict=True):
-        assert spring.root_strain == pytest.approx(spring.K * d * per_N)
-        assert spring.root_strain_error == pytest.approx(0.01)
-        assert spring.safety_factor == pytest.approx(PETG.strain_limit / spring.root_strain)
-        assert spring.highest_strain == pytest.approx(1.01 * spring.root_strain)
+    for i, (target, (name, spring), arm, d, per_N, error) in enumerate(rows):
+        K = 0.999 * target
+        assert (arm.name, spring.target, spring.flexure) == (name, target, arm.flexure)
+        assert springs.printable[name].length_mm == arm.flexure.length
+        found = (springs.stiffnesses.stiffnesses[i], 1.0 / springs.C[i, i], springs.errors[i])
+        assert found == pytest.approx((K, K, error * K))
+        strain = K * d * per_N
+        found = (spring.root_strain, spring.root_strain_error, spring.safety_factor, spring.highest_strain)
+        assert found == pytest.approx((strain, 0.01, PETG.strain_limit / strain, 1.01 * strain))
 
 
 @pytest.mark.usefixtures("fit")
