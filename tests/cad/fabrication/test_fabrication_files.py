@@ -175,7 +175,15 @@ def test_sheet_of_a_part_has_its_numbers(sensor):
     )
 
 
-PRINTED = {"layer": 0.2, "line width": 0.4, "filled": True, "support or brim": False}
+PRINTED = {
+    "layer": 0.2,
+    "line width": 0.4,
+    "filled": True,
+    "rectilinear": True,
+    "perimeters": 2,
+    "foot": 0.15,
+    "support or brim": False,
+}
 
 
 @pytest.mark.slow
