@@ -21,7 +21,7 @@ from sensor.record import Record
 from sensor.theory.two_spring_law import Definition, curve_nonlinearity
 from solve.contact.linear_response import SensorResponse
 
-LEAST = 1e-9  # a relative change below this is round-off
+ROUND_OFF = 1e-9  # a relative change below this is round-off
 LIFTED = 1.0  # relative change of a number if a cause lifts a tip off the fruit
 
 Change = Callable[[Cause, float], Floats]
@@ -98,10 +98,10 @@ class LevelPress:
 def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
     """Return the level presses of a pair at moduli [MPa] (moduli,) and travels [mm] (travels,)."""
     moduli = E[:, None]
-    at_E = [pair.contact.at(each) for each in E.tolist()]
-    crosstalk = np.array([contact.crosstalk for contact in at_E])
-    own = np.array([np.diag(contact.S) for contact in at_E]).T - crosstalk
-    K_m = moduli * np.array([contact.K_m_over_E() for contact in at_E])[:, None]
+    contacts = [pair.contact.at(modulus) for modulus in E.tolist()]
+    crosstalk = np.array([contact.crosstalk for contact in contacts])
+    own = np.array([np.diag(contact.S) for contact in contacts]).T - crosstalk
+    K_m = moduli * np.array([contact.K_m_over_E() for contact in contacts])[:, None]
     law = characteristic(pair)
     return LevelPress(
         E=moduli,
@@ -122,9 +122,9 @@ def uncertainty_budgets(
     The causes of P_max and NL act on a level sensor. If tilted presses were solved, the pose acts as in the scene.
     """
     travel = pair.design.press.travel_mm
-    in_springs = all_causes(pair, travel, _largest_deflections(pair))
+    spring_causes = all_causes(pair, travel, _largest_deflections(pair))
     K_l, K_h = (
-        None if spring.K_error is None else budget_of(spring.K_error, in_springs, change)
+        None if spring.K_error is None else budget_of(spring.K_error, spring_causes, change)
         for spring, change in zip(pair.springs.springs.values(), (_change_of_K_l, _change_of_K_h), strict=True)
     )
     P_max = None
@@ -139,8 +139,8 @@ def uncertainty_budgets(
         NL = budget_of(reached.NL.relative, level.causes, change)
     contact = None
     if not pair.design.tips.tip_shape.obeys_hertz:
-        under_rigid_springs = all_causes(pair, travel, np.zeros(2))
-        contact = budget_of(pair.contact.error_pair, under_rigid_springs, _change_of_contact)
+        rigid_spring_causes = all_causes(pair, travel, np.zeros(2))
+        contact = budget_of(pair.contact.error_pair, rigid_spring_causes, _change_of_contact)
     return Budgets(K_l=K_l, K_h=K_h, P_max=P_max, NL=NL, contact=contact)
 
 
@@ -170,10 +170,10 @@ def relative_change(number: Callable[..., Floats], scale: float | None = None) -
     """
     nominal = number()
     # A scale of 0 would divide by zero, so it is replaced by 1.
-    over = nominal if scale is None else abs(scale) or 1.0
+    denominator = nominal if scale is None else abs(scale) or 1.0
 
     def change(cause: Cause, sign: float) -> Floats:
-        moved = (number(cause, sign) - nominal) / over
+        moved = (number(cause, sign) - nominal) / denominator
         return np.where(np.isfinite(moved), moved, sign * LIFTED)
 
     return change
@@ -182,17 +182,17 @@ def relative_change(number: Callable[..., Floats], scale: float | None = None) -
 def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
     """Return the change of a number in its scene, where the tilted presses give the effect of the pose.
 
-    `tilted` is the number at the tilt less and plus its spread, nan if a tip is out of contact. If it is empty, the
-    change is returned as it is.
+    `tilted` has the number at the tilt minus and plus its spread, nan if a tip is out of contact. If it is empty, the
+    change is returned unchanged.
     """
     if not tilted:
         return change
-    less, plus = tilted
+    minus, plus = tilted
 
     def change_in_scene(cause: Cause, sign: float) -> Floats:
         if cause.name != POSE:
             return change(cause, sign)
-        moved = (less if sign < 0.0 else plus) / value - 1.0
+        moved = (minus if sign < 0.0 else plus) / value - 1.0
         return np.asarray(moved if math.isfinite(moved) else LIFTED)
 
     return change_in_scene
@@ -209,7 +209,7 @@ def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> Unce
     inputs: list[Contribution] = []
     for cause in causes:
         size = float(size_of(cause, change))
-        if abs(size) >= LEAST:
+        if abs(size) >= ROUND_OFF:
             parts = inputs if cause.scatters else model
             parts.append(Contribution(effect=cause.name, size=size, reason=cause.reason, advice=cause.advice))
     return UncertaintyBudget(
@@ -223,15 +223,15 @@ def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> Unce
 
 def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> Floats:
     """Return the total errors of many numbers [1], each like the total of its `UncertaintyBudget`."""
-    by_model = np.zeros_like(numerical)
-    squares_of_inputs = np.zeros_like(numerical)
+    model_sum = np.zeros_like(numerical)
+    input_squares = np.zeros_like(numerical)
     for cause in causes:
         size = size_of(cause, change)
         if cause.scatters:
-            squares_of_inputs = squares_of_inputs + size**2
+            input_squares = input_squares + size**2
         else:
-            by_model = by_model + np.abs(size)
-    return numerical + by_model + np.sqrt(squares_of_inputs)
+            model_sum = model_sum + np.abs(size)
+    return numerical + model_sum + np.sqrt(input_squares)
 
 
 def size_of(cause: Cause, change: Change) -> Floats:

@@ -1,8 +1,8 @@
 """Causes of errors in the numbers of a sensor, beyond the numerical error.
 
-A cause is either left out by the model, or the scatter of an input, two standard deviations. It changes the stiffness
-of a spring, the stiffness of the fruit under a tip, or the height of a tip. `budget.py` propagates it to each number,
-and its advice becomes a note.
+A cause is either an effect that the model leaves out, or the scatter of an input (two standard deviations). It changes
+the stiffness of a spring, the stiffness of the fruit under a tip, or the height of a tip. `budget.py` propagates it to
+each number, and its advice becomes a note.
 """
 
 import math
@@ -93,53 +93,53 @@ def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats)
 
 def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
     """Return the causes after calibration of a unit: those that remain, and the errors of the calibration."""
-    zeroed = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
+    reason = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
     half = 0.5 * ZEROED_MM
     return (
         *(cause for cause in causes if not cause.calibrated),
         *known_springs(),
-        Cause(name="tip height", reason=zeroed, height_offsets=np.array([-half, half]), scatters=True),
+        Cause(name="tip height", reason=reason, height_offsets=np.array([-half, half]), scatters=True),
     )
 
 
 def known_springs() -> tuple[Cause, ...]:
     """Return the errors of the stiffnesses of a calibrated unit, as independent causes."""
-    known = f"known to {100.0 * CALIBRATED:g} %"
+    reason = f"known to {100.0 * CALIBRATED:g} %"
     return (
-        Cause(name="low spring", reason=known, springs=np.array([CALIBRATED, 0.0]), scatters=True),
-        Cause(name="high spring", reason=known, springs=np.array([0.0, CALIBRATED]), scatters=True),
+        Cause(name="low spring", reason=reason, springs=np.array([CALIBRATED, 0.0]), scatters=True),
+        Cause(name="high spring", reason=reason, springs=np.array([0.0, CALIBRATED]), scatters=True),
     )
 
 
 def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[Cause]:
-    """Yield the effects that the model leaves out of printed springs; empty without a housing."""
+    """Yield the effects on printed springs that the model leaves out; none without a housing."""
     housing = pair.springs.housing
     if housing is None:
         return
     process = pair.springs.process
     leaves = [arm.flexure for arm in housing.arms]
 
-    bent = " and ".join(f"{deflection.max():.3g}" for deflection in deflections)
+    bend_mm = " and ".join(f"{deflection.max():.3g}" for deflection in deflections)
     stiffer = np.array([stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True)])
-    yield Cause(name="large deflection", reason=f"elastica of leaves bent by {bent} mm", springs=stiffer)
+    yield Cause(name="large deflection", reason=f"elastica of leaves bent by {bend_mm} mm", springs=stiffer)
 
-    marked = []
+    mark_changes = []
     for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
-        # share of the frame in 1/K [1], which grows as the depth falls
-        of_frame = fraction * K / (process.E_MPa * leaf.depth)
-        marked.append(-of_frame * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
+        # fraction of 1/K that is due to the frame [1]; it grows as the depth decreases
+        frame_fraction = fraction * K / (process.E_MPa * leaf.depth)
+        mark_changes.append(-frame_fraction * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
-    yield Cause(name="engraved marks", reason=reason, springs=np.array(marked), calibrated=True)
+    yield Cause(name="engraved marks", reason=reason, springs=np.array(mark_changes), calibrated=True)
 
     if process.line_width_mm is not None:  # the first layer of lines spreads
-        footed = []
+        foot_changes = []
         for leaf in leaves:
             thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
-            footed.append(FOOT_HIGH_MM / leaf.depth * (thicker**BEAM_SLOPE - 1.0))
+            foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thicker**BEAM_SLOPE - 1.0))
         yield Cause(
             name="elephant's foot",
             reason=f"a first layer {FOOT_MM:g} mm wider on each side and {FOOT_HIGH_MM:g} mm high",
-            springs=np.array(footed),
+            springs=np.array(foot_changes),
             calibrated=True,
             advice="Cut off the elephant's foot, or calibrate",
         )
@@ -164,26 +164,26 @@ def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[C
 
 
 def _left_out_of_contact(design: Design, depths: Floats) -> Iterator[Cause]:
-    """Yield the effects that the model leaves out of the fruit under tips at their depths in it [mm]."""
+    """Yield the effects on the fruit that the model leaves out, at the indentations `depths` of the tips [mm]."""
     poisson = design.fruit.poisson
-    stiffer = no_slip(poisson)
+    grip_change = no_slip(poisson)
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
-    yield Cause(name="no slip", reason=reason, fruit=np.array([stiffer, stiffer]))
+    yield Cause(name="no slip", reason=reason, fruit=np.array([grip_change, grip_change]))
 
     sides_deep = depths / design.tips.side_mm
     deepest = float(sides_deep.max())
     is_solved = design.tips.tip_shape.has_flat_face and deepest <= deepest_solved()
     advice = "Calibrate at full travel" if is_solved else "Check the deepest press on a body of known modulus"
-    found_by = f"(FE of one tip, at most {deepest:.2g} tip sides deep)"
+    method = f"(FE of one tip, at most {deepest:.2g} tip sides deep)"
     yield Cause(
         name="large strain",
-        reason=f"large strain {found_by}",
+        reason=f"large strain {method}",
         fruit=large_strain_factor(sides_deep, poisson) - 1.0,
         advice=advice,
     )
     yield Cause(
         name="law of the flesh",
-        reason=f"the law of the flesh, Hencky's or foam {found_by}",
+        reason=f"the law of the flesh, Hencky's or foam {method}",
         fruit=constitutive_spread(sides_deep, poisson),
         advice=advice,
     )
@@ -195,21 +195,21 @@ def _left_out_of_contact(design: Design, depths: Floats) -> Iterator[Cause]:
 
 
 def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats) -> Iterator[Cause]:
-    """Yield the effects that the model leaves out of sideways motion: flat tips on a slope, and a rolling fruit."""
+    """Yield the effects of lateral motion that the model leaves out: flat tips on a slope, and a rolling fruit."""
     design = pair.design
     sideways = pair.springs.sideways
     if sideways is not None and not design.tips.tip_shape.obeys_hertz:  # the law of domes includes it
         slopes = scene_of(design).slopes_deg
-        softer = []
+        give_changes = []
         for tip, deflection in enumerate(deflections):
-            # Inclined force over its part along the press. The additional compliance of the spring is expressed as a
-            # softer fruit.
+            # `lean` is the inclined force relative to its component along the press. The compliance that it adds to
+            # the spring is expressed as a softer fruit.
             lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
             more = float(lean @ sideways.compliance[tip, tip] @ lean / pair.C[tip, tip])
             depth = np.maximum(LEAST_TRAVEL, travel - deflection)
-            softer.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
+            give_changes.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
         reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
-        yield Cause(name="sideways give", reason=reason, fruit=np.array(softer))
+        yield Cause(name="sideways give", reason=reason, fruit=np.array(give_changes))
 
     radius = design.fruit.radius_mm
     if design.fruit.can_roll and radius is not None:
@@ -219,16 +219,18 @@ def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats
             series_stiffness(law.springs.K_l, law.K_m_max),
             series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
         ]
-        turns = []
-        for each in travel.flat:
-            rolled = roll([K * each for K in stiffness], places, stiffness, radius)
+        roll_angles = []
+        for depth in travel.flat:
+            rolled = roll([K * depth for K in stiffness], places, stiffness, radius)
             # A fruit that rolls away lifts a tip: the offset is set to more than the travel.
-            turns.append(math.radians(rolled.angle_deg) if rolled.steady else 2.0 * each / design.tips.spacing_mm)
+            roll_angles.append(
+                math.radians(rolled.angle_deg) if rolled.steady else 2.0 * depth / design.tips.spacing_mm
+            )
         # Forces are proportional to the travel, so the coefficient of friction is the same at all travels.
         yield Cause(
             name="free fruit",
             reason=f"a fruit that rolls freely on a table (friction of {rolled.friction:.2g} holds it)",
-            height_offsets=np.multiply.outer(places, np.reshape(turns, travel.shape)),
+            height_offsets=np.multiply.outer(places, np.reshape(roll_angles, travel.shape)),
             advice="Hold the fruit",
         )
 
@@ -245,11 +247,11 @@ def _scatter_of_prints(process: Process) -> Iterator[Cause]:
         calibrated=True,
         advice=advice,
     )
-    off = process.accuracy_mm  # the accuracy contains 95 % already
-    thicker = np.array([((t + off) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
+    accuracy = process.accuracy_mm  # [mm], of 95 % coverage
+    thicker = np.array([((t + accuracy) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
     yield Cause(
         name="leaf thickness",
-        reason=f"leaf thickness within {off:g} mm (K as t^{BEAM_SLOPE:g})",
+        reason=f"leaf thickness within {accuracy:g} mm (K as t^{BEAM_SLOPE:g})",
         springs=thicker,
         scatters=True,
         calibrated=True,
@@ -259,22 +261,22 @@ def _scatter_of_prints(process: Process) -> Iterator[Cause]:
 
 
 def _scatter_of_tips(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
-    """Yield the scatter of the tips: side, edge (which acts at depths in the fruit [mm]) and height."""
+    """Yield the scatter of the tips in side, edge and height; that of an edge depends on its depth [mm]."""
     tips = pair.design.tips
-    off = tip_accuracy_mm(tips, pair.springs.process)
+    accuracy = tip_accuracy_mm(tips, pair.springs.process)
     # The correction for large changes is valid up to LARGEST_CHANGE, so a larger error of the side is cut off there.
-    wider = min(LARGEST_CHANGE, off / tips.side_mm)
-    reason = f"tips wider or narrower by {off:g} mm (the fruit's stiffness is proportional to the side)"
+    wider = min(LARGEST_CHANGE, accuracy / tips.side_mm)
+    reason = f"tips wider or narrower by {accuracy:g} mm (the fruit's stiffness is proportional to the side)"
     yield Cause(name="tip side", reason=reason, fruit=np.array([wider, wider]), scatters=True)
 
-    reason = f"edges rounded by {off:g} mm, at the depth of each tip"
-    yield Cause(name="tip edge", reason=reason, fruit=-edge_loss(depths, tips.side_mm, off), scatters=True)
+    reason = f"edges rounded by {accuracy:g} mm, at the depth of each tip"
+    yield Cause(name="tip edge", reason=reason, fruit=-edge_loss(depths, tips.side_mm, accuracy), scatters=True)
 
-    apart = np.array([-0.5 * off, 0.5 * off])  # up for one tip, down for the other
+    heights = np.array([-0.5 * accuracy, 0.5 * accuracy])  # up for one tip, down for the other
     yield Cause(
         name="tip height",
-        reason=f"a step of {off:g} mm between the tips",
-        height_offsets=apart,
+        reason=f"a step of {accuracy:g} mm between the tips",
+        height_offsets=heights,
         scatters=True,
         calibrated=True,
         advice=zeroing(pair.design),
@@ -307,10 +309,10 @@ def _scatter_of_scenes(pair: PressedSensor) -> Iterator[Cause]:
 
     offsets = tip_height_offsets(pair.springs, "down") if design.press.attitude == "side" else ()
     if offsets:
-        apart = max(offsets) - min(offsets)
+        difference = max(offsets) - min(offsets)
         yield Cause(
             name="weight",
-            reason=f"pressing down instead of sideways (tips {apart:.2g} mm off level)",
+            reason=f"pressing down instead of sideways (tips {difference:.2g} mm off level)",
             height_offsets=np.array(offsets),
             scatters=True,
             calibrated=True,

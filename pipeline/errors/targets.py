@@ -32,7 +32,7 @@ Law = Callable[[float, float, float, float], float]
 
 @dataclass(frozen=True, kw_only=True)
 class ForceRatioCurve:
-    """P over the fruit's stiffness: the springs and the largest fruit stiffness [N/mm], each with its error.
+    """P as a function of the fruit's stiffness: its springs and largest fruit stiffness [N/mm], with errors.
 
     `stiffness_ratio` [1] is the fruit's stiffness under the high tip over its stiffness under the low one; `stiffening`
     is as in `SpringSizing`.
@@ -114,7 +114,7 @@ class ForceRatioCurve:
 
 
 def characteristic(pair: PressedSensor) -> ForceRatioCurve:
-    """Return the springs of a pair with their errors, against the stiffest fruit under the true contact."""
+    """Return the curve of P of a pair: its springs, and the stiffest fruit under the solved contact, with errors."""
     sizing = pair.sizing
     K_m = sizing.K_m_max_contact
     return ForceRatioCurve(
@@ -128,7 +128,7 @@ def characteristic(pair: PressedSensor) -> ForceRatioCurve:
 
 
 def force_errors_of_springs(sensor: PressedSensor, E: float) -> Floats:
-    """Return the relative error of each tip's force by the numerical error of its spring at E [MPa], (tips,) [1]."""
+    """Return the relative error of each tip's force due to the numerical error of its spring at E [MPa], (tips,)."""
     errors = [spring.error / spring.stiffness for spring in sensor.springs.springs.values()]
     return spring_fractions(sensor.contact, sensor.C, E) * sensor.design.tips.each(*errors)
 
@@ -162,8 +162,8 @@ def _scene_P_max(pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
     P = float(curve.P[-1, -1])
     if not math.isfinite(P):
         return None
-    of_springs = float(force_errors_of_springs(pair, float(curve.E[-1])).sum())
-    return Estimate(P, P * (float(curve.P_error[-1, -1]) + of_springs))
+    spring_errors = float(force_errors_of_springs(pair, float(curve.E[-1])).sum())
+    return Estimate(P, P * (float(curve.P_error[-1, -1]) + spring_errors))
 
 
 def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> Estimate | None:

@@ -16,15 +16,15 @@ from sensor.words import rounded
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
 UNDECIDED = "undecided by its error bar"
-# least travel over the height error of printed tips; with less, a reading would show the print
+# minimum travel relative to the height error of printed tips; with less, a reading would show the print
 LEAST_OVER_HEIGHT_ERROR = 5.0
-_WITHIN = 0.98  # factor on a bound, so that rounding and error bars keep it
+_MARGIN = 0.98  # factor on a bound, so that rounding and error bars stay within it
 
 
 def with_hints(
     verdicts: Iterable[Verdict], design: Design, springs: FittedSprings, options: RunOptions
 ) -> tuple[Verdict, ...]:
-    """Return verdicts; those that did not pass have their hint as `remedy`."""
+    """Return the verdicts, with a hint as `remedy` for each that did not pass."""
     hinted = []
     for verdict in verdicts:
         if verdict.passed is not True:
@@ -35,7 +35,7 @@ def with_hints(
 
 @dataclass(frozen=True, kw_only=True)
 class _Missed:
-    """A verdict that did not pass, and what its hint depends on."""
+    """A verdict that did not pass, with the design, springs and options on which its hint depends."""
 
     verdict: Verdict
     design: Design
@@ -65,10 +65,10 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
     return words or SEARCH
 
 
-def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
+def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
     """Return a hint for a verdict that is undecided by its error bar: the `--tol` that would decide it, if any.
 
-    `asked` is the relative tolerance [1] of the run. None for any other verdict.
+    `run_tolerance` [1] is the relative tolerance of the run. The result is None for any other verdict.
     """
     limit = verdict.limit
     tolerance = verdict.tolerance
@@ -82,15 +82,15 @@ def tolerance_hint(verdict: Verdict, asked: float) -> str | None:
         return None
     # An error above the sum allowed at the run's tolerance was met by no mesh, so a smaller tolerance does not help.
     parts = verdict.row.error_parts
-    if allowed > 0.0 and relative_error <= parts * asked:
+    if allowed > 0.0 and relative_error <= parts * run_tolerance:
         tighter = rounded(allowed / parts, 1, towards=0.0)
-        if tighter < asked and TOLERANCES.hold(tighter):
+        if tighter < run_tolerance and TOLERANCES.hold(tighter):
             return f"{UNDECIDED}, `--tol {tighter:g}` would decide"
     return f"{UNDECIDED}, no `--tol` would decide"
 
 
 def least_travel(design: Design) -> float:
-    """Return the least travel [mm] at which the fruit, not the height error of printed tips, decides a reading."""
+    """Return the minimum travel [mm] at which the fruit, and not the height error of the tips, decides a reading."""
     return LEAST_OVER_HEIGHT_ERROR * design.process.accuracy_mm
 
 
@@ -106,7 +106,7 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
         if verdict.row.by_travel == "pressure" and verdict.value > 0.0:
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
             bound = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
-        elif verdict.row.by_travel == "distance":  # it shrinks by the growth of the travel
+        elif verdict.row.by_travel == "distance":  # it decreases by as much as the travel increases
             missing = verdict.limit - verdict.value
             bound = travel - missing
     for kind, spring in springs.springs.items() if verdict.row.by_travel == "strain" else ():
@@ -115,7 +115,7 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
             bound = travel * printable.strain_limit / spring.highest_strain
     if bound >= travel:  # the failure does not depend on the travel, for instance the length of a leaf
         return None
-    shorter = rounded(_WITHIN * bound, towards=0.0)
+    shorter = rounded(_MARGIN * bound, towards=0.0)
     return shorter if least_travel(design) <= shorter < travel else None
 
 
@@ -131,7 +131,7 @@ def _more_travel(missed: _Missed) -> str | None:
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None
     travel = missed.design.press.travel_mm
-    least = (verdict.value + (verdict.error or 0.0)) * travel / (_WITHIN * verdict.limit)
+    least = (verdict.value + (verdict.error or 0.0)) * travel / (_MARGIN * verdict.limit)
     return f"{rounded(least, towards=math.inf):g}"
 
 
@@ -168,13 +168,13 @@ def _level_flat_tips(missed: _Missed) -> str | None:
 def _finer_bench(missed: _Missed) -> str | None:
     """Return a clause that names the balance or the dial with which the verdict passes, and an alternative.
 
-    All errors by a bench, except noise, are proportional to its last digits.
+    All errors due to a bench, except noise, are proportional to its resolution.
     """
     verdict = missed.verdict
     bench = missed.design.bench or Bench()
     if not isinstance(verdict.limit, float) or not verdict.value:
         return None
-    finer = _WITHIN * verdict.limit / verdict.value
+    finer = _MARGIN * verdict.limit / verdict.value
     clauses = {
         "by the balance": (f"bench.balance_g={rounded(finer * bench.balance_g, 1, towards=0.0):g}", "a stiffer spring"),
         "by the dial": (f"bench.dial_mm={rounded(finer * bench.dial_mm, 1, towards=0.0):g}", "a longer travel"),
