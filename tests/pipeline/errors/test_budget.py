@@ -432,3 +432,18 @@ def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():
     for effect, K in zip(("low spring", "high spring"), SPRINGS.stiffnesses, strict=True):
         assert size_of(calibrated, effect) == pytest.approx(0.01 * K_M / (K + K_M), rel=1e-3)
     assert calibrated.total < printed.total
+
+
+@pytest.mark.parametrize(("bands", "of"), [("printed", tuple), ("calibrated", after_calibration)])
+def test_bands_of_the_table_are_the_moduli_at_both_ends_of_the_error_of_P(bands, of):
+    """Both springs add their numerical errors, each in the share of the give that is its own."""
+    result = stand_ins.result_of()
+    pair, curve = result.pressed.pair, result.press.curve
+    modulus_at = characteristic(pair).modulus_scale(curve.P[:, -1], curve.E)
+    for row in (10, 40):
+        K_m = curve.E[row] * K_M_OVER_E
+        by_springs = sum(error * K_m / (K_m + K) for error, K in zip(ERRORS, SPRINGS.stiffnesses, strict=True))
+        numerical = float(curve.P_error[row, -1]) + by_springs
+        total = ratio_budget(pair, curve.E[row], curve.x[-1], numerical, of).total
+        ends = [modulus_at(curve.P[row, -1] * factor) for factor in (1.0 - total, 1.0 + total)]
+        assert getattr(result.errors.reading, bands)[row, -1] == pytest.approx(ends, rel=1e-9, nan_ok=True)
