@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from deadline import DEADLINE_S
+from programs import PYTHON, ended
 
 from mesh.session import MeshError
 from pipeline.options import RunOptions
@@ -162,6 +163,12 @@ def test_reader_that_leaves_ends_a_command_without_a_traceback():
         process.stdout.close()
         assert process.stderr.read() == ""
         assert process.wait(DEADLINE_S) in (0, 1)
+
+
+def test_module_of_0_2_is_refused_with_what_to_use():
+    done = ended(PYTHON, "-m", "pipeline", "run")
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (cli.WRONG_INPUT, "", 1)
+    assert done.stderr.endswith(f" {GONE['python -m pipeline']}\n")
 
 
 def test_version_is_that_of_the_package(capsys):

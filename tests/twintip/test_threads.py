@@ -1,7 +1,7 @@
 """Threads that call the public functions at once get the answers of one after the other."""
 
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import pytest
 from deadline import DEADLINE_S
@@ -54,19 +54,13 @@ def test_what_computes_takes_turns(name):
         entered.set()
         leave.wait(DEADLINE_S)
 
-    def call():
+    function = getattr(twintip, name)  # is imported
+    with ThreadPoolExecutor(2) as threads:
+        threads.submit(hold)
+        assert entered.wait(DEADLINE_S)
+        call = threads.submit(function, nonsense=True)
+        ended, _ = wait([call], timeout=0.02)
+        leave.set()
         with pytest.raises(TypeError):
-            getattr(twintip, name)(nonsense=True)
-
-    holder = threading.Thread(target=hold)
-    caller = threading.Thread(target=call)
-    holder.start()
-    assert entered.wait(DEADLINE_S)
-    getattr(twintip, name)  # is imported
-    caller.start()
-    caller.join(0.02)
-    waits = caller.is_alive()
-    leave.set()
-    holder.join()
-    caller.join()
-    assert waits
+            call.result()
+    assert not ended

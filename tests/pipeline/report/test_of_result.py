@@ -11,6 +11,7 @@ from stand_ins import CONTACT, ERRORS, relaxing_result, result_of, stored_report
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
 from pipeline.reading.poses import Placement
+from pipeline.reading.reading_records import SkinPressure
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.report.keys import value_at
 from pipeline.report.of_result import OF_SENSOR
@@ -18,6 +19,7 @@ from pipeline.report.outputs import write_outputs
 from pipeline.report.parts import ContactReport, ReadingReport, SizingReport
 from pipeline.springs.sizing import spring_sizing
 from pipeline.springs.spring import MadeSpring
+from pipeline.storage.told import as_data
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import PressMotion, Tips
@@ -39,13 +41,25 @@ def test_error_of_a_solve_is_in_per_cent(key, error):
     assert value_at(stored_report(result_of()), key) == pytest.approx(100.0 * error)
 
 
+def test_budgets_are_in_per_cent():
+    report = stored_report(result_of())
+    for name, budget in vars(result_of().errors.budgets).items():
+        entry = report["errors"][name]
+        sums = [entry[f"{part}_percent"] for part in ("discretisation", "model", "inputs")]
+        assert sums == pytest.approx([100.0 * x for x in (budget.numerical, budget.model_total, budget.inputs_total)])
+        sizes = [part["size_percent"] for part in (*entry["model"], *entry["inputs"])]
+        assert sizes == pytest.approx([100.0 * part.size for part in (*budget.model, *budget.inputs)])
+
+
 def test_reading_is_in_per_cent_of_the_modulus():
     sources = UncertaintySources(contributions={"noise_N": 0.03, "gain": 0.04}, stiffness_slope=1.0, noise_slope=1.0)
     worst = Placement(tilt_deg=(2.0, 0.0))
     bias = Estimate(-0.02, 0.001)
     row = ModulusAccuracy(E=1.5, bias=bias, worst=worst, reach=bias, sources=sources, uncertainty_limit=0.1)
     unread = ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01))
-    report = ReadingReport.filled(dataclasses.replace(unread, moduli=(row,)))
+    skin = SkinPressure(E_MPa=1.5, pressure_MPa=0.05, error_MPa=0.001, limit_MPa=0.06, worst="level")
+    report = ReadingReport.filled(dataclasses.replace(unread, moduli=(row,), pressures=(skin,)))
+    assert as_data(report.skin_pressure) == [{"E_MPa": 1.5, "pressure_MPa": 0.05, "limit_MPa": 0.06, "worst": "level"}]
     assert (report.E_bias_percent, report.E_bias_error_percent) == pytest.approx((2.0, 0.1))
     assert (report.uncertainty_percent, report.touch_fraction) == pytest.approx((5.0, 0.4))
     assert report.noise_for_10_percent == pytest.approx(math.sqrt(0.1**2 - 0.04**2))  # at a slope of 1
@@ -142,8 +156,14 @@ def test_relaxation_has_a_row_for_each_modulus_and_the_moment_at_which_a_reading
     result = relaxing_result()
     over_time, report = result.over_time, stored_report(result)["relaxation"]
     assert (report["stop_s"], report["at_s"]) == (over_time.t[over_time.stop], over_time.t[over_time.at])
+    moves = (report["moves_percent"], report["moves_error_percent"])
+    assert moves == pytest.approx((100.0 * over_time.moves.value, 100.0 * over_time.moves.error))
     assert report["moments"][0]["moves_percent"] == over_time.steadiest.moves_percent
-    for key, numbers in (("P", over_time.P), ("F_N", np.swapaxes(over_time.F, 1, 2))):
+    for key, numbers in (
+        ("P", over_time.P),
+        ("E_apparent_MPa", over_time.apparent),
+        ("F_N", np.swapaxes(over_time.F, 1, 2)),
+    ):
         np.testing.assert_allclose(np.array([row[key] for row in report["moduli"]], dtype=float), numbers)
 
 

@@ -87,6 +87,7 @@ DAMAGED = [
     (("housing",), [1], "housing"),
     (("design", "tips", "side_mm"), -1, "tips.side_mm"),
     (("housing", "tip_side"), -3.0, "housing.tip_side"),
+    (("housing", "pin_round"), "no", "housing.pin_round"),
     (("deflections_mm",), [0.5], "deflections_mm"),
     (("deflections_mm", 1), None, "deflections_mm[1]"),
     (("response", 2, "E_MPa"), "x", "response[2].E_MPa"),

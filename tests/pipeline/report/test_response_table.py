@@ -10,6 +10,7 @@ from stand_ins import K_M_OVER_E, result_of, sizing_of
 
 from pipeline.errors.budget import level_press
 from pipeline.errors.sensor_errors import reading_table
+from pipeline.errors.targets import ForceRatioCurve
 from pipeline.report.response_table import force_columns, response_csv
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
@@ -56,6 +57,16 @@ def test_band_after_calibrating_holds_springs_known_to_one_per_cent_and_no_more(
         inside = row["E_lower_as_printed_MPa"], row["E_upper_as_printed_MPa"] or np.inf
         assert inside[0] <= row["E_lower_calibrated_MPa"] * (1.0 + ROUNDED)
         assert (row["E_upper_calibrated_MPa"] or 0.0) <= inside[1] * (1.0 + ROUNDED)
+
+
+def test_modulus_of_a_force_ratio_goes_on_beyond_the_table_as_the_law_does():
+    E = np.array([1e-9, 1.0, 2.0, 3.5])
+    P = np.array([force_ratio(SPRINGS, K_M_OVER_E * modulus) for modulus in E])
+    modulus_at = ForceRatioCurve(springs=SPRINGS, K_m_max=3.5 * K_M_OVER_E).modulus_scale(P, E)
+    for modulus in (1.3, 3.5, 4.2):
+        assert modulus_at(force_ratio(SPRINGS, K_M_OVER_E * modulus)) == pytest.approx(modulus, rel=1e-6)
+    assert modulus_at(0.9) == 0.0
+    assert np.isnan(modulus_at(1.1 * SPRINGS.K_h / SPRINGS.K_l))
 
 
 def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():

@@ -48,6 +48,13 @@ def test_store_that_is_not_of_this_study_is_one_line(solved, tmp_path, capsys, s
     assert not (tmp_path / "x.csv").exists()
 
 
+@pytest.mark.parametrize("column", ["settings", "results"])
+def test_store_takes_nothing_that_is_no_json(solved, tmp_path, column):
+    with pytest.raises(sqlite3.IntegrityError):
+        edit(tmp_path / "out", f"UPDATE points SET {column} = '{{' WHERE number = 3")
+    assert main(solved) == 0
+
+
 def test_store_tells_the_numbers_and_the_words_of_a_key(written, tmp_path):
     """A null is no number, a text or a truth value has none, and a key that varies is told as the report has it."""
     rows = {

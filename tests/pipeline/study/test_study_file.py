@@ -27,6 +27,11 @@ def test_points_of_a_file_are_read_with_its_byte_order_mark(written, tmp_path):
     assert [setting_of_cell("any", cell) for cell in ("true", "[1, 2]", "1e-3")] == [True, (1, 2), 1e-3]
 
 
+def test_process_file_never_varies(written):
+    varied = written(**{"targets.P_max": "print.process_file", "{ from = 3, to = 8 }": '["own.toml"]'})
+    assert refusal(read_study, varied).field == "vary.print.process_file"
+
+
 def test_base_may_need_what_varies(written):
     """Half of a skin is given and half varies; where all of it cannot be a skin, the study is refused."""
     skin = {"seed = 7": 'set = { "fruit.skin_E_MPa" = 10.0 }', "targets.P_max": "fruit.skin_mm"}

@@ -34,6 +34,13 @@ def test_page_has_each_scene_with_each_field_and_its_ends(scenes_page):
     assert highest["flexure-high: von Mises stress [MPa]"] == pytest.approx(10.0)
 
 
+def test_user_file_is_kept(stand_in_folder, tmp_path):
+    mine = tmp_path / "mine.html"
+    mine.write_text("mine", encoding="utf-8")
+    assert main(["view", str(stand_in_folder), "--html", str(mine)]) == 2
+    assert mine.read_text(encoding="utf-8") == "mine"
+
+
 @pytest.mark.parametrize("name", ["page.htm", "page", "page.png"])
 def test_page_under_another_ending_is_refused(name, stand_in_folder, tmp_path):
     assert refusal(write_web_page, stand_in_folder, tmp_path / name).field == "--html"
