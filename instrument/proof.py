@@ -1,7 +1,8 @@
-"""Proof of a design by simulation: drawn units press drawn fruit, and their readings are compared with the truth.
+"""Proof of a design by simulation: random units press random fruit, and their readings are compared with the truth.
 
-Units and presses share nothing with the law that reads. A unit is calibrated as its design states, and the remaining
-error of each quantity is drawn. If a reference ball corrects the unit, it presses that ball too.
+The simulation of units and presses shares no code with the law that reads. A unit is calibrated as its design states,
+and the error that calibration leaves in each quantity is drawn at random. If the design requires a reference ball, the
+unit presses that ball too.
 """
 
 import math
@@ -30,14 +31,16 @@ from sensor.design.reading import ReadingRequirements
 from sensor.quantity import BOUNDED, InputError, report_field
 
 OUTSIDE = 0.05
-"""Share of honest readings outside bars that hold 95 %."""
-POINT = 0.99  # point of the binomial distribution: an honest design exceeds it once in a hundred times
-_LEAST_PERCENT = 1e-6  # least error of a spring [%], because none is known exactly
-_BEFORE_BENCHES_PERCENT = 1.0  # error of a spring [%] in reports without errors left by calibration
+"""Fraction of readings outside their error bars if these contain the true value in 95 % of cases."""
+POINT = 0.99  # quantile of the binomial distribution: a correct design exceeds it once in a hundred times
+_LEAST_PERCENT = 1e-6  # smallest error of a spring [%], because none is known exactly
+_BEFORE_BENCHES_PERCENT = 1.0  # error of a spring [%] in reports without errors after calibration
 MOST_DRAWS = 5
-"""Most draws for one press, if a unit cannot be calibrated or a press has no solution."""
+"""Maximum number of draws for one press, if a unit cannot be calibrated or a press has no solution."""
 MOST_BARS = 2.0
+"""Largest error of a reading without a flag, relative to its half width."""
 MOST_FLAGGED = 0.1
+"""Largest fraction of readings with a flag."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,12 +60,15 @@ class ProvedReading:
 
     @property
     def is_flagged(self) -> bool:
-        """Return whether a flag questions the modulus; flags on bruises and on the ends of the range do not."""
+        """Return whether there is no modulus, or a flag that questions it.
+
+        Flags for a bruise and for a modulus out of range do not question it.
+        """
         return self.told is None or not MAY_STAND.issuperset(self.flags)
 
     @property
     def bars(self) -> float:
-        """Return the error of the reading over its half width [1]."""
+        """Return the error of the reading divided by its half width [1]; infinite without a modulus."""
         return math.inf if self.told is None or not self.u else abs(self.E / self.told - 1.0) / self.u
 
 
@@ -87,42 +93,45 @@ class ProvedDesign:
 
     @property
     def failures(self) -> list[str]:
-        """Return each condition that fails, as text."""
-        found = []
+        """Return as text each condition of the proof that fails."""
+        texts = []
         if self.outside > self.most_outside:
-            found.append(f"{self.outside} of {self.presses} are outside their bars, at most {self.most_outside} may be")
+            bound = f"at most {self.most_outside} may be"
+            texts.append(f"{self.outside} of {self.presses} readings are outside their error bars, but {bound}")
         if self.farthest > MOST_BARS:
-            found.append(f"one error is {self.farthest:.2g} bars, but at most {MOST_BARS:g} is allowed")
+            texts.append(f"one error is {self.farthest:.2g} times its half width, but at most {MOST_BARS:g} is allowed")
         if self.flagged > MOST_FLAGGED * self.presses:
-            found.append(f"{self.flagged} of {self.presses} are flagged, but at most a tenth may be")
-        return found
+            texts.append(f"{self.flagged} of {self.presses} readings are flagged, but at most a tenth may be")
+        return texts
 
 
 def prove(report: Report, count: int, seed: int, progress: Callable[[int], None] = lambda _: None) -> ProvedDesign:
-    """Return the proof of a design by a number of presses, each by another unit on another fruit.
+    """Return the proof of a design from `count` simulated presses, each by another unit on another fruit.
 
-    `progress` is called with the number of finished presses. A press is drawn again if it has no solution or its unit
-    cannot be calibrated. Raises InputError if that does not help.
+    `seed` determines all random numbers. `progress` is called with the number of finished presses. A press is drawn
+    again if it has no solution or its unit cannot be calibrated. Raises InputError after `MOST_DRAWS` draws of a press.
     """
-    readings, again = [], 0
+    readings, redraws = [], 0
     for number in range(count):
         for attempt in range(MOST_DRAWS):
+            # Each draw has its own seed, so that a repeated press does not change the others.
+            draw_seed = [seed, number] if not attempt else [seed, number, attempt]
             try:
-                # Each draw has its own seed, so that a repeated press does not change the others.
-                readings.append(
-                    _proved(report, np.random.default_rng([seed, number] if not attempt else [seed, number, attempt]))
-                )
+                readings.append(_simulate_reading(report, np.random.default_rng(draw_seed)))
                 break
             except InputError:
                 if attempt + 1 == MOST_DRAWS:
                     raise
-                again += 1
+                redraws += 1
         progress(number + 1)
-    return judged(report.design.name, seed, readings, again)
+    return evaluate_proof(report.design.name, seed, readings, redraws)
 
 
-def judged(design: str, seed: int, readings: Iterable[ProvedReading], again: int = 0) -> ProvedDesign:
-    """Return the proof from its readings; `again` is the number of presses that were drawn again."""
+def evaluate_proof(design: str, seed: int, readings: Iterable[ProvedReading], redraws: int = 0) -> ProvedDesign:
+    """Return the proof of a design from the readings of its simulated presses, and whether it passes.
+
+    `design` is the name of the design, and `redraws` the number of draws that were repeated.
+    """
     readings = tuple(readings)
     bars = [each.bars for each in readings if not each.is_flagged]
     proof = ProvedDesign(
@@ -133,81 +142,92 @@ def judged(design: str, seed: int, readings: Iterable[ProvedReading], again: int
         most_outside=int(binom.ppf(POINT, len(readings), OUTSIDE)),
         farthest=max(bars, default=0.0),
         flagged=len(readings) - len(bars),
-        drawn_again=again,
+        drawn_again=redraws,
         passed=False,
         readings=readings,
     )
     return replace(proof, passed=not proof.failures)
 
 
-def _proved(report: Report, rng: np.random.Generator) -> ProvedReading:
-    """Return one simulated press of a drawn unit on a drawn fruit, and its reading."""
-    made = drawn_unit(report, rng)
-    unit = MeasuringUnit(report=report, unit=_calibrated(report, made, rng))
+def _simulate_reading(report: Report, rng: np.random.Generator) -> ProvedReading:
+    """Simulate a press of a random unit on a random fruit; return its reading beside the truth.
+
+    Raises InputError if the press has no solution or the unit cannot be calibrated.
+    """
+    real_unit = drawn_unit(report, rng)
+    unit = MeasuringUnit(report=report, unit=_calibrate_unit(report, real_unit, rng))
     fruit = drawn_fruit(report, rng)
-    found = read_by(unit, made.in_other_air(report, rng), fruit, rng)
+    # The unit presses at another temperature than at its calibration.
+    reading = read_by(unit, real_unit.in_other_air(report, rng), fruit, rng)
     return ProvedReading(
         E=fruit.E,
         radii=fruit.radii,
         thickness=fruit.thickness,
         tilt=math.hypot(*fruit.tilt),
-        told=found.E,
-        u=found.u,
-        error=None if found.E is None else float(found.E / fruit.E - 1.0),
-        flags=found.flags,
+        told=reading.E,
+        u=reading.u,
+        error=None if reading.E is None else float(reading.E / fruit.E - 1.0),
+        flags=reading.flags,
     )
 
 
 def read_by(
-    unit: MeasuringUnit, made: SimulatedUnit, fruit: PressedFruit, rng: np.random.Generator | None = None
+    unit: MeasuringUnit, real_unit: SimulatedUnit, fruit: PressedFruit, rng: np.random.Generator | None = None
 ) -> FruitReading:
-    """Return the reading by a calibrated unit of a press with the real unit; with `rng` the log has noise."""
-    report = unit.report
-    press = press_curve(made, fruit, hand_of(report))
-    lines = log_of(report, made, [press], usual_rate(report), rng)
-    readings = list(readings_of(unit, Signal(Rows(lines, "the simulated log"), len(report.tips))))
-    return max(readings, key=lambda each: each.samples or 0)
+    """Return the reading of a simulated press on a fruit.
 
-
-def _calibrated(report: Report, made: SimulatedUnit, rng: np.random.Generator) -> PrintedUnit:
-    """Return the calibration of a real unit, with drawn errors that the design leaves to calibration.
-
-    With weights, the gains determine the error of the forces. With a plate, they determine the error of the
-    deflections, and forces follow from the stiffness.
+    `real_unit` is pressed, and its log is read as by `unit`, its calibration. With `rng` the log has noise. Raises
+    InputError if the press has no solution.
     """
-    reading = report.design.reading or ReadingRequirements()
-    springs, gains = _left_percent(report)
-    K = made.domes.K
-    found = K * (1.0 + 0.01 * springs * rng.normal(size=len(K)))
-    newtons_per_mm = (1.0 + 0.01 * gains * rng.normal(size=len(K))) * (found if reading.on_plate else K)
+    report = unit.report
+    press = press_curve(real_unit, fruit, hand_of(report))
+    lines = log_of(report, real_unit, [press], usual_rate(report), rng)
+    readings = list(readings_of(unit, Signal(Rows(lines, "the simulated log"), len(report.tips))))
+    return max(readings, key=lambda reading: reading.samples or 0)  # noise may look like further, short presses
+
+
+def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Generator) -> PrintedUnit:
+    """Return the calibration of a real unit, with random errors as large as the design's calibration leaves them.
+
+    With weights, the gain errors are errors of the forces. With a plate, they are errors of the deflections, and the
+    forces follow from the stiffness. Raises InputError if presses on a reference ball determine no correction.
+    """
+    requirements = report.design.reading or ReadingRequirements()
+    spring_errors, gain_errors = _calibration_percent(report)
+    true_K = real_unit.domes.K
+    K = true_K * (1.0 + 0.01 * spring_errors * rng.normal(size=len(true_K)))
+    base_K = K if requirements.on_plate else true_K
+    newtons_per_mm = (1.0 + 0.01 * gain_errors * rng.normal(size=len(true_K))) * base_K
     drifts = BOUNDED * np.array(report.read_out.channels.gain_drift_percent)
-    unit = unit_of(report, stiffnesses=found.tolist(), percent=springs.tolist(), method="drawn")
+    unit = unit_of(report, stiffnesses=K.tolist(), percent=spring_errors.tolist(), method="drawn")
     unit = replace(
         unit,
-        gain_percent=tuple(np.hypot(gains, drifts).tolist()),
-        newtons_per_count=tuple(map(tuple, np.diag(newtons_per_mm / np.diag(made.per_mm)).tolist())),
-        zero_counts=tuple(made.zeros.tolist()),
-        saturation_counts=made.saturation or 0,
-        calibrated_by="plate" if reading.on_plate else "weights",
-        weighed_after_s=made.weighed_s,
+        gain_percent=tuple(np.hypot(gain_errors, drifts).tolist()),
+        newtons_per_count=tuple(map(tuple, np.diag(newtons_per_mm / np.diag(real_unit.per_mm)).tolist())),
+        zero_counts=tuple(real_unit.zeros.tolist()),
+        saturation_counts=real_unit.saturation or 0,
+        calibrated_by="plate" if requirements.on_plate else "weights",
+        weighed_after_s=real_unit.weighed_s,
     )
-    if reading.calibrated_by != "ball":
+    if requirements.calibrated_by != "ball":
         return unit
     ball = usual_ball(report)
     sensor = MeasuringUnit(report=report, unit=unit)
-    reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=reading.ball_percent)
-    found_on_ball = read_by(sensor.on_ball(ball.radius), made, ball.fruit())
-    correction = correction_of(3 * [found_on_ball], reference, sensor, "the ball")
-    known = math.exp(0.01 * reading.ball_percent * rng.normal())
-    return replace(unit, ball=replace(correction, factor=known * correction.factor))
+    reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=requirements.ball_percent)
+    # Presses without noise are equal, so one is counted three times. The error of the ball's modulus is drawn.
+    reading = read_by(sensor.on_ball(ball.radius), real_unit, ball.fruit())
+    correction = correction_of(3 * [reading], reference, sensor, "the ball")
+    modulus_error = math.exp(0.01 * requirements.ball_percent * rng.normal())
+    return replace(unit, ball=replace(correction, factor=modulus_error * correction.factor))
 
 
-def _left_percent(report: Report) -> tuple[Floats, Floats]:
-    """Return the errors of springs and gains [%], (tips,), after the calibration that the design assumes."""
-    reading = report.design.reading or ReadingRequirements()
-    left = None if report.reading is None else report.reading.calibration
-    if left is not None:
-        return np.maximum(left.stiffness_percent, _LEAST_PERCENT), np.array(left.gain_percent)
-    tips = np.ones(len(report.tips))
-    springs = _BEFORE_BENCHES_PERCENT if reading.stiffness_percent is None else reading.stiffness_percent
-    return max(springs, _LEAST_PERCENT) * tips, reading.uncalibrated_gain_percent * tips
+def _calibration_percent(report: Report) -> tuple[Floats, Floats]:
+    """Return the standard deviations of springs and gains [%], (tips,), after the calibration of the design."""
+    requirements = report.design.reading or ReadingRequirements()
+    calibration = None if report.reading is None else report.reading.calibration
+    if calibration is not None:
+        return np.maximum(calibration.stiffness_percent, _LEAST_PERCENT), np.array(calibration.gain_percent)
+    ones = np.ones(len(report.tips))
+    stated = requirements.stiffness_percent
+    springs = _BEFORE_BENCHES_PERCENT if stated is None else stated
+    return max(springs, _LEAST_PERCENT) * ones, requirements.uncalibrated_gain_percent * ones

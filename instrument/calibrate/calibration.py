@@ -430,8 +430,8 @@ def _note_on_plate(
     resolution = float(plate.last_digits["travel"].min())
     return [
         f"the spring of {names[worst]} is known to ± {from_plate:.2g} % from the plate, to ± {from_weights:.2g} % "
-        f"from the weights. Its travel is taken as read to {resolution:g} mm, the last digit written. Write all that "
-        "the dial shows, press farther and oftener, or leave --plate out."
+        f"from the weights. Its travel is taken as read to {resolution:g} mm, the last digit written. Write all digits "
+        "of the dial, press farther and more often, or leave --plate out."
     ]
 
 
@@ -447,8 +447,8 @@ def _notes_on_bends(
     if channels is not None:
         changes |= zip(count_keys(len(deflections)), channels.bend_percent, strict=True)
     return [
-        f"{table.source}: the slope of {name} over the weights changes by {change:+.2g} % from none to the largest. "
-        "The bars of readings hold that; weights no larger than the forces of a press make it smaller."
+        f"{table.source}: the slope of {name} against the weight changes by {change:+.2g} % from no weight to the "
+        "largest. The error bars of readings include this change. Take weights no larger than the forces of a press."
         for name, change in changes.items()
         if abs(change) > 2.0 * KNOWN_WELL_PERCENT
     ]

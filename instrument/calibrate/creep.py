@@ -78,7 +78,7 @@ def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Wei
         # Without a creep of the process there is no spread to compare with; a creep within its own error is then
         # ignored.
         if own.error >= (creep.error or own.per_decade / COVERAGE):
-            note = f"the times of {table.source} give a creep of {own}, no better known than the creep of the process"
+            note = f"the times of {table.source} give a creep of {own}, no more accurate than the creep of the process"
             own = None
         else:
             creep = replace(own, error=math.hypot(own.error, _EXTRAPOLATED * creep.error))

@@ -167,7 +167,7 @@ def _read_moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
     Raises InputError for a design with relaxation, and for a press that determines no modulus.
     """
     if sensor.report.design.fruit.relaxation is not None:
-        bound = "left out where presses of fruit are calibrated: they may have no times"
+        bound = "left out if presses of fruit are calibrated, because their table may have no times"
         raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
     fruit = table.texts["fruit"]
     sensor.refuse_without_rise_level()
@@ -202,7 +202,7 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
     for press in presses:
         if press.lines_left_out:
             place = f"{place_of(table.source, press.lines_left_out[0])}: fruit {name}"
-            bound = "as the other samples of its press"
+            bound = "consistent with the other samples of its press"
             raise validation_error(place, "forces", "", bound, "correct that line, or leave it out")
     if not presses:
         return FruitReading(flags=("few_samples",))

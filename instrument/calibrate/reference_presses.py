@@ -181,7 +181,7 @@ def correction_of(
     scatter = deviation * student(len(moduli) - 1) / COVERAGE
     if not SCATTER.hold(100.0 * COVERAGE * scatter):
         name = f"{source}: error of the factor (95 %) by the scatter of {len(moduli)} presses"
-        hint = "press oftener, level and at an even pace; a ball on a soft base gives way"
+        hint = "press more often, level and at an even pace, with the ball on a hard base"
         raise validation_error(name, float(f"{100.0 * COVERAGE * scatter:.3g}"), "%", str(SCATTER), hint)
     durations = [press.press_s for press in presses if press.press_s is not None]
     press_s = float(np.median(durations)) if durations else on_ball.report.design.press_s

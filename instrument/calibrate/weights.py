@@ -136,7 +136,10 @@ def _rows_of(table: MeasuredTable, name: str) -> NDArray[np.intp]:
 
 
 def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
-    """Raise InputError for too few loads [N] or a single weight, which cannot separate zero and slope."""
+    """Raise InputError for too few rows, or for a single weight, which cannot separate zero and slope.
+
+    `loads` (rows,) [N] are the weights on the tip or leaf called `name`.
+    """
     weights = len(set(loads.tolist()))
     if len(loads) < FEWEST or weights == 1 or not np.ptp(loads) > LEAST_SPAN:
         within = np.ptp(loads) if weights else 0.0
@@ -152,7 +155,7 @@ def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
     field = f"{table.source}: compliance of {name}"
     compliance = line.slope
     if not compliance.value > _LEAST_COMPLIANCE:
-        hint = "swap columns, turn the sign, or mend a unit"
+        hint = "swap the columns, reverse the sign, or correct a unit"
         raise validation_error(field, compliance.value, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
     if compliance.error > compliance.value:
         bound = f"known to 200 %, not ± {COVERAGE * compliance.error:.2g} mm/N"

@@ -152,7 +152,7 @@ def measured_modulus(
     chosen = choose_range(curve, law)
     if chosen is None:
         hint = "check that it is a whole loading, from before the touch on"
-        raise validation_error(str(specimen), "curve", "", "a loading that the law of a fruit fits", hint)
+        raise validation_error(str(specimen), "curve", "", "a loading that follows the force law of a fruit", hint)
     E = chosen.modulus.value
     if not PLAUSIBLE.hold(E):
         hint = "check the units of force and travel, and the radius"
@@ -263,7 +263,9 @@ def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -
         jumps = np.abs(np.diff(specimen.force, n=2))
         outlier = specimen.cell(int(np.argmax(jumps)) + 1, "force")
         name = f"{specimen}: error of the modulus"
-        hint = f"most is {largest_share}; correct {outlier}, if its force is an outlier, or measure more points"
+        hint = (
+            f"its largest part is {largest_share}; correct {outlier} if its force is an outlier, or measure more points"
+        )
         raise validation_error(name, float(f"{u_percent:.3g}"), "%", f"{TELLING}", hint)
 
 
@@ -281,10 +283,10 @@ def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: fl
         cause = "the shape of the fruit or its flesh differs"
         notes.append(f"the curve does not follow the force of such a fruit within its noise: {cause}")
     if chosen.idle == 0:
-        notes.append("no rows before the touch: the zero of the force is fitted with the rest")
+        notes.append("no rows before the touch: the zero of the force is fitted together with the modulus")
     drift = chosen.fit.parameters.drift
     if drift:
-        notes.append(f"the zero line drifts by {drift:.3g} N/mm: taken out")
+        notes.append(f"the zero line drifts by {drift:.3g} N/mm: the drift is subtracted")
     return notes
 
 

@@ -86,7 +86,7 @@ def _compression_sign(values: Floats) -> float:
 def _falling_error(specimen: Specimen, quantity: str, values: Floats) -> InputError:
     """Return the error for a quantity that does not rise in compression; its message names the lowest value."""
     row = int(np.argmin(values))
-    hint = "export the whole test; with --compression-negative its sign is turned"
+    hint = "export the whole test, or reverse the sign with --compression-negative"
     place = specimen.cell(row, quantity)
     return validation_error(place, float(values[row]), _UNITS[quantity], "rising in compression", hint)
 
@@ -165,7 +165,7 @@ def _loading(specimen: Specimen) -> Loading:
     if _is_concave(curve):
         columns = f"{specimen.labels['force']} over {specimen.labels['travel']}"
         bound = "a force that rises ever more with the travel, as on a convex fruit"
-        hint = "swap the names of the columns if they are swapped, or cut the table at the failure"
+        hint = "correct the names of the columns if they are swapped, or cut the table off at the failure"
         raise validation_error(str(specimen), columns, "", bound, hint)
     return curve
 
@@ -181,7 +181,7 @@ def without_frame(specimen: Specimen, curve: Loading, compliance: float) -> Load
     travel = curve.travel - 1e-3 * compliance * (curve.force - curve.zero)
     backward_step = float((np.maximum.accumulate(travel) - travel).max())
     if backward_step > _JITTER * float(np.ptp(curve.travel)):
-        bound = f"less than the whole test gives, {1e3 * np.ptp(curve.travel) / np.ptp(curve.force):.3g} um/N"
+        bound = f"less than travel over force of the test, {1e3 * np.ptp(curve.travel) / np.ptp(curve.force):.3g} um/N"
         name = f"{specimen}: compliance"
         raise validation_error(name, compliance, "um/N", bound, "measure it with steel on steel")
     failure = None if curve.failure is None else float(travel[-1])
@@ -214,7 +214,7 @@ def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
     limit = max(_BELOW * float(force.max() - zero), _NOISE_BELOW * noise_of(force))
     row = int(np.argmin(force))
     if force[row] < zero - limit:
-        bound = f"not below where the force begins, {zero:.3g} N"
+        bound = f"not far below the first forces, {zero:.3g} N"
         hint = "correct it, or leave the row out"
         raise validation_error(specimen.cell(row, "force"), float(force[row]), "N", bound, hint)
 

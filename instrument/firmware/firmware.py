@@ -248,7 +248,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _inputs(signal: SignalPath) -> list[int]:
-    """Return the inputs of the amplifier in the order of conversion; inputs without a tip come last."""
+    """Return the amplifier's inputs in the order of their conversion; inputs without a tip come last."""
     order = signal.conversion_order
     return [*order, *range(len(order), int(AMPLIFIERS[signal.amplifier].channels))]
 

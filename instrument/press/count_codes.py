@@ -34,7 +34,7 @@ def signed_counts(
             value = count - 2 * half
         if abs(value) >= saturation or not lowest <= count <= highest:
             bound = f"within {lowest} and {highest}, the ends of the converter's range"
-            hint = "check the channel, take a smaller load, or say by --counts-as how a log without signs is written"
+            hint = "check the channel, take a smaller load, or give --counts-as for counts without signs"
             raise validation_error(place(channel), count, "counts", bound, hint)
         signed.append(value)
     return tuple(signed)

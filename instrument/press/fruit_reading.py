@@ -33,7 +33,7 @@ def _zero_text(reading: "FruitReading") -> str:
     if (reading.zero_left_of_touch or 0.0) <= FEELS_AS_TOUCH:
         return ""
     zero = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
-    return f"leaves a zero of up to {zero} {ZERO_AFTER_S:g} s after its lift"
+    return f"leaves a zero error of up to {zero} {ZERO_AFTER_S:g} s after its lift"
 
 
 def firmness_text(firmness: Estimate) -> str:

@@ -50,10 +50,11 @@ class MeasuringUnit:
     def from_report(
         cls, report: Report, unit: PrintedUnit | str | Path | None = None, classes: str | None = None
     ) -> "MeasuringUnit":
-        """Return a unit of a report, from a record or a unit.toml; without either, the nominal unit.
+        """Return a measuring unit of the design of a report.
 
-        `classes` is a text like `ripe:0.8,unripe`; by default the classes of the unit apply. Raises InputError for a
-        unit of another design and for invalid classes.
+        `unit` is a calibrated unit or the path of its unit.toml; without it, the unit equals its design. `classes` is a
+        text like `ripe:0.8,unripe`; without it, the classes of the unit apply. Raises InputError for a unit of another
+        design and for invalid classes.
         """
         if isinstance(unit, str | Path):
             printed = read_unit(Path(unit), report)

@@ -57,7 +57,7 @@ def at_one_time(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -
     interval = statistics.median(intervals) if intervals else math.inf
     if not interval > 0.0:
         name = f"{source}: time from line to line"
-        bound = "above 0 s, for the read-out converts one channel after the other"
+        bound = "above 0 s, because the read-out converts one channel after the other"
         raise validation_error(name, interval, "s", bound, "write the time of each line")
     if interval < CLOSEST * (1.0 / signal.rate_Hz):  # uniform between two lines (JCGM 100:2008, 4.3.7)
         return Timing(max(deviation, interval / math.sqrt(12.0))), samples
@@ -87,4 +87,4 @@ def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sa
             bound = f"less than {MOST_LINES} lines"
             name = f"{source}, line {sample.line}: from the first time of a channel to the last"
             interval = max(sample.times) - t
-            raise validation_error(name, interval, "s", bound, "put conversions of one round in one line")
+            raise validation_error(name, interval, "s", bound, "write the conversions of one sample in one line")

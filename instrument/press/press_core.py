@@ -95,7 +95,7 @@ class Unit:
         self.size = len(self.gains)
 
     def forces_of(self, channels: list[float]) -> tuple[list[float], int]:
-        """Return the forces [N] of the tips from their channels [N], and the flags of what is wrong with them."""
+        """Return the forces of the tips [N] from the readings of their channels [N], and the flags of these forces."""
         forces = []
         flags = 0
         for tip in range(self.size):
@@ -223,16 +223,16 @@ def smallest_root(rigid: float, dome: float, body: float) -> float | None:
 
 
 class UnitTare:
-    """The tare: the mean counts of the free sensor."""
+    """The tare: the mean counts of a sensor that touches nothing."""
 
     def __init__(self, unit: Unit) -> None:
         """Begin without a sample."""
         self.unit = unit
-        self.samples = 0
-        self.sums = [0] * unit.size
+        self.samples = 0  # number of samples
+        self.sums = [0] * unit.size  # sum of the counts of each channel
 
     def add(self, counts: list[int]) -> int:
-        """Add counts of the free sensor to the tare, unless a count is saturated; return the flag."""
+        """Add a sample of counts to the tare, unless a count is saturated; return the flag SATURATED or 0."""
         if self.unit.is_saturated(counts):
             return SATURATED
         self.sums = [a + b for a, b in zip(self.sums, counts)]
@@ -270,8 +270,9 @@ class Rising:
         self.break_off()
         self.touch = 0.0  # total force of the first sample with all tips on the fruit [N]
         self.count = 0
-        # mean of the regression's instrumental variable [N]: the total force some samples earlier, of independent noise
-        self.instrument = 0.0
+        # mean of the instrumental variable of the regression [N]: the total force one or two samples earlier, whose
+        # noise is independent of the noise of the sample
+        self.mean_instrument = 0.0
         self.spread = 0.0  # sum of squared deviations of the instrument [N^2]
         self.means = [(0.0, 0.0, 0.0)] * size  # means of F, F^(2/3) and F^(-1/3) of each tip
         self.rising = [(0.0, 0.0)] * size  # co-moments of the instrument with F and F^(2/3)
@@ -298,15 +299,18 @@ class Rising:
             self.begin_sums()
 
     def add_to_sums(self, forces: "Sequence[float]", steps: list[float]) -> None:
-        """Update the means and co-moments by the forces of a sample and their changes [N]; by Welford's method."""
-        previous = self.previous[0]
+        """Update the means, and the co-moments with the instrument, by the forces of a sample and their changes [N].
+
+        This is Welford's method: no sum of squares grows until digits cancel.
+        """
+        instrument = self.previous[0]
         total = sum(forces)
         if not self.count:
-            self.touch = previous
+            self.touch = instrument
         self.count += 1
-        step = previous - self.instrument
-        self.instrument += step / self.count
-        self.spread += step * (previous - self.instrument)
+        deviation = instrument - self.mean_instrument  # from the mean without this sample
+        self.mean_instrument += deviation / self.count
+        self.spread += deviation * (instrument - self.mean_instrument)
         means = []
         rising = []
         for force, mean, moment in zip(forces, self.means, self.rising):
@@ -317,11 +321,13 @@ class Rising:
                 mean[2] + (force ** (-1.0 / 3.0) - mean[2]) / self.count,
             )
             means.append(new)
-            rising.append((moment[0] + step * (force - new[0]), moment[1] + step * (power - new[1])))
+            rising.append((moment[0] + deviation * (force - new[0]), moment[1] + deviation * (power - new[1])))
         self.means = means
         self.rising = rising
-        self.steps = [a + (b - a) / self.count for a, b in zip(self.steps, steps)]
-        self.rising_steps = [a + step * (b - c) for a, b, c in zip(self.rising_steps, steps, self.steps)]
+        self.steps = [mean + (step - mean) / self.count for mean, step in zip(self.steps, steps)]
+        self.rising_steps = [
+            moment + deviation * (step - mean) for moment, step, mean in zip(self.rising_steps, steps, self.steps)
+        ]
         if total >= self.deepest:
             self.deepest = total
             self.keep()
@@ -804,9 +810,9 @@ def readings_of(
 
 
 def recorded_counts(path: str, size: int) -> "Iterator[list[int]]":
-    """Yield rows of counts of a file with comma-separated numbers; the last `size` cells of a line are the counts.
+    """Yield the counts in each line of a file with comma-separated numbers: the last `size` cells of the line.
 
-    Lines with a cell that is no number, such as headers, are skipped.
+    Lines with another text among these cells, such as headers, are skipped.
     """
     with open(path, "rb") as lines:
         for line in lines:

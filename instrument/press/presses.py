@@ -170,6 +170,6 @@ def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats,
     if not plausible.all():
         tip = int(plausible.argmin())
         lowest = sensor.lowest_forces[tip]
-        bound = f"from {lowest:.3g} N, zero less its noise, to {sensor.largest_forces[tip]:.3g} N, 20 full scales"
+        bound = f"from {lowest:.3g} N, zero minus its noise, to {sensor.largest_forces[tip]:.3g} N, 20 full scales"
         hint = "check zero, sign and unit of the channel"
         raise validation_error(place(tip), float(forces[tip]), "N", bound, hint)

@@ -346,7 +346,7 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
     refuse_other_design(unit, report)
     if unit.scale is not None and "weighed_after_s" not in tables and report.creep.exponent:
         # Its curve was fitted by a version without a time of weighing, to readings that were smaller.
-        bound = "of a unit with weighed_after_s, as its springs creep"
+        bound = "in a unit with weighed_after_s, because its springs creep"
         raise validation_error("unit.scale", unit.scale.unit, "", bound, "calibrate it again, with --fruit")
     return unit
 
@@ -364,7 +364,7 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
     of_design = unit.design_sha256 == digest or unit.design_sha256 in digests_of_0_2(report.design)
     if not of_design or unit.tips != tuple(tip.name for tip in report.tips):
         bound = f"the unit of design {report.design.name!r} as it is in this folder"
-        hint = f"its digest begins {digest[:12]}; calibrate against it"
+        hint = f"calibrate the unit with this design, whose digest begins with {digest[:12]}"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
     if unit.ball is not None and not report.design.takes_ball:
         bound = f"left out except for {SHOWN_BY_BALL}"

@@ -146,6 +146,6 @@ def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:
     """
     numbers = [number for number in map(written_number, text.split(",")) if number is not None]
     if not len(numbers) == tips == text.count(",") + 1:
-        bound = f"{tips} numbers in {unit} with commas between, one for each tip of this sensor"
-        raise validation_error(flag, text, "", bound, f"write {flag} F1,F2,..., decimals with a point")
+        bound = f"{tips} comma-separated numbers in {unit}, one for each tip of this sensor"
+        raise validation_error(flag, text, "", bound, f"write {flag} F1,F2,..., with decimal points")
     return numbers

@@ -46,7 +46,7 @@ class PressSamples:
 
     @classmethod
     def of_forces(cls, forces: Floats) -> "PressSamples":
-        """Return a press of forces [N], shape (samples, tips), without times."""
+        """Return a press of `forces` (samples, tips) [N] without times, on flesh that does not relax."""
         count, tips = forces.shape
         return cls(channels=forces, tips=tips, t=np.full(count, np.nan), touched_s=np.nan)
 

@@ -1,4 +1,4 @@
-"""Tables of a calibration bench: readings of a unit under weights and on a hard plate, and its reference ball."""
+"""Simulated tables of a calibration bench: a unit under weights and on a hard plate; and the usual reference ball."""
 
 import math
 from collections.abc import Sequence
@@ -14,43 +14,50 @@ from sensor.arrays import Floats
 from sensor.design.bench import PLATE_AT, PRESSED, RUBBER_POISSON, WEIGHED_AT, Bench, modulus_on_glass
 from sensor.quantity import STANDARD_GRAVITY
 
-G_PER_N = 1e3 / STANDARD_GRAVITY
+G_PER_N = 1e3 / STANDARD_GRAVITY  # mass of a weight per force [g/N]
 BALL_PRESSES = 3
-_LEAST_RADIUS = 3.5  # least radius of a ball over the spacing of the tips; a smaller ball feels its far side
+_LEAST_RADIUS = 3.5  # smallest radius of a ball over the tip spacing; the far side of a smaller ball affects a press
 _ROUNDS = 20  # iterations of the flattening of a dome, which reduces its force
 
 
 def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
-    """Return a table of weights, with dial and channels, up to nearly the full scale of each tip and back.
+    """Return the lines of a table of weights with their dial readings and counts.
 
-    A weight is known to the digit of the balance, and is read at the time for which the unit's stiffnesses hold.
+    On each tip in turn, weights are hung up to nearly its full scale and taken off again. A weight is known to the
+    resolution of the balance. It is read at the time after hanging at which the unit's stiffnesses were measured.
     """
     lines = [",".join(["tip", "weight_g", "deflection_mm", *count_keys(len(report.tips))])]
     for number, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
-        most = min(PRESSED * full_scale * G_PER_N, bench.balance_max_g)
-        written = [_rounded(part * most, bench.balance_g) for part in WEIGHED_AT]
-        true = [0.0 if not part else _within(grams, bench.balance_g, rng) for part, grams in enumerate(written)]
-        for step in _there_and_back(len(written)):
+        largest = min(PRESSED * full_scale * G_PER_N, bench.balance_max_g)
+        weights = [_round(part * largest, bench.balance_g) for part in WEIGHED_AT]  # [g], as the balance shows them
+        true_weights = [
+            0.0 if not index else _draw_before_rounding(grams, bench.balance_g, rng)
+            for index, grams in enumerate(weights)
+        ]
+        for step in _up_and_down(len(weights)):
             deflections = np.zeros(len(report.tips))
-            deflections[number] = true[step] / G_PER_N / unit.domes.K[number]
-            dial = _written(float(deflections[number]), bench.dial_mm)
-            weight = _written(written[step], bench.balance_g)
+            deflections[number] = true_weights[step] / G_PER_N / unit.domes.K[number]
+            dial = _format(float(deflections[number]), bench.dial_mm)
+            weight = _format(weights[step], bench.balance_g)
             lines.append(",".join([tip.name, weight, dial, *_counts(unit, deflections, rng)]))
     return lines
 
 
 def plate_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
-    """Return a table of travels on a glass plate with all tips in contact, up to nearly one full scale and back."""
+    """Return the lines of a table of travels on a glass plate, with the counts of all channels.
+
+    All tips are in contact. The travel rises to nearly the first full scale of a tip, and falls again.
+    """
     tips = len(report.tips)
     nominal = 1.0 / np.diag(report.read_out.springs_mm_per_N)
-    farthest = PRESSED * float(min(np.array(report.read_out.full_scale_N) / nominal))
+    largest = PRESSED * float(min(np.array(report.read_out.full_scale_N) / nominal))
     lines = [",".join(["travel_mm", *count_keys(tips)])]
-    # The travel is counted from a place at which all tips stand on the plate.
-    ahead = unit.heights - unit.heights.min()
-    for step in _there_and_back(len(PLATE_AT)):
-        travel = PLATE_AT[step] * farthest
-        deflections = _on_glass(report, unit.domes.K, travel + ahead)
-        lines.append(",".join([_written(travel, bench.dial_mm), *_counts(unit, deflections, rng)]))
+    # The travel is counted from the position at which the last tip touches the plate.
+    initial_travels = unit.heights - unit.heights.min()
+    for step in _up_and_down(len(PLATE_AT)):
+        travel = PLATE_AT[step] * largest
+        deflections = _deflections_on_glass(report, unit.domes.K, travel + initial_travels)
+        lines.append(",".join([_format(travel, bench.dial_mm), *_counts(unit, deflections, rng)]))
     return lines
 
 
@@ -67,7 +74,7 @@ class Ball:
         return self.E / (1.0 - RUBBER_POISSON**2)
 
     def fruit(self, tilt: tuple[float, float] = (0.0, 0.0)) -> PressedFruit:
-        """Return the ball as a pressed fruit, with the sensor tilted by angles [deg]."""
+        """Return the ball as a pressed fruit, under a sensor that is tilted by `tilt` along x and y [deg]."""
         return PressedFruit(
             E=self.E,
             radii=(self.radius, self.radius),
@@ -79,24 +86,32 @@ class Ball:
 
 
 def usual_ball(report: Report) -> Ball:
-    """Return a ball with the curvature of a design's fruit, which responds as flesh of the middle of its moduli."""
+    """Return a rubber ball that resembles the fruit of a design.
+
+    It has the mean curvature of the fruit, unless it would be too small. Its E / (1 - nu^2) is that of flesh with the
+    geometric mean of the design's range of moduli.
+    """
     first, second = designed_radii(report)
     radius = 2.0 / (1.0 / first + 1.0 / second)
-    least, largest = range_of_moduli(report)
-    E = math.sqrt(least * largest) * (1.0 - RUBBER_POISSON**2) / (1.0 - report.design.fruit.poisson**2)
+    softest, firmest = range_of_moduli(report)
+    E = math.sqrt(softest * firmest) * (1.0 - RUBBER_POISSON**2) / (1.0 - report.design.fruit.poisson**2)
     return Ball(E=E, radius=max(radius, _LEAST_RADIUS * report.design.tips.spacing_mm))
 
 
 def ball_presses(ball: Ball, steepest_deg: float, rng: np.random.Generator) -> Sequence[PressedFruit]:
-    """Return presses on a ball by a hand that tilts by at most an angle [deg]."""
+    """Return presses on a ball by a hand whose tilt is random, with a size of at most `steepest_deg` [deg]."""
     tilts = rng.uniform(-1.0, 1.0, (BALL_PRESSES, 2)) * steepest_deg / math.sqrt(2.0)
     return [ball.fruit((along, across)) for along, across in tilts.tolist()]
 
 
-def _on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
-    """Return the deflections of springs [mm] whose tips move by travels [mm]; domes flatten by Hertz's law."""
+def _deflections_on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
+    """Return the deflections (tips,) of springs of stiffness K [N/mm] whose tips are pressed on glass [mm].
+
+    A deflection is the travel (tips,) [mm] minus the flattening of the dome by Hertz's law, which depends on the force.
+    """
     reduced, radius = modulus_on_glass(report.design.process), report.design.tips.dome_radius_mm or math.inf
     deflections = travels
+    # Fixed-point iteration: a dome flattens much less than its spring deflects.
     for _ in range(_ROUNDS):
         flattened = (9.0 * (K * deflections) ** 2 / (16.0 * reduced**2 * radius)) ** (1.0 / 3.0)
         deflections = np.maximum(travels - flattened, 0.0)
@@ -104,24 +119,26 @@ def _on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
 
 
 def _counts(unit: SimulatedUnit, deflections: Floats, rng: np.random.Generator) -> list[str]:
-    """Return the noisy counts of the channels for deflections [mm] in one sample."""
-    shown = unit.shown(deflections[None])[0] + unit.noise * rng.normal(size=len(deflections))
-    return [str(count) for count in np.rint(shown).astype(int).tolist()]
+    """Return the noisy counts of all channels in one sample, as text, for deflections (tips,) [mm]."""
+    signals = unit.signals(deflections[None])[0] + unit.noise * rng.normal(size=len(deflections))
+    return [str(count) for count in np.rint(signals).astype(int).tolist()]
 
 
-def _there_and_back(steps: int) -> list[int]:
+def _up_and_down(steps: int) -> list[int]:
+    """Return the indices from 0 to `steps` - 1 and back to 0."""
     return [*range(steps), *range(steps - 2, -1, -1)]
 
 
-def _rounded(value: float, digit: float) -> float:
-    return digit * round(value / digit)
+def _round(value: float, resolution: float) -> float:
+    """Return the multiple of `resolution` that is nearest to `value`."""
+    return resolution * round(value / resolution)
 
 
-def _within(value: float, digit: float, rng: np.random.Generator) -> float:
-    """Return a random number that rounds to `value` at a digit."""
-    return value + digit * float(rng.uniform(-0.5, 0.5))
+def _draw_before_rounding(value: float, resolution: float, rng: np.random.Generator) -> float:
+    """Return a random number that an instrument with this resolution shows as `value`."""
+    return value + resolution * float(rng.uniform(-0.5, 0.5))
 
 
-def _written(value: float, digit: float) -> str:
-    """Return a number as text with the decimals of a digit."""
-    return f"{_rounded(value, digit):.{max(0, math.ceil(-math.log10(digit) - 1e-9))}f}"
+def _format(value: float, resolution: float) -> str:
+    """Return a number as text, rounded to a resolution and with as many decimals as the resolution has."""
+    return f"{_round(value, resolution):.{max(0, math.ceil(-math.log10(resolution) - 1e-9))}f}"

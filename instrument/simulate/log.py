@@ -1,4 +1,4 @@
-"""The log of presses in the format of a unit's program: time, and counts or newtons of each channel."""
+"""The simulated log of presses, in the format of a unit's program: time, and counts or newtons of each channel."""
 
 from collections.abc import Sequence
 
@@ -11,14 +11,20 @@ from pipeline.report.report import Report
 from sensor.arrays import Floats
 
 TARE_S = 0.5
+"""Shortest time before the first press [s], while the sensor touches nothing."""
 TARE_SAMPLES = 14
-"""Least number of samples of the free sensor before the first press; the tare takes ten."""
+"""Minimum number of samples before the first press; the tare takes ten of them."""
 PAUSE_S = 1.0
-AT_ONCE = 0.9  # share of the read-out's period; a faster log comes from elsewhere, and its channels have one time
+"""Time from a lift to the next press [s]."""
+AT_ONCE = 0.9
+"""Shortest interval of samples over the read-out's period [1].
+
+A faster log comes from another logger, whose channels are simultaneous.
+"""
 
 
 def usual_rate(report: Report) -> float:
-    """Return the rate of the read-out of a design [Hz], 20 Hz if it has none."""
+    """Return the sampling rate of a design's read-out [Hz], or 20 Hz if the design has no read-out."""
     signal = report.read_out.signal
     return 20.0 if signal is None else signal.rate_Hz
 
@@ -30,9 +36,10 @@ def log_of(
     rate: float,
     rng: np.random.Generator | None = None,
 ) -> list[str]:
-    """Return the lines of a log of presses at a rate [Hz], with its header.
+    """Return the lines of a log of presses with a sampling `rate` [Hz], and its header.
 
-    With a random generator, channels have noise, conversion times scatter, and zeros drift after the tare.
+    With `rng`, the channels have noise, and the delays of their conversions have random errors. Zeros drift after the
+    tare by the drift of the unit.
     """
     signal = report.read_out.signal
     tips = len(unit.heights)
@@ -40,35 +47,36 @@ def log_of(
     if signal is not None and signal.delay_ms and rate * (1.0 / signal.rate_Hz) < 1.0 / AT_ONCE:
         delays = 1e-3 * np.array(signal.delay_ms)
     tare_s = max(TARE_S, TARE_SAMPLES / rate)
-    begins, end = [], tare_s
+    starts, end = [], tare_s
     for press in presses:
-        begins.append(end)
+        starts.append(end)
         end += press.lasts_s + PAUSE_S
     t = np.arange(int(np.ceil(end * rate)) + 1) / rate
-    at = t[:, None] + delays
+    conversion_times = t[:, None] + delays  # (samples, tips) [s]
     if rng is not None:
-        late = rng.uniform(-1.0, 1.0, tips)
+        errors = rng.uniform(-1.0, 1.0, tips)
         if signal is not None:
-            at = at + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * late
+            # A uniform distribution has the standard deviation 1 / sqrt(3) of its half width.
+            conversion_times = conversion_times + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * errors
     deflections = np.zeros((len(t), tips))
-    for begin, press in zip(begins, presses, strict=True):
-        deflections += press.at(at - begin)
-    shown = unit.shown(deflections)
+    for start, press in zip(starts, presses, strict=True):
+        deflections += press.at(conversion_times - start)
+    signals = unit.signals(deflections)
     if rng is not None:
-        shown = shown + unit.noise * rng.normal(size=shown.shape)
-    shown[t >= tare_s] += unit.zero_drift
-    return _lines(unit, t, shown)
+        signals = signals + unit.noise * rng.normal(size=signals.shape)
+    signals[t >= tare_s] += unit.zero_drift
+    return _format_lines(unit, t, signals)
 
 
-def _lines(unit: SimulatedUnit, t: Floats, shown: Floats) -> list[str]:
-    """Return a header and one line for each sample."""
-    tips = shown.shape[1]
+def _format_lines(unit: SimulatedUnit, t: Floats, signals: Floats) -> list[str]:
+    """Return a header and one line for each sample, from times [s] and signals (samples, tips) in newtons or counts."""
+    tips = signals.shape[1]
     if unit.saturation is None:
         names = [f"{key}_N" for key in force_keys(tips)]
-        cells = [[f"{value:.7g}" for value in row] for row in shown.tolist()]
+        cells = [[f"{value:.7g}" for value in row] for row in signals.tolist()]
     else:
         names = list(count_keys(tips))
         limit = unit.saturation
-        cells = [[str(value) for value in row] for row in np.rint(shown).clip(-limit, limit).astype(int).tolist()]
-    rows = [f"{at:.5f},{','.join(row)}" for at, row in zip(t.tolist(), cells, strict=True)]
+        cells = [[str(value) for value in row] for row in np.rint(signals).clip(-limit, limit).astype(int).tolist()]
+    rows = [f"{time:.5f},{','.join(row)}" for time, row in zip(t.tolist(), cells, strict=True)]
     return [",".join(["t_s", *names]), *rows]

@@ -1,4 +1,4 @@
-"""One press of a simulated unit: the deflections of its springs over time, solved at a few samples."""
+"""One press of a simulated unit: the deflections of its springs against time, solved at a few moments."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ from solve.presses.over_time import Way, creep_of, pressed_over_time
 from solve.presses.pressing import Pressing
 
 CELLS = 20  # grid cells per direction; 32 change the forces by less than a thousandth
-SOLVED = 18  # samples of the press; twice as many change E by less than 0.7 %
-HELD = 8  # samples of a hold
+SOLVED = 18  # moments of the press that are solved; twice as many change E by less than 0.7 %
+HELD = 8  # moments of a hold that are solved
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hand:
-    """A press by hand: a travel [mm] from the first touch in `press_s` [s], then a hold [s], then the return.
+    """A press by hand: a `travel` [mm] from the first touch in `press_s` [s], a hold of `hold_s` [s], and the return.
 
-    `relaxation` are shares and times [s] of flesh that relaxes.
+    `relaxation` is the Prony series of flesh that relaxes: the share [1] and the time constant [s] of each arm.
     """
 
     travel: float
@@ -38,7 +38,10 @@ class Hand:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressCurve:
-    """Deflections of springs [mm] at the samples of a press, (samples, tips), at times from the first touch [s]."""
+    """The deflections of springs (moments, tips) [mm] at the solved moments of a press.
+
+    `times` (moments,) [s] count from the first touch. The last moment is the end of the hold.
+    """
 
     hand: Hand
     times: Floats
@@ -50,40 +53,44 @@ class PressCurve:
         return self.hand.press_s + self.hand.hold_s + self.hand.back_s
 
     def at(self, t: Floats) -> Floats:
-        """Return the deflections at times from the first touch [s], one for each tip, (samples, tips).
+        """Return the deflections (samples, tips) [mm] at times `t` (samples, tips) [s] from the first touch.
 
-        The samples end with the hold, so the last one is the begin of the return. The return is the reversed press,
-        scaled from its deepest sample, SOLVED - 1, to the deflection after the hold.
+        Each tip has its own times. The return is not solved: it is the reversed press, scaled so that it begins with
+        the deflection at the end of the hold.
         """
         hand = self.hand
-        down = np.clip(t, 0.0, hand.press_s + hand.hold_s)
-        back = np.clip((t - hand.press_s - hand.hold_s) / hand.back_s, 0.0, 1.0)
-        found = np.zeros(t.shape)
+        forward_times = np.clip(t, 0.0, hand.press_s + hand.hold_s)
+        return_progress = np.clip((t - hand.press_s - hand.hold_s) / hand.back_s, 0.0, 1.0)  # from 0 to 1
+        is_return = return_progress > 0.0
+        times = np.where(is_return, hand.press_s * (1.0 - return_progress), forward_times)
+        result = np.zeros(t.shape)
         for tip, deflections in enumerate(self.deflections.T):
-            shown = self._of_tip(
-                deflections, np.where(back[:, tip] > 0.0, hand.press_s * (1.0 - back[:, tip]), down[:, tip])
-            )
-            left = deflections[-1] / max(float(deflections[SOLVED - 1]), 1e-300)
-            found[:, tip] = np.where(back[:, tip] > 0.0, left, 1.0) * shown
-        return found
+            # The solved moment SOLVED - 1 is the end of the press, before the hold.
+            hold_ratio = deflections[-1] / max(float(deflections[SOLVED - 1]), 1e-300)
+            scale = np.where(is_return[:, tip], hold_ratio, 1.0)
+            result[:, tip] = scale * self._interpolate(deflections, times[:, tip])
+        return result
 
-    def _of_tip(self, deflections: Floats, t: Floats) -> Floats:
-        """Return the deflection of one tip at times [s], 0 before its touch."""
+    def _interpolate(self, deflections: Floats, t: Floats) -> Floats:
+        """Return the deflection of one tip [mm] at times [s], from its solved deflections (moments,) [mm].
+
+        By Hertz's law the power 2/3 of a deflection rises nearly linearly with time. So this power is interpolated, and
+        extrapolated linearly from the first solved moment back to the touch. It is 0 before the touch.
+        """
         first = int(np.argmax(deflections > 0.0))
         if not deflections[first] > 0.0:
             return np.zeros(t.shape)
-        # By Hertz's law the power 2/3 of a force is nearly linear.
-        power = deflections[first:] ** (2.0 / 3.0)
-        between = CubicSpline(self.times[first:], power)
-        begin = float(self.times[first])
-        before = float(self.times[first - 1]) if first else 0.0
-        touched = min(max(begin - power[0] / max(float(between(begin, 1)), 1e-300), before), begin)
-        early = power[0] * (t - touched) / max(begin - touched, 1e-300)
-        return np.maximum(np.where(t < begin, early, between(t)), 0.0) ** 1.5
+        powers = deflections[first:] ** (2.0 / 3.0)
+        spline = CubicSpline(self.times[first:], powers)
+        start = float(self.times[first])
+        previous = float(self.times[first - 1]) if first else 0.0
+        touch = min(max(start - powers[0] / max(float(spline(start, 1)), 1e-300), previous), start)
+        extrapolated = powers[0] * (t - touch) / max(start - touch, 1e-300)
+        return np.maximum(np.where(t < start, extrapolated, spline(t)), 0.0) ** 1.5
 
 
 def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCurve:
-    """Return a press of a unit on a fruit; raises InputError if it has no solution."""
+    """Solve a press of a unit on a fruit by boundary elements; raises InputError if it has no solution."""
     parts = np.arange(1, SOLVED + 1) / SOLVED
     times, travels = hand.press_s * parts, hand.travel * parts
     if hand.hold_s:  # dense at the start of the hold, where the force falls fastest

@@ -1,4 +1,4 @@
-"""The files of a simulation: logs of presses on a fruit and on a ball, and the tables of a bench, as lines."""
+"""The files of a simulation as lines: logs of presses on a fruit and on a ball, and the tables of a bench."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,11 +18,12 @@ from sensor.design.reading import ReadingRequirements
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """The settings of a simulation: presses on a fruit, each turned against the one before, logged at a rate [Hz].
+    """The settings of a simulation of `presses` presses on a fruit, logged at a sampling `rate` [Hz].
 
-    With `noise`, channels have noise and drift. With `uneven`, skin and flesh vary from place to place. `bruise_mm` is
-    the radius of a bruise under the first tip of the first press. `relaxation` are shares and times [s] of the flesh.
-    The seed determines all random numbers.
+    The sensor is turned between presses. With `noise`, the channels have noise and drift. With `uneven`, skin and flesh
+    vary with the position. `bruise_mm` is the radius of a bruise under the first tip of the first press. `relaxation`
+    is the Prony series of the flesh: the share [1] and the time constant [s] of each arm. `seed` determines all random
+    numbers.
     """
 
     fruit: PressedFruit
@@ -34,20 +35,20 @@ class Asked:
     relaxation: Sequence[tuple[float, float]]
     seed: int
 
-    def numbers(self, place: int) -> np.random.Generator:
-        """Return the random numbers of one file, which do not depend on the other files."""
-        return np.random.default_rng([self.seed, place])
+    def random_generator(self, file_number: int) -> np.random.Generator:
+        """Return the random generator of one file, whose numbers do not depend on the other files."""
+        return np.random.default_rng([self.seed, file_number])
 
 
 def unit_of_seed(report: Report, seed: int) -> SimulatedUnit:
-    """Return the unit of a design that a seed determines."""
+    """Return the random unit of a design that `seed` determines."""
     return drawn_unit(report, np.random.default_rng([seed, 0]))
 
 
 def hand_of(report: Report, relaxation: Sequence[tuple[float, float]] | None = None) -> Hand:
-    """Return the press of a design by hand, on relaxing flesh with the hold of the design.
+    """Return a press by hand with the travel, duration and hold of a design.
 
-    None is the design's flesh.
+    `relaxation` is the Prony series of the flesh; None means the flesh of the design.
     """
     design = report.design
     return Hand(
@@ -63,38 +64,54 @@ def bench_of(report: Report) -> Bench:
     return report.design.bench or Bench()
 
 
-def log_of_fruit(report: Report, unit: SimulatedUnit, asked: Asked, count: Count = silent) -> list[str]:
-    """Return the log of the presses on the fruit; `count` is called with the number of solved presses."""
-    rng = asked.numbers(1)
-    now = unit.in_other_air(report, rng) if asked.noise else unit
-    turn = report.design.tips.tip_layout.turn_deg or 0.0  # without a turn, all presses stand in the same way
-    hand = hand_of(report, asked.relaxation)
+def log_of_fruit(report: Report, unit: SimulatedUnit, settings: Asked, count: Count = silent) -> list[str]:
+    """Return the lines of the log of all presses on the fruit.
+
+    `count` is called with the number of solved presses and the number of all presses. Raises InputError if a press has
+    no solution.
+    """
+    rng = settings.random_generator(1)
+    pressing_unit = unit.in_other_air(report, rng) if settings.noise else unit
+    turn = report.design.tips.tip_layout.turn_deg or 0.0  # a sensor that cannot be turned presses in one position
+    hand = hand_of(report, settings.relaxation)
     presses = []
-    for number in range(asked.presses):
-        count(number, asked.presses)
-        fruit = asked.fruit.pressed_again(number * turn)
-        if asked.bruise_mm is not None:
-            fruit = bruised(fruit, report, asked.bruise_mm, number * turn)
-        if asked.uneven:
+    for number in range(settings.presses):
+        count(number, settings.presses)
+        fruit = settings.fruit.pressed_again(number * turn)
+        if settings.bruise_mm is not None:
+            fruit = bruised(fruit, report, settings.bruise_mm, number * turn)
+        if settings.uneven:
             fruit = uneven(fruit, report, rng)
-        # An identical press is solved again; it differs after a turn only if the fruit is no ball.
-        presses.append(press_curve(now, fruit, hand))
-    return log_of(report, now, presses, asked.rate, rng if asked.noise else None)
+        presses.append(press_curve(pressing_unit, fruit, hand))
+    return log_of(report, pressing_unit, presses, settings.rate, rng if settings.noise else None)
 
 
-def log_of_ball(report: Report, unit: SimulatedUnit, asked: Asked, _count: Count) -> list[str]:
-    """Return the log of presses by hand on a rubber ball, at the temperature of the bench."""
-    rng = asked.numbers(2)
+def log_of_ball(report: Report, unit: SimulatedUnit, settings: Asked, _count: Count) -> list[str]:
+    """Return the lines of the log of presses by hand on a rubber ball, at the temperature of the bench.
+
+    A hand tilts the sensor on a ball by at most half the tilt of the design.
+    """
+    rng = settings.random_generator(2)
     steepest = (report.design.reading or ReadingRequirements()).tilt_deg
     hand = hand_of(report, ())
     presses = [press_curve(unit, fruit, hand) for fruit in ball_presses(usual_ball(report), 0.5 * steepest, rng)]
-    return log_of(report, unit, presses, asked.rate, rng if asked.noise else None)
+    return log_of(report, unit, presses, settings.rate, rng if settings.noise else None)
+
+
+def _weights_lines(report: Report, unit: SimulatedUnit, settings: Asked, _count: Count) -> list[str]:
+    """Return the lines of the table of weights."""
+    return weights_table(report, unit, bench_of(report), settings.random_generator(3))
+
+
+def _plate_lines(report: Report, unit: SimulatedUnit, settings: Asked, _count: Count) -> list[str]:
+    """Return the lines of the table of a press on a hard plate."""
+    return plate_table(report, unit, bench_of(report), settings.random_generator(4))
 
 
 FILES: dict[str, Callable[[Report, SimulatedUnit, Asked, Count], list[str]]] = {
-    "weights": lambda report, unit, asked, _: weights_table(report, unit, bench_of(report), asked.numbers(3)),
-    "plate": lambda report, unit, asked, _: plate_table(report, unit, bench_of(report), asked.numbers(4)),
+    "weights": _weights_lines,
+    "plate": _plate_lines,
     "ball": log_of_ball,
     "out": log_of_fruit,
 }
-"""The function that makes the lines of each file, by its flag."""
+"""The function that returns the lines of each file, by the flag of the file."""

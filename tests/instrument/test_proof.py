@@ -6,7 +6,7 @@ import pytest
 from refusal import refusal
 
 from instrument.press.measuring import MeasuringUnit
-from instrument.proof import ProvedReading, judged, prove
+from instrument.proof import ProvedReading, evaluate_proof, prove
 from sensor.quantity import InputError
 
 
@@ -34,14 +34,14 @@ GOOD = [reading(0.9), reading(-0.9), reading(0.1, "out_of_range"), reading(0.2, 
 )
 def test_what_an_honest_design_may_have(readings, outside, flagged, passed):
     """Of 60 readings outside by 5 % each, more than 7 are in a hundredth of all cases."""
-    proof = judged("mango", 1, readings)
+    proof = evaluate_proof("mango", 1, readings)
     assert (proof.outside, proof.flagged, proof.passed) == (outside, flagged, passed)
     assert bool(proof.failures) is not passed
 
 
 @pytest.mark.parametrize(("count", "most"), [(1, 1), (20, 4), (60, 7), (1000, 67)])
 def test_the_point_of_the_binomial_follows_the_count(count, most):
-    assert judged("mango", 1, count * [reading()]).most_outside == most
+    assert evaluate_proof("mango", 1, count * [reading()]).most_outside == most
 
 
 @pytest.mark.slow
@@ -66,7 +66,7 @@ def test_a_press_without_a_solution_is_drawn_again(refused, again, mango, monkey
             raise InputError(msg)
         return reading()
 
-    monkeypatch.setattr("instrument.proof._proved", proved)
+    monkeypatch.setattr("instrument.proof._simulate_reading", proved)
     if again is None:
         refusal(prove, mango.report, 3, 1)
         return
