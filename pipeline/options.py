@@ -6,15 +6,13 @@ import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from cad.files.file_date import NAME as FILE_DATE
 from pipeline.storage.versions import code_digest, pages_digest, run_packages
 from sensor.design.design_file import design_as_mapping
 from sensor.design.design_tables import DesignTables, settings_of_texts
-from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
-from sensor.design.tips import Tips
 from sensor.gone import refuse_gone
 from sensor.input_file import read_toml
 from sensor.quantity import Bounds, check_fields, choice, nearest, quantity, validation_error
@@ -28,15 +26,6 @@ TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
 DEFAULT_TOLERANCE = 1e-3
 ROUGH_TOLERANCE = 0.02  # from this tolerance on, both springs and the contact are solved on one coarse mesh
 CONTACT_FRACTION = 0.25  # share of the contact in the tolerance; it is cheap, so the expensive springs get the rest
-_BESIDE_CONTACT = (
-    *("name", "E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation"),
-    *("roughness_mm", "roughness_wave_mm", "flesh_scatter_percent"),
-)
-BESIDE_CONTACT: dict[str, dict[str, Any]] = {
-    "fruit": {key: getattr(Fruit(), key) for key in _BESIDE_CONTACT},
-    "tips": {"gap_mm": 0.0, "socket": "none"},
-}
-"""Keys that do not affect the compliance of a fruit times its modulus, each with one value for all designs."""
 
 _SHIPPED, _CHECKOUT = (Path(__file__).parents[level] / "designs" for level in (0, 1))
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
@@ -118,22 +107,6 @@ def refuse_unmakeable(design: Design, options: RunOptions) -> None:
         bound = f"{' or '.join(name for name, layout in LAYOUTS.items() if layout.has_housing)} for pipeline design"
         hint = "a line has no housing; use pipeline run"
         raise validation_error("tips.layout", design.tips.layout, "", bound, hint)
-
-
-def contact_inputs(design: Design, options: RunOptions) -> dict[str, object]:
-    """Return the inputs, by name, that determine the compliance of a fruit times its modulus."""
-    fruit, tips = contact_scene(design)
-    return {"fruit": fruit, "tips": tips, "tol": options.contact_tolerance}
-
-
-def contact_scene(design: Design) -> tuple[Fruit, Tips]:
-    """Return fruit and tips, with one value for all designs in each key that does not affect their contact.
-
-    Under a skin the moduli do affect it.
-    """
-    fruit = design.fruit
-    moduli = {} if fruit.skin_mm is None else {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
-    return replace(fruit, **BESIDE_CONTACT["fruit"] | moduli), replace(design.tips, **BESIDE_CONTACT["tips"])
 
 
 def preset_names() -> tuple[str, ...]:

@@ -1,9 +1,10 @@
 """The compliance of the fruit under the tips: the compliance of its block, changed by shape and skin."""
 
-import dataclasses
+from dataclasses import replace
 from functools import partial
+from typing import Any
 
-from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE, ROUGH_TOLERANCE, RunOptions, contact_inputs
+from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE, ROUGH_TOLERANCE, RunOptions
 from pipeline.storage.cache import cached
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -13,11 +14,33 @@ from solve.fruit.curved_body import check_curved, curved_compliance
 from solve.fruit.skin import skin_compliance
 from solve.fruit.split import contact_footprints, split_compliance
 
+_BESIDE_CONTACT = (
+    *("name", "E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation"),
+    *("roughness_mm", "roughness_wave_mm", "flesh_scatter_percent"),
+)
+BESIDE_CONTACT: dict[str, dict[str, Any]] = {
+    "fruit": {key: getattr(Fruit(), key) for key in _BESIDE_CONTACT},
+    "tips": {"gap_mm": 0.0, "socket": "none"},
+}
+"""Keys that do not affect the compliance of a fruit times its modulus, each with one value for all designs."""
+
 
 def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
     """Return the compliance of the fruit under all tips [1/mm], cached; raises like `contact_compliance`."""
     solve = partial(contact_compliance, design.fruit, design.tips, options.contact_tolerance)
-    return cached("contact", contact_inputs(design, options), solve, FruitCompliance)
+    fruit, tips = contact_scene(design)
+    inputs = {"fruit": fruit, "tips": tips, "tol": options.contact_tolerance}
+    return cached("contact", inputs, solve, FruitCompliance)
+
+
+def contact_scene(design: Design) -> tuple[Fruit, Tips]:
+    """Return fruit and tips, with one value for all designs in each key that does not affect their contact.
+
+    Under a skin the moduli do affect it.
+    """
+    fruit = design.fruit
+    moduli = {} if fruit.skin_mm is None else {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
+    return replace(fruit, **BESIDE_CONTACT["fruit"] | moduli), replace(design.tips, **BESIDE_CONTACT["tips"])
 
 
 def contact_compliance(
@@ -37,13 +60,13 @@ def contact_compliance(
     if is_curved:
         check_curved(fruit, footprints)  # before the block is solved
     compliance = split_compliance(fruit, tips, tolerance)
-    compliance = dataclasses.replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
+    compliance = replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
     if is_curved:
         compliance = curved_compliance(compliance, fruit, footprints, along_normals, tolerance)
     if fruit.skin_mm is not None:
         compliance = skin_compliance(compliance, fruit, footprints, along_normals)
-    info = dataclasses.replace(compliance.info, status=f"{_replacement_text(fruit, tips)}{compliance.info.status}")
-    return dataclasses.replace(compliance, info=info)
+    info = replace(compliance.info, status=f"{_replacement_text(fruit, tips)}{compliance.info.status}")
+    return replace(compliance, info=info)
 
 
 def _replacement_text(fruit: Fruit, tips: Tips) -> str:

@@ -9,8 +9,8 @@ import functools
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from pipeline.options import BESIDE_CONTACT, CONTACT_FRACTION, contact_scene
-from pipeline.response.contact import contact_compliance
+from pipeline.options import CONTACT_FRACTION
+from pipeline.response.contact import BESIDE_CONTACT, contact_compliance, contact_scene
 from pipeline.storage.cache import cached
 from pipeline.storage.plain import Plain
 from sensor.design.fruit import Fruit
