@@ -291,7 +291,7 @@ def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: fl
 
 
 def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[float]:
-    """Return those strains of the geometry [%] that the curve reaches.
+    """Return the strains of the geometry [%] that the curve reaches.
 
     The first one is replaced by the largest possible strain if it lies beyond the end. Raises InputError for a strain
     that is smaller than the error of the first touch.
