@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import binom
 
-from instrument.calibrate.reference_presses import MAY_STAND, ReferenceBall, correction_of
+from instrument.calibrate.reference_presses import ACCEPTED_FLAGS, ReferenceBall, correction_of
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.printed_unit import PrintedUnit, unit_of
 from instrument.press.signals import Signal
 from instrument.simulate.bench_tables import usual_ball
-from instrument.simulate.drawn_fruit import PressedFruit, drawn_fruit
+from instrument.simulate.drawn_fruit import PressedFruit, draw_fruit
 from instrument.simulate.log import log_of, usual_rate
 from instrument.simulate.simulated_press import press_curve
 from instrument.simulate.simulation import hand_of
-from instrument.simulate.unit import SimulatedUnit, drawn_unit
+from instrument.simulate.unit import SimulatedUnit, draw_unit
 from pipeline.report.report import Report
 from pipeline.tables.rows import Rows
 from sensor.arrays import Floats
@@ -64,7 +64,7 @@ class ProvedReading:
 
         Flags for a bruise and for a modulus out of range do not question it.
         """
-        return self.told is None or not MAY_STAND.issuperset(self.flags)
+        return self.told is None or not ACCEPTED_FLAGS.issuperset(self.flags)
 
     @property
     def bars(self) -> float:
@@ -154,11 +154,11 @@ def _simulate_reading(report: Report, rng: np.random.Generator) -> ProvedReading
 
     Raises InputError if the press has no solution or the unit cannot be calibrated.
     """
-    real_unit = drawn_unit(report, rng)
+    real_unit = draw_unit(report, rng)
     unit = MeasuringUnit(report=report, unit=_calibrate_unit(report, real_unit, rng))
-    fruit = drawn_fruit(report, rng)
+    fruit = draw_fruit(report, rng)
     # The unit presses at another temperature than at its calibration.
-    reading = read_by(unit, real_unit.in_other_air(report, rng), fruit, rng)
+    reading = read_by(unit, real_unit.at_other_temperature(report, rng), fruit, rng)
     return ProvedReading(
         E=fruit.E,
         radii=fruit.radii,

@@ -15,11 +15,11 @@ from instrument.firmware.firmware import header_text, module_text
 from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
-from instrument.press.one_time import at_one_time
+from instrument.press.one_time import simultaneous_samples
 from instrument.press.presses import readings_of
 from instrument.press.printed_unit import unit_of
 from instrument.press.signals import Sample, Signal, force_keys
-from instrument.press.touches import PressSamples, presses_of
+from instrument.press.touches import PressSamples, cut_presses
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import analyse_readings, reading_constants
 from pipeline.reading.pressed_sensor import PressedSensor
@@ -162,9 +162,9 @@ def read_log(sensor, rows):
     signal = sensor.report.read_out.signal
     period = 1.0 / (signal.rate_Hz if signal else 10.0)
     samples = (Sample(number, number * period, tuple(row)) for number, row in enumerate(rows.astype(float)))
-    timing, samples = at_one_time(sensor, samples, "press.csv")
+    timing, samples = simultaneous_samples(sensor, samples, "press.csv")
     in_newtons = (row._replace(forces=tuple(sensor.forces_of_channels(row.forces).tolist())) for row in samples)
-    presses = presses_of(sensor, in_newtons, "press.csv", timing.lag)
+    presses = cut_presses(sensor, in_newtons, "press.csv", timing.lag)
     deepest = max(presses, key=lambda press: press.forces.sum(axis=1).max(), default=None)
     if deepest is None:
         return FruitReading(flags=("lift_off",))

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from cad.parts.coupon import modulus_factor
-from instrument.calibrate.creep import Weighing, weighing
+from instrument.calibrate.creep import Weighing, correct_weights
 from instrument.calibrate.fruit_presses import ScaleFit, scale_of_presses
 from instrument.calibrate.hard_plate import PressedSpring, pressed_springs
 from instrument.calibrate.reference_presses import BallPresses, PressedBall, correction_by_ball
@@ -272,7 +272,7 @@ def calibrate_unit(
     springs or contradicts the design, and if a unit with these springs reads no modulus.
     """
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
-    weighed = weighing(table, report, after_s)
+    weighed = correct_weights(table, report, after_s)
     names = [tip.name for tip in report.tips]
     counts = [key for key in count_keys(len(names)) if key in table.numbers]
     lines = weighed_lines(table, names, counts, weighed.forces)

@@ -53,7 +53,7 @@ class Weighing:
     note: str = report_field("", "why the creep of the table was not taken", told=False, default="")
 
 
-def weighing(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:
+def correct_weights(table: MeasuredTable, report: Report, after_s: float | None) -> Weighing:
     """Return the weights of a table corrected for creep, and the creep of the unit.
 
     The time from hanging a weight to its reading is `after_s` [s] for all rows, or the column `t` of the table. Raises

@@ -20,7 +20,7 @@ from instrument.press.fruit_reading import FruitReading
 from instrument.press.fruit_scale import FruitScale
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.signals import Sample, force_keys
-from instrument.press.touches import presses_of
+from instrument.press.touches import cut_presses
 from pipeline.storage.told import as_data
 from pipeline.tables.decoding import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
@@ -103,10 +103,10 @@ def scale_of_presses(table: MeasuredTable, sensor: MeasuringUnit) -> ScaleFit:
     """
     moduli = _read_moduli(table, sensor)
     column, unit = ("firmness", "N") if "firmness" in table.numbers else ("E", "MPa")
-    return fitted_scale(table.source, table.texts["fruit"], moduli, table.numbers[column], unit)
+    return fit_scale(table.source, table.texts["fruit"], moduli, table.numbers[column], unit)
 
 
-def fitted_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Floats, unit: str) -> ScaleFit:
+def fit_scale(source: str, names: tuple[str, ...], moduli: Floats, firmness: Floats, unit: str) -> ScaleFit:
     """Fit the scale to the moduli read by presses (presses,) [MPa] and the firmness of their fruit [`unit`].
 
     `names` are the names of the presses' fruit, and `source` is the name of the table in messages. A later reading is a
@@ -198,7 +198,7 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
     for row, moment in zip(rows, t, strict=True):
         forces = sensor.forces_of_channels([table.numbers[key][row] for key in keys])
         samples.append(Sample(table.lines[row], moment, tuple(forces.tolist())))
-    presses = list(presses_of(sensor, samples, table.source, AT_ONCE.lag))
+    presses = list(cut_presses(sensor, samples, table.source, AT_ONCE.lag))
     for press in presses:
         if press.lines_left_out:
             place = f"{place_of(table.source, press.lines_left_out[0])}: fruit {name}"

@@ -40,7 +40,7 @@ SCATTER = Bounds(at_most=10.0)
 """Allowed half width at 95 % of the factor due to the scatter of presses [%]; beyond it the factor is unknown."""
 DEEP = 3.0
 """Smallest radius of a ball over the tip spacing, a judgement; tips would feel the far side of a smaller ball."""
-MAY_STAND = {"press_over_bruise_limit", "out_of_range"}
+ACCEPTED_FLAGS = {"press_over_bruise_limit", "out_of_range"}
 """Flags that do not exclude a press on a ball: rubber does not bruise, and a form error may shift the reading."""
 
 
@@ -142,13 +142,13 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[Bal
 
 def _is_accepted(reading: FruitReading) -> bool:
     """Return whether a press on a ball has a modulus and no flag that excludes it."""
-    return reading.E is not None and MAY_STAND.issuperset(reading.flags)
+    return reading.E is not None and ACCEPTED_FLAGS.issuperset(reading.flags)
 
 
 def count_presses(readings: Sequence[FruitReading]) -> BallPresses:
     """Return the numbers of accepted and rejected presses on a ball, from their readings."""
     rejected = [reading for reading in readings if not _is_accepted(reading)]
-    flags = Counter(flag for reading in rejected for flag in reading.flags if flag not in MAY_STAND)
+    flags = Counter(flag for reading in rejected for flag in reading.flags if flag not in ACCEPTED_FLAGS)
     return BallPresses(counted=len(readings) - len(rejected), presses=len(readings), flags=dict(flags))
 
 

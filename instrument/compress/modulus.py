@@ -22,7 +22,7 @@ COVERAGE = 1.96
 """Number of standard errors to each side that contain 95 %."""
 PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Plausible moduli of whole fruit and tubers [MPa]; beyond them a unit is wrong."""
-TELLING = Bounds(below=100.0)
+ALLOWED_PERCENT = Bounds(below=100.0)
 """Allowed half width of a modulus [%]; a larger error bar contains 0."""
 _ASIDE = 0.2  # half width of the range of points for secant and tangent, as a fraction of the travel to their strain
 _LEAST_POINTS = 6  # minimum number of these points
@@ -259,14 +259,14 @@ def _refuse_wide_bar(specimen: Specimen, u_percent: float, largest_share: str) -
 
     The hint names the largest part of the error, and the row with the largest jump of the force.
     """
-    if not TELLING.hold(u_percent):
+    if not ALLOWED_PERCENT.hold(u_percent):
         jumps = np.abs(np.diff(specimen.force, n=2))
         outlier = specimen.cell(int(np.argmax(jumps)) + 1, "force")
         name = f"{specimen}: error of the modulus"
         hint = (
             f"its largest part is {largest_share}; correct {outlier} if its force is an outlier, or measure more points"
         )
-        raise validation_error(name, float(f"{u_percent:.3g}"), "%", f"{TELLING}", hint)
+        raise validation_error(name, float(f"{u_percent:.3g}"), "%", f"{ALLOWED_PERCENT}", hint)
 
 
 def _notes(E: float, chosen: RangeFit, requested_strain: float, first_strain: float) -> list[str]:

@@ -56,10 +56,10 @@ def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
     following = [fit for fit in candidates if fit.follows]
     best = following[0] if following else min(candidates, key=lambda fit: float(fit.fit.residual.std()))
     others = [fit.modulus for fit in following or candidates if fit is not best]
-    return replace(best, modulus=with_choice(best.modulus, others))
+    return replace(best, modulus=add_choice_error(best.modulus, others))
 
 
-def with_choice(best: Estimate, others: Sequence[Estimate]) -> Estimate:
+def add_choice_error(best: Estimate, others: Sequence[Estimate]) -> Estimate:
     """Return the modulus of the chosen range [MPa], with an error that includes its difference from other ranges.
 
     Noise explains a part of the difference, which is subtracted. The variance of the difference from a fit of more

@@ -9,7 +9,7 @@ import numpy as np
 
 from instrument.firmware import ads1220
 from instrument.press import press_core
-from instrument.press.fruit_of_presses import chi_square_limit, own_constants
+from instrument.press.fruit_of_presses import chi_square_limit, press_deviation_constants
 from instrument.press.fruit_reading import AT_THE_EDGE
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.press_core import Unit
@@ -242,7 +242,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         **_contrast_constants(sensor, sensor.rise_law),
         **spike_constants(sensor),
         **_seating_constants(sensor),
-        **own_constants(sensor),
+        **press_deviation_constants(sensor),
         "chi_squares": [chi_square_limit(presses) for presses in range(2, press_core.MOST_PRESSES + 1)],
     }
 

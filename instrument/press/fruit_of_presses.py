@@ -132,7 +132,7 @@ def chi_square_limit(presses: int) -> float:
     return float(chdtri(presses - 1, FALSE_ALARMS))
 
 
-def own_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
+def press_deviation_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
     """Return the table of errors that presses of a fruit do not share, for firmware and for `fruit_answer`.
 
     `own_logs` are logarithms of moduli over the range of the design. `own_deviations` are standard deviations of ln E
@@ -228,7 +228,7 @@ def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list
 
     It is computed from the noise of the press and from the design, as in the firmware. Unknown noise is taken as 0.
     """
-    table = own_constants(sensor)
+    table = press_deviation_constants(sensor)
     logs, own = table["own_logs"], table["own_deviations"]
     return [
         press_core.own_deviation(logs, own, press.E, (press.noise or 0.0) / COVERAGE)

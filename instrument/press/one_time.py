@@ -35,7 +35,9 @@ class Timing(NamedTuple):
     lag: int = 1
 
 
-def at_one_time(sensor: MeasuringUnit, samples: Iterable[Sample], source: str) -> tuple[Timing, Iterator[Sample]]:
+def simultaneous_samples(
+    sensor: MeasuringUnit, samples: Iterable[Sample], source: str
+) -> tuple[Timing, Iterator[Sample]]:
     """Return samples whose channels are interpolated to one time, and the accuracy of this time.
 
     The sampling times are in the log, or follow from the delays of the unit's read-out. Lines that arrive faster than

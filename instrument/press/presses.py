@@ -13,10 +13,10 @@ from instrument.press.contrast_press import press_reading
 from instrument.press.count_codes import signed_counts
 from instrument.press.fruit_reading import ZERO_AFTER_S, FruitReading
 from instrument.press.measuring import MeasuringUnit
-from instrument.press.one_time import at_one_time
+from instrument.press.one_time import simultaneous_samples
 from instrument.press.printed_unit import PrintedUnit
 from instrument.press.signals import Sample, Signal
-from instrument.press.touches import PressSamples, presses_of
+from instrument.press.touches import PressSamples, cut_presses
 from pipeline.report.report import Report
 from pipeline.tables.rows import rows_of
 from sensor.arrays import Floats
@@ -79,11 +79,11 @@ def readings_of(
     """
     sensor.refuse_without_rise_level()
     tare, samples = tare_of(sensor, signal, counts_as) if signal.counted else (None, iter(signal))
-    timing, samples = at_one_time(sensor, samples, signal.source)
+    timing, samples = simultaneous_samples(sensor, samples, signal.source)
     in_newtons = _convert_to_newtons(sensor, signal, samples, tare)
     light_touch = FruitReading(flags=("lift_off",))
     has_press = False
-    for press in presses_of(sensor, in_newtons, signal.source, timing.lag, growing=every_sample):
+    for press in cut_presses(sensor, in_newtons, signal.source, timing.lag, growing=every_sample):
         reading = press_reading(sensor, press, timing)
         t = press.t[-1 if every_sample else press.deepest]
         if every_sample or press.is_firm(sensor.least_forces, timing.lag):

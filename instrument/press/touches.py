@@ -76,7 +76,7 @@ class PressSamples:
         return bool(np.convolve(firm, np.ones(several + 1)).max() > several)
 
 
-def presses_of(
+def cut_presses(
     sensor: MeasuringUnit, samples: Iterable[Sample], source: str, several: int, *, growing: bool = False
 ) -> Iterator[PressSamples]:
     """Yield each press of a signal as it ends, or with `growing` the press up to each of its samples.

@@ -70,7 +70,7 @@ class PressedFruit:
         """Return the change of the sensor's slope along x and y during the press [1]."""
         return math.radians(self.turned[0]), math.radians(self.turned[1])
 
-    def pressed_again(self, turn: float) -> "PressedFruit":
+    def in_turned_frame(self, turn: float) -> "PressedFruit":
         """Return the fruit in the frame of a sensor that is turned by the angle `turn` [deg] about the normal.
 
         Only the radii turn. The heights of an uneven skin stay, so they must be drawn anew.
@@ -97,7 +97,7 @@ def usual_fruit(report: Report) -> PressedFruit:
     )
 
 
-def drawn_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
+def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
     """Return a random fruit and pose, uniform over the ranges of a design.
 
     Moduli are uniform in their logarithm, and tilts and positions in area. Poisson's ratio is normal, with half its
@@ -118,10 +118,10 @@ def drawn_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
         turned=_draw_in_disc(rng, reading.tilt_change_deg),
         off_centre=_draw_in_disc(rng, reading.off_centre_mm),
     )
-    return uneven(drawn, report, rng)
+    return make_uneven(drawn, report, rng)
 
 
-def uneven(fruit: PressedFruit, report: Report, rng: np.random.Generator) -> PressedFruit:
+def make_uneven(fruit: PressedFruit, report: Report, rng: np.random.Generator) -> PressedFruit:
     """Return a fruit with a random uneven skin, and flesh that differs from tip to tip, as the design states."""
     design_fruit = report.design.fruit
     scatter = 0.01 * design_fruit.flesh_scatter_percent
@@ -159,7 +159,7 @@ def waves_of_skin(
     return heights
 
 
-def bruised(fruit: PressedFruit, report: Report, radius: float, turn: float) -> PressedFruit:
+def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) -> PressedFruit:
     """Return a fruit with a bruise: half the modulus within a hemisphere of `radius` [mm].
 
     The bruise lies where the first tip pressed before the sensor was turned by the angle `turn` [deg]. A bruise that is

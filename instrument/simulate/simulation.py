@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.simulate.bench_tables import ball_presses, plate_table, usual_ball, weights_table
-from instrument.simulate.drawn_fruit import PressedFruit, bruised, uneven
+from instrument.simulate.drawn_fruit import PressedFruit, add_bruise, make_uneven
 from instrument.simulate.log import log_of
 from instrument.simulate.simulated_press import Hand, press_curve
-from instrument.simulate.unit import SimulatedUnit, drawn_unit
+from instrument.simulate.unit import SimulatedUnit, draw_unit
 from pipeline.report.report import Report
 from pipeline.storage.stopwatch import Count, silent
 from sensor.design.bench import Bench
@@ -42,7 +42,7 @@ class Asked:
 
 def unit_of_seed(report: Report, seed: int) -> SimulatedUnit:
     """Return the random unit of a design that `seed` determines."""
-    return drawn_unit(report, np.random.default_rng([seed, 0]))
+    return draw_unit(report, np.random.default_rng([seed, 0]))
 
 
 def hand_of(report: Report, relaxation: Sequence[tuple[float, float]] | None = None) -> Hand:
@@ -71,17 +71,17 @@ def log_of_fruit(report: Report, unit: SimulatedUnit, settings: Asked, count: Co
     no solution.
     """
     rng = settings.random_generator(1)
-    pressing_unit = unit.in_other_air(report, rng) if settings.noise else unit
+    pressing_unit = unit.at_other_temperature(report, rng) if settings.noise else unit
     turn = report.design.tips.tip_layout.turn_deg or 0.0  # a sensor that cannot be turned presses in one position
     hand = hand_of(report, settings.relaxation)
     presses = []
     for number in range(settings.presses):
         count(number, settings.presses)
-        fruit = settings.fruit.pressed_again(number * turn)
+        fruit = settings.fruit.in_turned_frame(number * turn)
         if settings.bruise_mm is not None:
-            fruit = bruised(fruit, report, settings.bruise_mm, number * turn)
+            fruit = add_bruise(fruit, report, settings.bruise_mm, number * turn)
         if settings.uneven:
-            fruit = uneven(fruit, report, rng)
+            fruit = make_uneven(fruit, report, rng)
         presses.append(press_curve(pressing_unit, fruit, hand))
     return log_of(report, pressing_unit, presses, settings.rate, rng if settings.noise else None)
 

@@ -56,7 +56,7 @@ class SimulatedUnit:
         """Return the signals of the channels without noise and drift, for deflections (samples, tips) [mm]."""
         return np.asarray(self.zeros + deflections @ self.per_mm.T)
 
-    def in_other_air(self, report: Report, rng: np.random.Generator) -> "SimulatedUnit":
+    def at_other_temperature(self, report: Report, rng: np.random.Generator) -> "SimulatedUnit":
         """Return the unit at another temperature, with random drifts of zeros, gains and the modulus of its leaves."""
         channels = report.read_out.channels
         tips = len(self.heights)
@@ -125,7 +125,7 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
     )
 
 
-def drawn_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
+def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     """Return a random unit with counts, from the scatter of its process in leaves and domes, and of its channels."""
     designed = designed_unit(report)
     design, signal = report.design, report.read_out.signal

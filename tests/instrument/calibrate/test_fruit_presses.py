@@ -7,7 +7,7 @@ import pytest
 from measured_units import MeasuredDesign, random_pose, read_press, text_of
 from refusal import refusal
 
-from instrument.calibrate.fruit_presses import fitted_scale, measured_fruit, scale_of_presses
+from instrument.calibrate.fruit_presses import fit_scale, measured_fruit, scale_of_presses
 from instrument.press.fruit_scale import FruitScale
 from instrument.press.printed_unit import read_unit, unit_as_toml
 from pipeline.response.scene_press import scene_of
@@ -133,7 +133,7 @@ def test_band_holds_95_per_cent_of_fruit_that_were_left_out(simplest, fruit, noi
     for _ in range(SETS):
         first, firmness = pressed(softest_to_firmest)
         second, _ = pressed(softest_to_firmest)
-        fit = fitted_scale("fruit.csv", names, np.concatenate([first, second]), np.tile(firmness, 2), "N")
+        fit = fit_scale("fruit.csv", names, np.concatenate([first, second]), np.tile(firmness, 2), "N")
         read, firmness = pressed(np.exp(rng.uniform(np.log(0.5), np.log(3.5), CHECKED)))
         shown = [fit.scale.firmness_of(E) for E in read.tolist()]
         inside = [(value, true) for value, true in zip(shown, firmness.tolist(), strict=True) if value is not None]
@@ -212,7 +212,7 @@ def test_presses_that_tell_nothing_are_refused_by_line_and_fruit(text, place, ma
 
 def test_too_few_fruit_and_readings_that_tell_nothing_are_refused():
     read = np.geomspace(0.5, 3.5, 12)
-    assert refusal(fitted_scale, "fruit.csv", ("a", "b", "a"), read[:3], read[:3], "N").value == 2
+    assert refusal(fit_scale, "fruit.csv", ("a", "b", "a"), read[:3], read[:3], "N").value == 2
     for firmness in (read[::-1], np.full(12, 3.0), np.tile([3.0, 5.0], 6)):
-        told = refusal(fitted_scale, "fruit.csv", tuple("abcdefghijkl"), read, firmness, "N")
+        told = refusal(fit_scale, "fruit.csv", tuple("abcdefghijkl"), read, firmness, "N")
         assert told.field == "fruit.csv: error of fruit left out"

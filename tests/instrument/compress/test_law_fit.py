@@ -8,7 +8,7 @@ from instrument.compress.force_law import ForceLaw, TestGeometry, hertz_law
 from instrument.compress.law_fit import fit_law, standard_errors
 from instrument.compress.phases import phases
 from instrument.compress.pressed_shapes import Ellipsoid
-from instrument.compress.range_choice import choose_range, with_choice
+from instrument.compress.range_choice import add_choice_error, choose_range
 from sensor.quantity import Estimate
 
 
@@ -123,5 +123,5 @@ def test_other_ranges_widen_the_error_by_what_noise_does_not_explain():
     """Hausman: a difference of 2 with errors 1 and 2 has 1 left; one of three times the error tells none."""
     best = Estimate(100.0, 1.0, "N")
     others = [Estimate(102.0, 2.0), Estimate(101.0, 2.5), Estimate(150.0, 3.0)]
-    assert with_choice(best, others).error == pytest.approx(np.sqrt(1.0 + 0.5 + 0.01**2))
-    assert with_choice(best, []) == Estimate(100.0, pytest.approx(np.sqrt(1.0 + 0.01**2)), "N")
+    assert add_choice_error(best, others).error == pytest.approx(np.sqrt(1.0 + 0.5 + 0.01**2))
+    assert add_choice_error(best, []) == Estimate(100.0, pytest.approx(np.sqrt(1.0 + 0.01**2)), "N")

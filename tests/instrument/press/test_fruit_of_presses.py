@@ -11,11 +11,11 @@ import pytest
 from measured_units import read_press
 from scipy import stats
 
-from instrument.press.fruit_of_presses import FALSE_ALARMS, fruit_answer, fruits_of, own_constants
+from instrument.press.fruit_of_presses import FALSE_ALARMS, fruit_answer, fruits_of, press_deviation_constants
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.half_width import HalfWidth
 from instrument.press.measuring import MeasuringUnit
-from instrument.simulate.drawn_fruit import bruised, usual_fruit
+from instrument.simulate.drawn_fruit import add_bruise, usual_fruit
 from instrument.simulate.simulated_press import Hand, press_curve
 from instrument.simulate.unit import designed_unit
 
@@ -103,7 +103,7 @@ def test_bars_hold_the_modulus_and_false_alarms_are_as_many_as_told(over, presse
 @pytest.mark.parametrize(("noise", "counted"), [(0.02, 3), (0.5, 2)])
 def test_a_press_that_is_much_less_certain_does_not_count(noise, counted, ball):
     sensor = ball.measuring()
-    own = max(own_constants(sensor)["own_deviations"])
+    own = max(press_deviation_constants(sensor)["own_deviations"])
     presses = [press(E, noise=2.0 * own) for E in (1.0, 1.01)]
     found = fruit_answer(sensor, [*presses, press(1.3, own=noise, noise=noise)], "1", 3)
     assert found.counted == counted
@@ -157,7 +157,7 @@ def test_turned_presses_find_a_bruise(turns, mango, monkeypatch):
         return read_press(sensor, press_curve(unit, fruit, hand).at(times) * unit.domes.K)
 
     sound = pressed(fruit)
-    found = fruit_answer(sensor, [pressed(bruised(fruit, mango.report, 6.0, turn)) for turn in turns], "1")
+    found = fruit_answer(sensor, [pressed(add_bruise(fruit, mango.report, 6.0, turn)) for turn in turns], "1")
     assert "presses_disagree" in found.flags
     assert abs(sound.E / found.E - 1.0) < found.u
     assert "presses_disagree" not in fruit_answer(sensor, [sound] * len(turns), "1").flags

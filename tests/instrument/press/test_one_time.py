@@ -13,7 +13,7 @@ from refusal import refusal
 from scipy.interpolate import PchipInterpolator
 from stored_presses import STORED
 
-from instrument.press.one_time import at_one_time
+from instrument.press.one_time import simultaneous_samples
 from instrument.press.presses import readings_of
 from instrument.press.signals import Signal
 from pipeline.options import load_design
@@ -189,7 +189,7 @@ def test_channels_with_their_times_are_taken_on_straight_lines(sensor):
     times = t[:, None] + [0.03, 0.0, 0.09, 0.01]
     forces = 0.02 + times * [0.1, 0.5, 0.1, 0.5]
     log = Signal(Rows(lines_of(times, forces, timed=True), "press.csv"), 4)
-    found = list(at_one_time(sensor, log, "press.csv")[1])
+    found = list(simultaneous_samples(sensor, log, "press.csv")[1])
     assert [sample.t for sample in found] == pytest.approx(t[1:].tolist())
     expected = 0.02 + t[1:, None] * [0.1, 0.5, 0.1, 0.5]
     assert np.array([sample.forces for sample in found]) == pytest.approx(expected, rel=1e-9)

@@ -16,15 +16,14 @@ from instrument.press.signals import Signal
 from instrument.simulate.bench_tables import plate_table, weights_table
 from instrument.simulate.drawn_fruit import (
     beyond_design,
-    bruised,
-    drawn_fruit,
+    draw_fruit,
     usual_fruit,
     waves_of_skin,
 )
 from instrument.simulate.log import log_of
 from instrument.simulate.simulated_press import SOLVED, Hand, press_curve
 from instrument.simulate.simulation import Asked, hand_of, log_of_fruit, unit_of_seed
-from instrument.simulate.unit import designed_unit, drawn_unit, given_unit, refuse_unpressed
+from instrument.simulate.unit import designed_unit, draw_unit, given_unit, refuse_unpressed
 from pipeline.options import load_design
 from pipeline.tables.rows import Rows
 from sensor.design.bench import Bench
@@ -104,7 +103,7 @@ def test_draws_follow_the_seed_and_scatter_as_the_process(mango):
     one, same, other = (unit_of_seed(report, seed) for seed in (1, 1, 2))
     assert (one.domes.K == same.domes.K).all()
     assert (one.domes.K != other.domes.K).all()
-    drawn = [drawn_unit(report, np.random.default_rng(seed)) for seed in range(400)]
+    drawn = [draw_unit(report, np.random.default_rng(seed)) for seed in range(400)]
     nominal = designed_unit(report).domes
     process = report.design.process
     thickness = np.array(report.design.tips.each(*process.leaf_thicknesses_mm))
@@ -118,7 +117,7 @@ def test_draws_follow_the_seed_and_scatter_as_the_process(mango):
 
 def test_drawn_fruits_lie_within_the_ranges_of_the_design(mango):
     rng = np.random.default_rng(2)
-    drawn = [drawn_fruit(mango.report, rng) for _ in range(200)]
+    drawn = [draw_fruit(mango.report, rng) for _ in range(200)]
     assert [list(beyond_design(each, mango.report)) for each in drawn] == 200 * [[]]
     E = np.log([each.E for each in drawn])
     assert np.ptp(E) > 0.95 * np.log(3.5 / 0.5)
@@ -153,7 +152,7 @@ def test_waves_have_their_rms_at_rows_and_at_single_places():
 @pytest.mark.parametrize(("turn", "soft"), [(0.0, 0), (90.0, 3), (180.0, 2), (45.0, None)])
 def test_a_bruise_stays_where_it_is_when_the_sensor_turns(turn, soft, mango):
     """Tips stand at (-1, -1), (1, -1), (1, 1), (-1, 1): turned by 90 degrees, the last is where the first was."""
-    found = bruised(usual_fruit(mango.report), mango.report, 6.0, turn)
+    found = add_bruise(usual_fruit(mango.report), mango.report, 6.0, turn)
     assert [tip for tip, softness in enumerate(found.softness) if softness > 1.0] == ([] if soft is None else [soft])
 
 
