@@ -54,7 +54,8 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
     deviations = Deviations.with_unit([found.noise], unit_errors, _shape_deviations(sensor, found.slopes))
     parts = half_width(sensor, E, deviations, bend)
     u = parts.total
-    tilt, direction = _pose(sensor, law, seated)
+    tilt, direction = _tilt_and_direction(sensor, law, seated)
+    # Springs are stiffer in a press than at the weighing, so the true forces are larger by this factor.
     forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
     flags = flags_of_modulus(sensor, E, u, forces, tilt)
     # If leaving out one sample changes the reading by more than its half width, that sample may be bad.
@@ -166,7 +167,7 @@ def _largest_sample_shift(
     return max((1.0 if math.isnan(found) else abs(found / E - 1.0) for found in moduli), default=0.0)
 
 
-def _pose(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, float | None]:
+def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, float | None]:
     """Return the tilt of the sensor on the skin in the deepest sample, and its direction [deg].
 
     The tilt is the slope of the plane through the depths of the tips. The direction is None if the layout does not show

@@ -175,14 +175,17 @@ def fruits_of(
 
 
 def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: str, required: int = 0) -> FruitAnswer:
-    """Return the answer for one fruit from its presses; it has no modulus if no press has one.
+    """Return the answer for one fruit, called `name`, from its presses.
 
-    `required` is the number of presses without which the answer is flagged as `few_presses`; 0 means at least two.
+    Its modulus is the Hodges-Lehmann estimate of the presses that count; a much less certain press does not. The half
+    width follows from their scatter, the errors that they state, and the errors that they share. Without a press that
+    has a modulus, the answer has none either. The answer is flagged as `few_presses` if fewer than `required` presses
+    count; 0 means two.
     """
-    read = [press for press in presses if press.E is not None]
-    own = _own_deviations(sensor, read)
-    indices = press_core.counted_presses(own) if read else []
-    counted = [read[press] for press in indices]
+    with_modulus = [press for press in presses if press.E is not None]
+    own = _own_deviations(sensor, with_modulus)
+    indices = press_core.counted_presses(own) if with_modulus else []
+    counted = [with_modulus[index] for index in indices]
     turn = sensor.report.design.tips.tip_layout.turn_deg
     causes = {"few_presses": len(counted) < (required or 2)}
     answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
@@ -198,9 +201,9 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
             scatter = press_core.standard_deviation(logs)
             # The firmware does not know all errors of a press, for instance if its sampling times are unknown.
             stated = [part.largest_independent / COVERAGE for part in parts]
-            allowed = list(map(max, stated, [own[press] for press in indices]))
+            deviations = list(map(max, stated, [own[index] for index in indices]))
             limit = chi_square_limit(len(logs))
-            disagree = causes["presses_disagree"] = press_core.are_inconsistent(logs, allowed, limit)
+            disagree = causes["presses_disagree"] = press_core.are_inconsistent(logs, deviations, limit)
             prior = _root_mean_square([part.independent / COVERAGE for part in parts])
             # Shared errors do not fall with the number of presses. The bend is no random error, so it adds linearly.
             u = math.hypot(_half_width_by_scatter(scatter, prior, len(logs), disagree=disagree), shared) + bend
@@ -238,6 +241,7 @@ def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list
 
 
 def _root_mean_square(values: Sequence[float]) -> float:
+    """Return the root mean square of values."""
     return math.sqrt(math.fsum(value**2 for value in values) / len(values))
 
 

@@ -144,12 +144,12 @@ class Unit:
             return self.fruit
         # The contact of a dome with its axis at X lies at [[c, s], [s, c]]^-1 X. Here c is `rolled`, and s is the dome
         # radius times the saddle's curvature k_xy, in a form in which no digits cancel.
-        tall = 2.0 * self.dome_radius * offset / self.felt * self.rolled
-        saddle = tall * self.rolled / (1.0 + math.sqrt(1.0 + tall * tall))
+        gap_ratio = 2.0 * self.dome_radius * offset / self.felt * self.rolled
+        saddle = gap_ratio * self.rolled / (1.0 + math.sqrt(1.0 + gap_ratio * gap_ratio))
         determinant = self.rolled * self.rolled - saddle * saddle
-        fruit = []
+        weights = []
         for tip in range(self.size):
-            total = self.still[tip]
+            weight = self.still[tip]
             for other in range(self.size):
                 if other != tip:
                     x = self.places[2 * other] - self.places[2 * tip]
@@ -157,14 +157,15 @@ class Unit:
                     along_x = self.rolled * x - saddle * y
                     along_y = self.rolled * y - saddle * x
                     distance = math.sqrt(along_x * along_x + along_y * along_y)  # of contacts, times the determinant
-                    total += self.weights[other] * self.body * determinant / distance
-            fruit.append(total)
-        return fruit
+                    weight += self.weights[other] * self.body * determinant / distance
+            weights.append(weight)
+        return weights
 
     def contrast_point(self, forces: "Sequence[float]") -> tuple[float, float, float, float]:
         """Return the total force [N], the contrast [mm], the variance of the contrast and the covariance of both.
 
-        The contrast is taken at a fixed modulus, the geometric mean of the design's range.
+        This contrast finds outliers: at a fixed modulus it is nearly a linear function of the total force in a press.
+        The covariance [N mm] is due to errors of the forces, which are in both numbers.
         """
         contrast = variance = covariance = 0.0
         for tip in range(self.size):
@@ -249,10 +250,11 @@ class UnitTare:
 
 
 class Rising:
-    """Running sums of one press, from which its modulus follows.
+    """Running sums of one press, from which its modulus follows by a regression with an instrumental variable.
 
-    A sample counts if all forces of the samples just before it exceed `least` [N]. Selection by its own forces would
-    prefer samples with positive noise.
+    The instrumental variable, or instrument, of a sample is the total force one or two samples earlier. It rises with
+    the press, but its noise is independent of the sample's noise. A sample counts if all forces of the samples just
+    before it exceed `least` [N]. Selection by its own forces would prefer samples with positive noise.
     """
 
     def __init__(self, unit: Unit, least: "Sequence[float]") -> None:
@@ -262,28 +264,26 @@ class Rising:
         self.deepest = 0.0  # largest total force [N]
         self.noise = 0.0  # standard deviation of ln E of the last reading
         self.begin_sums()
-        self.keep()
+        self.save_sums()
 
     def begin_sums(self) -> None:
         """Reset the sums, because samples after a lift belong to another press."""
         size = self.unit.size
-        self.break_off()
+        self.forget_previous()
         self.touch = 0.0  # total force of the first sample with all tips on the fruit [N]
         self.count = 0
-        # mean of the instrumental variable of the regression [N]: the total force one or two samples earlier, whose
-        # noise is independent of the noise of the sample
-        self.mean_instrument = 0.0
+        self.mean_instrument = 0.0  # [N]
         self.spread = 0.0  # sum of squared deviations of the instrument [N^2]
         self.means = [(0.0, 0.0, 0.0)] * size  # means of F, F^(2/3) and F^(-1/3) of each tip
         self.rising = [(0.0, 0.0)] * size  # co-moments of the instrument with F and F^(2/3)
         self.steps = [0.0] * size  # mean change of each force from sample to sample [N]
         self.rising_steps = [0.0] * size  # co-moments of the instrument with these changes [N^2]
 
-    def keep(self) -> None:
-        """Save the sums at the deepest sample; later samples do not enter the reading."""
+    def save_sums(self) -> None:
+        """Save the sums at the deepest sample until here; later samples do not enter the reading."""
         self.to_deepest = (self.count, self.touch, self.spread, self.means, self.rising, self.rising_steps)
 
-    def break_off(self) -> None:
+    def forget_previous(self) -> None:
         """Forget the previous samples, because the next one does not follow them."""
         # total forces of the previous samples [N], earliest first; 0 if there is none
         self.previous = [0.0] * self.unit.several
@@ -330,14 +330,15 @@ class Rising:
         ]
         if total >= self.deepest:
             self.deepest = total
-            self.keep()
+            self.save_sums()
 
     def read(self, *, whole: bool) -> tuple[float | None, float, int]:
         """Return E [MPa], the offset [mm] and flags; E is None if the press determines no modulus.
 
-        E = z^(-3) solves rigid + dome z^2 + body z^3 = 0. The coefficients are co-moments with the instrument. Gaps
-        under the tips are constant in a press, so they drop out; the offset is their contrast, from the means of the
-        samples. With `whole`, a press that begins late or rises little is flagged.
+        In each sample the contrast of springs, domes and fruit equals minus the contrast of the unknown gaps under the
+        tips, the offset. It is constant in a press, so it drops out of co-moments with the instrument. They are the
+        coefficients of rigid + dome z^2 + body z^3 = 0, whose root z gives E = z^(-3). With `whole`, a press that
+        begins late or rises little is flagged.
         """
         unit = self.unit
         count, touch, spread, means, rising, rising_steps = self.to_deepest
@@ -346,6 +347,7 @@ class Rising:
         rise = (self.deepest - touch) / math.sqrt(12.0)  # standard deviation of a uniform distribution
         if whole and (touch / self.deepest > unit.latest_touch or not rise > unit.least_rise):
             return None, 0.0, NO_RISE
+        # The coefficients of the cubic, and from the means of the samples those of the offset.
         moments = [moment[0] for moment in rising]
         forces = [mean[0] for mean in means]
         rigid = dot(unit.springs, moments)
@@ -357,27 +359,28 @@ class Rising:
         # The saddle that the offset shows moves the contacts, and so changes the modulus: a fixed-point iteration.
         for _ in range(unit.saddle_steps):
             fruit = unit.fruit_weights(offset)
-            found = smallest_root(rigid, dome, dot(fruit, moments))
-            if found is None:
+            root = smallest_root(rigid, dome, dot(fruit, moments))
+            if root is None:
                 return None, 0.0, OUT_OF_RANGE
-            z = found
+            z = root
             previous = offset
             offset = -(mean_rigid + z * z * (mean_dome + dot(fruit, forces) * z))
             change = abs(offset - previous)
         if unit.places and not change <= unit.settled * abs(mean_rigid):
             return None, 0.0, OUT_OF_RANGE
+        # Errors of ln E: the standard deviation of the cubic due to noise or sampling times, divided by its slope.
         slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # of the cubic against -ln E
-        variance = 0.0
-        by_times = 0.0
+        noise_variance = 0.0  # of the contrast in one sample
+        time_variance = 0.0
         for tip in range(unit.size):
             dome_slope = unit.domes[tip] / 1.5 * z * z * means[tip][2]
             force_slope = unit.springs[tip] + fruit[tip] * z * z * z + dome_slope  # of the contrast against the force
-            variance += (force_slope * unit.noises[tip]) ** 2
-            by_times += (force_slope * rising_steps[tip]) ** 2
-        if math.sqrt(variance * spread) > unit.largest_noise * abs(slope):
+            noise_variance += (force_slope * unit.noises[tip]) ** 2
+            time_variance += (force_slope * rising_steps[tip]) ** 2
+        if math.sqrt(noise_variance * spread) > unit.largest_noise * abs(slope):
             return None, 0.0, NO_RISE
-        self.noise = math.sqrt(variance * spread) / abs(slope)
-        too_fast = unit.time_deviation * math.sqrt(by_times) > unit.largest_by_time * abs(slope)
+        self.noise = math.sqrt(noise_variance * spread) / abs(slope)
+        too_fast = unit.time_deviation * math.sqrt(time_variance) > unit.largest_by_time * abs(slope)
         return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
 
 
@@ -387,6 +390,7 @@ class ContrastLine:
     def __init__(self, unit: Unit, points: list[tuple[float, float, float, float]]) -> None:
         """Fit the line to points of `Unit.contrast_point`; its slope is limited to the slopes that moduli allow."""
         self.unit = unit
+        # Means of the points: total force, contrast, its variance, and the covariance of both.
         self.whole = sum(point[0] for point in points) / len(points)
         self.contrast = sum(point[1] for point in points) / len(points)
         self.variance = sum(point[2] for point in points) / len(points)
@@ -485,6 +489,7 @@ class Touch:
         self.window = self.window[1 - self.length :]
         self.window.append(TouchSample(self.unit, forces, self.number))
         if len(self.window) == self.length:
+            # The decision on the last samples is left to later windows, in which more samples follow them.
             self.drop_outliers(self.unit.beside + 1)
             self.release(len(self.window) - self.unit.several - (self.unit.beside - 1))
 
@@ -553,10 +558,11 @@ class Touch:
         smallest, largest = self.slope_limits(line, scale)
         residual = 0.0
         for point in points[first : first + run]:
-            # The residual is linear in the slope up to its scale, so it is 0 for a slope between two of opposite sign.
-            one = line.residual(point, smallest)
-            other = line.residual(point, largest)
-            residual = max(residual, 0.0 if one * other < 0.0 else min(abs(one), abs(other)))
+            # If the residuals at both limits have opposite signs, a slope between them leaves none.
+            at_smallest = line.residual(point, smallest)
+            at_largest = line.residual(point, largest)
+            least_residual = 0.0 if at_smallest * at_largest < 0.0 else min(abs(at_smallest), abs(at_largest))
+            residual = max(residual, least_residual)
         self.squares += line.squares / line.distance_variance(line.slope)
         self.fits += 1
         if first < decided and residual > unit.largest_residual * math.sqrt(scale):
@@ -578,7 +584,7 @@ class UnitPress:
         self.firm_samples = 0  # number of consecutive samples with all tips in firm contact
         self.left_out = 0  # number of samples that were dropped because they contradict the press
         self.noise = 0.0  # standard deviation of ln E of the last reading
-        self.touch = Touch(unit, self.take, self.drop)
+        self.touch = Touch(unit, self.accept, self.count_dropped)
         self.forces: Sequence[float] = [0.0] * unit.size  # forces of the last accepted sample [N]
         self.number = 0  # its number in the signal
         size = unit.size
@@ -621,7 +627,7 @@ class UnitPress:
     def forget_last(self, flags: int) -> int:
         """Forget the last sample, because a bad sample leaves nothing to interpolate from; return the flags."""
         self.last = None
-        self.break_off()
+        self.forget_previous()
         return flags
 
     def add_simultaneous(self, channels: list[float]) -> int:
@@ -630,23 +636,23 @@ class UnitPress:
         self.touched = self.touched or not flags
         if flags & BAD_FORCE:
             self.touch.number += 1
-            self.break_off()
+            self.forget_previous()
         elif flags:
             if self.touch.add_out_of_contact(forces):
-                self.lift()
+                self.end_touch()
         else:
             if self.touch.out_of_contact and not self.touch.is_bad_conversion(forces):
-                self.lift()
+                self.end_touch()
             self.touch.add(forces)
         return flags
 
-    def break_off(self) -> None:
+    def forget_previous(self) -> None:
         """Forget the previous samples, because the next one does not follow them."""
         self.touch.close()
         for rising in self.rising:
-            rising.break_off()
+            rising.forget_previous()
 
-    def lift(self) -> None:
+    def end_touch(self) -> None:
         """Reset the sums, because samples after a lift belong to another press."""
         self.touch.close()
         for rising in self.rising:
@@ -654,11 +660,11 @@ class UnitPress:
         self.over = self.over or self.firm_samples > self.unit.several
         self.firm_samples = 0
 
-    def drop(self, _: int) -> None:
+    def count_dropped(self, _: int) -> None:
         """Count a sample that is left out."""
         self.left_out += 1
 
-    def take(self, forces: "Sequence[float]", number: int) -> None:
+    def accept(self, forces: "Sequence[float]", number: int) -> None:
         """Add the forces [N] of an accepted sample to the sums; `number` is its number in the signal."""
         if all(self.unit.are_firm(forces)):
             self.firm_samples += 1
