@@ -1,7 +1,7 @@
-"""Displacement and stress in the fruit under given pressures, for viewing: half-space part plus remainder.
+"""Displacement and stress in the fruit under given pressures, for viewing.
 
-The fields are on the equivalent block of the fruit, in the axes of cad: z up, top face at 0. The half-space part is in
-closed form at every node, the remainder is smooth.
+The fields are on the equivalent block of the fruit, in the axes of `cad`: z up, top face at 0. They are the sum of the
+field of a half-space, in closed form at each node, and of the smooth remainder due to the finite size of the block.
 """
 
 from collections.abc import Sequence
@@ -23,21 +23,25 @@ from solve.halfspace.punch import square_punch
 from solve.surface import patch_inside
 
 FINEST = 0.125  # mesh step under a tip [sides of its contact]
-GROWTH = 0.4  # growth of the mesh steps per distance from a contact
-COARSEST = 0.1  # largest mesh step [lengths of the block]
-NEAR = 1.5  # distance [sides of a contact] up to which patches of pressure are resolved; beyond, only their moments
-PATCHES = 24  # most patches per side of a footprint; each sums the forces of its cells
-NODES = 3  # nodes per side that carry the moments of the patches of a tip
-# Depth [sides of a patch] at which surface stress is evaluated. At the corners of patches it is infinite on the
-# surface. At this depth the steps between patches have decayed by exp(-pi), but variations as wide as a tip have not.
+GROWTH = 0.4  # growth of the mesh steps with the distance from a contact [mm per mm]
+COARSEST = 0.1  # largest mesh step [longest edge of the block]
+NEAR = 1.5  # distance [sides of a contact] within which patches are resolved; beyond it, only their moments are used
+PATCHES = 24  # maximum number of patches per side of a footprint; each has the sum of the forces of its cells
+NODES = 3  # nodes per side of the point forces that have the moments of the patches of a tip
+# Depth at which the stress of the surface is evaluated [sides of a patch]. On the surface, stress is infinite at the
+# corners of patches. At this depth, differences between patches have decayed by exp(-pi), but variations as wide as a
+# tip have not.
 SKIN = 0.5
-SURFACE = 1e-6  # depth [SKIN depths] at which surface displacement is evaluated, to avoid 0 / 0 in its closed form
-UPWARD = np.array([1.0, 1.0, -1.0])  # converts a vector from z down to z up
+SURFACE = 1e-6  # depth at which the displacement of the surface is evaluated, over that of the stress, to avoid 0 / 0
+UPWARD = np.array([1.0, 1.0, -1.0])  # converts a vector between z down and z up
 
 
 @dataclass(frozen=True, eq=False)
 class _Patches:
-    """Uniform pressures on rectangles: centres (n, 2), sides (n, 2) [mm], forces (n,) [N]; no sides for points."""
+    """Forces (n,) [N], each as a uniform pressure on a rectangle with its centre (n, 2) and sides (n, 2) [mm].
+
+    If the sides are 0, the forces act at points.
+    """
 
     centres: Floats
     sides: Floats
@@ -45,17 +49,17 @@ class _Patches:
 
     @property
     def low(self) -> Floats:
-        """Return the lowest x and y of all rectangles [mm]."""
+        """Return the smallest x and y of all rectangles [mm]."""
         return np.asarray((self.centres - 0.5 * self.sides).min(axis=0))
 
     @property
     def high(self) -> Floats:
-        """Return the highest x and y of all rectangles [mm]."""
+        """Return the largest x and y of all rectangles [mm]."""
         return np.asarray((self.centres + 0.5 * self.sides).max(axis=0))
 
 
 def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, NodalFields]:
-    """Return hexahedra of the fruit [mm] and the fields under the pressures of all tips, in the order of `mesh.p`.
+    """Return a mesh of the fruit in hexahedra [mm], and the fields at its nodes under the pressure of all tips.
 
     Raises InputError for a fruit with a skin, and SolveError if the solve of the remainder does not converge.
     """
@@ -67,26 +71,27 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
         patches = _patches(pressure, tip)
         if len(patches.forces):
             tips.append(patches)
-    point_loads = [_as_points(patches) for patches in tips]
-    mesh = _view_mesh(block, tips)
-    x, y, z = mesh.p * UPWARD[:, None]  # from here on z points down
+    point_loads = [_point_forces(patches) for patches in tips]
+    mesh = _viewing_mesh(block, tips)
+    x, y, z = mesh.p * UPWARD[:, None]  # z points down until the last lines
 
-    # All fields are for E = 1 MPa; the last lines divide by E.
+    # All fields are for E = 1 MPa until the last lines divide by E.
     load_points = np.concatenate([each.centres for each in point_loads])
     forces = np.concatenate([each.forces for each in point_loads])
     lines = block_lines(block, load_points, (False, False), FINE)
     basis, v = remainder_field(box_mesh(lines), block.poisson, load_points, forces)
-    u_remainder, gradient = _evaluated(basis, lines, v, np.stack([x, y, z]))
+    u_remainder, gradient = _evaluate_field(basis, lines, v, np.stack([x, y, z]))
 
-    # The half-space in closed form; surface stress is evaluated slightly below the surface.
-    skin = SKIN * min(float(patches.sides.min()) for patches in tips)
+    # The half-space in closed form. Nodes on the surface have the stress of a small depth, and the displacement of a
+    # much smaller one.
+    smallest_depth = SKIN * min(float(patches.sides.min()) for patches in tips)
     loads = list(zip(tips, point_loads, strict=True))
-    below_skin = _half_space(np.stack([x, y, np.maximum(z, skin)]), loads)
-    u = halfspace.displacement(below_skin, 1.0, block.poisson)
-    top = z == 0.0
-    near_top = np.stack([x[top], y[top], np.full(np.count_nonzero(top), SURFACE * skin)])
-    u[:, top] = halfspace.displacement(_half_space(near_top, loads), 1.0, block.poisson)
-    sigma = halfspace.stress(below_skin, block.poisson) + stress(gradient, 1.0, block.poisson)
+    potentials = _half_space(np.stack([x, y, np.maximum(z, smallest_depth)]), loads)
+    u = halfspace.displacement(potentials, 1.0, block.poisson)
+    on_top = z == 0.0
+    near_top = np.stack([x[on_top], y[on_top], np.full(np.count_nonzero(on_top), SURFACE * smallest_depth)])
+    u[:, on_top] = halfspace.displacement(_half_space(near_top, loads), 1.0, block.poisson)
+    sigma = halfspace.stress(potentials, block.poisson) + stress(gradient, 1.0, block.poisson)
 
     displacement = (u + u_remainder).T * UPWARD / pressure.E
     sigma = sigma * np.multiply.outer(UPWARD, UPWARD)[:, :, None]
@@ -94,23 +99,24 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
 
 
 def _patches(pressure: FootprintPressure, tip: int) -> _Patches:
-    """Return the pressure of one tip, summed over at most 24 x 24 rectangles of cells; empty without a force."""
+    """Return the loaded patches of one tip; there are at most 24 x 24, each with the sum of the forces of its cells."""
     count = len(pressure.edges) - 1
-    first = np.arange(0, count, -(-count // PATCHES))
-    edges = np.append(pressure.edges[first], pressure.edges[-1])
-    total = np.add.reduceat(np.add.reduceat(pressure.cell_forces[tip], first, axis=0), first, axis=1).ravel()
-    loaded = total > 0.0
-    centres = _pairs(0.5 * (edges[1:] + edges[:-1]))[loaded] + pressure.centres[tip]
-    return _Patches(centres, _pairs(np.diff(edges))[loaded], total[loaded])
+    first_cells = np.arange(0, count, -(-count // PATCHES))  # the first cell of each patch along a side
+    edges = np.append(pressure.edges[first_cells], pressure.edges[-1])
+    rows = np.add.reduceat(pressure.cell_forces[tip], first_cells, axis=0)
+    forces = np.add.reduceat(rows, first_cells, axis=1).ravel()
+    is_loaded = forces > 0.0
+    centres = _pairs(0.5 * (edges[1:] + edges[:-1]))[is_loaded] + pressure.centres[tip]
+    return _Patches(centres, _pairs(np.diff(edges))[is_loaded], forces[is_loaded])
 
 
 def _pairs(values: Floats) -> Floats:
-    """Return all pairs of values, shape (n^2, 2)."""
+    """Return all pairs of values (n,), shape (n^2, 2)."""
     return np.stack(np.meshgrid(values, values, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def _as_points(patches: _Patches) -> _Patches:
-    """Return the forces on nine points that have the moments of the patches; their sides are 0."""
+def _point_forces(patches: _Patches) -> _Patches:
+    """Return forces at nine points that have the same moments as the patches of a tip."""
     middle = 0.5 * (patches.low + patches.high)
     side = float((patches.high - patches.low).max())
     table = square_punch(NODES)
@@ -118,65 +124,63 @@ def _as_points(patches: _Patches) -> _Patches:
     return _Patches(middle + side * table.nodes, np.zeros((NODES**2, 2)), forces)
 
 
-def _view_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
-    """Return the cells for viewing [mm], z up: fine under the contacts, coarse elsewhere.
-
-    Steps are FINEST within a contact and grow with the distance from it, up to COARSEST of the longest edge.
-    """
+def _viewing_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
+    """Return the mesh for viewing [mm], with z up: fine under the contacts of the tips, and coarse elsewhere."""
     finest = FINEST * min(float((patches.high - patches.low).max()) for patches in tips)
     extent = (block.length_mm, block.width_mm, block.height_mm)
     largest = COARSEST * max(extent)
 
-    def graded(start: float, end: float, spans: Sequence[Floats]) -> Floats:
-        """Return a line from start to end [mm] whose steps grow with the distance from the nearest span (2,) [mm]."""
+    def grid_line(start: float, end: float, spans: Sequence[Floats]) -> Floats:
+        """Return grid coordinates from `start` to `end` [mm], dense in the spans (2,) [mm] of the contacts."""
 
-        def size(s: Floats) -> Floats:
+        def step_size(s: Floats) -> Floats:
             distance = np.full_like(s, np.inf)
             for low, high in spans:
                 distance = np.minimum(distance, np.maximum(np.maximum(low - s, s - high), 0.0))
             return np.minimum(finest + GROWTH * distance, largest)
 
-        return graded_line(start, end, size)
+        return graded_line(start, end, step_size)
 
     lines = []
     for axis in (0, 1):
         spans = [np.array([patches.low[axis], patches.high[axis]]) for patches in tips]
         start = -0.5 * extent[axis]
-        lines.append(graded(start, start + extent[axis], spans))
-    down = graded(0.0, block.height_mm, [np.zeros(2)])
-    near = 1e-9 * block.height_mm
+        lines.append(grid_line(start, start + extent[axis], spans))
+    down = grid_line(0.0, block.height_mm, [np.zeros(2)])
+    tolerance = 1e-9 * block.height_mm
     return MeshHex.init_tensor(lines[0], lines[1], -down[::-1]).with_boundaries(
-        {"top": lambda point: point[2] > -near, "base": lambda point: point[2] < near - block.height_mm}
+        {"top": lambda point: point[2] > -tolerance, "base": lambda point: point[2] < tolerance - block.height_mm}
     )
 
 
-def _evaluated(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
-    """Return a field and its gradient at points (3, n) [mm], shapes (3, n) and (3, 3, n) with the derivative last.
+def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
+    """Return the values (3, n) of a displacement field and its gradient (3, 3, n) at points (3, n) [mm].
 
-    `v` (dofs,) are the field's values on the box of bricks between the `lines`.
+    `v` (dofs,) are the displacements on the box of bricks between the grid `lines`. The last index of the gradient is
+    the coordinate of the derivative.
     """
     mesh = basis.mesh
-    # The brick that contains each point, by the intervals of the lines along each axis.
-    number = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
-    number[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
-    bricks = number[_intervals(lines, points)]
+    # Find the brick that contains each point, by the intervals between grid lines along each axis.
+    brick_index = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
+    brick_index[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
+    bricks = brick_index[_intervals(lines, points)]
 
-    # The map from the unit cube to a brick is linear; its inverse gives the coordinates of a point in the cube.
+    # The map from the unit cube to a brick is linear. Its inverse gives the coordinates of a point in the cube.
     origin = np.zeros((3, 1))
     inverse = basis.mapping.invDF(origin, tind=bricks)[..., 0]
     from_corner = points - basis.mapping.F(origin, tind=bricks)[..., 0]
     inside = np.einsum("ijn,jn->in", inverse, from_corner)[:, :, None]
 
-    # One point in each of n bricks: indices node k, component c, brick n, point q.
+    # One point in each of n bricks. Indices: node k, component c, brick n, point q, coordinate d.
     patch = patch_inside(basis, bricks, inside, np.ones((len(bricks), 1)))
-    local = v[patch.dofs]
-    value = np.einsum("kcn,knq->cn", local, patch.shapes)
-    gradient = np.einsum("kcn,kdnq->cdn", local, patch.gradients)
-    return value, gradient
+    nodal_values = v[patch.dofs]
+    values = np.einsum("kcn,knq->cn", nodal_values, patch.shapes)
+    gradient = np.einsum("kcn,kdnq->cdn", nodal_values, patch.gradients)
+    return values, gradient
 
 
 def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
-    """Return, for each axis, the interval between lines that contains a coordinate."""
+    """Return for each axis the indices (n,) of the intervals between grid lines that contain points (3, n)."""
     intervals = []
     for line, coordinates in zip(lines, points, strict=True):
         interval = np.searchsorted(line, coordinates, side="right") - 1
@@ -185,29 +189,30 @@ def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
 
 
 def _half_space(points: Floats, loads: Sequence[tuple[_Patches, _Patches]]) -> halfspace.Potentials:
-    """Return the potentials at points (3, n) [mm], z down, under the pressures of all tips.
+    """Return the potentials of the half-space at points (3, n) [mm], with z down, under the pressures of all tips.
 
-    Each tip has two loads: patches of pressure, used near the tip, and points with their moments, used elsewhere.
+    Each tip has its load in two forms: patches, which are used near the tip, and point forces with the same moments,
+    which are used elsewhere.
     """
     x, y, z = points
     total = np.zeros((len(fields(halfspace.Potentials)), len(x)))
     total[0] = z  # the first field of the potentials is the depth; the others are sums over the loads
-    for patches, as_points in loads:
-        middle = as_points.centres.mean(axis=0)
+    for patches, point_forces in loads:
+        middle = point_forces.centres.mean(axis=0)
         reach = NEAR * float(np.ptp(patches.centres, axis=0).max() + patches.sides.max())
-        near = np.maximum(np.maximum(np.abs(x - middle[0]), np.abs(y - middle[1])), z) <= reach
-        total[1:, near] += _potentials(x[near], y[near], z[near], patches)
-        total[1:, ~near] += _potentials(x[~near], y[~near], z[~near], as_points)
+        is_near = np.maximum(np.maximum(np.abs(x - middle[0]), np.abs(y - middle[1])), z) <= reach
+        total[1:, is_near] += _potentials(x[is_near], y[is_near], z[is_near], patches)
+        total[1:, ~is_near] += _potentials(x[~is_near], y[~is_near], z[~is_near], point_forces)
     return halfspace.Potentials(*total)
 
 
 def _potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
-    """Return the potentials except z of forces on rectangles, or on points if the sides are 0."""
+    """Return the sums of the potentials of all loads at points x, y, z (n,) [mm], (potentials, n), without z."""
     total = np.zeros((len(fields(halfspace.Potentials)) - 1, len(x)))
     for centre, (a, b), force in zip(loads.centres, loads.sides.tolist(), loads.forces, strict=True):
         dx = x - centre[0]
         dy = y - centre[1]
         unit = halfspace.rectangle_load(dx, dy, z, a, b) if a > 0.0 else halfspace.point_load(dx, dy, z)
-        # a pressure force / (a b) on a rectangle, or the force itself at a point, whose sides are 0
+        # A rectangle has the pressure force / (a b). At a point, where the sides are 0, the force itself acts.
         total += force / (a * b or 1.0) * np.asarray(astuple(unit)[1:])
     return total

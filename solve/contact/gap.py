@@ -1,4 +1,7 @@
-"""Gap between a rigid tip and the fruit before they deform [mm], at least 0. The gaps of tip and fruit add up."""
+"""The initial gap under a rigid tip due to the shape of its face, at least 0 [mm].
+
+The gap due to the shape of the fruit is added to it.
+"""
 
 import numpy as np
 
@@ -7,9 +10,10 @@ from sensor.tips.tip_shape import Arc, TipShape
 
 
 def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:
-    """Return the gap [mm] of a tip at x along the tips and y across from its centre; infinity outside its face.
+    """Return the height [mm] of a tip's face above its lowest point; infinity outside the face.
 
-    The tip is a body of revolution, or a square whose sections along x and y have the same meridian.
+    The points x (along the tips) and y (across) [mm] are relative to the centre of the tip. The tip is a body of
+    revolution, or a square whose sections along x and y have the same meridian.
     """
     r = np.asarray(np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y)))
     gap = np.full_like(r, np.inf)

@@ -1,7 +1,7 @@
-"""Forces of flat level faces, which touch as a whole or not at all: exact from one compliance.
+"""The linear law: forces of level flat faces, each of which touches as a whole or not at all.
 
-Travel x of a tip is the deflection of its spring plus the indentation of the fruit: x = C F + S F / E. C is the
-compliance of the springs, and S the compliance of the fruit times E. The law is linear, so all E and x use the same S.
+The travel x of a tip is the deflection of its spring plus the indentation of the fruit, x = C F + S F / E. C is the
+compliance of the springs, and S the compliance of the fruit times E. The law is exact, and all E and x use the same S.
 """
 
 import time
@@ -23,16 +23,17 @@ PAIR = SpringGroups(low=(0,), high=(-1,))
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SensorResponse(Record):
-    """Tip forces F [N], shape (moduli, travels, tips), over the moduli E [MPa] and the travels x [mm].
+    """The forces F of the tips [N], shape (moduli, travels, tips), at the moduli E [MPa] and the travels x [mm].
 
     The travel is measured at the middle of the tips, from the first touch of a level sensor.
 
-    All other fields except `mean_pressure` have shape (moduli, travels). P is the mean force of the tips on high
-    springs over the mean force on low ones, `slope_ratio` the same ratio of the force slopes over the travel [1]. Both
-    are nan if any tip is out of contact. `F_error` [1] is the relative error of the forces in contact, nan without any.
-    `P_error` [1] is the relative error of P. `P_step` [1] is the relative increase of P over a coarser grid of cells.
-    `cells` is the number of contact cells; it and `P_step` are 0 if the law needs no cells. `mean_pressure` [MPa], in
-    the shape of F, is the mean pressure under each dome; None for other tips.
+    All other arrays except `mean_pressure` have shape (moduli, travels). P is the mean force of the tips on high
+    springs over the mean force of the tips on low springs [1]. `slope_ratio` is the same ratio of the derivatives of
+    the forces by the travel [1]. Both are nan if any tip is out of contact. `F_error` [1] is the relative error of the
+    nonzero forces, nan if there are none, and `P_error` [1] the relative error of P. `P_step` [1] is the relative
+    increase of P from a coarser grid of cells. `cells` is the number of contact cells; it and `P_step` are 0 if no
+    cells are needed. `mean_pressure` [MPa], in the shape of F, is the mean pressure under each dome, None for other
+    tips.
     """
 
     E: Floats
@@ -49,26 +50,26 @@ class SensorResponse(Record):
 
 
 class TipForces(NamedTuple):
-    """Forces F [N] of the tips and their slopes over the travel, `rates` [N/mm], both (moduli, travels, tips)."""
+    """Forces F [N] of the tips, and their derivatives by the travel, `rates` [N/mm], both (moduli, travels, tips)."""
 
     F: Floats
     rates: Floats
 
 
 def spring_compliance(*stiffnesses: float) -> Floats:
-    """Return the compliance of springs that do not interact, shape (n, n) [mm/N from N/mm]."""
+    """Return the compliance (n, n) [mm/N] of n springs that do not interact, given their stiffnesses [N/mm]."""
     return np.diag([1.0 / K for K in stiffnesses])
 
 
 def travels(travel_mm: float, count: int) -> Floats:
-    """Return `count` travels in equal steps up to `travel_mm` [mm], shape (count,), without 0."""
+    """Return `count` travels (count,) [mm] in equal steps up to `travel_mm`; the first is one step, not 0."""
     if count < 1:
         raise validation_error("count", count, "", "at least 1", "give at least one travel")
     return travel_mm * np.arange(1, count + 1) / count
 
 
 def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Floats:
-    """Return the mean of values over tips on high springs, over the mean over tips on low springs [1], (...).
+    """Return the ratio (...) [1] of the mean value on tips with high springs to the mean on tips with low springs.
 
     `values` and the forces F have shape (..., tips). The ratio is nan if any tip is out of contact.
     """
@@ -81,9 +82,10 @@ def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Flo
 def response_of_forces(
     E: Floats, x: Floats, forces: TipForces, groups: SpringGroups, info: SolveInfo
 ) -> SensorResponse:
-    """Return the response with these forces at moduli E (moduli,) [MPa] and travels x (travels,) [mm].
+    """Return the response with the given forces at moduli E (moduli,) [MPa] and travels x (travels,) [mm].
 
-    Its errors are 0, for the caller to add to, or nan without contact. `info.dofs` is the number of contact cells.
+    Its errors are 0, or nan without contact; the caller adds the actual errors. `info.dofs` is the number of contact
+    cells.
     """
     F, rates = forces
     P = high_over_low(F, F, groups)
@@ -109,10 +111,11 @@ def linear_response(
     height_offsets: Sequence[float] | float = 0.0,
     groups: SpringGroups = PAIR,
 ) -> SensorResponse:
-    """Return the response of flat level tips that touch with their whole face or not at all.
+    """Return the response of level flat tips, each of which touches with its whole face or not at all.
 
-    S [1/mm] and C [mm/N] have shape (tips, tips), the moduli E [MPa] (moduli,), the travels x [mm] (travels,).
-    `height_offsets` [mm] are added to the travel of each tip. The only error of the forces is the error of S.
+    S [1/mm] is the compliance of the fruit times E, and C [mm/N] the compliance of the springs, both (tips, tips). E
+    (moduli,) [MPa] are the moduli, and x (travels,) [mm] the travels. `height_offsets` [mm] are added to the travel of
+    each tip. The forces have no other error than that of S.
     """
     start = time.perf_counter()
     moduli = np.asarray(E, dtype=np.float64)
@@ -128,23 +131,24 @@ def linear_response(
 
 
 def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats]:
-    """Return the forces [N] and their slopes over the travel [N/mm], both (travels, tips).
+    """Return the forces [N] and their derivatives by the travel [N/mm], both (travels, tips).
 
-    `compliance` (tips, tips) [mm/N] belongs to springs and fruit in series, `travel` (travels, tips) [mm] to each tip.
-    Force and gap are never negative, and one of them is 0: compliance F >= travel, F >= 0. If all tips touch, the force
-    is a linear solve. Otherwise non-negative least squares on the Cholesky factor finds the tips in contact.
+    `compliance` (tips, tips) [mm/N] is that of springs and fruit in series, and `travel` (travels, tips) [mm] the
+    travel of each tip. Force and gap are never negative, and one of them is 0: compliance F >= travel, F >= 0. If all
+    tips touch, the forces solve a linear system. Otherwise the tips in contact are found by nonnegative least squares
+    on the Cholesky factor.
     """
     touching = travel @ np.linalg.inv(compliance).T > 0.0
     is_partial = ~touching.all(axis=1)
     lower = cholesky(compliance, lower=True)
     if is_partial.any():
-        from scipy.optimize import nnls  # seldom needed, and slow to load
+        from scipy.optimize import nnls  # rarely needed, and slow to load
 
         for row in np.flatnonzero(is_partial):
             forces, _ = nnls(lower.T, solve_triangular(lower, travel[row], lower=True))
             touching[row] = forces > 0.0
 
-    # All travels at which the same tips touch share one stiffness.
+    # All travels at which the same tips touch share one stiffness matrix.
     F = np.zeros(touching.shape)
     rates = np.zeros(touching.shape)
     for tips in np.unique(touching, axis=0):

@@ -1,7 +1,7 @@
-"""Forces of one sensor in many poses: tilted in any direction, off centre, on fruits of other radii and moduli.
+"""Forces of one sensor in many poses: tilted in any direction, off centre, and on fruits with other radii and moduli.
 
-Domes follow their law in closed form. Flat tips are solved on cells. All poses use one coarse grid, which is fixed to
-the fruit. Some poses, from the most to the least tilted, are also solved on a finer grid, which gives the error.
+Domes follow a law in closed form. Flat tips are solved on cells. All poses use one coarse grid of cells, which is fixed
+to the fruit. Some poses, from the most to the least tilted one, are also solved on a finer grid to estimate the error.
 """
 
 import dataclasses
@@ -25,21 +25,22 @@ from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import fruit_slope
 
-# Error of the coarse grid over the step to the fine one: the error falls with the number of cells at order 1.5.
+# Error of the coarse grid over its difference from the fine grid, for convergence of order 1.5 in the number of cells.
 LEFT = 1.0 / (1.0 - (WHOLE_CELLS[0] / WHOLE_CELLS[1]) ** 1.5)
 COMPARED = 8  # approximate number of poses that are solved on both grids
-NO_FORCE = 1e-300  # [N], replaces a force of 0 as a divisor
+NO_FORCE = 1e-300  # force that replaces 0 as a divisor [N]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stand:
-    """The position of a sensor on a fruit: tilt [deg] and distance from the apex [mm], along and across the tips.
+    """The position of a sensor on a fruit: its tilt [deg] and its offset from the apex [mm], along the tips and across.
 
-    `radii_mm` are the principal radii of the fruit, the first at an azimuth [deg] from the line along the tips.
-    `thickness_mm` is the thickness of its flesh. If they are None, they are those of the scene's fruit.
+    `radii_mm` are the principal radii of the fruit, with the first one at the azimuth `azimuth_deg` from the line along
+    the tips, and `thickness_mm` is the thickness of its flesh. A value of None is replaced by that of the scene's
+    fruit.
 
-    With `from_touch`, the sensor is pressed by hand. The tilt is measured against the normal of the skin under the
-    sensor, and travel from the first touch. After the touch the tilt has changed by `turned_deg`.
+    With `from_touch`, the sensor is pressed by hand. The tilt is then relative to the normal of the skin under the
+    sensor, and the travel counts from the first touch. Since the first touch, the tilt has changed by `turned_deg`.
     """
 
     tilt_deg: Point = (0.0, 0.0)
@@ -51,7 +52,7 @@ class Stand:
     turned_deg: Point = (0.0, 0.0)
 
     def after(self, fraction: float) -> Self:
-        """Return the stand after a fraction of a press [1], in which the tilt changes linearly by `turned_deg`."""
+        """Return the stand after a fraction of a press [1], during which the tilt changes linearly by `turned_deg`."""
         along, across = self.turned_deg
         return dataclasses.replace(self, turned_deg=(fraction * along, fraction * across))
 
@@ -67,14 +68,15 @@ class Pose:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class PoseForces(Record):
-    """Forces F of the tips [N], shape (poses, tips); nan in a pose whose contact reaches the edge of a dome's face.
+    """The forces of the tips in many poses, with their errors and contacts; arrays are (poses, tips) or (poses,).
 
-    `F_error` [N] bounds the error of each force. `error_alike` [N] is the joint error of all forces if the errors have
-    one sign under all tips. Neither contains `F_flesh` [N], the increase of F under domes by Hencky's law of flesh over
-    the neo-Hookean one, and the decrease by Storakers' law. `error` (poses,) is the largest relative error of a force
-    above 0 [1]. `touching` (poses, tips) is True for tips in contact. `contact_radius` [mm], `mean_pressure` [MPa] and
-    its error `pressure_error` [MPa], all (poses, tips), are for a round contact of the same area. `face_mm` (poses,)
-    [mm] is the face diameter that a dome needs to hold its contact, 0 for other tips.
+    `F` [N] are the forces; they are nan in a pose whose contact reaches the edge of a dome's face. `F_error` [N] bounds
+    the error of each force. `error_alike` [N] is the error of all forces together if it has the same sign under all
+    tips. Neither includes `F_flesh` [N]: by this amount the forces under domes are larger with Hencky's law of flesh
+    than with the neo-Hookean law, and smaller with Storakers's law. `error` [1] is the largest relative error of a
+    nonzero force in a pose. `touching` is True for tips in contact. `contact_radius` [mm], `mean_pressure` [MPa] and
+    its error `pressure_error` [MPa] are for a round contact of the same area. `face_mm` [mm] is the diameter of the
+    face that a dome requires for its contact in a pose, 0 for other tips.
     """
 
     F: Floats
@@ -90,21 +92,22 @@ class PoseForces(Record):
 
 
 def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
-    """Return the forces in many poses, given the compliance of the fruit in `scene` and of the springs C [mm/N].
+    """Return the forces of a sensor in many poses.
 
-    C has shape (tips, tips). A fruit of another radius keeps the block of the scene's fruit. Raises InputError if a
-    pose is too steep or outside the domain of contact, and SolveError if a solve does not converge.
+    `compliance` is the compliance of the fruit in `scene`, and C (tips, tips) [mm/N] that of the springs. For a fruit
+    with another radius, the block of the scene's fruit is used. Raises InputError if a pose is too steep or outside the
+    domain of contact, and SolveError if a solve does not converge.
     """
-    # Many poses share a scene; each scene is made once, and its first touch found once.
-    made: dict[Stand, Scene] = {}
+    # Many poses share a stand, whose scene is made only once.
+    scenes_of_stands: dict[Stand, Scene] = {}
     for pose in poses:
-        if pose.stand not in made:
-            made[pose.stand] = posed_scene(scene, pose.stand)
-            check_scene(made[pose.stand])
-    scenes = [made[pose.stand] for pose in poses]
+        if pose.stand not in scenes_of_stands:
+            scenes_of_stands[pose.stand] = posed_scene(scene, pose.stand)
+            check_scene(scenes_of_stands[pose.stand])
+    scenes = [scenes_of_stands[pose.stand] for pose in poses]
     C = np.asarray(C, dtype=np.float64)
     if compliance.skin is not None:
-        return _at_each_modulus(scene, compliance, C, poses)
+        return _forces_under_skin(scene, compliance, C, poses)
     if scene.on_domes:
         return _dome_forces(scene, compliance, C, poses, scenes)
     with naming_the_skin(scene, compliance):
@@ -112,18 +115,19 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
 
 
 def posed_scene(scene: Scene, stand: Stand) -> Scene:
-    """Return the scene of a stand: its press tilted, the sensor moved, on the fruit of the stand."""
-    fruit = _fruit_met(scene.fruit, stand.radii_mm, stand.azimuth_deg, stand.thickness_mm)
+    """Return the scene for a stand: with its tilt, its offset from the apex, and its fruit."""
+    fruit = _changed_fruit(scene.fruit, stand.radii_mm, stand.azimuth_deg, stand.thickness_mm)
     off_centre = (scene.off_centre_mm[0] + stand.off_centre_mm[0], scene.off_centre_mm[1] + stand.off_centre_mm[1])
     tilt, roll = stand.tilt_deg
     if stand.from_touch and any(off_centre) and scene.curved:
-        # A hand tilts against the normal under the sensor; the tilt of a scene is measured at the apex.
+        # The tilt of a hand is relative to the normal under the sensor, but the tilt of a scene to the normal at the
+        # apex.
         normal = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
         tilt, roll = tilt + float(normal[0]), roll + float(normal[1])
     return dataclasses.replace(
         scene,
         fruit=fruit,
-        press=_turned(scene.press, tilt, roll),
+        press=_tilted_press(scene.press, tilt, roll),
         off_centre_mm=off_centre,
         from_touch=stand.from_touch,
         turned_deg=stand.turned_deg,
@@ -131,16 +135,17 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
 
 
 @functools.lru_cache(maxsize=256)
-def _turned(press: PressMotion, tilt: float, roll: float) -> PressMotion:
-    """Return the press with another tilt and roll [deg]; cached, because many poses share one stand."""
+def _tilted_press(press: PressMotion, tilt: float, roll: float) -> PressMotion:
+    """Return the press with another tilt and roll [deg]. It is cached, because many scenes share one press."""
     return dataclasses.replace(press, tilt_deg=tilt, roll_deg=roll)
 
 
 @functools.lru_cache(maxsize=256)
-def _fruit_met(fruit: Fruit, radii: Point | None, azimuth: float | None, thickness: float | None) -> Fruit:
-    """Return the fruit with other radii [mm], azimuth [deg] and thickness [mm]; None keeps its own value.
+def _changed_fruit(fruit: Fruit, radii: Point | None, azimuth: float | None, thickness: float | None) -> Fruit:
+    """Return the fruit with other radii [mm], another azimuth [deg] and another thickness [mm].
 
-    It is cached for the many poses on it. A sphere takes only the first radius, a block neither.
+    An argument of None does not change the fruit. A sphere uses only the first radius, and a block none. The result is
+    cached, because many poses share one fruit.
     """
     changes: dict[str, Any] = {}
     if radii is not None and fruit.radius_mm is not None:
@@ -159,7 +164,7 @@ def _fruit_met(fruit: Fruit, radii: Point | None, azimuth: float | None, thickne
 def _dome_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    """Return the forces of domes by their law, for one scene per pose.
+    """Return the forces of domes by the dome law, given one of the `scenes` for each of the `poses`.
 
     They are nan in a pose whose contact reaches the edge of a face, where the law does not hold.
     """
@@ -186,31 +191,32 @@ def _dome_forces(
 def _cell_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    """Return the forces on a coarse grid of cells, for one scene per pose, with errors from a finer grid.
+    """Return the forces on a coarse grid of cells, with errors from a finer grid.
 
-    The grid is made for the steepest pose and shared by all. Only some of the poses are solved on the finer grid.
+    There is one of the `scenes` for each of the `poses`. The grid is made for the steepest pose, and all poses share
+    it. Only some of the poses are solved on the finer grid.
     """
     farthest = max(pose.travel for pose in poses)
-    steepness = [float(np.hypot(*each.turn)) for each in scenes]
-    steepest = scenes[steepness.index(max(steepness))]
+    slopes = [float(np.hypot(*each.turn)) for each in scenes]
+    steepest = scenes[slopes.index(max(slopes))]
     built = dataclasses.replace(scene, press=steepest.press)
     coarse, fine = scene_cells(built, compliance, farthest, all(each.mirrored for each in scenes))
     F, area = _grid_forces(built, coarse, C, poses, scenes)
 
     # About COMPARED poses, evenly from the most to the least tilted one, are solved on the finer grid too.
-    order = np.argsort(steepness)[::-1]
+    order = np.argsort(slopes)[::-1]
     compared = order[:: max(1, len(order) // COMPARED)]
-    finer, _ = _grid_forces(built, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
+    fine_F, _ = _grid_forces(built, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
 
     moduli = np.array([pose.E for pose in poses])
-    step, total_step = _grid_steps(F, finer, compared, moduli)
-    error = LEFT * step + compliance.error_pair
-    common_error = LEFT * total_step + compliance.error_pair
+    difference, total_difference = _grid_differences(F, fine_F, compared, moduli)
+    error = LEFT * difference + compliance.error_pair
+    common_error = LEFT * total_difference + compliance.error_pair
     mean_pressure = F / np.where(area > 0.0, area, 1.0)
     return PoseForces(
         F=F,
         F_error=error * F,
-        error_alike=common_error * _softer_flesh_fall(compliance, C, moduli, F),
+        error_alike=common_error * _decrease_by_softer_flesh(compliance, C, moduli, F),
         F_flesh=np.zeros_like(F),
         error=np.full(len(F), error),
         touching=F > 0.0,
@@ -221,50 +227,51 @@ def _cell_forces(
     )
 
 
-def _grid_steps(F: Floats, finer: Floats, compared: Ints, moduli: Floats) -> tuple[float, float]:
-    """Return the largest relative changes from the coarse to the fine grid [1]: of a force, and of their sum.
+def _grid_differences(F: Floats, fine_F: Floats, compared: Ints, moduli: Floats) -> tuple[float, float]:
+    """Return the largest relative differences between both grids [1]: of a force, and of the sum of all forces.
 
-    F (poses, tips) are the forces on the coarse grid, `finer` those on the fine grid in the `compared` poses. `moduli`
-    (poses,) are the moduli of all poses.
+    F (poses, tips) are the forces on the coarse grid. `fine_F` are the forces on the fine grid in the poses with the
+    indices `compared`. `moduli` (poses,) [MPa] are the moduli of all poses.
     """
-    steps = np.divide(np.abs(finer - F[compared]), finer, out=np.zeros_like(finer), where=finer > 0.0)
+    differences = np.divide(np.abs(fine_F - F[compared]), fine_F, out=np.zeros_like(fine_F), where=fine_F > 0.0)
 
-    # The joint error of all tips is estimated from the sum of their forces. A tip that has just touched has a large
-    # relative error of its own, which is not due to the flesh.
+    # The error that is common to all tips is estimated from the sum of their forces. A tip that has just touched has a
+    # large relative error of its own, which does not act like an error of the flesh.
     total = F.sum(axis=1)
     largest_total = np.array([total[moduli == E].max(initial=NO_FORCE) for E in moduli[compared]])
-    total_step = float((np.abs(finer.sum(axis=1) - total[compared]) / largest_total).max())
-    return float(steps.max(initial=0.0)), total_step
+    total_difference = float((np.abs(fine_F.sum(axis=1) - total[compared]) / largest_total).max())
+    return float(differences.max(initial=0.0)), total_difference
 
 
-def _softer_flesh_fall(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
-    """Return the decrease of the forces F (poses, tips) [N] for a common error of 1, at the modulus of each pose [MPa].
+def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
+    """Return the decrease of the forces F (poses, tips) [N] due to a common relative error of 1.
 
-    The caller multiplies it by the joint relative error of all forces, which acts like flesh that is softer than
-    assumed. The softening is the one that removes the whole force of a level press, to first order; poses of one
-    modulus share it.
+    A common error of all forces acts like flesh that is softer than assumed. For an error of 1, the flesh is so soft
+    that the whole force of a level press would vanish to first order. The caller multiplies the result by the actual
+    error. `moduli` (poses,) [MPa] are the moduli of the poses.
     """
-    softening = {}
+    softening = {}  # relative increase in the compliance of the flesh for each modulus
     for E in np.unique(moduli).tolist():
-        by_flesh = compliance.S / E
-        level = np.linalg.solve(C + by_flesh, np.ones(len(C)))  # forces for a unit travel
-        softening[E] = level.sum() / np.linalg.solve(C + by_flesh, by_flesh @ level).sum()
+        flesh_compliance = compliance.S / E
+        level_forces = np.linalg.solve(C + flesh_compliance, np.ones(len(C)))  # for a unit travel
+        softening[E] = level_forces.sum() / np.linalg.solve(C + flesh_compliance, flesh_compliance @ level_forces).sum()
 
     # Only tips in contact take part.
-    fall = np.zeros_like(F)
-    for row, E, forces in zip(fall, moduli.tolist(), F, strict=True):
-        on = np.flatnonzero(forces > 0.0)
-        by_flesh = compliance.S[np.ix_(on, on)] / E
-        row[on] = softening[E] * np.linalg.solve(C[np.ix_(on, on)] + by_flesh, by_flesh @ forces[on])
-    return fall
+    decrease = np.zeros_like(F)
+    for row, E, forces in zip(decrease, moduli.tolist(), F, strict=True):
+        tips = np.flatnonzero(forces > 0.0)
+        flesh_compliance = compliance.S[np.ix_(tips, tips)] / E
+        system = C[np.ix_(tips, tips)] + flesh_compliance
+        row[tips] = softening[E] * np.linalg.solve(system, flesh_compliance @ forces[tips])
+    return decrease
 
 
 def _grid_forces(
     built: Scene, grid: SceneCells, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> tuple[Floats, Floats]:
-    """Return the forces [N] and the contact areas [mm^2], both (poses, tips), on one grid of cells.
+    """Return the forces [N] and the contact areas [mm^2] on one grid of cells, both (poses, tips).
 
-    The cells stay where the scene `built` places them on the block, so that one matrix serves all poses.
+    The cells stay where the scene `built` has them on the block, so that one compliance matrix serves all poses.
     """
     cells = grid.cells
     contact = UnilateralContact(cells)
@@ -281,8 +288,11 @@ def _grid_forces(
     return F, area
 
 
-def _at_each_modulus(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
-    """Return the forces in poses on flesh under a skin, whose compliance (times E) depends on the modulus."""
+def _forces_under_skin(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
+    """Return the forces on flesh under a skin, whose compliance times E depends on the modulus of the flesh.
+
+    The poses with the same modulus are solved together.
+    """
     moduli = np.array([pose.E for pose in poses])
     columns: dict[str, Any] = {}
     for E in np.unique(moduli):

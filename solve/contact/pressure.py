@@ -1,4 +1,4 @@
-"""Pressure on the footprints of the tips, given as the forces of the contact cells."""
+"""The pressure on the footprints of the tips, as the forces of contact cells."""
 
 from dataclasses import dataclass
 
@@ -14,10 +14,10 @@ from solve.fruit.compliance import FruitCompliance
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FootprintPressure:
-    """Forces on square grids of cells under all tips at modulus E [MPa].
+    """The forces of cells on a square grid under each tip, at the modulus E [MPa].
 
-    The axes of `cell_forces` (tips, n, n) [N] are the tips, then along and across them. `edges` (n + 1,) [mm] are the
-    grid lines from the centre of a tip. `centres` (tips, 2) [mm] are the centres of the tips from the apex.
+    `cell_forces` is (tips, n, n) [N]; its last two axes are along the tips and across. `edges` (n + 1,) [mm] are the
+    grid lines relative to the centre of a tip. `centres` (tips, 2) [mm] are the centres relative to the apex.
     """
 
     E: float
@@ -32,21 +32,22 @@ class FootprintPressure:
 
 
 def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: float, x: float) -> FootprintPressure:
-    """Return the pressure at modulus E [MPa] and travel x [mm], on springs with compliance C (tips, tips) [mm/N].
+    """Return the pressure under all tips at the modulus E [MPa] and the travel x [mm].
 
-    Raises InputError if the scene is too steep or outside the domain of contact, and SolveError if a solve fails.
+    C (tips, tips) [mm/N] is the compliance of the springs. Raises InputError if the scene is too steep or outside the
+    domain of contact, or if E is not above 0. Raises SolveError if a solve does not converge.
     """
     if not E > 0.0:
         raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
-    _, grid = scene_cells(scene, compliance.at(E), x)  # the fine one
+    _, grid = scene_cells(scene, compliance.at(E), x)  # the fine grid
     interference = grid.interference(scene, x)
     # Contact is solved for forces over E [mm^2], so compliances are multiplied by E [1/mm].
     compliance_times_E = E * np.asarray(C, dtype=np.float64) + grid.compliance_correction
     contact = UnilateralContact(grid.cells).solve(interference, compliance_times_E)
 
-    across = len(grid.edges) - 1
+    per_side = len(grid.edges) - 1
     forces = E * (contact.pressure * grid.cells.areas)  # [N]
-    forces = forces.reshape(len(contact.F), across, -1)  # (tips, along, across)
-    if grid.is_half:  # only y > 0 was solved, with doubled areas: the scene is symmetric about y = 0
+    forces = forces.reshape(len(contact.F), per_side, -1)  # (tips, along, across)
+    if grid.is_half:  # the scene is symmetric about y = 0, and only y > 0 was solved, with doubled areas
         forces = 0.5 * np.concatenate([forces[..., ::-1], forces], axis=2)
     return FootprintPressure(E=E, centres=grid.cells.centres, edges=grid.edges, cell_forces=forces)

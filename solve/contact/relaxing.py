@@ -1,13 +1,15 @@
-"""Forces of level tips over time on springs and flesh that relaxes: exact for flat faces and growing contacts.
+"""Forces of level tips against time, on flesh that relaxes: exact for flat faces and for growing contacts.
 
-Let n(t) be the forces with which elastic flesh would resist the indentation of the tips at time t. The forces of flesh
-that relaxes are F(t) = n(t) - sum g_i m_i(t), tau_i dm_i/dt = n - m_i. See E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27
-(1960) 438, doi:10.1115/1.3644020. The indentation of each tip is the travel less the deflection of its spring,
+Let n(t) be the forces that elastic flesh would need for the indentation of the tips at time t. The forces on
+viscoelastic flesh are F(t) = n(t) - sum g_i m_i(t), with memory variables m_i from tau_i dm_i/dt = n - m_i. See
+E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020. The indentation of each tip is the
+travel minus the deflection of its spring,
 
     x_i - gap_i - (C F)_i = h (n_i / E)^(2/3) + (S n)_i / E,
 
-the law of `sensor/theory/contrast_law.py`. Within a step, n is taken as linear in time, and the memory m is integrated
-exactly. The remaining error is proportional to the square of the step and is extrapolated from two steps (Richardson).
+with the law of `sensor/theory/contrast_law.py`. Within a time step, n is assumed to be linear in time, and the m_i are
+integrated exactly. The remaining error is proportional to the square of the step. It is removed by Richardson
+extrapolation from two step sizes.
 """
 
 from dataclasses import dataclass
@@ -20,94 +22,104 @@ from sensor.theory.flesh_memory import Memory
 from sensor.theory.relaxation import Relaxation
 from solve.solve_error import SolveError
 
-MOST_STEPS = 60  # most steps of Newton's method
-BELOW = 0.25  # starting force, below the root, over 1 / (1 / F_dome + 1 / F_spring) with each taken separately
+MOST_STEPS = 60  # maximum number of Newton steps
+# Initial guess of a force over 1 / (1 / F_dome + 1 / F_spring), where F_dome and F_spring are the forces if only the
+# contact or only the springs deflected. It is small enough to be below the solution.
+BELOW = 0.25
 RESIDUAL_LIMIT = 1e-12  # residual at convergence over the largest travel
 SHRINKS = 1e-3  # relative decrease of a force up to which a contact is treated as growing
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TimedForces:
-    """Forces F [N], shape (presses, times, tips), and the bound `error` [N] of their error due to the steps in time."""
+    """Forces F [N] and the bound `error` [N] of their error due to time steps, both (presses, times, tips)."""
 
     F: Floats
     error: Floats
 
 
 def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, travel: Floats) -> TimedForces:
-    """Return the forces of presses on flesh of moduli E (presses,) [MPa] at the first instant.
+    """Return the forces of presses on flesh whose instantaneous moduli are E (presses,) [MPa].
 
-    `times` [s] and `travel` [mm], (presses, times), begin before the first step; the travel is linear between them.
-    Raises SolveError if no equilibrium of springs and flesh is found, or if a dome's contact shrinks.
+    `times` [s] and `travel` [mm] are (presses, times), with the first touch at the first time. The travel is linear
+    between the times. Raises SolveError if no equilibrium of springs and flesh is found, or if a dome's contact
+    shrinks.
     """
-    coarse = _growing(law, relaxation, E, times, travel)
-    fine = _growing(law, relaxation, E, _halved(times), _halved(travel))[:, ::2]
-    step = (fine - coarse) / 3.0
-    return TimedForces(F=fine + step, error=np.abs(step))
+    coarse = _forces_of_growing_contacts(law, relaxation, E, times, travel)
+    fine = _forces_of_growing_contacts(law, relaxation, E, _with_midpoints(times), _with_midpoints(travel))[:, ::2]
+    correction = (fine - coarse) / 3.0  # Richardson extrapolation for an error proportional to the step squared
+    return TimedForces(F=fine + correction, error=np.abs(correction))
 
 
 def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Floats | float = 0.0) -> Floats:
-    """Return the forces F [N] of elastic flesh, (presses, tips), at moduli [MPa] and travels [mm], both (presses,).
+    """Return the forces F (presses, tips) [N] on elastic flesh, at moduli E [MPa] and travels [mm], both (presses,).
 
-    They solve x_i - gap_i = h (F_i / E)^(2/3) + ((C + S / E) F)_i for tips with F_i > 0; other tips have no force.
+    They solve x_i - gap_i = h (F_i / E)^(2/3) + ((C + S / E) F)_i for the tips with F_i > 0; other tips have no force.
     `held_back` (presses, tips) [mm] is subtracted from the travel of each tip. Raises SolveError if Newton's method
     does not converge.
     """
     modulus = E[:, None]
     compliance = np.array(law.C) + np.array(law.S) / modulus[..., None]
     hertz = law.hertz * modulus ** (-2.0 / 3.0)
-    entered = travel[:, None] - np.array(law.gaps) - held_back  # overlap of the undeformed tips with the fruit
-    is_on = entered > 0.0
-    allowed = RESIDUAL_LIMIT * np.abs(travel).max()
+    overlap = travel[:, None] - np.array(law.gaps) - held_back  # of the undeformed tips with the fruit
+    touches = overlap > 0.0
+    tolerance = RESIDUAL_LIMIT * np.abs(travel).max()
 
-    # The depth is concave over the force, so Newton's method converges monotonically from below the root.
-    depth = np.where(is_on, entered, 1.0)
-    own = np.einsum("pii->pi", compliance)
-    F = np.where(is_on, BELOW / ((hertz / depth) ** 1.5 + own / depth), 0.0)
+    # The deflection is a concave function of the force, so Newton's method converges monotonically from below.
+    positive_overlap = np.where(touches, overlap, 1.0)
+    own_compliance = np.einsum("pii->pi", compliance)
+    F = np.where(touches, BELOW / ((hertz / positive_overlap) ** 1.5 + own_compliance / positive_overlap), 0.0)
     identity = np.eye(len(law.gaps))
     for _ in range(MOST_STEPS):
         root = np.cbrt(F)
-        sunk = hertz * root**2 + np.einsum("pij,pj->pi", compliance, F)
-        residual = np.where(is_on, entered - sunk, 0.0)
-        if np.abs(residual).max() <= allowed:
+        deflection = hertz * root**2 + np.einsum("pij,pj->pi", compliance, F)
+        residual = np.where(touches, overlap - deflection, 0.0)
+        if np.abs(residual).max() <= tolerance:
             return F
-        hertz_slope = np.where(is_on & (hertz > 0.0), hertz / np.where(is_on, 1.5 * root, 1.0), 0.0)
+        hertz_slope = np.where(touches & (hertz > 0.0), hertz / np.where(touches, 1.5 * root, 1.0), 0.0)
         tangent = compliance + hertz_slope[..., None] * identity
-        tangent = np.where(is_on[..., None], tangent, identity)  # a tip out of contact takes no step
+        tangent = np.where(touches[..., None], tangent, identity)  # the force of a tip out of contact stays 0
         F = F + np.linalg.solve(tangent, residual[..., None])[..., 0]
-        is_on = is_on & (F > 0.0)
-        F = np.where(is_on, F, 0.0)
-    msg = f"tips over time: residual {np.abs(residual).max():.1e} mm must be at most {allowed:.0e} mm; press less deep"
+        touches = touches & (F > 0.0)
+        F = np.where(touches, F, 0.0)
+    largest = np.abs(residual).max()
+    msg = f"tips over time: residual {largest:.1e} mm must be at most {tolerance:.0e} mm; press less deep"
     raise SolveError(msg)
 
 
 def forces_on_way(
     law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, lowered: Floats
 ) -> tuple[Floats, Floats]:
-    """Return forces [N] on flesh of moduli E (presses,) [MPa] and the elastic forces there, (presses, times, tips).
+    """Return the forces F [N] on flesh that relaxes, and the elastic forces n [N], both (presses, times, tips).
 
-    `times` (presses, times) [s] begin before the first step. `lowered` (presses, times, tips) [mm] is the travel of
-    each tip since its own touch. Contacts must grow, which the caller checks. Raises SolveError.
+    E (presses,) [MPa] are the instantaneous moduli. `times` (presses, times) [s] begin at the first touch. `lowered`
+    (presses, times, tips) [mm] is the travel of each tip since its own first touch. Contacts must grow; the caller
+    checks this. Raises SolveError if no equilibrium is found.
     """
     C = np.array(law.C)
     F, elastic = np.zeros_like(lowered), np.zeros_like(lowered)
     memory = Memory(relaxation)
-    # At the end of a step, F = `fresh` n - `lost`, with n the elastic force then, and `lost` known from the past. So n
-    # follows from an elastic press on flesh of modulus E `fresh`, with springs relieved by the force `lost`.
+    # At the end of a step, F = `factor` n - `relaxed`, where `relaxed` is known from the past. So `factor` n is the
+    # solution of an elastic press on flesh with the modulus `factor` E, and with springs relieved by `relaxed`.
     for k in range(1, times.shape[1]):
-        fresh, lost = memory.step(times[:, k] - times[:, k - 1])
-        farthest = lowered[:, k].max(axis=-1)
-        held_back = farthest[:, None] - np.array(law.gaps) - lowered[:, k]
-        relieved = np.broadcast_to(lost, held_back.shape) @ C.T
-        answer = elastic_forces(law, E * fresh[:, 0], farthest, held_back - relieved)
-        elastic[:, k] = answer / fresh
+        factor, relaxed = memory.step(times[:, k] - times[:, k - 1])
+        largest_travel = lowered[:, k].max(axis=-1)
+        held_back = largest_travel[:, None] - np.array(law.gaps) - lowered[:, k]
+        recovered = np.broadcast_to(relaxed, held_back.shape) @ C.T
+        elastic_part = elastic_forces(law, E * factor[:, 0], largest_travel, held_back - recovered)
+        elastic[:, k] = elastic_part / factor
         memory.keep(elastic[:, k])
-        F[:, k] = answer - np.where(answer > 0.0, lost, 0.0)
+        F[:, k] = elastic_part - np.where(elastic_part > 0.0, relaxed, 0.0)
     return F, elastic
 
 
-def _growing(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, travel: Floats) -> Floats:
-    """Return the forces [N], (presses, times, tips), at times and travels (presses, times); contacts must grow."""
+def _forces_of_growing_contacts(
+    law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, travel: Floats
+) -> Floats:
+    """Return the forces (presses, times, tips) [N] at times [s] and travels [mm], both (presses, times).
+
+    Raises SolveError if the contact of a dome shrinks, because the law holds only for growing contacts.
+    """
     F, elastic = forces_on_way(law, relaxation, E, times, travel[..., None] - np.array(law.gaps))
     if law.hertz > 0.0 and (elastic[:, 1:] < (1.0 - SHRINKS) * elastic[:, :-1]).any():
         msg = "domes over time: a contact shrinks, and only growing ones are solved; hold for less time"
@@ -115,9 +127,9 @@ def _growing(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats,
     return F
 
 
-def _halved(nodes: Floats) -> Floats:
-    """Return nodes (presses, n) with an additional node in the middle of each step, (presses, 2 n - 1)."""
-    halved = np.empty((len(nodes), 2 * nodes.shape[1] - 1))
-    halved[:, ::2] = nodes
-    halved[:, 1::2] = 0.5 * (nodes[:, 1:] + nodes[:, :-1])
-    return halved
+def _with_midpoints(values: Floats) -> Floats:
+    """Return values (presses, n) with the mean of each two successive values between them, (presses, 2 n - 1)."""
+    refined = np.empty((len(values), 2 * values.shape[1] - 1))
+    refined[:, ::2] = values
+    refined[:, 1::2] = 0.5 * (values[:, 1:] + values[:, :-1])
+    return refined

@@ -1,7 +1,7 @@
-"""A scene of contact: fruit, tips and press, and the gap between the tips and the fruit.
+"""A contact scene: the fruit, the tips, their motion, and the initial gap between tips and fruit.
 
-Travel x is measured at the middle of the tips, from the first touch of a level sensor. Tilt and roll rotate the sensor
-about this middle.
+The travel x is measured at the middle of the tips, from the first touch of a level sensor. Tilt and roll rotate the
+sensor about this middle. Tilt is the inclination along the tips, roll the inclination across them.
 """
 
 import functools
@@ -26,11 +26,11 @@ STEEPEST_DEG = 20.0
 
 @dataclass(frozen=True, eq=False)
 class SidewaysGive:
-    """Displacements of sprung tips by forces that lean, in addition to the motion along the press.
+    """The compliance of tips on their springs under lateral forces, in addition to the motion along the press.
 
-    `compliance` (tips, tips, 3, 3) [mm/N] has the directions along the tips, across, and up the sensor. It belongs to
-    flat faces, or to the centres of the spheres of domes. Its entry from up to up is 0, because the springs contain it.
-    `error` [1] is its relative error.
+    The last two axes of `compliance` (tips, tips, 3, 3) [mm/N] are the directions along the tips, across them, and up
+    the sensor. It is the compliance of flat faces, or of the centres of the spheres of domes. Its entry for the
+    direction up in both is 0, because it is part of the compliance of the springs. `error` [1] is the relative error.
     """
 
     compliance: Floats
@@ -39,15 +39,15 @@ class SidewaysGive:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """The fruit, the tips on it, and the motion that presses them.
+    """The fruit, the tips, and the sensor motion that presses them against it.
 
-    `height_offset_mm` is the height of each tip relative to the level plane of the sensor, at most 0, due to springs
-    that sag; empty for level tips. The most protruding tip touches first. The designed protrusion of tips is part of
-    `tips`, and travel is measured from the touch of such tips. `off_centre_mm` is the error of the position of the
-    sensor on the fruit, along and across. `sideways` is used only by domes, if given.
+    `height_offset_mm` is the height of each tip relative to the level plane of the sensor due to the sag of its spring,
+    at most 0; it is empty for level tips. The designed protrusion of tips is part of `tips`, and travel is measured
+    from the first touch with this protrusion. `off_centre_mm` is the error of the sensor's position on the fruit, along
+    the tips and across. `sideways` is used only for domes.
 
-    With `from_touch`, travel is along the axis of the sensor, from its first touch in this pose. After the touch the
-    tilt has changed by `turned_deg` along and across, about the middle of the tips.
+    With `from_touch`, travel is along the axis of the sensor, from its first touch in this pose. Since the first touch,
+    the tilt along the tips and across has changed by `turned_deg`, about the middle of the tips.
     """
 
     fruit: Fruit
@@ -61,13 +61,13 @@ class Scene:
 
     @property
     def linear(self) -> bool:
-        """Return whether flat sharp faces touch flat flesh level, so that each touches as a whole or not at all."""
+        """Return whether level flat faces press flat flesh, so that each face touches as a whole or not at all."""
         level = self.press.tilt_deg == 0.0 and self.press.roll_deg == 0.0
         return level and self.fruit.shape == "block" and self.tips.tip_shape.is_flat
 
     @property
     def touches_at_once(self) -> bool:
-        """Return whether all tips touch at once, so that the force ratio does not depend on the travel."""
+        """Return whether all tips touch at the same travel, so that the force ratio does not depend on the travel."""
         return self.linear and not any(self.height_offset_mm)
 
     @property
@@ -77,19 +77,19 @@ class Scene:
 
     @cached_property
     def centres(self) -> tuple[Point, ...]:
-        """Return x and y of the middles of the tips from the apex [mm]."""
+        """Return the positions x, y of the centres of the tips relative to the apex [mm]."""
         along, across = self.off_centre_mm
         return tuple((x + along, y + across) for x, y in self.tips.places_mm)
 
     @cached_property
     def height_offsets_mm(self) -> tuple[float, ...]:
-        """Return the height offset of each tip from the level plane of the sensor, by design and by its spring [mm]."""
-        springs = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
-        return tuple(built + spring for built, spring in zip(self.tips.height_offset_mm, springs, strict=True))
+        """Return the height of each tip relative to the level plane of the sensor, by design and by sag [mm]."""
+        sag = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
+        return tuple(design + spring for design, spring in zip(self.tips.height_offset_mm, sag, strict=True))
 
     @property
     def slopes_deg(self) -> tuple[float, ...]:
-        """Return the slope of the fruit along the tips under each of them [deg], positive where the fruit falls."""
+        """Return the slope of the fruit along the tips, under the centre of each tip [deg]; downwards is positive."""
         return tuple(float(np.degrees(np.arctan(along))) for along, _ in _fruit_slopes(self.fruit, self.centres))
 
     @property
@@ -101,7 +101,7 @@ class Scene:
 
     @cached_property
     def turn(self) -> Floats:
-        """Return the tangents of tilt and roll [1], shape (2,)."""
+        """Return the tangents of tilt and roll [1], shape (2,), with the change since the first touch."""
         tilt = np.radians([self.press.tilt_deg, self.press.roll_deg])
         return np.asarray(np.tan(tilt + np.radians(self.turned_deg)))
 
@@ -117,7 +117,7 @@ class Scene:
 
     @property
     def on_cells(self) -> bool:
-        """Return whether contact is solved on cells: the contact grows over the faces, and the tips are not domes."""
+        """Return whether contact is solved on cells: the contact area varies, and the tips are not domes."""
         return not self.linear and not self.on_domes
 
     @property
@@ -126,70 +126,75 @@ class Scene:
         return self.fruit.radius_mm is not None
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
-        """Return the gap between the fruit and the plane at its apex [mm]; infinity beyond the fruit."""
+        """Return the gap between the fruit and the plane at its apex [mm]; infinity outside the fruit's plan."""
         return _fruit_gap(self.fruit, x, y)
 
     def gap_under(self, centre: Point, x: Floats, y: Floats) -> Floats:
-        """Return the gap under a tip at the apex plane [mm], at points from the centre of the tip [mm].
+        """Return the gap [mm] between the fruit and a level tip whose lowest point is on the plane at the apex.
 
-        It is the gap between this plane and the fruit, plus the gap of the tip.
+        `centre` is the position of the tip. The points x, y [mm] are relative to it.
         """
         return _gap_under(self.fruit, self.tips, centre, x, y)
 
     @cached_property
     def first_touch_mm(self) -> float:
-        """Return the gap at the first touch of a level sensor, from the plane at the apex [mm]."""
+        """Return the distance that a level sensor moves from the plane at the apex to its first touch [mm]."""
         gaps = []
         for centre, height_offset in zip(self.centres, self.tips.height_offset_mm, strict=True):
-            gaps.append(_least_gap(self.fruit, self.tips, centre) - height_offset)
+            gaps.append(_smallest_gap(self.fruit, self.tips, centre) - height_offset)
         return min(gaps)
 
 
-@functools.lru_cache(maxsize=256)  # a press is tilted in many ways on one fruit
+@functools.lru_cache(maxsize=256)  # many scenes differ only in the tilt of the press
 def _fruit_slopes(fruit: Fruit, centres: tuple[Point, ...]) -> tuple[Point, ...]:
+    """Return the slopes of the fruit along the tips and across [1], at each of the given positions [mm]."""
     return tuple((0.0, 0.0) if fruit.radius_mm is None else fruit_slope(fruit, x, y) for x, y in centres)
 
 
 @functools.lru_cache(maxsize=256)
-def _least_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
-    """Return the least gap [mm] under the face of a tip, over which the gap is convex.
+def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
+    """Return the smallest value of `Scene.gap_under` over the face of a tip [mm], by the method of Nelder and Mead.
 
-    It is cached, because many scenes have the same tips on the same fruit.
+    The gap is convex over the face. The result is cached, because many scenes have the same tips on the same fruit.
     """
-    from scipy.optimize import minimize  # seldom needed, and slow to load
+    from scipy.optimize import minimize  # rarely needed, and slow to load
 
     side = tips.side_mm
 
-    def onto_face(point: Floats) -> Floats:  # [tip sides]
+    def nearest_on_face(point: Floats) -> Floats:
+        """Return the point of the face that replaces a trial point outside it [sides]."""
         if tips.tip_shape.is_round:
             return point / max(1.0, 2.0 * float(np.hypot(*point)))
         return np.clip(point, -0.5, 0.5)
 
-    def gap(point: Floats) -> float:  # [tip sides]
-        return float(_gap_under(fruit, tips, centre, *(side * onto_face(point)))) / side
+    def gap(point: Floats) -> float:
+        """Return the gap at a point [sides]."""
+        return float(_gap_under(fruit, tips, centre, *(side * nearest_on_face(point)))) / side
 
-    # The simplex starts on the half of the face towards the apex, where the gap is least.
+    # The simplex starts on the half of the face towards the apex, where the gap is smallest.
     towards_apex = -0.1 * np.sign(centre)
     simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
-    least = minimize(
+    minimum = minimize(
         gap,
         towards_apex,
         method="Nelder-Mead",
         options={"initial_simplex": simplex, "xatol": 1e-9, "fatol": 1e-14},
     )
-    return side * float(least.fun)
+    return side * float(minimum.fun)
 
 
 def _fruit_gap(fruit: Fruit, x: Floats, y: Floats) -> Floats:
+    """Return the gap between a fruit, flat or curved, and the plane at its apex [mm]."""
     return np.zeros_like(x) if fruit.radius_mm is None else fruit_gap(fruit, x, y)
 
 
 def _gap_under(fruit: Fruit, tips: Tips, centre: Point, x: Floats, y: Floats) -> Floats:
+    """Return `Scene.gap_under`."""
     return _fruit_gap(fruit, centre[0] + x, centre[1] + y) + tip_gap(tips.tip_shape, x, y)
 
 
 def check_scene(scene: Scene) -> None:
-    """Raise InputError if a tip meets the fruit at more than 20 deg, where small-slope gaps do not hold."""
+    """Raise InputError if a tip meets the fruit at more than 20 deg, where the small-slope approximation fails."""
     if scene.steepest_deg > STEEPEST_DEG:
         bound = (
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {scene.steepest_deg:.3g} deg "
@@ -200,5 +205,5 @@ def check_scene(scene: Scene) -> None:
 
 
 def values_in_words(values: tuple[float, ...]) -> str:
-    """Return values with three digits as text."""
+    """Return values with three digits as text, joined by `and`."""
     return " and ".join(f"{value:.3g}" for value in values)

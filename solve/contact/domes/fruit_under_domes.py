@@ -1,4 +1,4 @@
-"""The compliance that a fruit adds to a half-space under domes, from its compliance under small flat circles."""
+"""The compliance that a fruit has in addition to a half-space under domes, from its compliance under small circles."""
 
 import functools
 from collections.abc import Sequence
@@ -15,20 +15,22 @@ from solve.fruit.skin import layer_on
 from solve.fruit.split import contact_footprints
 from solve.halfspace.layered import RoundContact, base_compliance, round_contact
 
-# Error bound for another radius, over the change that is scaled by the curvature. A new solve of a fruit of 28 mm
-# instead of 35 mm differs by 1.2 of it, between opposite domes of a square of 6 mm.
+# Error bound for a fruit with another radius, over the change in compliance that is scaled by the curvature. A separate
+# solve for 28 mm instead of 35 mm differs by 1.2 of this change, between opposite domes of a square of 6 mm.
 OTHER_RADIUS = 1.25
-OTHER_THICKNESS = 0.25  # error bound over the change by thickness; the solved piece has sides, the layer has none
+# Error bound for another thickness, over the change in compliance. The solved piece has sides, but the layer from which
+# the change is computed has none.
+OTHER_THICKNESS = 0.25
 
 
 @dataclass(frozen=True, eq=False)
 class FruitUnderDomes:
-    """The fruit under the domes: Poisson's ratio [1], and the compliance that it adds to a half-space.
+    """The fruit under the domes: the compliance that it has in addition to a half-space with its Poisson's ratio.
 
-    `remainder` (poses, tips, tips), times E [1/mm], is this compliance, `bound` the bound of its error in the same
-    shape. `size` [mm] is the smallest distance from a contact to the boundary of the fruit. `feet` (tips, 2) [mm] are
-    the places of the domes in the solve. `skinned` is the contact of one dome on a half-space of flesh under a skin, or
-    None.
+    `remainder` (poses, tips, tips) [1/mm] is this compliance times E, and `bound` an error bound in the same shape.
+    `size` [mm] is the smallest distance from a contact to the boundary of the fruit. `feet` (tips, 2) [mm] are the
+    contact points for which the compliance was solved. `skinned` is the contact of one dome on a half-space of flesh
+    under a skin, or None without a skin.
     """
 
     poisson: float
@@ -39,31 +41,32 @@ class FruitUnderDomes:
     skinned: RoundContact | None = None
 
     def select(self, poses: Ints) -> "FruitUnderDomes":
-        """Return the body in some of the poses, given by their indices."""
+        """Return the fruit for a subset of the poses, selected by index."""
         return replace(self, remainder=self.remainder[poses], bound=self.bound[poses])
 
 
 def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> FruitUnderDomes:
-    """Return the fruit under domes as an addition to a half-space, for one fruit per pose, `fruits` (poses,).
+    """Return the compliance that fruits have in addition to a half-space under the domes of a scene.
 
-    The fruits may differ from the fruit of the scene in shape or thickness; `compliance` belongs to the latter. The
-    change by the shape is proportional to the mean curvature of each fruit. The change by the thickness is taken from a
-    layer on a rigid base. The bound contains the errors of both.
+    `compliance` is the compliance of the scene's fruit. There is one of the `fruits` for each pose, and it may differ
+    from the scene's fruit in shape or thickness. The part of the compliance that is due to the shape is scaled by the
+    mean curvature. The change due to the thickness is computed from a layer on a rigid base. The error bound covers
+    both.
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
-    # The half-space under the flat circles of the solve; the body's compliance is the difference from it.
+    # The compliance of a half-space under the same flat circles, which is subtracted from the solved compliance.
     half_space = half_space_compliance(footprints, block.poisson)
     skinned = None
     if compliance.flesh_E is not None:
         half_space = half_space.copy()
         skinned = round_contact(layer_on(block, compliance.flesh_E), scene.tips.side_mm)
         for tip, footprint in enumerate(footprints):
-            # the bare half-space under a flat circle gives (1 - nu^2) / side
-            own = 1.0 / skinned.flat_stiffness(0.5 * footprint.side)
-            half_space[tip, tip] += own - (1.0 - block.poisson**2) / footprint.side
+            # Under a circle, a half-space without the skin has the compliance (1 - nu^2) / side.
+            with_skin = 1.0 / skinned.flat_stiffness(0.5 * footprint.side)
+            half_space[tip, tip] += with_skin - (1.0 - block.poisson**2) / footprint.side
     feet = np.array([(footprint.x, footprint.y) for footprint in footprints])
-    change, change_bound = _changes(scene, compliance, feet, fruits)
+    change, change_bound = _changes_of_fruits(scene, compliance, feet, fruits)
     error = max(compliance.error_pair, compliance.error_own)
     return FruitUnderDomes(
         poisson=block.poisson,
@@ -75,54 +78,59 @@ def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]
     )
 
 
-def _changes(scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Sequence[Fruit]) -> tuple[Floats, Floats]:
-    """Return the change of compliance for other fruits (poses,) and its error bound, (poses, tips, tips) [1/mm]."""
-    # Many poses share a fruit.
-    made: dict[int, tuple[Floats, Floats]] = {}
+def _changes_of_fruits(
+    scene: Scene, compliance: FruitCompliance, feet: Floats, fruits: Sequence[Fruit]
+) -> tuple[Floats, Floats]:
+    """Return `_change_of_fruit` and its error bound for each of the fruits (poses,), (poses, tips, tips) [1/mm]."""
+    # Many poses share a fruit, whose change is computed only once.
+    by_fruit: dict[int, tuple[Floats, Floats]] = {}
     changes = []
     for fruit in fruits:
-        if id(fruit) not in made:
-            made[id(fruit)] = _change(scene, compliance, feet, fruit)
-        changes.append(made[id(fruit)])
+        if id(fruit) not in by_fruit:
+            by_fruit[id(fruit)] = _change_of_fruit(scene, compliance, feet, fruit)
+        changes.append(by_fruit[id(fruit)])
     change, bound = zip(*changes, strict=True)
     return np.array(change), np.array(bound)
 
 
-def _change(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Fruit) -> tuple[Floats, Floats]:
-    """Return the change of compliance from the scene's fruit to another one, and its error bound, (tips, tips) [1/mm].
+def _change_of_fruit(scene: Scene, compliance: FruitCompliance, feet: Floats, fruit: Fruit) -> tuple[Floats, Floats]:
+    """Return the change in compliance from the scene's fruit to another fruit, and its error bound, times E.
 
-    `feet` (tips, 2) [mm] are the places where the domes touch. The change by the shape is proportional to the mean
-    curvature. It neglects the difference of the principal curvatures, which is part of the bound.
+    Both are (tips, tips) [1/mm]. `feet` (tips, 2) [mm] are the contact points of the domes. The part that is due to the
+    shape is proportional to the mean curvature. The neglected effect of the difference between the principal
+    curvatures is part of the bound.
     """
     solved = scene.fruit
     change = np.zeros_like(compliance.S)
     bound = np.zeros_like(compliance.S)
     if scene.curved:
-        mean, saddle = _mean_and_saddle(solved)
-        mean_met, saddle_met = _mean_and_saddle(fruit)
-        change = (mean_met / mean - 1.0) * compliance.shape_change
+        solved_mean, solved_half_difference = _curvature_mean_and_half_difference(solved)
+        mean, half_difference = _curvature_mean_and_half_difference(fruit)
+        change = (mean / solved_mean - 1.0) * compliance.shape_change
         bound = OTHER_RADIUS * np.abs(change)
         if fruit.radii_mm != solved.radii_mm or fruit.azimuth_deg != solved.azimuth_deg:
-            bound = bound + (saddle + saddle_met) / mean * np.abs(compliance.shape_change)
+            half_differences = solved_half_difference + half_difference
+            bound = bound + half_differences / solved_mean * np.abs(compliance.shape_change)
     if fruit.depth_mm != solved.depth_mm:
-        under = tuple(map(tuple, feet.tolist()))
-        by_base = _by_base(fruit.depth_mm, solved.poisson, under) - _by_base(solved.depth_mm, solved.poisson, under)
-        change = change + by_base
-        bound = bound + OTHER_THICKNESS * np.abs(by_base)
+        points = tuple(map(tuple, feet.tolist()))
+        base_effect = _base_effect(fruit.depth_mm, solved.poisson, points)
+        thickness_change = base_effect - _base_effect(solved.depth_mm, solved.poisson, points)
+        change = change + thickness_change
+        bound = bound + OTHER_THICKNESS * np.abs(thickness_change)
     return change, bound
 
 
 @functools.lru_cache(maxsize=256)
-def _by_base(depth: float, poisson: float, feet: tuple[tuple[float, ...], ...]) -> Floats:
-    """Return the change of compliance due to a rigid base at a depth [mm], (tips, tips) [1/mm].
+def _base_effect(depth: float, poisson: float, feet: tuple[tuple[float, ...], ...]) -> Floats:
+    """Return the change in a half-space's compliance due to a rigid base at a depth [mm], times E, (tips, tips) [1/mm].
 
-    `feet` [mm] are the places where the domes touch. It is cached for the designs of a search.
+    `feet` [mm] are the contact points of the domes. The result is cached for the designs of a search.
     """
-    between = np.array(feet)
-    return base_compliance(depth, poisson, np.linalg.norm(between[:, None] - between, axis=-1))
+    points = np.array(feet)
+    return base_compliance(depth, poisson, np.linalg.norm(points[:, None] - points, axis=-1))
 
 
-def _mean_and_saddle(fruit: Fruit) -> tuple[float, float]:
-    """Return the mean and half the difference of the principal curvatures [1/mm]."""
+def _curvature_mean_and_half_difference(fruit: Fruit) -> tuple[float, float]:
+    """Return the mean of the principal curvatures at the apex of a fruit, and half their difference [1/mm]."""
     first, second = (1.0 / radius for radius in fruit.radii_mm)
     return 0.5 * (first + second), 0.5 * abs(first - second)

@@ -1,8 +1,8 @@
-"""The contact geometry of spheres on an ellipsoid, a sphere or a plane, exact for any tilt. Lengths in mm.
+"""The contact geometry of spherical domes on an ellipsoid, a sphere or a plane, exact for any tilt. Lengths in mm.
 
-The apex of the fruit is the origin, and z points up. A dome whose centre is closer to the fruit's surface than its
-radius enters the undeformed fruit. Its springs let it move in the frame of the sensor: along the tips, across them, and
-along the axis.
+The apex of the fruit is the origin, and z points up. A dome overlaps the undeformed fruit if the centre of its sphere
+is closer to the surface than its radius. The springs let a dome move in the frame of the sensor: along the tips, across
+them, and along the axis.
 """
 
 import functools
@@ -18,21 +18,22 @@ from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.curved_shape import ellipsoid_curvatures
 from solve.linear import SolveError
 
-TOUCH_STEPS = 12  # Newton steps to a first touch: two on a plane, some five on an ellipsoid
-TOUCH_LIMIT = 1e-10  # [mm]
-FOOT_STEPS = 8  # most Newton steps: one is exact on a sphere, four on an ellipsoid of 2 : 1
-FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)  # step at convergence over the least squared axis: round-off
+TOUCH_STEPS = 12  # maximum number of Newton steps to a first touch; two on a plane, about five on an ellipsoid
+TOUCH_LIMIT = 1e-10  # largest overlap at a first touch [mm]
+FOOT_STEPS = 8  # maximum number of Newton steps to a nearest point; one on a sphere, four on an ellipsoid of 2 : 1
+FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)  # step at convergence over the smallest squared axis: round-off
 
 
 @dataclass(frozen=True, eq=False)
 class DomeApproach:
-    """Position and direction of domes relative to the undeformed fruit, (poses, tips) or (poses, tips, 3).
+    """The position of domes relative to the undeformed fruit; arrays are (poses, tips) or (poses, tips, 3).
 
-    `interference` [mm] is the depth of a dome in the undeformed fruit along the normal, negative above it. `foot` [mm]
-    is the nearest point of the fruit, `normal` [1] the normal there. `direction` [1] is the normal in the frame of the
-    sensor. `radius` [mm] is the relative radius of curvature, the geometric mean of both directions. `depth_ratio` [1]
-    is the depth of an elliptic contact over the depth of a round one, 1 - ln(ratio of both)^2 / 72. It agrees with
-    Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
+    `interference` [mm] is the depth of a dome in the fruit along the normal, negative without overlap. `foot` [mm] is
+    the point of the fruit nearest to the dome, and `normal` [1] the outward normal there. `direction` [1] is the same
+    normal in the frame of the sensor. `radius` [mm] is the relative radius of curvature, the geometric mean of both
+    principal values. `depth_ratio` [1] is the depth of an elliptic contact over the depth of a round contact with the
+    same force. It is 1 - ln(ratio of the principal radii)^2 / 72, which agrees with K. L. Johnson, Contact Mechanics
+    (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
     """
 
     interference: Floats
@@ -43,23 +44,23 @@ class DomeApproach:
     depth_ratio: Floats
 
     def select(self, poses: Ints) -> "DomeApproach":
-        """Return the approach in some of the poses, given by their indices."""
+        """Return the approach for a subset of the poses, selected by index."""
         return DomeApproach(**{name: values[poses] for name, values in vars(self).items()})
 
     @property
     def cosine(self) -> Floats:
-        """Return the cosine of the angle between normal and axis [1], (poses, tips)."""
+        """Return the cosine of the angle between the normal and the axis of the sensor [1], (poses, tips)."""
         return self.direction[..., 2]
 
 
 @dataclass(frozen=True, eq=False)
 class DomePoses:
-    """Domes of one radius [mm] on their unloaded springs, in many poses.
+    """Domes with unloaded springs, and the fruits under them, in many poses.
 
     `centres` (poses, tips, 3) [mm] are the centres of the spheres. The rows of `frame` (poses, 3, 3) [1] are the
-    directions of the sensor: along the tips, across, and up its axis. `semi_axes` (poses, 3) [mm] belong to the fruit,
-    infinite for a flat one. The rows of `principal` (poses, 3, 3) [1] are the directions of these axes; None if no
-    fruit is turned.
+    directions of the sensor: along the tips, across them, and up its axis. `semi_axes` (poses, 3) [mm] are those of the
+    fruits, infinite for a flat fruit. The rows of `principal` (poses, 3, 3) [1] are the directions of these axes; it is
+    None if all fruits have their axes along x, y and z. `sideways` is the lateral compliance of the tips, if known.
     """
 
     dome_radius: float
@@ -70,7 +71,7 @@ class DomePoses:
     principal: Floats | None = None
 
     def select(self, poses: Ints) -> "DomePoses":
-        """Return the domes in some of the poses, given by their indices."""
+        """Return the domes for a subset of the poses, selected by index."""
         return replace(
             self,
             centres=self.centres[poses],
@@ -80,39 +81,39 @@ class DomePoses:
         )
 
     def approach(self, moved: Floats) -> DomeApproach:
-        """Return the approach after displacements `moved` (poses, tips, 3) [mm] in the frame of the sensor."""
+        """Return the approach after the domes have moved by `moved` (poses, tips, 3) [mm] in the sensor's frame."""
         centres = self.centres + moved @ self.frame
-        foot, normal = self._feet(centres)
+        foot, normal = self._nearest_points(centres)
         distance = _dot(centres - foot, normal)
-        # Relative principal curvatures: the curvature of the dome is added to both of the fruit.
-        least, most = self._curvatures(foot)
-        least = 1.0 / self.dome_radius + least
-        most = 1.0 / self.dome_radius + most
+        # The relative principal curvatures are those of the fruit plus the curvature of the dome.
+        smaller, larger = self._curvatures(foot)
+        smaller = 1.0 / self.dome_radius + smaller
+        larger = 1.0 / self.dome_radius + larger
         return DomeApproach(
             interference=self.dome_radius - distance,
             direction=normal @ self.frame.swapaxes(1, 2),
             foot=foot,
             normal=normal,
-            radius=1.0 / np.sqrt(least * most),
-            depth_ratio=1.0 - np.log(most / least) ** 2 / 72.0,
+            radius=1.0 / np.sqrt(smaller * larger),
+            depth_ratio=1.0 - np.log(larger / smaller) ** 2 / 72.0,
         )
 
     def from_face_middle(self, approach: DomeApproach) -> Floats:
-        """Return the distance of the contact from the middle of a dome's face, across its axis [mm], (poses, tips)."""
-        touching = -self.dome_radius * approach.direction[..., :2]  # from the axis of the sphere
-        return np.asarray(np.linalg.norm(touching, axis=-1))
+        """Return the distance of the contact from the axis of the dome, the middle of its face [mm], (poses, tips)."""
+        from_axis = -self.dome_radius * approach.direction[..., :2]
+        return np.asarray(np.linalg.norm(from_axis, axis=-1))
 
-    def _feet(self, centres: Floats) -> tuple[Floats, Floats]:
-        """Return the nearest points of the fruit and its normals there, both (poses, tips, 3)."""
+    def _nearest_points(self, centres: Floats) -> tuple[Floats, Floats]:
+        """Return the points of the fruit nearest to `centres` [mm] and its unit normals there, (poses, tips, 3)."""
         if np.isinf(self.semi_axes).any():
             return centres * np.array([1.0, 1.0, 0.0]), np.broadcast_to([0.0, 0.0, 1.0], centres.shape)
         squares = self.semi_axes[:, None] ** 2
-        middle = np.zeros_like(squares)
-        middle[..., 2] = -self.semi_axes[:, None, 2]
-        foot = _nearest(self._to_principal(centres - middle), squares)
-        normal = foot / squares
+        fruit_centre = np.zeros_like(squares)
+        fruit_centre[..., 2] = -self.semi_axes[:, None, 2]
+        foot = _nearest_on_ellipsoid(self._to_principal(centres - fruit_centre), squares)
+        normal = foot / squares  # the gradient of sum (x_k / a_k)^2, up to a factor
         normal = normal / np.sqrt(_dot(normal, normal))[..., None]
-        return middle + self._from_principal(foot), self._from_principal(normal)
+        return fruit_centre + self._from_principal(foot), self._from_principal(normal)
 
     def _to_principal(self, vectors: Floats) -> Floats:
         """Return the components of vectors (poses, tips, 3) along the fruit's principal directions [same unit]."""
@@ -123,34 +124,34 @@ class DomePoses:
         return vectors if self.principal is None else vectors @ self.principal
 
     def _curvatures(self, foot: Floats) -> tuple[Floats, Floats]:
-        """Return the smaller and the larger principal curvature of the fruit at the feet [1/mm], both (poses, tips)."""
+        """Return the smaller and the larger principal curvature of the fruit at points `foot` [1/mm], (poses, tips)."""
         if np.isinf(self.semi_axes).any():
             flat = np.zeros(foot.shape[:2])
             return flat, flat
         axes = self.semi_axes[:, None]
         from_centre = foot + np.concatenate([np.zeros_like(axes[..., :2]), axes[..., 2:]], axis=-1)
         mean, gauss = ellipsoid_curvatures(axes, self._to_principal(from_centre))
-        spread = np.sqrt(np.maximum(mean**2 - gauss, 0.0))
-        return mean - spread, mean + spread
+        half_difference = np.sqrt(np.maximum(mean**2 - gauss, 0.0))
+        return mean - half_difference, mean + half_difference
 
 
-def _nearest(point: Floats, squares: Floats) -> Floats:
-    """Return the points of ellipsoids nearest to points outside them, both (..., 3) [mm] from the centre.
+def _nearest_on_ellipsoid(point: Floats, squares: Floats) -> Floats:
+    """Return the points of ellipsoids nearest to points outside them, both (..., 3) [mm] relative to the centre.
 
-    `squares` (..., 3) [mm^2] are the squares a_k^2 of the semi-axes. For some t >= 0 [mm^2] the point nearest to s has
-    the coordinates a_k^2 s_k / (t + a_k^2). It lies on the ellipsoid if |q| = 1, with q_k = a_k s_k / (t + a_k^2).
-    Newton's method finds t from 1 / |q| - 1, which is nearly linear in t.
+    `squares` (..., 3) [mm^2] are the squared semi-axes a_k^2. The point nearest to s has the coordinates a_k^2 s_k / (t
+    + a_k^2) for some t >= 0 [mm^2]. It lies on the ellipsoid if |q| = 1, with q_k = a_k s_k / (t + a_k^2). So t is the
+    zero of 1 / |q| - 1, which is nearly linear in t, and is found by Newton's method.
     """
     t = np.zeros(point.shape[:-1])
-    settled = FOOT_LIMIT * squares.min()
-    for _ in range(FOOT_STEPS if np.ptp(squares, axis=-1).any() else 1):
+    tolerance = FOOT_LIMIT * squares.min()
+    for _ in range(FOOT_STEPS if np.ptp(squares, axis=-1).any() else 1):  # on a sphere, one step is exact
         denominator = t[..., None] + squares
         q = np.sqrt(squares) * point / denominator
-        size = np.sqrt(_dot(q, q))
-        slope = _dot(q, q / denominator) / size**3  # slope of 1 / |q| over t
-        step = (1.0 / size - 1.0) / slope
+        length = np.sqrt(_dot(q, q))
+        slope = _dot(q, q / denominator) / length**3  # derivative of 1 / |q| by t
+        step = (1.0 / length - 1.0) / slope
         t = t - step
-        if np.abs(step).max(initial=0.0) <= settled:
+        if np.abs(step).max(initial=0.0) <= tolerance:
             break
     return squares * point / (t[..., None] + squares)
 
@@ -164,100 +165,100 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
-    """Return the domes in scenes of one sensor, each at its own travel [mm], (poses,).
+    """Return the domes of one sensor in a scene for each pose, at the travels (poses,) [mm].
 
-    Travel is vertical from the first touch of a level sensor. If a scene has `from_touch`, it is along the axis from
-    the first touch in the pose. Raises SolveError if no first touch is found.
+    The travel is vertical, from the first touch of a level sensor. If a scene has `from_touch`, it is along the axis of
+    the sensor, from the first touch in the pose. Raises SolveError if no first touch is found.
     """
     axis = _axes(np.array([scene.turn for scene in scenes]))
-    # Poses that differ only in travel or in a turn after the first touch share this touch, which is found once.
-    touching = {id(scene): _at_touch(scene) for scene in {id(scene): scene for scene in scenes}.values()}
-    stands = {_stand(scene): scene for scene in touching.values()}
-    found = dict(zip(stands, _first_touches(list(stands.values())), strict=True))
-    touches = np.array([found[_stand(touching[id(scene)])] for scene in scenes])
-    aimed, lowered = touches[:, :3], touches[:, 3:]
+    # Many scenes share the first touch from which their travel counts, so each is found only once.
+    touch_scenes = {id(scene): _touch_scene(scene) for scene in {id(scene): scene for scene in scenes}.values()}
+    distinct = {_touch_key(scene): scene for scene in touch_scenes.values()}
+    touches_by_key = dict(zip(distinct, _first_touches(list(distinct.values())), strict=True))
+    touches = np.array([touches_by_key[_touch_key(touch_scenes[id(scene)])] for scene in scenes])
+    skin_points, lowering = touches[:, :3], touches[:, 3:]
     from_touch = np.array([scene.from_touch for scene in scenes])
-    pressed_along = np.where(from_touch[:, None], axis, np.array([0.0, 0.0, 1.0]))
-    return _standing(scenes, axis, aimed - (travel[:, None] + lowered) * pressed_along)
+    press_direction = np.where(from_touch[:, None], axis, np.array([0.0, 0.0, 1.0]))
+    return _place_domes(scenes, axis, skin_points - (travel[:, None] + lowering) * press_direction)
 
 
-def _at_touch(scene: Scene) -> Scene:
-    """Return the scene whose first touch is the zero of travel: the scene itself, or the scene of a level sensor."""
+def _touch_scene(scene: Scene) -> Scene:
+    """Return the scene from whose first touch the travel counts: the scene itself, or that of a level sensor."""
     if scene.from_touch:
         return scene
     level = replace(scene.press, tilt_deg=0.0, roll_deg=0.0)
     return replace(scene, press=level, height_offset_mm=())
 
 
-def _stand(scene: Scene) -> tuple[object, ...]:
-    """Return the properties that determine the first touch: fruit, press, place and heights of the tips."""
+def _touch_key(scene: Scene) -> tuple[object, ...]:
+    """Return the properties that determine the first touch: the fruit, and the tilt, offset and heights of the tips."""
     return scene.fruit, scene.press, scene.off_centre_mm, scene.height_offset_mm
 
 
 def _axes(turn: Floats) -> Floats:
-    """Return the axes of sensors [1], (poses, 3), from the tangents of their tilts, (poses, 2)."""
+    """Return the unit axes of sensors (poses, 3), given the tangents of their tilt and roll (poses, 2)."""
     axis = np.column_stack([turn, np.ones(len(turn))])
     return np.asarray(axis / np.linalg.norm(axis, axis=1, keepdims=True))
 
 
 def _first_touches(scenes: Sequence[Scene]) -> Floats:
-    """Return the point of the skin that each sensor aims at, and its lowering at first touch, (scenes, 4) [mm].
+    """Return the position of each sensor at its first touch, (scenes, 4) [mm].
 
-    The first three columns are the point of the skin under the middle of the tips. The last one is the distance by
-    which the middle of the faces is lowered along the axis beyond this point. Raises SolveError if Newton's method does
-    not converge.
+    The first three columns are the point of the skin under the middle of the tips. The last column is the distance
+    along the axis from this point down to the middle of the level faces. Raises SolveError if Newton's method does not
+    converge.
     """
     axis = _axes(np.array([scene.turn_at_touch for scene in scenes]))
     middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
-    fall = np.array([scene.fruit.fall_mm(x, y) for scene, (x, y) in zip(scenes, middle.tolist(), strict=True)])
-    aimed = np.column_stack([middle, -fall])
-    lowered = np.zeros(len(scenes))
+    skin_depth = np.array([scene.fruit.fall_mm(x, y) for scene, (x, y) in zip(scenes, middle.tolist(), strict=True)])
+    skin_points = np.column_stack([middle, -skin_depth])
+    lowering = np.zeros(len(scenes))
     for _ in range(TOUCH_STEPS):
-        domes = _standing(scenes, axis, aimed - lowered[:, None] * axis)
+        domes = _place_domes(scenes, axis, skin_points - lowering[:, None] * axis)
         approach = domes.approach(np.zeros(domes.centres.shape))
-        # The sensor moves back by the depth of the deepest dome along the axis.
-        entered = (approach.interference / approach.cosine).max(axis=1)
-        lowered = lowered - entered
-        if np.abs(entered).max() <= TOUCH_LIMIT:
-            return np.column_stack([aimed, lowered])
-    msg = f"first touch of domes: error of {np.abs(entered).max():.1e} mm must be at most {TOUCH_LIMIT:g} mm"
+        # The sensor is moved back by the largest overlap of a dome along the axis.
+        overlap = (approach.interference / approach.cosine).max(axis=1)
+        lowering = lowering - overlap
+        if np.abs(overlap).max() <= TOUCH_LIMIT:
+            return np.column_stack([skin_points, lowering])
+    msg = f"first touch of domes: error of {np.abs(overlap).max():.1e} mm must be at most {TOUCH_LIMIT:g} mm"
     raise SolveError(msg)
 
 
-def _standing(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePoses:
-    """Return the domes of sensors with these axes [1] and origins [mm], both (poses, 3).
+def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePoses:
+    """Return the domes of sensors with the given axes [1] and origins [mm], both (poses, 3).
 
-    The origin is the middle of the level faces of the tips.
+    The origin of a sensor is the middle of the level faces of its tips.
     """
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
-    # Many poses share a scene, whose properties are computed once.
+    # Many poses share a scene, whose properties are computed only once.
     unique = {id(scene): scene for scene in scenes}
-    place_of = {key: place for place, key in enumerate(unique)}
-    which = np.array([place_of[id(scene)] for scene in scenes])
-    made = list(unique.values())
-    centres = np.array([scene.centres for scene in made])[which]
+    index_of = {key: index for index, key in enumerate(unique)}
+    scene_index = np.array([index_of[id(scene)] for scene in scenes])
+    distinct = list(unique.values())
+    centres = np.array([scene.centres for scene in distinct])[scene_index]
     middle = centres.mean(axis=1)
-    # height of the spheres' centres above the level faces
-    height = radius - np.array([scene.height_offsets_mm for scene in made])[which]
+    # The heights of the centres of the spheres above the level faces.
+    height = radius - np.array([scene.height_offsets_mm for scene in distinct])[scene_index]
 
-    # `level` are x and y after the shortest rotation that takes the vertical to the axis.
-    between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
-    level = np.eye(3)[:2] - axis[:, :2, None] * between[:, None]
+    # `lateral` are the images of the x and y directions under the shortest rotation from the vertical to the axis.
+    bisector = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
+    lateral = np.eye(3)[:2] - axis[:, :2, None] * bisector[:, None]
 
-    semi_axes, principal = zip(*(_principal_axes(scene.fruit) for scene in made), strict=True)
+    semi_axes, principal = zip(*(_principal_axes(scene.fruit) for scene in distinct), strict=True)
     return DomePoses(
         dome_radius=radius,
-        centres=origin[:, None] + (centres - middle[:, None]) @ level + height[..., None] * axis[:, None],
-        frame=np.concatenate([level, axis[:, None]], axis=1),
-        semi_axes=np.array(semi_axes)[which],
-        principal=np.array(principal)[which] if any(scene.fruit.azimuth_deg for scene in made) else None,
+        centres=origin[:, None] + (centres - middle[:, None]) @ lateral + height[..., None] * axis[:, None],
+        frame=np.concatenate([lateral, axis[:, None]], axis=1),
+        semi_axes=np.array(semi_axes)[scene_index],
+        principal=np.array(principal)[scene_index] if any(scene.fruit.azimuth_deg for scene in distinct) else None,
         sideways=scenes[0].sideways,
     )
 
 
 @functools.lru_cache(maxsize=256)
 def _principal_axes(fruit: Fruit) -> tuple[Floats, Floats]:
-    """Return the semi-axes [mm] of a fruit and its principal directions [1], in rows."""
+    """Return the semi-axes (3,) [mm] of a fruit, and its principal directions as the rows of a matrix (3, 3)."""
     along, across = fruit.radii_mm
     directions = np.eye(3)
     directions[0, :2] = fruit.from_principal(1.0, 0.0)

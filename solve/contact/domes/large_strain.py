@@ -1,12 +1,13 @@
-"""Corrections of Hertz's contact of a rigid, frictionless ball for large strain: polynomials in the contact radius.
+"""Corrections of Hertz's law for a rigid, frictionless ball at large strain: polynomials in the contact radius.
 
-Let a be Hertz's contact radius at a depth, s = a / dome radius and t = a / fruit radius. The force is Hertz's times
+Let a be Hertz's contact radius at a given depth, s = a / dome radius and t = a / fruit radius. The force is Hertz's
+force times
 
     g = 1 + c1 s + c2 t + c3 s^2 + c4 s t,
 
-and the contact radius of the deformed body is a times another such polynomial. Both are fitted to finite elements at
-finite strain. Strain is proportional to a over a radius: the first two terms are second-order elasticity. The others
-include the difference between a sphere and a paraboloid.
+and the contact radius of the deformed body is a times another such polynomial. Both are fitted to finite-element
+solutions at finite strain. The strain is of the order of s and t, so the linear terms are those of second-order
+elasticity. The quadratic terms include the difference between a sphere and a paraboloid.
 """
 
 import functools
@@ -16,7 +17,8 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-POISSONS = (0.0, 0.15, 0.3, 0.45, 0.49)
+POISSONS = (0.0, 0.15, 0.3, 0.45, 0.49)  # Poisson's ratios of the rows of the tables
+# c1 to c4 of the force in neo-Hookean flesh.
 NEO_HOOKE = (
     (0.2454, -0.1035, -0.1607, 0.0832),
     (0.1819, -0.1045, -0.1566, 0.0314),
@@ -24,7 +26,7 @@ NEO_HOOKE = (
     (-0.0235, -0.0837, -0.1152, 0.1120),
     (-0.0536, -0.0629, -0.1105, 0.1131),
 )
-# Half the difference of the relative force between Hencky's law and Storakers' law (foam).
+# Half the difference in relative force between Hencky's law and Storakers's law (foam).
 LAW_SPREAD = (
     (0.1781, 0.1871, 0.0178, 0.0795),
     (0.1304, 0.1273, 0.0148, 0.0053),
@@ -32,8 +34,9 @@ LAW_SPREAD = (
     (0.0577, 0.0536, -0.0025, -0.0007),
     (0.0622, 0.0643, -0.0181, -0.0272),
 )
-# Deformed contact radius over Hertz's at the same depth. The second column is the inward displacement of the skin under
-# Hertz's pressure, -2 (1 - 2 nu) / (3 pi (1 - nu)): K. L. Johnson, Contact Mechanics (1985), (3.42).
+# The contact radius of the deformed body over Hertz's radius at the same depth. The second column is the inward
+# displacement of the skin under Hertz's pressure, -2 (1 - 2 nu) / (3 pi (1 - nu)): K. L. Johnson, Contact Mechanics
+# (1985), (3.42).
 EDGE = (
     (-0.1189, -0.2122, -0.0431, 0.1877),
     (-0.0876, -0.1748, -0.0692, 0.2743),
@@ -42,18 +45,19 @@ EDGE = (
     (0.0387, -0.0083, -0.1755, 0.1657),
 )
 DEEPEST = 0.7  # largest contact radius of the fit of g, over the dome radius
-# Relative error of the force: the fit leaves 8e-4, and other elements give up to 1.2e-3 more at s = 0.15.
+# Relative error of the force: 8e-4 from the fit, and up to 1.2e-3 more with other elements, at s = 0.15.
 FIT = 1.5e-3
-FIT_OF_EDGE = 5e-3  # relative error of the contact radius by the fit, mostly from edges inside an element
-FULL = 0.1  # s + t above which FIT and FIT_OF_EDGE apply in full; below, they are proportional to s + t
+FIT_OF_EDGE = 5e-3  # relative error of the contact radius from the fit, mostly because its edge lies inside an element
+FULL = 0.1  # s + t above which FIT and FIT_OF_EDGE apply in full; below it they are proportional to s + t
 
 
 @dataclass(frozen=True, eq=False)
 class LargeStrain:
-    """Corrections of Hertz's contacts for large strain [1], all of one shape.
+    """Corrections of Hertz's law for large strain [1]; all arrays have the same shape.
 
-    `factor` is g, `slope` its slope over ln a, `error` the bound of its error. `law_spread` is half the difference
-    between laws of flesh. `edge` is the contact radius over Hertz's, `edge_error` the bound of its error.
+    `factor` is g, `slope` is dg / d ln a, and `error` bounds the error of g. `law_spread` is half the relative
+    difference in force between laws of flesh. `edge` is the contact radius over Hertz's radius, and `edge_error` bounds
+    its error.
     """
 
     factor: Floats
@@ -65,40 +69,40 @@ class LargeStrain:
 
 
 def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float) -> LargeStrain:
-    """Return the corrections of Hertz's contacts for large strain, at Hertz's contact radii [mm].
+    """Return the corrections of Hertz's law for large strain, at Hertz's contact radii `contact` [mm].
 
-    `dome` [mm] is the radius of the domes; the fruit's curvature [1/mm] has the shape of the contact radii. Beyond the
-    range of the fit g keeps its value at the end of the range, and all of g - 1 is an error.
+    `dome` [mm] is the radius of the domes. `curvature` [1/mm] is that of the fruit, in the shape of `contact`. Outside
+    the range of the fit, g keeps its value at the end of the range, and its error bound includes all of g - 1.
     """
     s = contact / dome
     t = contact * curvature
-    beyond = s > DEEPEST
-    scale = np.where(beyond, DEEPEST / np.where(beyond, s, 1.0), 1.0)
+    is_beyond = s > DEEPEST
+    scale = np.where(is_beyond, DEEPEST / np.where(is_beyond, s, 1.0), 1.0)
     s = scale * s
     t = scale * t
-    first, second = _terms(NEO_HOOKE, poisson, s, t)
+    linear, quadratic = _terms(NEO_HOOKE, poisson, s, t)
     law_spread = np.abs(sum(_terms(LAW_SPREAD, poisson, s, t)))
-    outside = beyond | (not POISSONS[0] <= poisson <= POISSONS[-1])
-    departure = first + second  # g - 1
-    edge_departure: Floats = np.add(*_terms(EDGE, poisson, s, t))
-    strained = np.minimum(1.0, (s + t) / FULL)  # fraction of the fit's errors at this strain
+    is_outside = is_beyond | (not POISSONS[0] <= poisson <= POISSONS[-1])
+    correction = linear + quadratic  # g - 1
+    edge_correction: Floats = np.add(*_terms(EDGE, poisson, s, t))
+    fit_share = np.minimum(1.0, (s + t) / FULL)  # fraction of the fit's errors that applies at this strain
     return LargeStrain(
-        factor=1.0 + departure,
-        slope=np.where(beyond, 0.0, first + 2.0 * second),  # first order in a, second in a^2
-        error=np.where(outside, np.abs(departure), 0.0) + FIT * strained,
+        factor=1.0 + correction,
+        slope=np.where(is_beyond, 0.0, linear + 2.0 * quadratic),  # derivatives by ln a of terms in a and in a^2
+        error=np.where(is_outside, np.abs(correction), 0.0) + FIT * fit_share,
         law_spread=law_spread,
-        edge=1.0 + edge_departure,
-        edge_error=np.where(outside, np.abs(edge_departure), 0.0) + FIT_OF_EDGE * strained,
+        edge=1.0 + edge_correction,
+        edge_error=np.where(is_outside, np.abs(edge_correction), 0.0) + FIT_OF_EDGE * fit_share,
     )
 
 
 @functools.cache
 def coefficients(table: tuple[tuple[float, ...], ...], poisson: float) -> tuple[float, ...]:
-    """Return c1 to c4 [1] of a table at a Poisson's ratio, linearly interpolated between its rows."""
+    """Return c1 to c4 [1] at a Poisson's ratio, by linear interpolation between the rows of a table."""
     return tuple(float(np.interp(poisson, POISSONS, column)) for column in zip(*table, strict=True))
 
 
 def _terms(table: tuple[tuple[float, ...], ...], poisson: float, s: Floats, t: Floats) -> tuple[Floats, Floats]:
-    """Return the terms of first order, c1 s + c2 t, and of second order, c3 s^2 + c4 s t [1]."""
+    """Return the linear terms, c1 s + c2 t, and the quadratic terms, c3 s^2 + c4 s t [1]."""
     c1, c2, c3, c4 = coefficients(table, poisson)
     return c1 * s + c2 * t, c3 * s**2 + c4 * s * t

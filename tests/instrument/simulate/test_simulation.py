@@ -15,6 +15,7 @@ from instrument.press.printed_unit import unit_of
 from instrument.press.signals import Signal
 from instrument.simulate.bench_tables import plate_table, weights_table
 from instrument.simulate.drawn_fruit import (
+    add_bruise,
     beyond_design,
     draw_fruit,
     usual_fruit,
