@@ -29,16 +29,17 @@ FOREIGN_MM = 0.05  # largest distance of a file of another program, which chose 
 STEP_KINDS = (".step", ".stp")
 _STEP_ANGLE_RAD = 0.5  # largest angle between triangles of STEP files; the chord already bounds their distance
 _SAME_MM = 1e-4  # corners are equal if they round to the same multiple; an STL file resolves 4e-6 mm at 60 mm
-_SAME_SHARE = 1e-3  # relative accuracy of a distance, in addition to _SAME_MM
+_SAME_SHARE = 1e-3  # relative accuracy of a distance, added to _SAME_MM
 _DIGITS = 4  # decimals of a distance [mm], as accurate as _SAME_MM
 _APART_MM = 0.4  # distance between rows of points on a triangle, and between points in a row
 _COVER_MM = math.sqrt(1.25) * _APART_MM  # largest distance of a point of a triangle from its nearest row point
-_NEAREST = (1, 8)  # sample points whose triangles are measured: the nearest for all points, eight for doubtful ones
-_AT_ONCE = 20_000  # points in a batch, which must fit in the memory of a small machine
-_TRIED = 300  # corners of a moved file that are measured before its whole surface
-UNITS = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0}
-_SAME_SIZE = 0.01  # relative tolerance of a scale
-_SAME_DEG = 0.05  # smallest turn that is reported; turns are shown to a tenth
+# Number of nearest sample points whose triangles bound a distance: one for all points, eight where that bound is large.
+_NEAREST = (1, 8)
+_BATCH = 20_000  # points measured together, so that the arrays fit in the memory of a small machine
+_TRIED = 300  # approximate number of corners of a moved file that are measured before its whole surface
+UNITS = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0}  # length of each unit in mm
+_SAME_SIZE = 0.01  # relative tolerance of a scale factor
+_SAME_DEG = 0.05  # smallest rotation that is reported; angles are written with one decimal
 
 
 class Farthest(NamedTuple):
@@ -55,29 +56,29 @@ class Farthest(NamedTuple):
 def as_designed_verdict(
     pairs: Mapping[str, tuple[trimesh.Trimesh, trimesh.Trimesh]], limit: float | None = None, against: str = ""
 ) -> Verdict:
-    """Return geometry.as_designed, the largest distance [mm] between files and their designs.
+    """Return geometry.as_designed, the verdict on the largest distance [mm] between files and their designs.
 
-    `pairs` holds the triangles [mm] of each file and of its design, by the name of the file. Without a `limit` [mm]
+    `pairs` holds the triangles [mm] of each file and of its design, by the name of the file. Without a `limit` [mm],
     each file gets the limit for files of this program. The verdict names the file that exceeds its limit most, and
-    `against`, the part of the design that it was compared with.
+    `against`, the part of the design that it was compared with. If the limit is exceeded, likely causes come first.
     """
-    found = {}
+    farthest_points = {}
     for name, (mesh, design) in pairs.items():
-        own = OWN_MM + (0.0 if Path(name).suffix.lower() in STEP_KINDS else CHORD_MM)
-        found[name] = (largest_distance(mesh, design), own if limit is None else limit)
-    worst = max(found, key=lambda name: found[name][0].distance - found[name][1])
-    farthest, most = found[worst]
+        own_limit = OWN_MM + (0.0 if Path(name).suffix.lower() in STEP_KINDS else CHORD_MM)
+        farthest_points[name] = (largest_distance(mesh, design), own_limit if limit is None else limit)
+    worst = max(farthest_points, key=lambda name: farthest_points[name][0].distance - farthest_points[name][1])
+    farthest, worst_limit = farthest_points[worst]
     mesh, design = pairs[worst]
     x, y, z = farthest.point
     place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""
     part = f", compared with the {against} of the design" if against else ""
-    reference = [
-        *(() if farthest.distance <= most else _explanations(mesh, design, most)),
+    remarks = [
+        *(() if farthest.distance <= worst_limit else _explanations(mesh, design, worst_limit)),
         f"distance between both surfaces, measured from each{part}{place}",
     ]
-    change = round(enclosed_volume(mesh) - enclosed_volume(design), _DIGITS) + 0.0  # + 0.0 turns -0 into 0
-    reference.append(f"volume {change:+g} mm^3 compared with {enclosed_volume(design):.1f} mm^3 in the design")
-    return judge(NAME, farthest.distance, f"{worst}: {'; '.join(reference)}", limit=most)
+    volume_change = round(enclosed_volume(mesh) - enclosed_volume(design), _DIGITS) + 0.0  # + 0.0 turns -0 into 0
+    remarks.append(f"volume {volume_change:+g} mm^3 compared with {enclosed_volume(design):.1f} mm^3 in the design")
+    return judge(NAME, farthest.distance, f"{worst}: {'; '.join(remarks)}", limit=worst_limit)
 
 
 def part_triangles(path: Path) -> trimesh.Trimesh:
@@ -89,7 +90,10 @@ def part_triangles(path: Path) -> trimesh.Trimesh:
 
 
 def shape_triangles(shape: cq.Shape, kind: str) -> trimesh.Trimesh:
-    """Return the triangles [mm] of a shape for a comparison with a file of a kind; they deviate by 0.005 mm at most."""
+    """Return the triangles [mm] of a shape, for a comparison with a file of the kind `kind`, such as ".step".
+
+    The triangles deviate from the shape by at most 0.005 mm.
+    """
     return triangles(shape, _STEP_ANGLE_RAD) if kind in STEP_KINDS else triangles(shape)
 
 
@@ -103,39 +107,48 @@ def largest_distance(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> Farthest
 
 
 def _largest_distance(file: _Surface, designed: _Surface) -> Farthest:
-    found = [Farthest(0.0, file.corners[0, 0], "file")]
-    own, other = file.without(designed), designed.without(file)
-    for owner, here, beside, there in (("file", own, other, designed), ("design", other, own, file)):
-        points, _ = _points_on(here.corners)
-        # Most often these points lie on unshared triangles of the other surface, which divides the same face
-        # differently. They are few, so this is tried before the whole surface.
-        is_part = 0 < len(beside.corners) < len(there.corners)
-        if len(points) and not (is_part and _farthest(points, beside)[0] == 0.0):
-            found.append(Farthest(*_farthest(points, there), owner))
-    return max(found, key=lambda each: each.distance)
+    """Return the largest distance between two surfaces, measured from both sides [mm]."""
+    candidates = [Farthest(0.0, file.corners[0, 0], "file")]
+    only_file, only_design = file.without(designed), designed.without(file)
+    for owner, own, unshared, whole in (
+        ("file", only_file, only_design, designed),
+        ("design", only_design, only_file, file),
+    ):
+        points, _ = _points_on(own.corners)
+        # Most often these points lie on the unshared triangles of the other surface, which divides the same face
+        # differently. These triangles are few, so they are tried before the whole surface.
+        is_subset = 0 < len(unshared.corners) < len(whole.corners)
+        if len(points) and not (is_subset and _farthest(points, unshared)[0] == 0.0):
+            candidates.append(Farthest(*_farthest(points, whole), owner))
+    return max(candidates, key=lambda each: each.distance)
 
 
 def _surface_of(mesh: trimesh.Trimesh) -> _Surface:
+    """Return the surface of a mesh of trimesh."""
     return _Surface(np.asarray(mesh.triangles))
 
 
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """Triangles by their corners [mm], (n, 3, 3), with keys and sample points that are computed when first needed."""
+    """Triangles given by their corners [mm], shape (n, 3, 3); keys and sample points are computed on first use."""
 
     corners: Floats
 
     def without(self, other: _Surface) -> _Surface:
-        """Return the triangles that another surface lacks."""
+        """Return the surface of the triangles that the other surface does not have."""
         is_shared = np.array([key in other.keys for key in self.keys_in_order])
         return _Surface(self.corners[~is_shared])
 
     @functools.cached_property
     def keys_in_order(self) -> list[bytes]:
-        """Return a key for each triangle; triangles with the same corners in any order have equal keys."""
+        """Return a key for each triangle, in the order of the triangles.
+
+        Triangles have equal keys if their corners are equal within 1e-4 mm, in any order.
+        """
         rounded = np.round(self.corners / _SAME_MM).astype(np.int64)
-        in_order = np.sort(rounded.view([("", np.int64)] * 3).reshape(-1, 3), axis=1)
-        return [row.tobytes() for row in in_order]
+        # A view of each corner as one record of three integers makes the sort order whole corners.
+        sorted_corners = np.sort(rounded.view([("", np.int64)] * 3).reshape(-1, 3), axis=1)
+        return [row.tobytes() for row in sorted_corners]
 
     @functools.cached_property
     def keys(self) -> frozenset[bytes]:
@@ -144,16 +157,17 @@ class _Surface:
 
     @functools.cached_property
     def samples(self) -> tuple[cKDTree, npt.NDArray[np.int64]]:
-        """Return a search tree of points on the triangles, and the number of the triangle of each point."""
+        """Return a search tree of sample points on the triangles, and the index of the triangle of each point, (n,)."""
         points, of_triangle = _points_on(self.corners)
         return cKDTree(points), of_triangle
 
 
 def _points_on(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Return points on triangles (n, 3, 3) in rows along their longest sides, and the triangle number of each point.
+    """Return points on triangles (n, 3, 3) in rows along their longest sides, and the triangle index of each point.
 
     Rows are at most 0.4 mm apart, and so are the points in a row. The angles at the longest side are acute, so every
-    point between two rows lies above the longer row. It is therefore within sqrt(1 + 1/4) x 0.4 mm of a point of it.
+    point between two rows lies above the longer row. Such a point is therefore at most sqrt(1 + 1/4) x 0.4 mm away from
+    the nearest point of that row.
     """
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3
@@ -162,28 +176,28 @@ def _points_on(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     longest = sides.max(axis=1)
     doubled_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     heights = np.divide(doubled_areas, longest, out=np.zeros_like(longest), where=longest > 0.0)
-    triangle, up = _spread(1 + np.ceil(heights / _APART_MM).astype(np.int64))
+    triangle, up = _spread_evenly(1 + np.ceil(heights / _APART_MM).astype(np.int64))
     starts = a[triangle] + up[:, None] * (c - a)[triangle]
     ends = b[triangle] + up[:, None] * (c - b)[triangle]
-    row, along = _spread(1 + np.ceil(longest[triangle] * (1.0 - up) / _APART_MM).astype(np.int64))
+    row, along = _spread_evenly(1 + np.ceil(longest[triangle] * (1.0 - up) / _APART_MM).astype(np.int64))
     return starts[row] + along[:, None] * (ends - starts)[row], triangle[row]
 
 
-def _spread(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
-    """Return the set number and the position of every member of consecutive sets with these counts.
+def _spread_evenly(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
+    """Return the index of the set and the relative position of every member of consecutive sets of these sizes.
 
-    The positions in a set are evenly spaced from 0 to 1.
+    The relative positions in a set are evenly spaced from 0 to 1; a set of one member has position 0.
     """
     owner = np.repeat(np.arange(len(counts)), counts)
-    place = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return owner, place / np.maximum(counts[owner] - 1, 1)
+    position = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return owner, position / np.maximum(counts[owner] - 1, 1)
 
 
 def _farthest(points: Floats, surface: _Surface) -> tuple[float, Floats]:
-    """Return the largest distance of points (n, 3) from a surface [mm], 0 below 1e-4 mm, and its point.
+    """Return the largest distance [mm] of points (n, 3) from a surface, and the point where it occurs.
 
-    Points are measured in the order of their upper bounds, each from all triangles that may be nearest. This ends when
-    no remaining bound exceeds the largest distance by more than 0.1 % and 1e-4 mm.
+    A distance up to 1e-4 mm is returned as 0. The points are measured in descending order of their upper bounds. The
+    search ends when no remaining bound exceeds the largest distance by more than 0.1 % and 1e-4 mm.
     """
     tree, of_triangle = surface.samples
     bounds = _bounds(points, surface)  # an entry is replaced by the distance when its point is measured
@@ -191,55 +205,61 @@ def _farthest(points: Floats, surface: _Surface) -> tuple[float, Floats]:
     for index in np.argsort(-bounds):
         if bounds[index] <= (1.0 + _SAME_SHARE) * largest + _SAME_MM:
             break
-        near = tree.query_ball_point(points[index], bounds[index] + _COVER_MM)
-        bounds[index] = _distances(points[index], surface.corners[np.unique(of_triangle[near])]).min()
+        # The nearest triangle has a sample point within this radius, because samples cover it to within `_COVER_MM`.
+        nearby = tree.query_ball_point(points[index], bounds[index] + _COVER_MM)
+        bounds[index] = _distances(points[index], surface.corners[np.unique(of_triangle[nearby])]).min()
         largest = max(largest, bounds[index])
-    where = int(np.argmax(bounds))
-    return round(float(bounds[where]), _DIGITS) if bounds[where] > _SAME_MM else 0.0, points[where]
+    worst = int(np.argmax(bounds))
+    return round(float(bounds[worst]), _DIGITS) if bounds[worst] > _SAME_MM else 0.0, points[worst]
 
 
 def _bounds(points: Floats, surface: _Surface) -> Floats:
-    """Return upper bounds of the distances of points (n, 3) from a surface [mm]; the largest bounds are close.
+    """Return upper bounds of the distances of points (n, 3) from a surface, (n,) [mm]; the largest bounds are close.
 
     A bound is the distance from the triangles of the nearest sample points. The true distance is at most `_COVER_MM`
-    smaller than the distance from the nearest sample. So the farthest point gives a lower bound of the result, and
-    points with bounds below it need no closer bound.
+    smaller than the distance from the nearest sample. So the largest distance from a sample, minus `_COVER_MM`, is a
+    lower bound of the result, and points with bounds below it need no closer bound.
     """
     tree, of_triangle = surface.samples
     bounds = np.full(len(points), np.inf)
-    settled = _SAME_MM
+    lower_bound = _SAME_MM
     for count in _NEAREST:
-        doubtful = np.flatnonzero(bounds > settled)
-        for start in range(0, len(doubtful), _AT_ONCE):
-            some = doubtful[start : start + _AT_ONCE]
-            to_samples, near = tree.query(points[some], k=np.arange(1, 1 + min(count, tree.n)))
-            bounds[some] = _distances(points[some][:, None], surface.corners[of_triangle[np.asarray(near)]]).min(axis=1)
-            settled = max(settled, float(np.asarray(to_samples)[:, 0].max()) - _COVER_MM)
+        doubtful = np.flatnonzero(bounds > lower_bound)
+        for start in range(0, len(doubtful), _BATCH):
+            batch = doubtful[start : start + _BATCH]
+            to_samples, nearest = tree.query(points[batch], k=np.arange(1, 1 + min(count, tree.n)))
+            bounds[batch] = _distances(points[batch][:, None], surface.corners[of_triangle[np.asarray(nearest)]]).min(
+                axis=1
+            )
+            lower_bound = max(lower_bound, float(np.asarray(to_samples)[:, 0].max()) - _COVER_MM)
     return bounds
 
 
 def _distances(points: Floats, corners: Floats) -> Floats:
-    """Return the distances of points (..., 3) from triangles (..., 3, 3) [mm].
+    """Return the distances of points (..., 3) from triangles (..., 3, 3), shape (...) [mm].
 
-    A point above the face of a triangle has its height as distance; any other point is nearest to an edge.
+    A point whose projection lies inside a triangle has its height as distance; any other point is nearest to an edge.
     """
     edges = np.roll(corners, -1, axis=-2) - corners
     from_corners = points[..., None, :] - corners
-    squares = np.einsum("...i,...i->...", edges, edges)
-    along = np.einsum("...i,...i->...", from_corners, edges) / np.where(squares > 0.0, squares, 1.0)
-    to_edges = np.linalg.norm(from_corners - np.clip(along, 0.0, 1.0)[..., None] * edges, axis=-1).min(axis=-1)
+    squared_lengths = np.einsum("...i,...i->...", edges, edges)
+    shares = np.einsum("...i,...i->...", from_corners, edges) / np.where(squared_lengths > 0.0, squared_lengths, 1.0)
+    to_edges = np.linalg.norm(from_corners - np.clip(shares, 0.0, 1.0)[..., None] * edges, axis=-1).min(axis=-1)
     normals = np.cross(edges[..., 0, :], edges[..., 1, :])
-    sizes = np.linalg.norm(normals, axis=-1)
-    sides = np.einsum("...ij,...j->...i", np.cross(edges, from_corners), normals)
-    heights = np.abs(np.einsum("...i,...i->...", from_corners[..., 0, :], normals)) / np.where(sizes > 0.0, sizes, 1.0)
-    is_above = (sides >= 0.0).all(axis=-1) & (sizes > 0.0)
-    return np.asarray(np.where(is_above, heights, to_edges))
+    doubled_areas = np.linalg.norm(normals, axis=-1)
+    side_products = np.einsum("...ij,...j->...i", np.cross(edges, from_corners), normals)
+    heights = np.abs(np.einsum("...i,...i->...", from_corners[..., 0, :], normals)) / np.where(
+        doubled_areas > 0.0, doubled_areas, 1.0
+    )
+    is_inside = (side_products >= 0.0).all(axis=-1) & (doubled_areas > 0.0)
+    return np.asarray(np.where(is_inside, heights, to_edges))
 
 
 def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) -> Iterator[str]:
-    """Yield the changes that bring a file within the limit [mm] of its design: unit, position, rotation or mirror.
+    """Yield the likely causes of a large distance: a wrong unit, position, rotation, or a mirror image.
 
-    A person who exported a correct part in inches then reads the cause instead of only a distance.
+    A cause is given only if correcting it brings the file within `limit` [mm] of its design. A person who exported a
+    correct part in inches then reads the cause in addition to a distance.
     """
     if not (enclosed_volume(mesh) > 0.0 and enclosed_volume(design) > 0.0):
         return
@@ -250,47 +270,52 @@ def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) 
             mesh = mesh.copy()
             mesh.apply_transform(np.diag([factor, factor, factor, 1.0]))
     designed = _surface_of(design)
-    for motion in [np.eye(4), *_motions(mesh, design)]:
+    for transform in [np.eye(4), *_aligning_transforms(mesh, design)]:
         moved = mesh.copy()
-        moved.apply_transform(motion)
+        moved.apply_transform(transform)
         corners = np.asarray(moved.vertices)
-        few = corners[:: max(1, len(corners) // _TRIED)]
-        if _bounds(few, designed).max() <= limit and _largest_distance(_surface_of(moved), designed).distance <= limit:
-            yield from _displacement_text(motion, mesh)
+        sampled_corners = corners[:: max(1, len(corners) // _TRIED)]
+        if (
+            _bounds(sampled_corners, designed).max() <= limit
+            and _largest_distance(_surface_of(moved), designed).distance <= limit
+        ):
+            yield from _displacement_text(transform, mesh)
             return
 
 
-def _motions(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list[Floats]:
-    """Return candidate matrices (4, 4) that move a body onto its design: smallest rotation first, mirrors last.
+def _aligning_transforms(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list[Floats]:
+    """Return candidate matrices (4, 4) of rigid motions that move a body onto its design, mirror images last.
 
-    Each aligns the centres of mass; all but the first also align the principal axes of inertia. The axes have no sign,
-    so there are eight ways to align them.
+    Each aligns the centres of mass; all but the identity rotation also align the principal axes of inertia. The axes
+    have no sign, so there are eight ways to align them. Proper rotations come first, the one by the smallest angle
+    foremost.
     """
-    own, designed = (np.asarray(each.principal_inertia_vectors) for each in (mesh, design))
-    turns = [np.eye(3)]
-    turns += [designed.T @ np.diag(signs) @ own for signs in itertools.product((1.0, -1.0), repeat=3)]
-    motions = []
-    for turn in sorted(turns, key=lambda turn: (np.linalg.det(turn) < 0.0, -np.trace(turn))):
-        motion = np.eye(4)
-        motion[:3, :3] = turn
-        motion[:3, 3] = design.center_mass - turn @ mesh.center_mass
-        motions.append(motion)
-    return motions
+    own_axes, design_axes = (np.asarray(each.principal_inertia_vectors) for each in (mesh, design))
+    rotations = [np.eye(3)]
+    rotations += [design_axes.T @ np.diag(signs) @ own_axes for signs in itertools.product((1.0, -1.0), repeat=3)]
+    transforms = []
+    # The determinant of a mirror image is -1. The trace of a rotation decreases as its angle grows.
+    for rotation in sorted(rotations, key=lambda rotation: (np.linalg.det(rotation) < 0.0, -np.trace(rotation))):
+        transform = np.eye(4)
+        transform[:3, :3] = rotation
+        transform[:3, 3] = design.center_mass - rotation @ mesh.center_mass
+        transforms.append(transform)
+    return transforms
 
 
-def _displacement_text(motion: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
-    """Yield a description of the position of a file, given the motion (4, 4) that puts it on its design.
+def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
+    """Yield a description of the position of a file, given the rigid transform (4, 4) that puts it on its design.
 
-    Nothing is yielded for a file in its place.
+    Nothing is yielded for a file in the position of its design.
     """
-    turn = motion[:3, :3]
-    if np.linalg.det(turn) < 0.0:
+    rotation = transform[:3, :3]
+    if np.linalg.det(rotation) < 0.0:
         yield "the part is mirrored, but otherwise as designed"
         return
-    middle = np.asarray(mesh.center_mass)
-    x, y, z = np.round(middle - (turn @ middle + motion[:3, 3]), _DIGITS) + 0.0
+    centre = np.asarray(mesh.center_mass)
+    x, y, z = np.round(centre - (rotation @ centre + transform[:3, 3]), _DIGITS) + 0.0
     # The trace of a rotation by an angle is 1 + 2 cos(angle).
-    angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(turn)) - 1.0)))))
-    turned = f" and turned by {angle:.1f} deg" if angle > _SAME_DEG else ""
-    if turned or any((x, y, z)):
-        yield f"moved by ({x:g}, {y:g}, {z:g}) mm at its centre of mass{turned}, but otherwise as designed"
+    angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(rotation)) - 1.0)))))
+    rotation_text = f" and turned by {angle:.1f} deg" if angle > _SAME_DEG else ""
+    if rotation_text or any((x, y, z)):
+        yield f"moved by ({x:g}, {y:g}, {z:g}) mm at its centre of mass{rotation_text}, but otherwise as designed"

@@ -10,15 +10,15 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
 
-_TO_THE_STOP = (0.0, 0.5, 1.0)  # measured poses of an arm, as fractions of its way to the stop
+_TO_THE_STOP = (0.0, 0.5, 1.0)  # measured positions of an arm, as fractions of its distance to the stop
 
 
 def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.cover_clearance and geometry.cover_over_fruit [mm] for a cover on both faces of its housing.
 
-    `cover` is in the pose of the back cover; the front gets a turned copy. A plate of a square has only a front cover.
-    The clearance is the least distance of a cover from shuttles, necks and leaves, at rest, half way and at their
-    stops. A Hall read-out adds geometry.sensor_windows [mm].
+    `cover` is placed as the back cover, and a rotated copy as the front cover. A plate of a square has only a front
+    cover. The clearance is the smallest distance between a cover and shuttles, necks and leaves: at rest, half way to
+    the stops, and at the stops. A Hall read-out adds geometry.sensor_windows [mm].
     """
     front, back = cover_places(sensor.housing)
     covers = {} if sensor.housing.back_to_back else {"back": cover.moved(back)}
@@ -32,45 +32,45 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
     clearance = judge(
         "geometry.cover_clearance", distance, reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM
     )
-    both = cq.Compound.makeCompound(list(covers.values()))
-    over_fruit = fruit_clearance_verdict("geometry.cover_over_fruit", sensor, both)
+    all_covers = cq.Compound.makeCompound(list(covers.values()))
+    over_fruit = fruit_clearance_verdict("geometry.cover_over_fruit", sensor, all_covers)
     return clearance, over_fruit, *window_verdicts(sensor)
 
 
 def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
-    """Return the arms of the first plate, each named and moved by fractions of its way to the stop.
+    """Return pairs of a name and a shape: each arm of the first plate at fractions of its distance to the stop.
 
-    An arm moves as a rigid body, so its leaves move farther than they bend.
+    An arm moves as a rigid body. Its leaves then move farther than they would by bending, which is conservative.
     """
-    plate = plate_places(sensor.housing)[0]
+    placement = plate_places(sensor.housing)[0]
     poses = []
     for arm in sensor.housing.arms:
         shape = moving_part(sensor, arm)
         stop = sensor.housing.cavity_level - arm.top_level
         for fraction in _TO_THE_STOP:
-            moved = shape.moved(plate * cq.Location(cq.Vector(0.0, 0.0, fraction * stop)))
+            moved = shape.moved(placement * cq.Location(cq.Vector(0.0, 0.0, fraction * stop)))
             poses.append((f"{arm.name} arm {100.0 * fraction:g} % of the way to the stop", moved))
     return poses
 
 
 def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.plates [mm] for the two plates of a square, and nothing for other sensors.
+    """Return geometry.plates [mm] for the two back-to-back plates of a square of tips, and nothing for other sensors.
 
-    Plates that intersect, or whose pads do not meet, fail. Else the value is the least distance of moving parts from
-    the other plate, at rest, half way and at their stops.
+    The verdict fails if the plates intersect or their pads do not meet. Otherwise its value is the smallest distance
+    between the moving parts of one plate and the other plate, at rest, half way to the stops and at the stops.
     """
     if not sensor.housing.back_to_back:
         return ()
     name = "geometry.plates"
-    plate, twin = (sensor.part.shape.moved(place) for place in plate_places(sensor.housing))
-    shared = sum(solid.Volume() for solid in plate.intersect(twin).Solids())
-    if shared > 0.0:
-        reference = f"the plates intersect in a volume of {shared:.3g} mm^3"
+    plate, other_plate = (sensor.part.shape.moved(placement) for placement in plate_places(sensor.housing))
+    common_volume = sum(solid.Volume() for solid in plate.intersect(other_plate).Solids())
+    if common_volume > 0.0:
+        reference = f"the plates intersect in a volume of {common_volume:.3g} mm^3"
         return (judge(name, None, reference),)
-    _, apart = nearest_pair({name: (plate, twin)})
-    if apart > PLACE_TOLERANCE_MM:
-        reference = f"the pads of the plates do not touch: screws would bend the plates by {apart:.3g} mm"
+    _, pad_gap = nearest_pair({name: (plate, other_plate)})
+    if pad_gap > PLACE_TOLERANCE_MM:
+        reference = f"the pads of the plates do not touch: screws would bend the plates by {pad_gap:.3g} mm"
         return (judge(name, None, reference),)
-    nearest, distance = nearest_pair({pose: (arm, twin) for pose, arm in _arm_poses(sensor)})
+    nearest, distance = nearest_pair({pose: (arm, other_plate) for pose, arm in _arm_poses(sensor)})
     reference = f"the pads of the plates touch; least distance of the moving parts of one from the other: {nearest}"
     return (judge(name, distance, reference, tolerance=PLACE_TOLERANCE_MM),)

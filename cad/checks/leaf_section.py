@@ -8,45 +8,45 @@ from cad.parts.housing import Arm, Housing
 from sensor.verdict import Verdict, judge
 
 THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
-_ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # shares of the straight part of a leaf
+_ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # measured points along a leaf, as shares of its straight part
 _BESIDE_MIDDLE = 0.03  # share of the depth; a line in the plane of symmetry would run along edges of triangles
-_ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # shares of the depth, from its middle; two lie near the faces
+_ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # measured points from mid-depth, as shares of the depth; two are near faces
 
 
 def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Verdict, ...]:
-    """Return geometry.leaf_thickness_low and _high: the measured thickness [mm] that differs most from the design.
+    """Return geometry.leaf_thickness_low and _high: the measured thickness [mm] that deviates most from the design.
 
-    `forms` are the lines through the solid, the STEP and the STL, all in the sensor frame. Each leaf is measured at 15
-    places in every form.
+    `forms` holds the line probe of each form of the part, by its name: the solid, the STEP file and the STL file, all
+    in the coordinates of the sensor. Each leaf is measured at 15 points in every form.
     """
     return tuple(_leaf_thickness_verdict(housing, arm, forms) for arm in housing.arms)
 
 
 def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Lines]) -> Verdict:
-    """Return the verdict on both leaves of an arm, which fails if a line meets no leaf."""
+    """Return the verdict on both leaves of an arm; it fails if a vertical line through a leaf meets no material."""
     name = f"geometry.leaf_thickness_{arm.name}"
-    declared = arm.flexure.thickness
-    worst = declared
-    place = ""
+    nominal = arm.flexure.thickness
+    worst = nominal
+    worst_text = ""
     for form, point in itertools.product(forms, _leaf_points(housing, arm)):
-        here = f"in the {form} at x = {point[0]:.3f}, z = {point[2]:.3f} mm"
-        leaves = [span for span in forms[form](point, UP) if span.enter < 0.0 < span.leave]
-        if not leaves:
-            return judge(name, None, f"no leaf {here}", limit=declared)
-        thickness = leaves[0].leave - leaves[0].enter
-        if abs(thickness - declared) > abs(worst - declared):
+        point_text = f"in the {form} at x = {point[0]:.3f}, z = {point[2]:.3f} mm"
+        chords = [chord for chord in forms[form](point, UP) if chord.enter < 0.0 < chord.leave]
+        if not chords:
+            return judge(name, None, f"no leaf {point_text}", limit=nominal)
+        thickness = chords[0].leave - chords[0].enter
+        if abs(thickness - nominal) > abs(worst - nominal):
             worst = thickness
-            place = f", farthest {here}"
-    reference = f"lines through both leaves at 15 places each in {', '.join(forms)}{place}"
-    return judge(name, worst, reference, limit=declared, tolerance=THICKNESS_TOLERANCE_MM)
+            worst_text = f", farthest {point_text}"
+    reference = f"lines through both leaves at 15 places each in {', '.join(forms)}{worst_text}"
+    return judge(name, worst, reference, limit=nominal, tolerance=THICKNESS_TOLERANCE_MM)
 
 
 def _leaf_points(housing: Housing, arm: Arm) -> list[Vector]:
-    """Return points [mm] on the middle planes of both leaves, in their straight parts between the fillets."""
+    """Return points [mm] on the middle planes of both leaves of an arm, in the straight parts between the fillets."""
     left, right = arm.roots
     start = left + arm.flexure.fillet
-    straight = right - arm.flexure.fillet - start
+    straight_length = right - arm.flexure.fillet - start
     return [
-        (start + along * straight, across * housing.depth, level)
+        (start + along * straight_length, across * housing.depth, level)
         for level, along, across in itertools.product(arm.levels, _ALONG, _ACROSS)
     ]

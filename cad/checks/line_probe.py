@@ -1,4 +1,7 @@
-"""The spans of a straight line inside a part: exact on a B-rep, by triangles on a mesh."""
+"""The chords of a straight line in a part, the spans where the line is inside the material.
+
+They are exact for a B-rep solid, and computed from the triangles for a mesh.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from sensor.arrays import Floats
 
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
-_EDGE = 1e-9  # barycentric tolerance, so that a line through a shared edge meets both triangles
+_EDGE = 1e-9  # tolerance of barycentric coordinates, so that a line through a shared edge hits both triangles
 
 
 class Chord(NamedTuple):
@@ -30,52 +33,56 @@ Lines = Callable[[Vector, Vector], tuple[Chord, ...]]
 
 
 def solid_lines(shape: cq.Shape) -> Lines:
-    """Return the function that measures lines through a B-rep solid [mm]."""
-    faces = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
-    faces.Load(shape.wrapped, 1e-7)
+    """Return a function that measures the chords of lines in a B-rep solid [mm]."""
+    intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
+    intersector.Load(shape.wrapped, 1e-7)
 
-    def spans(start: Vector, direction: Vector) -> tuple[Chord, ...]:
+    def measure_chords(start: Vector, direction: Vector) -> tuple[Chord, ...]:
         line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*start), OCP.gp.gp_Dir(*direction))
-        faces.Perform(line, -1e6, 1e6)
-        return _paired(np.array([faces.WParameter(i + 1) for i in range(faces.NbPnt())]))
+        intersector.Perform(line, -1e6, 1e6)
+        return _pair_crossings(np.array([intersector.WParameter(i + 1) for i in range(intersector.NbPnt())]))
 
-    return spans
+    return measure_chords
 
 
 def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
-    """Return the function that measures lines through a closed mesh of triangles [mm].
+    """Return a function that measures the chords of lines in a closed mesh of triangles [mm].
 
-    The method is T. Moller, B. Trumbore, J. Graphics Tools 2 (1997) 21.
+    The intersection of a line with a triangle is computed by the method of T. Moller and B. Trumbore, J. Graphics Tools
+    2 (1997) 21.
     """
     corners = np.asarray(mesh.triangles)
-    corner = corners[:, 0]
-    first = corners[:, 1] - corner
-    second = corners[:, 2] - corner
+    origin = corners[:, 0]
+    first_side = corners[:, 1] - origin
+    second_side = corners[:, 2] - origin
 
-    def spans(start: Vector, direction: Vector) -> tuple[Chord, ...]:
+    def measure_chords(start: Vector, direction: Vector) -> tuple[Chord, ...]:
         unit = np.array(direction)
-        from_corner = np.array(start) - corner
-        across = np.cross(unit, second)
-        volume = np.einsum("ij,ij->i", first, across)
+        from_origin = np.array(start) - origin
+        direction_x_second = np.cross(unit, second_side)
+        determinant = np.einsum("ij,ij->i", first_side, direction_x_second)
         with np.errstate(divide="ignore", invalid="ignore"):  # triangles parallel to the line
-            u = np.einsum("ij,ij->i", from_corner, across) / volume
-            along = np.cross(from_corner, first)
-            v = along @ unit / volume
-            crossings = np.einsum("ij,ij->i", second, along) / volume
-            is_met = (u >= -_EDGE) & (v >= -_EDGE) & (u + v <= 1.0 + _EDGE) & np.isfinite(crossings)
-        return _paired(crossings[is_met])
+            # Barycentric coordinates u and v of the crossing point in the plane of the triangle, and its distance along
+            # the line.
+            u = np.einsum("ij,ij->i", from_origin, direction_x_second) / determinant
+            offset_x_first = np.cross(from_origin, first_side)
+            v = offset_x_first @ unit / determinant
+            crossings = np.einsum("ij,ij->i", second_side, offset_x_first) / determinant
+            is_hit = (u >= -_EDGE) & (v >= -_EDGE) & (u + v <= 1.0 + _EDGE) & np.isfinite(crossings)
+        return _pair_crossings(crossings[is_hit])
 
-    return spans
+    return measure_chords
 
 
-def _paired(crossings: Floats) -> tuple[Chord, ...]:
-    """Return the spans between crossings [mm], which alternate between entry and exit; none for an odd count.
+def _pair_crossings(crossings: Floats) -> tuple[Chord, ...]:
+    """Return the chords between crossings of a line with a surface [mm], which alternate between entry and exit.
 
-    Crossings within `NEAR_MM` are merged, because a line through a shared edge crosses two faces at one point.
+    Crossings within `NEAR_MM` are merged, because a line through a shared edge crosses two faces at one point. An odd
+    number of crossings has no such pairs, and gives no chords.
     """
     ordered = np.sort(crossings)
-    is_new = np.diff(ordered, prepend=-np.inf) > NEAR_MM
-    single = ordered[is_new]
-    if len(single) % 2:
+    is_distinct = np.diff(ordered, prepend=-np.inf) > NEAR_MM
+    distinct = ordered[is_distinct]
+    if len(distinct) % 2:
         return ()
-    return tuple(Chord(float(enter), float(leave)) for enter, leave in single.reshape(-1, 2))
+    return tuple(Chord(float(enter), float(leave)) for enter, leave in distinct.reshape(-1, 2))

@@ -1,4 +1,4 @@
-"""A solid that the user made: read, refused if it is not one part, its faces found, and turned as an extrusion."""
+"""A solid that the user made: read, checked to be one part, its faces identified, and described as an extrusion."""
 
 from __future__ import annotations
 
@@ -24,55 +24,60 @@ Place = tuple[float, float, float]
 _INCH_MM = 25.4
 _SAME_SIZE = 0.1  # relative: a part of a design is as large as its housing, and not an inch for a millimetre
 _ON_FACE_MM = 0.05  # as far as geometry.as_designed lets a file of another program lie from its design
-_TURNED = 1e-4  # largest component of a unit normal that still lies along or across the sweep
-_SWEPT_SHARE = 0.8  # least share of the surface that must lie along or across the sweep
-_SAMPLES = (0.1, 0.5, 0.9)  # parameters at which the normal of a face is taken, over their range
-_NEAR_MM = 1e-5
-_ONE_SIDED = 0.5  # least length of the mean normal of a face that has a direction; a closed ring has 0
-_WALL_POINTS = 3000  # on a part, of its walls
-_STEP_MM = 1e-3  # into a wall, where its thickness is measured
-_CORNER_SHARE = 0.25  # size of an element at a round corner, over half the circle of its radius
-_CHORD_MM, _ANGLE_RAD = 0.01, 0.3
-_BESIDE_MM2 = 0.01  # largest area by which another section may differ from the swept one
-_UNEVEN = 1e-3  # largest offset between the middle of a face and the middle of the part, over the depth
+_ANGLE_TOLERANCE = 1e-4  # largest component of a unit normal along an axis to which it counts as perpendicular
+_SWEPT_SHARE = 0.8  # smallest share of the surface that must be parallel or perpendicular to the sweep
+_SAMPLES = (0.1, 0.5, 0.9)  # parameters at which the normal of a face is evaluated, as shares of their range
+_NEAR_MM = 1e-5  # geometric tolerance: points closer than this are the same point
+_ONE_SIDED = 0.5  # smallest length of the mean normal of a face that has a direction; a closed ring has 0
+_WALL_POINTS = 3000  # approximate number of points on a part at which its wall thickness is measured
+_STEP_MM = 1e-3  # step into the material before a ray is cast; also the thinnest layer that gets a section
+_CORNER_SHARE = 0.25  # element size at a round inner corner, as a share of a half circle of its radius
+_CHORD_MM, _ANGLE_RAD = 0.01, 0.3  # largest deviations of triangles from their face
+_BESIDE_MM2 = 0.01  # largest area of another section that may lie outside the swept section
+_UNEVEN = 1e-3  # largest offset of the centre of a face from the middle of the part, as a share of the depth
 _PIECE_MM = 0.5  # size of the pieces of a face on which the depths of part and mesh are compared
-_BEYOND = 1.0  # [mm] that a line begins before the part
+_BEYOND = 1.0  # [mm] margin outside the part, for the start of a ray and for the size of a cutting plane
 
 
 def own_solid(shape: cq.Shape, name: str, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
-    """Return the one solid [mm] of a shape; raises InputError where it is none, several, open or of another size.
+    """Return the solid [mm] of a shape that consists of exactly one valid, closed solid.
 
-    With a housing, inches that were written as millimetres are recognised by its size. `any_size` is for a check before
-    the housing is known.
+    `name` is the name of the file or part for messages. With a `housing`, a part whose inches were written as
+    millimetres is recognised by its length. `any_size` skips the check of the size, for a call before the housing is
+    known. Raises InputError if the shape has no solid or several, faces outside it, an invalid surface or a wrong size.
     """
     solids = shape.Solids()
     if not solids:
-        bound = f"one closed solid: it has {len(shape.Faces())} faces that enclose none"
+        bound = f"one closed solid: its {len(shape.Faces())} faces do not enclose a volume"
         raise validation_error("PART", name, "", bound, "close its surface and export the solid")
     if len(solids) > 1:
-        places = "; ".join(_place_of(solid) for solid in solids[:3])
-        bound = f"one body: it has {len(solids)}, of {places}"
+        bodies = "; ".join(_volume_and_centre(solid) for solid in solids[:3])
+        bound = f"one body: it has {len(solids)}, of {bodies}"
         raise validation_error("PART", name, "", bound, "join them, or export the part that is printed")
-    loose = len(shape.Faces()) - len(solids[0].Faces())
-    if loose:
-        bound = f"one closed solid: {loose} faces bound none"
-        raise validation_error("PART", name, "", bound, "export the solid without them")
+    unattached = len(shape.Faces()) - len(solids[0].Faces())
+    if unattached:
+        bound = f"one closed solid: {unattached} more faces do not belong to it"
+        raise validation_error("PART", name, "", bound, "export the solid without these faces")
     solid = solids[0]
     if not OCP.BRepCheck.BRepCheck_Analyzer(solid.wrapped).IsValid() or not solid.Volume() > 0.0:
-        bound = "a valid closed solid by OCCT"
-        raise validation_error("PART", name, "", bound, "heal it in the program that made it, and export it again")
+        bound = "a closed solid that OCCT finds valid"
+        raise validation_error("PART", name, "", bound, "repair it in the program that made it, and export it again")
     if not any_size:
         _check_size(solid, name, housing)
     return solid
 
 
-def _place_of(solid: cq.Solid) -> str:
+def _volume_and_centre(solid: cq.Solid) -> str:
+    """Return the volume and the centre of mass of a solid as text."""
     x, y, z = solid.Center().toTuple()
     return f"{solid.Volume():.4g} mm^3 at ({x:.4g}, {y:.4g}, {z:.4g}) mm"
 
 
 def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
-    """Raise InputError for a solid that is too small or too large for a part in millimetres."""
+    """Raise InputError if a solid is too small or too large for a part in millimetres.
+
+    With a `housing`, a solid that is 25.4 times smaller or larger than the housing was written in inches.
+    """
     box = solid.BoundingBox()
     longest = max(box.xlen, box.ylen, box.zlen)
     size = f"{box.xlen:.4g} x {box.ylen:.4g} x {box.zlen:.4g} mm"
@@ -90,7 +95,10 @@ def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
 
 
 def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
-    """Return the one solid [mm] of a STEP file; raises InputError where it has none or cannot be read."""
+    """Return the one solid [mm] of a STEP file; `housing` and `any_size` are those of `own_solid`.
+
+    Raises InputError if the file cannot be read, or if it does not hold exactly one valid solid.
+    """
     try:
         shape = read_step(path)
     except ValueError as error:
@@ -99,123 +107,154 @@ def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool
 
 
 def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, ...]:
-    """Return the faces of a solid on which points [mm] lie, by their places in `solid.Faces()`.
+    """Return the indices in `solid.Faces()` of the faces on which points [mm] lie, each index once.
 
-    A round wall that is divided lengthwise is one face. Raises InputError for a point on no face.
+    If a cylindrical wall is divided into several faces, the indices of all of them are returned. `flag` is the
+    command-line flag of the points, for messages. Raises InputError if a point lies on no face or on an edge.
     """
-    every = solid.Faces()
-    found: list[int] = []
+    faces = solid.Faces()
+    indices: list[int] = []
     for point in points:
         vertex = cq.Vertex.makeVertex(*point)
-        distances = [face.distance(vertex) for face in every]
+        distances = [face.distance(vertex) for face in faces]
         nearest = int(np.argmin(distances))
         if not distances[nearest] <= _ON_FACE_MM:
-            place = ",".join(f"{value:g}" for value in point)
+            point_text = ",".join(f"{value:g}" for value in point)
             bound = f"within {_ON_FACE_MM:g} mm of a face: the nearest is {distances[nearest]:.3g} mm away"
-            raise validation_error(flag, place, "mm", bound, "take a point on the face, in the frame of the file")
-        wall = _whole_wall(every, nearest)
-        _refuse_edge(every, distances, wall, flag, point)
-        found += wall
-    return tuple(dict.fromkeys(found))
+            raise validation_error(
+                flag, point_text, "mm", bound, "take a point on the face, in the coordinates of the file"
+            )
+        wall = _whole_wall(faces, nearest)
+        _reject_edge(faces, distances, wall, flag, point)
+        indices += wall
+    return tuple(dict.fromkeys(indices))
 
 
-def _refuse_edge(
-    every: Sequence[cq.Face], distances: Sequence[float], wall: Sequence[int], flag: str, point: Place
+def _reject_edge(
+    faces: Sequence[cq.Face], distances: Sequence[float], wall: Sequence[int], flag: str, point: Place
 ) -> None:
-    """Raise InputError for a point on the edge between a wall and a face that looks another way."""
-    at = cq.Vector(*point)
-    for place, face in enumerate(every):
-        if place in wall or distances[place] > min(distances) + _NEAR_MM:
+    """Raise InputError if `point` [mm] lies on a sharp edge between its wall and another face.
+
+    `wall` holds the indices of the faces of the wall, and `distances` [mm] the distances of all `faces` from the point.
+    """
+    location = cq.Vector(*point)
+    for index, face in enumerate(faces):
+        if index in wall or distances[index] > min(distances) + _NEAR_MM:
             continue
-        if abs(face.normalAt(at).dot(every[wall[0]].normalAt(at))) < 1.0 - _TURNED:
-            where = ",".join(f"{value:g}" for value in point)
+        # A face that continues the wall smoothly is no ambiguity, because a press acts on both in the same direction.
+        if abs(face.normalAt(location).dot(faces[wall[0]].normalAt(location))) < 1.0 - _ANGLE_TOLERANCE:
+            point_text = ",".join(f"{value:g}" for value in point)
             bound = "on one face: it lies on the edge between two"
-            raise validation_error(flag, where, "mm", bound, "take a point inside the face")
+            raise validation_error(flag, point_text, "mm", bound, "take a point inside the face")
 
 
-def _whole_wall(every: Sequence[cq.Face], place: int) -> list[int]:
-    """Return a face with those that lie on the same cylinder and meet it."""
-    axis = _cylinder(every[place])
+def _whole_wall(faces: Sequence[cq.Face], index: int) -> list[int]:
+    """Return the indices of the faces that form one wall with a face: they touch it and lie on the same cylinder."""
+    axis = _cylinder_parameters(faces[index])
     if axis is None:
-        return [place]
-    same = []
-    for number, face in enumerate(every):
-        other = _cylinder(face)
-        if other is not None and np.allclose(axis, other, atol=_NEAR_MM) and face.distance(every[place]) < _NEAR_MM:
-            same.append(number)
-    return same
+        return [index]
+    wall = []
+    for other_index, face in enumerate(faces):
+        other_axis = _cylinder_parameters(face)
+        if (
+            other_axis is not None
+            and np.allclose(axis, other_axis, atol=_NEAR_MM)
+            and face.distance(faces[index]) < _NEAR_MM
+        ):
+            wall.append(other_index)
+    return wall
 
 
-def _cylinder(face: cq.Face) -> Floats | None:
-    """Return radius, direction and the foot of the axis of a cylinder, as one vector; None for another face."""
+def _cylinder_parameters(face: cq.Face) -> Floats | None:
+    """Return radius, axis direction and axis foot of a cylindrical face as one vector (7,); None for another face.
+
+    The foot [mm] is the point of the axis nearest to the origin. The largest component of the direction is positive, so
+    that equal cylinders have equal parameters.
+    """
     if face.geomType() != "CYLINDER":
         return None
     cylinder = OCP.BRepAdaptor.BRepAdaptor_Surface(face.wrapped).Cylinder()
-    line = cylinder.Axis()
-    direction = np.array([line.Direction().X(), line.Direction().Y(), line.Direction().Z()])
+    axis = cylinder.Axis()
+    direction = np.array([axis.Direction().X(), axis.Direction().Y(), axis.Direction().Z()])
     direction *= np.sign(direction[np.argmax(np.abs(direction))])
-    foot = np.array([line.Location().X(), line.Location().Y(), line.Location().Z()])
+    foot = np.array([axis.Location().X(), axis.Location().Y(), axis.Location().Z()])
     foot = foot - (foot @ direction) * direction
     return np.concatenate([[cylinder.Radius()], direction, foot])
 
 
 def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[int, ...]:
-    """Return the faces of a solid that have a tag on a workplane of CadQuery; raises InputError for none."""
+    """Return the indices in `solid.Faces()` of the faces with a tag of a CadQuery workplane.
+
+    `flag` is the argument that held the tag, for messages. Raises InputError if the workplane has no such tag, or if
+    none of the tagged faces is a face of the solid.
+    """
     tags = plane.ctx.tags if isinstance(plane, cq.Workplane) else {}
     if tag not in tags:
         names = ", ".join(tags) or "none"
         raise validation_error(
-            flag, tag, "", f"a tag of the workplane, which has {names}", "tag the face, or give a point"
+            flag, tag, "", f"a tag of the workplane, whose tags are: {names}", "tag the face, or give a point"
         )
     tagged = [face for value in tags[tag].vals() if isinstance(value, cq.Shape) for face in value.Faces()]
-    every = solid.Faces()
-    places = [place for place, face in enumerate(every) if any(face.isSame(other) for other in tagged)]
-    if not places:
+    faces = solid.Faces()
+    indices = [index for index, face in enumerate(faces) if any(face.isSame(other) for other in tagged)]
+    if not indices:
         bound = "a tag of faces that the part still has"
         raise validation_error(flag, tag, "", bound, "tag the faces of the finished part")
-    return tuple(places)
+    return tuple(indices)
 
 
-def pressed_direction(solid: cq.Solid, flag: str, places: Sequence[int]) -> Place:
-    """Return the unit direction of a press on faces, against their mean outer normal; raises InputError for a ring."""
-    every = solid.Faces()
-    total = np.zeros(3)
+def pressed_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place:
+    """Return the unit vector of a press on faces, opposite to their mean outer normal.
+
+    `indices` are those of the faces in `solid.Faces()`. Raises InputError if the normals cancel, as on a closed ring.
+    """
+    faces = solid.Faces()
+    area_vector = np.zeros(3)
     area = 0.0
-    for face in (every[place] for place in places):
-        mean = _FaceNormals(face).normals.mean(axis=0)
-        total += face.Area() * (mean if face.wrapped.Orientation() != OCP.TopAbs.TopAbs_REVERSED else -mean)
+    for face in (faces[index] for index in indices):
+        mean_normal = _FaceNormals(face).normals.mean(axis=0)
+        area_vector += face.Area() * (
+            mean_normal if face.wrapped.Orientation() != OCP.TopAbs.TopAbs_REVERSED else -mean_normal
+        )
         area += face.Area()
-    length = float(np.linalg.norm(total))
-    if not length > _ONE_SIDED * area:
-        bound = "a face that looks one way"
+    # A plane face has an area vector as long as its area; the vector of a closed ring is zero.
+    resultant = float(np.linalg.norm(area_vector))
+    if not resultant > _ONE_SIDED * area:
+        bound = "a face whose normals have a common direction"
         raise validation_error(flag, "a face all round", "", bound, "press a plane face or a dome")
-    x, y, z = np.round(-total / length, 9) + 0.0
+    # Adding 0.0 turns -0.0 into 0.0.
+    x, y, z = np.round(-area_vector / resultant, 9) + 0.0
     return float(x), float(y), float(z)
 
 
 def as_one_shape(solid: object) -> cq.Shape:
-    """Return a shape, or what lies on a workplane as one."""
+    """Return a CadQuery shape unchanged, or the shapes on a workplane as one shape.
+
+    Raises InputError if `solid` is neither.
+    """
     if isinstance(solid, cq.Shape):
         return solid
     if not isinstance(solid, cq.Workplane):
         bound = "a workplane or a shape of CadQuery"
         raise validation_error(
-            "PART", type(solid).__name__, "", bound, "take the part of an assembly or a file by itself"
+            "PART", type(solid).__name__, "", bound, "pass the shape of one part, not an assembly or a path"
         )
     shapes = [value for value in solid.vals() if isinstance(value, cq.Shape)]
     return shapes[0] if len(shapes) == 1 else cq.Compound.makeCompound(shapes)
 
 
 def with_flat_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
-    """Return a solid whose round tips are filled up to the plane that touches them at points [mm], as solvers have it.
+    """Return a solid whose spherical tips are filled up to a bar that ends in the plane tangent to the sphere.
 
-    A round tip as a bar adds less than 5e-4 to 1 / K_h (tests/cad/parts/test_domes.py).
+    The mesh of a housing has such square tips. `points` [mm] are the points where the tips touch first; a point on a
+    face that is no sphere changes nothing. The filling changes the compliance 1 / K_h of the high spring by less than
+    5e-4 (tests/cad/parts/test_domes.py).
     """
     shape: cq.Shape = solid
     for point in points:
-        vertex = cq.Vertex.makeVertex(*point)
-        face = min(solid.Faces(), key=lambda each: each.distance(vertex))
-        if face.geomType() == "SPHERE" and face.distance(vertex) <= _ON_FACE_MM:
+        contact = cq.Vertex.makeVertex(*point)
+        face = min(solid.Faces(), key=lambda each: each.distance(contact))
+        if face.geomType() == "SPHERE" and face.distance(contact) <= _ON_FACE_MM:
             box = face.BoundingBox()
             corner = cq.Vector(box.xmin, box.ymin, box.zmin)
             shape = shape.fuse(cq.Solid.makeBox(box.xlen, box.ylen, box.zlen, corner))
@@ -223,21 +262,22 @@ def with_flat_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
 
 
 def tip_points(housing: Housing) -> dict[str, Place]:
-    """Return the point of each tip of a design's housing that touches first [mm]."""
+    """Return the point [mm] of each tip that touches the fruit first, by the name of its spring."""
     return {arm.name: (arm.centre, 0.0, 0.0) for arm in housing.arms}
 
 
 def hole_points(housing: Housing) -> tuple[Place, ...]:
-    """Return a point on the wall of each screw hole of a design's housing [mm], in the middle of its depth."""
+    """Return a point [mm] on the wall of each screw hole of a housing, at mid-depth."""
     return tuple((x + 0.5 * housing.hole_diameter, 0.0, z) for x, z in housing.holes)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Extrusion:
-    """A part as a section that is swept along y, turned so from its own frame by `turn` (3, 3).
+    """A part described as one section that is swept along y.
 
-    `lines` are the straight edges of slanted faces in the section, ((x, z), (x, z)) [mm]. The sweep goes from the level
-    `low` to `high` [mm]; `plane` is the level of the section.
+    `turn` (3, 3) is the rotation from the part's own frame to the frame of the sweep. `lines` are the straight edges of
+    slanted faces, projected into the section: ((x, z), (x, z)) [mm]. The sweep extends from y = `low` to y = `high`
+    [mm]. `plane` is the level y [mm] at which the section was cut.
     """
 
     part: Part
@@ -249,279 +289,328 @@ class Extrusion:
     plane: float
 
     def spans(self, x: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return where lines along y enter and leave the part, and how much of it is between [mm], 0 beside it."""
-        caster = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
-        caster.Load(self.part.shape.wrapped, 1e-7)
+        """Return where the part begins and ends on lines along y, and the length of material between, each (n,) [mm].
+
+        `x` and `z` (n,) [mm] are the positions of the lines. If a line misses the part, the length is 0, and both ends
+        are below the part.
+        """
+        intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
+        intersector.Load(self.part.shape.wrapped, 1e-7)
         along = OCP.gp.gp_Dir(0.0, 1.0, 0.0)
         box = self.part.shape.BoundingBox()
-        below, reach = box.ymin - _BEYOND, box.ylen + 2.0 * _BEYOND
-        entered, left, inside = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
-        for i, (place_x, place_z) in enumerate(zip(x.tolist(), z.tolist(), strict=True)):
-            line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(place_x, below, place_z), along)
-            caster.Perform(line, 0.0, reach)
-            levels = sorted(caster.WParameter(number + 1) for number in range(caster.NbPnt()))
-            levels = [level for level, after in itertools.pairwise([*levels, math.inf]) if after - level > _NEAR_MM]
-            if len(levels) > 1:
-                entered[i], left[i] = levels[0], levels[-1]
-                inside[i] = sum(b - a for a, b in zip(levels[::2], levels[1::2], strict=False))
-        return entered + below, left + below, inside
+        start, ray_length = box.ymin - _BEYOND, box.ylen + 2.0 * _BEYOND
+        first, last, inside = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
+        for i, (line_x, line_z) in enumerate(zip(x.tolist(), z.tolist(), strict=True)):
+            line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(line_x, start, line_z), along)
+            intersector.Perform(line, 0.0, ray_length)
+            distances = sorted(intersector.WParameter(number + 1) for number in range(intersector.NbPnt()))
+            distances = [
+                distance
+                for distance, following in itertools.pairwise([*distances, math.inf])
+                if following - distance > _NEAR_MM
+            ]
+            if len(distances) > 1:
+                first[i], last[i] = distances[0], distances[-1]
+                inside[i] = sum(b - a for a, b in zip(distances[::2], distances[1::2], strict=False))
+        return first + start, last + start, inside
 
     def uneven(self) -> Iterator[tuple[Floats, float, float]]:
-        """Yield where the depth of the part changes: (x, z), the area of a small piece there, and the feature's width.
+        """Yield small pieces of the faces where the part is shallower or deeper than the sweep.
 
-        Those are the bottoms of pockets and tops of ribs, and slanted faces, in small pieces [mm, mm^2]. A narrow one,
-        as the cut of a saw, lies between lines of any grid.
+        They are the bottoms of pockets, the tops of ribs, and slanted faces. Each piece has its position (x, z) [mm],
+        its area seen along y [mm^2] and the mean width [mm] of its face. These faces are found from the solid, because
+        a narrow feature such as a saw cut may lie between the lines of any grid.
         """
         for face in self.part.shape.Faces():
-            normals = _FaceNormals(face)
-            across = np.array([0.0, 1.0, 0.0])
+            face_normals = _FaceNormals(face)
+            y_axis = np.array([0.0, 1.0, 0.0])
             is_end = (
-                normals.is_cap(across) and min(abs(normals.middle[1] - at) for at in (self.low, self.high)) < _NEAR_MM
+                face_normals.is_cap(y_axis)
+                and min(abs(face_normals.middle[1] - end) for end in (self.low, self.high)) < _NEAR_MM
             )
-            if is_end or normals.is_side(across):
+            if is_end or face_normals.is_side(y_axis):
                 continue
-            pieces = [(middle[[0, 2]], area) for middle, area in _seen_along_y(face) if area > _NEAR_MM**2]
+            pieces = [(middle[[0, 2]], area) for middle, area in _pieces_along_y(face) if area > _NEAR_MM**2]
             box = face.BoundingBox()
             width = sum(area for _, area in pieces) / math.hypot(box.xlen, box.zlen)
             yield from ((middle, area, width) for middle, area in pieces)
 
     def is_even(self, name: str) -> bool:
-        """Return whether named faces lie as much on one side of the middle of the depth as on the other."""
-        every = self.part.shape.Faces()
-        faces = [every[place] for place in self.part.faces[name]]
+        """Return whether the centroid of the faces of this name is at mid-depth, within 0.1 % of the depth."""
+        all_faces = self.part.shape.Faces()
+        faces = [all_faces[index] for index in self.part.faces[name]]
         moment = sum(face.Area() * (face.Center().y - 0.5 * (self.low + self.high)) for face in faces)
         return abs(moment) < _UNEVEN * (self.high - self.low) * sum(face.Area() for face in faces)
 
     def polygon_area(self, name: str) -> float | None:
-        """Return the area of named faces [mm^2]; None if one is curved or has a curved edge."""
-        every = self.part.shape.Faces()
-        faces = [every[place] for place in self.part.faces[name]]
+        """Return the area of the faces of this name [mm^2]; None if one of them is curved or has a curved edge."""
+        all_faces = self.part.shape.Faces()
+        faces = [all_faces[index] for index in self.part.faces[name]]
         is_straight = all(
             face.geomType() == "PLANE" and all(edge.geomType() == "LINE" for edge in face.Edges()) for face in faces
         )
         return sum(face.Area() for face in faces) if is_straight else None
 
     def lies_on(self, name: str, points: Floats, tolerance: float) -> Flags:
-        """Say of points (3, n) [mm] whether they lie on a named face within a tolerance."""
-        found = np.zeros(points.shape[1], dtype=bool)
-        every = self.part.shape.Faces()
-        for face in (every[place] for place in self.part.faces[name]):
+        """Return for each point (3, n) [mm] whether it lies within `tolerance` [mm] of a face of this name, shape (n,).
+
+        Distances to a face are slow, so only points inside its bounding box are measured.
+        """
+        is_on_face = np.zeros(points.shape[1], dtype=bool)
+        all_faces = self.part.shape.Faces()
+        for face in (all_faces[index] for index in self.part.faces[name]):
             box = face.BoundingBox()
-            least = np.array([[box.xmin], [box.ymin], [box.zmin]]) - tolerance
-            most = np.array([[box.xmax], [box.ymax], [box.zmax]]) + tolerance
-            for place in np.flatnonzero(((points >= least) & (points <= most)).all(axis=0) & ~found):
-                found[place] = face.distance(cq.Vertex.makeVertex(*points[:, place].tolist())) <= tolerance
-        return found
+            lowest = np.array([[box.xmin], [box.ymin], [box.zmin]]) - tolerance
+            highest = np.array([[box.xmax], [box.ymax], [box.zmax]]) + tolerance
+            for index in np.flatnonzero(((points >= lowest) & (points <= highest)).all(axis=0) & ~is_on_face):
+                is_on_face[index] = face.distance(cq.Vertex.makeVertex(*points[:, index].tolist())) <= tolerance
+        return is_on_face
 
 
 def extrusion_of(part: Part) -> Extrusion | None:
-    """Return a part as a swept section; None if too much of its surface lies neither along nor across any sweep."""
+    """Return a part as a section that is swept along y; None if the part is not such an extrusion.
+
+    The direction of the sweep is the normal of a plane face that makes the largest share of the surface its sides and
+    ends. Less than 80 % of the surface, or a section in pieces, is not an extrusion.
+    """
     faces = [_FaceNormals(face) for face in part.shape.Faces()]
-    best = max(_directions(faces), key=lambda direction: _rank(faces, direction), default=None)
-    if best is None or _rank(faces, best)[0] < _SWEPT_SHARE:
+    direction = max(_plane_normals(faces), key=lambda axis: _swept_shares(faces, axis), default=None)
+    if direction is None or _swept_shares(faces, direction)[0] < _SWEPT_SHARE:
         return None
-    turn = _turn_to_y(best)
-    turned = part if np.allclose(turn, np.eye(3)) else replace(part, shape=part.shape.moved(_location(turn)))
-    return _section_of(turned, turn)
+    rotation = _rotation_to_y(direction)
+    rotated = part if np.allclose(rotation, np.eye(3)) else replace(part, shape=part.shape.moved(_location(rotation)))
+    return _section_of(rotated, rotation)
 
 
 class _FaceNormals:
-    """A face with its area [mm^2], its middle [mm] and its unit normals at some points, (n, 3)."""
+    """A face with its area [mm^2], its centre of mass [mm], and its unit normals at up to nine points, (n, 3)."""
 
     def __init__(self, face: cq.Face) -> None:
-        """Look at the face at nine points of its parameters."""
+        """Evaluate the normals on a grid of three by three points in the parameters of the face."""
         self.area = float(face.Area())
         self.middle = np.array(face.Center().toTuple())
         u0, u1, v0, v1 = face._uvBounds()
         surface = OCP.BRepAdaptor.BRepAdaptor_Surface(face.wrapped)
         normals = []
         for u, v in itertools.product(_SAMPLES, _SAMPLES):
-            props = OCP.BRepLProp.BRepLProp_SLProps(surface, u0 + u * (u1 - u0), v0 + v * (v1 - v0), 1, 1e-9)
-            if props.IsNormalDefined():
-                normal = props.Normal()
+            properties = OCP.BRepLProp.BRepLProp_SLProps(surface, u0 + u * (u1 - u0), v0 + v * (v1 - v0), 1, 1e-9)
+            if properties.IsNormalDefined():
+                normal = properties.Normal()
                 normals.append((normal.X(), normal.Y(), normal.Z()))
+        # A normal is undefined at a singular point, such as the tip of a cone. Without any, the face is neither cap nor
+        # side.
         self.normals = np.array(normals or [(0.0, 0.0, 0.0)])
 
     def is_cap(self, direction: Floats) -> bool:
-        """Return whether the face lies across a direction."""
-        return bool((np.abs(self.normals @ direction) > 1.0 - _TURNED**2).all())
+        """Return whether the face is perpendicular to a unit vector, like the end of a sweep along it."""
+        # The cosine of a small angle differs from 1 by half the square of the angle.
+        return bool((np.abs(self.normals @ direction) > 1.0 - _ANGLE_TOLERANCE**2).all())
 
     def is_side(self, direction: Floats) -> bool:
-        """Return whether the face lies along a direction."""
-        return bool((np.abs(self.normals @ direction) < _TURNED).all())
+        """Return whether the face is parallel to a unit vector, like the side of a sweep along it."""
+        return bool((np.abs(self.normals @ direction) < _ANGLE_TOLERANCE).all())
 
 
-def _directions(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
-    """Yield the normals of plane faces, each direction once; normals along the axes are exact."""
-    seen: list[Floats] = []
+def _plane_normals(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
+    """Yield the unit normals of the plane faces, each direction once, from the largest face to the smallest.
+
+    Normals are rounded to nine decimals, which makes those along the coordinate axes exact.
+    """
+    earlier: list[Floats] = []
     for face in sorted(faces, key=lambda face: -face.area):
         normal = face.normals[0]
-        if not np.allclose(face.normals, normal, atol=_TURNED) or not normal.any():
+        if not np.allclose(face.normals, normal, atol=_ANGLE_TOLERANCE) or not normal.any():
             continue
         normal = np.round(normal * np.sign(normal[np.argmax(np.abs(normal))]), 9) + 0.0
-        if all(abs(normal @ other) < 1.0 - _TURNED**2 for other in seen):
-            seen.append(normal)
+        if all(abs(normal @ other) < 1.0 - _ANGLE_TOLERANCE**2 for other in earlier):
+            earlier.append(normal)
             yield normal
 
 
-def _rank(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[float, float]:
-    """Return the share of the surface that a sweep along a direction makes, and of its ends, to three digits [1]."""
+def _swept_shares(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[float, float]:
+    """Return the shares of a surface that a sweep along a unit vector forms: sides with ends, and only ends [1].
+
+    The ends are the two levels with the largest cap area. Both shares are rounded to three decimals, so that rounding
+    errors do not decide between equal directions.
+    """
     total = sum(face.area for face in faces)
-    levels: dict[float, float] = {}
+    cap_areas: dict[float, float] = {}
     for face in faces:
         if face.is_cap(direction):
             level = round(float(face.middle @ direction), 4)
-            levels[level] = levels.get(level, 0.0) + face.area
-    ends = sum(sorted(levels.values())[-2:])
+            cap_areas[level] = cap_areas.get(level, 0.0) + face.area
+    ends = sum(sorted(cap_areas.values())[-2:])
     sides = sum(face.area for face in faces if face.is_side(direction))
     return round((ends + sides) / total, 3), round(ends / total, 3)
 
 
-def _turn_to_y(direction: Floats) -> Floats:
-    """Return the turn (3, 3) that brings a direction to y; none for y itself."""
+def _rotation_to_y(direction: Floats) -> Floats:
+    """Return the rotation matrix (3, 3) that maps a unit vector to the y axis; the identity for the y axis itself."""
     y = direction
+    # The new x axis is the old x or y axis, whichever is farther from the direction, made perpendicular to it.
     x = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < math.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
     x = x - (x @ y) * y
     x /= np.linalg.norm(x)
     return np.stack([x, y, np.cross(x, y)])
 
 
-def _location(turn: Floats) -> cq.Location:
-    """Return a turn (3, 3) as CadQuery has it."""
-    motion = OCP.gp.gp_Trsf()
-    motion.SetValues(*(value for row in turn.tolist() for value in (*row, 0.0)))
-    return cq.Location(motion)
+def _location(rotation: Floats) -> cq.Location:
+    """Return the location of CadQuery that rotates a shape by a matrix (3, 3)."""
+    transform = OCP.gp.gp_Trsf()
+    transform.SetValues(*(value for row in rotation.tolist() for value in (*row, 0.0)))
+    return cq.Location(transform)
 
 
 def _section_of(part: Part, turn: Floats) -> Extrusion | None:
-    """Return the largest section across y of a turned part, with its sweep; None if it is in pieces."""
-    across = np.array([0.0, 1.0, 0.0])
+    """Return the largest section across y of a part, with the ends of its sweep; None if it does not describe the part.
+
+    `turn` (3, 3) is the rotation already applied to the part. The result is None if the part has fewer than two levels
+    of faces across y, if the section is in pieces, or if another section has material outside it.
+    """
+    y_axis = np.array([0.0, 1.0, 0.0])
     shape = part.shape
     box = shape.BoundingBox()
-    levels = [box.ymin, box.ymax]
+    levels = [box.ymin, box.ymax]  # at these the section may change
     lines = []
-    caps: dict[float, float] = {}
+    cap_areas: dict[float, float] = {}
     for face in shape.Faces():
         normals = _FaceNormals(face)
-        if normals.is_cap(across):
+        if normals.is_cap(y_axis):
             level = round(face.Center().y, 6)
             levels.append(level)
-            caps[level] = caps.get(level, 0.0) + normals.area
-        elif not normals.is_side(across):
+            cap_areas[level] = cap_areas.get(level, 0.0) + normals.area
+        elif not normals.is_side(y_axis):
             levels += _levels_of(face)
-            lines += [_line(edge) for edge in face.Edges() if edge.geomType() == "LINE"]
-    if len(caps) < 2:  # noqa: PLR2004 - a sweep has two ends
+            lines += [_projected_edge(edge) for edge in face.Edges() if edge.geomType() == "LINE"]
+    if len(cap_areas) < 2:  # noqa: PLR2004 - a sweep has two ends
         return None
-    low, high = sorted(sorted(caps, key=lambda level: -caps[level])[:2])
-    wide = 2.0 * max(box.xlen, box.zlen) + 2.0 * _BEYOND
-    apart = itertools.pairwise(sorted(levels))
-    planes = [0.5 * (low + high), *(round(0.5 * (a + b), 6) for a, b in apart if b - a > _STEP_MM)]
+    low, high = sorted(sorted(cap_areas, key=lambda level: -cap_areas[level])[:2])
+    width = 2.0 * max(box.xlen, box.zlen) + 2.0 * _BEYOND
+    gaps = itertools.pairwise(sorted(levels))
+    # One section is cut in the middle of the sweep, and one between each pair of levels at which the section may
+    # change.
+    planes = [0.5 * (low + high), *(round(0.5 * (a + b), 6) for a, b in gaps if b - a > _STEP_MM)]
     sections = []
     for plane in dict.fromkeys(planes):
         centre = cq.Vector(box.center.x, plane, box.center.z)
-        sections.append((cq.Face.makePlane(wide, wide, centre, cq.Vector(0.0, 1.0, 0.0)).intersect(shape), plane))
+        sections.append((cq.Face.makePlane(width, width, centre, cq.Vector(0.0, 1.0, 0.0)).intersect(shape), plane))
     section, plane = max(sections, key=lambda each: round(each[0].Area(), 3))
     if len(section.Faces()) != 1:
         return None
-    # A bridge or a second leaf beside the section would be lost without a word.
-    if any(_beside(other, level, section, plane) > _BESIDE_MM2 for other, level in sections if level != plane):
+    # A sweep of the section would leave out a bridge or a second leaf outside it.
+    if any(_area_outside(other, level, section, plane) > _BESIDE_MM2 for other, level in sections if level != plane):
         return None
-    long = tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
-    return Extrusion(part=part, turn=turn, section=section.Faces()[0], lines=long, low=low, high=high, plane=plane)
+    edges = tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
+    return Extrusion(part=part, turn=turn, section=section.Faces()[0], lines=edges, low=low, high=high, plane=plane)
 
 
 def _levels_of(face: cq.Face) -> list[float]:
-    """Return the levels y at which a slanted face begins, ends or turns [mm]: a bridge may lie between them."""
+    """Return the levels y [mm] of the corners of a slanted face; for a curved face also its lowest and highest level.
+
+    A bridge between other faces may begin or end at these levels.
+    """
     corners = [corner.Y for corner in face.Vertices()]
     box = face.BoundingBox()
     return corners if face.geomType() == "PLANE" else [*corners, box.ymin, box.ymax]
 
 
-def _beside(other: cq.Shape, level: float, section: cq.Shape, plane: float) -> float:
-    """Return the area of a section that lies beside another of the same part [mm^2]."""
+def _area_outside(other: cq.Shape, level: float, section: cq.Shape, plane: float) -> float:
+    """Return the area [mm^2] by which one section of a part extends beyond another.
+
+    `other` is the section at y = `level` [mm], and `section` the one at y = `plane` [mm].
+    """
     moved = other.translate(cq.Vector(0.0, plane - level, 0.0))
     return float(moved.cut(section).Area()) if other.Area() > 0.0 else 0.0
 
 
-def _seen_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
-    """Yield the middles of small pieces of a face [mm], with the area of each as seen along y [mm^2]."""
+def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
+    """Yield the centroids [mm] of small triangles of a face, with the area of each projected along y [mm^2].
+
+    Each triangle of the face gives count (count + 1) / 2 triangles of the same orientation, at most about 0.5 mm wide.
+    """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
-    places = np.array([corner.toTuple() for corner in corners])
+    positions = np.array([corner.toTuple() for corner in corners])
     for triangle in triangles:
-        a, b, c = places[list(triangle)]
-        seen = 0.5 * abs(float(np.cross(b - a, c - a)[1]))
-        count = max(1, math.ceil(math.sqrt(seen) / _PIECE_MM))
+        a, b, c = positions[list(triangle)]
+        projected_area = 0.5 * abs(float(np.cross(b - a, c - a)[1]))
+        count = max(1, math.ceil(math.sqrt(projected_area) / _PIECE_MM))
         for i, j in itertools.product(range(count), repeat=2):
             r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
             if r + s < 1.0:
-                yield a + r * (b - a) + s * (c - a), 2.0 * seen / (count * (count + 1))
+                yield a + r * (b - a) + s * (c - a), 2.0 * projected_area / (count * (count + 1))
 
 
-def _line(edge: cq.Edge) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the ends of a straight edge in the section (x, z) [mm], in order."""
+def _projected_edge(edge: cq.Edge) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the ends of a straight edge projected into the section, ((x, z), (x, z)) [mm], in ascending order."""
     a, b = sorted((round(point.x, 6), round(point.z, 6)) for point in (edge.startPoint(), edge.endPoint()))
     return a, b
 
 
 def own_part(solid: cq.Solid, faces: Mapping[str, tuple[int, ...]]) -> Part:
-    """Return a solid with its named faces."""
+    """Return a solid as a `Part`; `faces` maps each name to indices in `solid.Faces()`."""
     return Part(name="part", shape=solid, faces=dict(faces))
 
 
 def with_sides(part: Part, name: str, level: float) -> tuple[Part, bool]:
-    """Return a part with its faces at y = -+ level [mm] under a name, and whether there are any."""
+    """Return a part whose faces at y = -`level` and y = `level` [mm] are named, and whether there are any."""
     tests = [on_plane(1, sign * level) for sign in (-1.0, 1.0)]
-    places = tuple(i for i, face in enumerate(part.shape.Faces()) if any(test(face) for test in tests))
-    return (replace(part, faces={**part.faces, name: places}), True) if places else (part, False)
+    indices = tuple(index for index, face in enumerate(part.shape.Faces()) if any(test(face) for test in tests))
+    return (replace(part, faces={**part.faces, name: indices}), True) if indices else (part, False)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Walls:
-    """Points (3, n) on the surface of a part [mm], and the element size [mm] required by a thin wall or a curve."""
+    """Points on the surface of a part, (3, n) [mm], and the element size required at each, (n,) [mm]."""
 
     points: Floats
     sizes: Floats
 
 
 def walls_of(part: Part) -> Walls:
-    """Return points on every face of a part, with the thickness of the wall there, less at round inner corners."""
+    """Return points on every face of a part, with the wall thickness there, or less at round inner corners.
+
+    At each point a ray is cast into the material; the thickness is the distance to the face where the ray leaves it.
+    """
     shape = part.shape
-    caster = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
-    caster.Load(shape.wrapped, 1e-7)
-    apart = math.sqrt(float(shape.Area()) / _WALL_POINTS)
+    intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
+    intersector.Load(shape.wrapped, 1e-7)
+    spacing = math.sqrt(float(shape.Area()) / _WALL_POINTS)
     points, sizes = [], []
     for face in shape.Faces():
-        least = _corner_size(face)
-        for point, normal in _points_on(face, apart):
-            line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
-            caster.Perform(line, 0.0, LONGEST_MM)
-            # The nearest may be the face itself, beside which a triangle lies by its chord.
-            depths = [caster.WParameter(number + 1) for number in range(caster.NbPnt())]
+        largest_size = _corner_size(face)
+        for point, normal in _points_on(face, spacing):
+            ray = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
+            intersector.Perform(ray, 0.0, LONGEST_MM)
+            # The first hit may be the face itself, from which its triangles deviate by up to their chord.
+            depths = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]
             depth = min((depth for depth in depths if depth > 2.0 * _CHORD_MM), default=math.inf)
             if math.isfinite(depth):
                 points.append(point)
-                sizes.append(min(least, depth))
+                sizes.append(min(largest_size, depth))
     return Walls(points=np.array(points).T, sizes=np.array(sizes))
 
 
 def _corner_size(face: cq.Face) -> float:
-    """Return half a quarter of the round of a cylinder that is hollow [mm]; infinity for another face."""
-    axis = _cylinder(face)
+    """Return the largest element size [mm] at a face: a quarter of a half circle if it is a cylinder, else infinity."""
+    axis = _cylinder_parameters(face)
     return math.inf if axis is None else _CORNER_SHARE * math.pi * float(axis[0])
 
 
-def _points_on(face: cq.Face, apart: float) -> Iterator[tuple[Floats, Floats]]:
-    """Yield points on a face some distance apart [mm], with the outer normal at each."""
+def _points_on(face: cq.Face, spacing: float) -> Iterator[tuple[Floats, Floats]]:
+    """Yield points on a face, about `spacing` [mm] from each other, with the outer unit normal at each.
+
+    They are the centroids of small triangles, as in `_pieces_along_y`.
+    """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
-    places = np.array([corner.toTuple() for corner in corners])
+    positions = np.array([corner.toTuple() for corner in corners])
     for triangle in triangles:
-        a, b, c = places[list(triangle)]
+        a, b, c = positions[list(triangle)]
         normal = np.cross(b - a, c - a)
-        length = float(np.linalg.norm(normal))
-        if not length > _NEAR_MM**2:
+        doubled_area = float(np.linalg.norm(normal))
+        if not doubled_area > _NEAR_MM**2:
             continue
-        count = max(1, math.ceil(math.sqrt(length) / apart))
+        count = max(1, math.ceil(math.sqrt(doubled_area) / spacing))
         for i, j in itertools.product(range(count), repeat=2):
             r, s = (i + 1.0 / 3.0) / count, (j + 1.0 / 3.0) / count
             if r + s < 1.0:
-                yield a + r * (b - a) + s * (c - a), normal / length
+                yield a + r * (b - a) + s * (c - a), normal / doubled_area

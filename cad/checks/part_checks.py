@@ -35,21 +35,24 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
     faulty = 0
     if not analyser.IsValid():
-        pieces = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
-        faulty = max(1, sum(not analyser.IsValid(piece.wrapped) for piece in pieces))
-    solids = len(shape.Solids())
-    in_solids = sum(len(solid.Faces()) for solid in shape.Solids())
-    counted = "number of solids" if in_solids == len(shape.Faces()) else "number of solids; some faces belong to none"
+        entities = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
+        faulty = max(1, sum(not analyser.IsValid(entity.wrapped) for entity in entities))
+    solid_count = len(shape.Solids())
+    face_count = sum(len(solid.Faces()) for solid in shape.Solids())
+    solid_text = (
+        "number of solids" if face_count == len(shape.Faces()) else "number of solids; some faces belong to none"
+    )
     return (
         judge("geometry.valid", faulty, "faulty faces, edges, vertices by OCCT"),
-        judge("geometry.one_solid", solids, counted),
+        judge("geometry.one_solid", solid_count, solid_text),
     )
 
 
 def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
-    """Return every verdict on triangles [mm]: closed, one body, size, wall, gap, overhang.
+    """Return every verdict on triangles [mm]: closed surface, number of bodies, size, wall, gap and overhang.
 
-    Wall, gap and overhang are left out if the mesh is not closed, because they would have no meaning.
+    `poses` are the print poses considered, names from `POSES`. Wall, gap and overhang are left out if the mesh is not
+    closed, because then inside and outside are undefined.
     """
     mesh = without_collapsed(mesh)
     closed = closed_verdicts(mesh)
@@ -60,10 +63,11 @@ def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) ->
 
 
 def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict, ...]:
-    """Return every verdict on a STEP, STL or 3MF file of any origin, for a process.
+    """Return every verdict on a STEP, STL or 3MF file of any origin, for a print process.
 
-    An STL or 3MF file is assumed to be in print pose; a STEP file is judged in the best of six poses. Raises OSError
-    for a missing file and InputError for another kind of file. A file that cannot be read fails geometry.readable.
+    An STL or 3MF file is assumed to be in print pose; a STEP file is checked in the best of six poses. Raises
+    FileNotFoundError for a missing file, and InputError for another kind of file. A file that cannot be read fails
+    geometry.readable.
     """
     kind = path.suffix.lower()
     if kind not in KINDS:
@@ -82,7 +86,7 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
 
 
 def existing_file(path: Path) -> Path:
-    """Return the path of a file; raises FileNotFoundError if it does not exist."""
+    """Return the path unchanged; raises FileNotFoundError if there is no file."""
     if not path.is_file():
         msg = f"{path.name}: there is no such file; check the path"
         raise FileNotFoundError(msg)
@@ -90,16 +94,19 @@ def existing_file(path: Path) -> Path:
 
 
 def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
+    """Return every verdict on a STEP file: on its solid and on triangles of it. Raises ValueError if it has no face."""
     shape = read_step(path)
     if not shape.Faces():
-        held = f"{len(shape.Edges())} edges and {len(shape.Vertices())} points"
-        msg = f"STEP: {path.name} holds {held} but no face; export the solid"
+        contents = f"{len(shape.Edges())} edges and {len(shape.Vertices())} points"
+        msg = f"STEP: {path.name} holds {contents} but no face; export the solid"
         raise ValueError(msg)
-    of_mesh = check_mesh(triangles(shape), process, POSES)
-    return (*check_solid(shape), *(verdict for verdict in of_mesh if verdict.name != "geometry.one_solid"))
+    mesh_verdicts = check_mesh(triangles(shape), process, POSES)
+    # The solids themselves are counted, and not the connected sets of their triangles.
+    return (*check_solid(shape), *(verdict for verdict in mesh_verdicts if verdict.name != "geometry.one_solid"))
 
 
 def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
+    """Return every verdict on a 3MF file: geometry.3mf_strict on its conformity, and the verdicts on its triangles."""
     package = read_3mf(path)
     names = ", ".join(repr(name) for name in package.names)
     faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]

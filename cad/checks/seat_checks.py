@@ -10,9 +10,9 @@ from sensor.verdict import Verdict, judge
 
 
 def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.magnet_pockets: the thinnest wall [mm] around a magnet pocket; nothing without a Hall read-out.
+    """Return geometry.magnet_pockets, the thinnest wall [mm] around a magnet pocket; nothing without a Hall read-out.
 
-    The walls above and below the two pockets of a shuttle are not judged: they are millimetres thick in every design.
+    The walls above and below the two pockets of a shuttle are left out: they are millimetres thick in every design.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None:
@@ -22,13 +22,13 @@ def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
         "beside a pocket": 0.5 * (housing.shuttle_width - seats.pocket_diameter),
         "behind a pocket": housing.depth - seats.depth_at(0.0),
     }
-    return (_thinnest("geometry.magnet_pockets", walls, seats.least_wall),)
+    return (_thinnest_wall_verdict("geometry.magnet_pockets", walls, seats.least_wall),)
 
 
 def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.sensor_windows: the thinnest wall [mm] of the cover under and between the Hall sensors.
+    """Return geometry.sensor_windows, the thinnest wall [mm] of the cover under and between its sensor windows.
 
-    Nothing is returned without a Hall read-out. The verdict fails if the sensors do not fit side by side.
+    The verdict fails if the Hall sensors do not fit side by side. Nothing is returned without a Hall read-out.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None:
@@ -40,11 +40,11 @@ def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     walls = {"under a sensor": seats.face_out - RECESS_MM}
     if len(seats.windows) > 1:
         walls["between both windows"] = housing.spacing - seats.window_width
-    return (_thinnest(name, walls, seats.least_wall),)
+    return (_thinnest_wall_verdict(name, walls, seats.least_wall),)
 
 
-def _thinnest(name: str, walls: Mapping[str, float], limit: float) -> Verdict:
-    """Return the verdict on the thinnest of several walls [mm], which are named by their places."""
+def _thinnest_wall_verdict(name: str, walls: Mapping[str, float], limit: float) -> Verdict:
+    """Return the verdict on the thinnest of some walls; `walls` holds their thicknesses [mm] by their places."""
     place = min(walls, key=walls.__getitem__)
     reference = f"thinnest wall by the lengths of the design: {place}"
     return judge(name, walls[place], reference, limit=limit, tolerance=PLACE_TOLERANCE_MM)

@@ -16,10 +16,10 @@ from sensor.verdict import READABLE, Verdict, judge
 
 
 def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: Path) -> tuple[Verdict, ...]:
-    """Return every geometry verdict on a sensor and on housing.step and housing.stl in a folder.
+    """Return every geometry verdict on a sensor, and on housing.step and housing.stl in a folder.
 
-    `deflections` [mm] are the deflections of low and high spring at full travel. Raises FileNotFoundError; a file that
-    cannot be read fails geometry.readable.
+    `deflections` [mm] are the deflections of the low and the high spring at full travel. A file that cannot be read
+    fails geometry.readable. Raises FileNotFoundError if one of the files is missing.
     """
     for name in ("housing.step", "housing.stl"):
         existing_file(folder / name)
@@ -31,7 +31,7 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
 
 
 def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: FormsRead) -> tuple[Verdict, ...]:
-    """Return every geometry verdict on a sensor and on its files after reading; see `check_sensor`."""
+    """Return every geometry verdict on a sensor and on the files that were read back; see `check_sensor`."""
     shape = sensor.part.shape
     step = read.step
     stl = sensor_pose(read.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back is not None)
@@ -48,4 +48,5 @@ def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: 
 
 
 def _solid_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
+    """Return the verdicts on the solid of the housing."""
     return check_solid(sensor.part.shape)

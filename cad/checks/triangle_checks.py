@@ -16,78 +16,81 @@ from sensor.verdict import Verdict, judge
 Indices = npt.NDArray[np.int64]
 
 RAY_TOLERANCE_MM = 1e-3  # a mesh file holds single precision
-SHORTEST_MM = 5.0  # least longest side of a sensor or a coupon; one exported in metres measures 0.07
-LONGEST_MM = 1000.0  # largest longest side; one exported in micrometres measures 70000
+SHORTEST_MM = 5.0  # lower limit of the longest side of a part; a sensor exported in metres measures 0.07
+LONGEST_MM = 1000.0  # upper limit of the longest side of a part; a sensor exported in micrometres measures 70000
 AS_IT_STANDS = "as it stands"
 POSES = {
     AS_IT_STANDS: (0.0, 0.0, 1.0), "upside down": (0.0, 0.0, -1.0), "+x up": (1.0, 0.0, 0.0),
     "-x up": (-1.0, 0.0, 0.0), "+y up": (0.0, 1.0, 0.0), "-y up": (0.0, -1.0, 0.0),
 }  # fmt: skip
-_FACES_OF_AN_EDGE = 2
-_SAMPLES = 2000
+_FACES_OF_AN_EDGE = 2  # triangles at each edge of a closed surface
+_SAMPLES = 2000  # random points from which rays are cast
 _OPPOSITE = -0.75  # largest cosine between the normals of a wall; the faces of a 45 degree wedge are not a wall
 _FARTHEST_MM = 16.0  # far more than any wall or gap that matters
-_OFF_SURFACE_MM = 1e-5  # start of a ray above its triangle, so that the ray does not meet it
+_OFF_SURFACE_MM = 1e-5  # distance of the start of a ray from its own triangle, so that the ray does not hit it
 _BED_MM = 0.05  # height above the lowest point up to which a face lies on the print bed
 _SPREAD_DEG = 0.5  # angular error of a facet of a round or 45 degree face
 
 
 def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
-    """Return geometry.watertight (number of open edges) and geometry.manifold (number of edges with 3 or more faces).
+    """Return geometry.watertight and geometry.manifold: the numbers of edges with 1 and with 3 or more triangles.
 
-    The value of geometry.watertight is 1 for a closed surface whose triangles face inward.
+    If the surface is closed but its triangles face inward, the value of geometry.watertight is 1.
     """
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
-    loose = edges[counts < _FACES_OF_AN_EDGE]
-    shared = edges[counts > _FACES_OF_AN_EDGE]
-    faults = len(loose)
-    if len(loose) == 0 and len(shared) == 0:
+    open_edges = edges[counts < _FACES_OF_AN_EDGE]
+    crowded_edges = edges[counts > _FACES_OF_AN_EDGE]
+    faults = len(open_edges)
+    if len(open_edges) == 0 and len(crowded_edges) == 0:
         faces_inward = not mesh.is_winding_consistent or enclosed_volume(mesh) < 0.0
         faults = int(faces_inward)
-    open_edges = f"edges with one triangle, or triangles that face inward, of {len(edges)} edges{_first(mesh, loose)}"
-    joined = f"edges that join more than two triangles, of {len(edges)}{_first(mesh, shared)}"
+    first_open, first_crowded = _first_edge_text(mesh, open_edges), _first_edge_text(mesh, crowded_edges)
+    watertight_text = f"edges with one triangle, or triangles that face inward, of {len(edges)} edges{first_open}"
+    manifold_text = f"edges that join more than two triangles, of {len(edges)}{first_crowded}"
     return (
-        judge("geometry.watertight", faults, open_edges),
-        judge("geometry.manifold", len(shared), joined),
+        judge("geometry.watertight", faults, watertight_text),
+        judge("geometry.manifold", len(crowded_edges), manifold_text),
     )
 
 
-def _first(mesh: trimesh.Trimesh, edges: Indices) -> str:
-    """Return the ends of the first edge as text; empty without edges."""
+def _first_edge_text(mesh: trimesh.Trimesh, edges: Indices) -> str:
+    """Return the ends of the first of some edges as text, or an empty text if there are no edges."""
     if len(edges) == 0:
         return ""
     start, end = mesh.vertices[edges[0]]
-    return f"; the first from {_point(start)} to {_point(end)} mm"
+    return f"; the first from {_point_text(start)} to {_point_text(end)} mm"
 
 
-def _point(point: Floats) -> str:
+def _point_text(point: Floats) -> str:
+    """Return a point (3,) as text with three decimals."""
     return "({:.3f}, {:.3f}, {:.3f})".format(*point)
 
 
 def enclosed_volume(mesh: trimesh.Trimesh) -> float:
-    """Return the enclosed volume [mm^3].
-
-    For a flat mesh it is 0; then trimesh divides by 0 for a centre of mass, and its warnings are silenced.
-    """
+    """Return the volume that the triangles enclose [mm^3], negative if they face inward, and 0 for a flat mesh."""
+    # Trimesh also computes a centre of mass, and divides by the volume even if the volume is 0.
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(mesh.volume)
 
 
 def body_verdict(mesh: trimesh.Trimesh) -> Verdict:
-    """Return geometry.one_solid: the number of connected sets of triangles."""
+    """Return geometry.one_solid for a mesh, whose value is the number of connected sets of triangles."""
     return judge("geometry.one_solid", mesh.body_count, "connected sets of triangles")
 
 
 def without_collapsed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return a mesh without triangles that have two equal corners, as CAD kernels write them at the poles of balls."""
+    """Return a mesh without collapsed triangles, those with two equal corners.
+
+    CAD kernels write such triangles at the poles of spheres.
+    """
     faces = np.asarray(mesh.faces)
     is_collapsed = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
     if not is_collapsed.any():
         return mesh
-    left = mesh.copy()
-    left.update_faces(~is_collapsed)
-    left.remove_unreferenced_vertices()
-    return left
+    cleaned = mesh.copy()
+    cleaned.update_faces(~is_collapsed)
+    cleaned.remove_unreferenced_vertices()
+    return cleaned
 
 
 def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...]:
@@ -117,17 +120,18 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
 
 
 def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
-    """Return geometry.min_wall, geometry.min_gap and geometry.overhang [mm] for a process.
+    """Return geometry.min_wall, geometry.min_gap and geometry.overhang [mm] for a print process.
 
-    The overhang is measured in each pose, and the least is judged. A file in print pose has one pose, "as it stands".
+    `poses` are names from `POSES`, and the verdict uses the pose with the smallest overhang. A file in print pose has
+    only the pose "as it stands".
     """
     widths = {pose: widest_ledge(mesh, np.array(POSES[pose]), process.overhang_deg) for pose in poses}
     best_pose = min(widths, key=widths.__getitem__)
-    hangs = f"widest face beyond {process.overhang_deg:g} deg from the vertical, {best_pose}; {process.name}"
+    overhang_text = f"widest face beyond {process.overhang_deg:g} deg from the vertical, {best_pose}; {process.name}"
     return (
         _distance_verdict("geometry.min_wall", least_wall(mesh), process.min_wall_mm, f"inward rays; {process.name}"),
         _distance_verdict("geometry.min_gap", least_gap(mesh), process.min_gap_mm, f"outward rays; {process.name}"),
-        judge("geometry.overhang", widths[best_pose], hangs, tolerance=RAY_TOLERANCE_MM),
+        judge("geometry.overhang", widths[best_pose], overhang_text, tolerance=RAY_TOLERANCE_MM),
     )
 
 
@@ -140,24 +144,25 @@ class FacingDistance:
 
 
 def least_wall(mesh: trimesh.Trimesh) -> FacingDistance | None:
-    """Return the thinnest wall, or None if no two faces within 16 mm are opposite."""
+    """Return the thinnest wall of a mesh, or None if no two faces enclose a wall of at most 16 mm."""
     return _least_distance(mesh, -1.0)
 
 
 def least_gap(mesh: trimesh.Trimesh) -> FacingDistance | None:
-    """Return the narrowest gap between two faces of the mesh, or None if there is none within 16 mm."""
+    """Return the narrowest gap between two faces of a mesh, or None if there is no gap of at most 16 mm."""
     return _least_distance(mesh, 1.0)
 
 
 def _least_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDistance | None:
-    """Return the shortest ray from the surface to a face whose normal is opposite.
+    """Return the shortest distance from a face to an opposite face, measured along rays; None if no ray hits one.
 
-    A `sense` of 1 sends rays outward and -1 inward. Rays start at random points, with a fixed seed, and at the centre
-    of the largest triangle of each plane face.
+    A `sense` of 1 sends the rays outward, across gaps, and -1 inward, through walls. Rays start at random points, with
+    a fixed seed, and at the centre of the largest triangle of each plane face. Faces are opposite if the cosine of the
+    angle between their normals is below `_OPPOSITE`.
     """
     random_points, random_faces = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
-    of_planes = [facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets]
-    faces = np.concatenate([random_faces, np.array(of_planes, dtype=np.int64)])
+    plane_faces = [facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets]
+    faces = np.concatenate([random_faces, np.array(plane_faces, dtype=np.int64)])
     points = np.concatenate([random_points, mesh.triangles_center[faces[_SAMPLES:]]])
     normals = np.asarray(mesh.face_normals)
     rays = sense * normals[faces]
@@ -174,27 +179,29 @@ def _least_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDistance | Non
 
 
 def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, method: str) -> Verdict:
+    """Return the verdict on a wall or a gap against its lower limit [mm]; it passes if there is no wall or gap."""
     if distance is None:
         return judge(name, None, f"{method}; none within {_FARTHEST_MM:g} mm", limit=limit, passed=True)
-    reference = f"{method}; least at {_point(distance.start)} mm"
+    reference = f"{method}; least at {_point_text(distance.start)} mm"
     return judge(name, distance.length, reference, limit=limit, tolerance=RAY_TOLERANCE_MM)
 
 
 def widest_ledge(mesh: trimesh.Trimesh, up: Floats, limit_deg: float) -> float:
-    """Return the width [mm] of the widest connected patch of faces that overhang.
+    """Return the width [mm] of the widest overhang: the widest connected patch of faces that need support in print.
 
-    A face overhangs if it leans more than `limit_deg` from the vertical and does not lie on the print bed. The width of
-    a patch is the short side of the smallest rectangle around it in plan view. `up` is one of the six axes.
+    A face overhangs if its angle from the vertical exceeds `limit_deg` and the face does not lie on the print bed. The
+    width of a patch is the short side of the smallest rectangle around it in plan view. `up` is a unit vector along one
+    of the axes, in either direction.
     """
-    level = np.asarray(mesh.triangles) @ up
+    heights = np.asarray(mesh.triangles) @ up
     is_steep = -(np.asarray(mesh.face_normals) @ up) > np.sin(np.radians(min(limit_deg + _SPREAD_DEG, 90.0)))
-    hangs_over = is_steep & (level.max(axis=1) - level.min() > _BED_MM)
+    is_overhang = is_steep & (heights.max(axis=1) - heights.min() > _BED_MM)
     neighbours = np.asarray(mesh.face_adjacency)
-    joined = neighbours[hangs_over[neighbours].all(axis=1)]
-    patches = trimesh.graph.connected_components(joined, nodes=np.flatnonzero(hangs_over))
-    plan = np.asarray(mesh.triangles)[:, :, up == 0.0]
+    overhanging_pairs = neighbours[is_overhang[neighbours].all(axis=1)]
+    patches = trimesh.graph.connected_components(overhanging_pairs, nodes=np.flatnonzero(is_overhang))
+    plan_view = np.asarray(mesh.triangles)[:, :, up == 0.0]
     widest = 0.0
     for patch in patches:
-        _, sides = trimesh.bounds.oriented_bounds_2D(plan[patch].reshape(-1, 2))  # type: ignore[no-untyped-call]
+        _, sides = trimesh.bounds.oriented_bounds_2D(plan_view[patch].reshape(-1, 2))  # type: ignore[no-untyped-call]
         widest = max(widest, float(sides.min()))
     return widest
