@@ -49,8 +49,8 @@ HALVINGS = 12  # maximum number of halvings of a Newton step
 # Relative change in the added compliance if the contacts are not where it was solved. It is per increase of their
 # squared distance from the middle, over the squared size of the fruit (tests/reference/fits/test_contact.py).
 ELSEWHERE = 2.0
-# Factors in the bounds on neglected terms, which tests/solve/contact/domes/test_law.py compares with cells. The first is
-# the variation of the added deflection over a contact, times (a / size)^2, and the second the next moments of the
+# Factors in the bounds on neglected terms, which tests/solve/contact/domes/test_law.py compares with cells. The first
+# is the variation of the added deflection over a contact, times (a / size)^2, and the second the next moments of the
 # crosstalk. The third is all other terms, as a fraction of the depth.
 OVER_CONTACT = 0.25
 NEXT_MOMENT = 0.5
