@@ -1,7 +1,8 @@
 """The mesh of an extruded part: its section in quadrilaterals, small where a wall is thin, swept through the depth.
 
-The named boundaries are the part's named faces; `side_faces`, the ends of the sweep; `fillets`, the round inner corners
-of the section; `walls`, all other walls, which carry no load; and `symmetry` if only half of the part is meshed.
+The named boundaries are the part's named faces and up to four more. `side_faces` are the ends of the sweep, and
+`fillets` the round inner corners of the section. `walls` are all other walls, which carry no load. `symmetry` is the
+plane of symmetry if only half of the part is meshed.
 """
 
 import dataclasses
@@ -132,9 +133,9 @@ def swept_part(
 
     `scale` [1] is the relative element size: 1 for the mesh of the solve, 2 for the coarse mesh of its error estimate.
     `layers` is the number of layers of cells through half the depth. `presses` are the directions of the loads, and
-    `fine` the corners at which elements are refined. If the part and its named faces are symmetric about the middle of
-    the depth, and no load has a component along the sweep, only the half above the middle is meshed. Raises MeshError
-    if no valid mesh is found, and MachineError if gmsh fails.
+    `fine` the corners at which elements are refined. Only the half above the middle of the depth is meshed if the part
+    and its named faces are symmetric about it. In this case, no load may have a component along the sweep. Raises
+    MeshError if no valid mesh is found, and MachineError if gmsh fails.
     """
     section = _meshed_section(extrusion, scale, fine)
     profile = section.profile
@@ -538,9 +539,9 @@ def _read_section(surfaces: list[int], concave: set[int], sharp: Floats) -> _Sec
 def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats]:
     """Return the lower and the upper end of the sweep in y at each point of the profile [mm], (points,) each.
 
-    By default, the sweep goes through the full depth, and pockets or ribs of the part are left out. In a region where
-    at least half of the quadrilaterals have less than the full depth, as in necks and tips, the sweep ends at the
-    surface of the part. Raises MeshError if a point of such a region lies outside the part.
+    By default, the sweep goes through the full depth, and pockets or ribs of the part are left out. In some regions,
+    such as necks and tips, at least half of the quadrilaterals have less than the full depth. There the sweep ends at
+    the surface of the part. Raises MeshError if a point of such a region lies outside the part.
     """
     profile = section.profile
     points, quads = profile.points, profile.quads

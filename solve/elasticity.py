@@ -57,8 +57,8 @@ def stiffness_matrix(
     an array with an entry for each element.
 
     `skfem.models.elasticity.linear_elasticity` assembles the same matrix, but ten times slower. Here the products of
-    scalar gradients, P_abij = int d_a N_i d_b N_j with nodes i, j and axes a, b, are formed for many elements at once.
-    The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
+    scalar gradients are formed for many elements at once. They are P_abij = int d_a N_i d_b N_j, with nodes i, j and
+    axes a, b. The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
 
     With `b_bar` the dilatation div u is projected onto linear functions within each element (the B-bar method).
     Hexahedra then do not lock as nu tends to 0.5. With 27-node hexahedra this is the Q2 / P1 pair with the pressure

@@ -194,8 +194,8 @@ def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tupl
 def left_out(part: SweptPart, found: PartCompliance) -> tuple[float, ...]:
     """Return upper bounds of the relative error of each C[i, i] due to features that the swept mesh neglects [1].
 
-    The volume by which each column of cells is too long or too short is assumed to have the strain energy density of
-    the most strained cell of the column.
+    Each column of cells is too long or too short by some volume. This volume is assumed to have the strain energy
+    density of the most strained cell of the column.
     """
     neglected_volume = VOID_FACTOR * part.effect * part.area
     largest_density = (density[part.cells].max(axis=0) for density in found.density)

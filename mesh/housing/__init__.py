@@ -1,1 +1,1 @@
-"""The half of the housing in hexahedra: its profile in blocks, swept over the depth."""
+"""The half of the housing in hexahedra: its profile in blocks, swept through half the depth."""

@@ -146,8 +146,8 @@ def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Bloc
     """Return the block of the fan at the root of a leaf.
 
     The face of the solid is at `x` [mm]. The fan's box extends from there by `depth` [mm] along x into the solid; its
-    sign is the direction. The four sides of the block are the end of the straight leaf, the fillet and face above the
-    leaf, the box in the solid, and the fillet and face below the leaf.
+    sign is the direction. The block has four sides. They are the end of the straight leaf, the fillet and face above
+    the leaf, the box in the solid, and the fillet and face below the leaf.
     """
     lower, level, upper = fan.levels
     half_thickness = 0.5 * arm.flexure.thickness

@@ -146,7 +146,7 @@ def half_depth_shares(layers: int) -> Floats:
 def sweep_profile(profile: Profile, levels: Floats) -> MeshHex1:
     """Return the straight-sided hexahedra of a profile swept through rising levels y [mm].
 
-    Node k n + i of the mesh is point i of the profile at level k, where n is the number of points of the profile.
+    If the profile has n points, node k n + i of the mesh is point i of the profile at level k.
     """
     n = profile.points.shape[1]
     layers = len(levels) - 1

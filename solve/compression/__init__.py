@@ -1,4 +1,4 @@
-"""A whole fruit pressed at finite strain: the force over the travel of a plate or a plunger.
+"""A whole fruit compressed at finite strain: the force against the travel of a plate or a plunger.
 
 This is the only solver for finite strain: laws of flesh, principal stretches, quadratic elements and Newton's method.
 """

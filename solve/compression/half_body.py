@@ -113,8 +113,8 @@ class HalfBody:
         """Return the internal nodal forces (2 nodes,) [N] and the tangent stiffness (2 nodes, 2 nodes) [N/mm].
 
         They are the first and the second derivatives of the strain energy by the displacements. With `convex`, negative
-        stiffnesses of the modes at the Gauss points are set to 0, so that the energy is more nearly convex and a
-        Newton step lowers it.
+        stiffnesses of the modes at the Gauss points are set to 0. The energy is then more nearly convex, and a Newton
+        step lowers it.
         """
         _, slope, curvature = self.law.phi(body.stretches)
         _, pressure, bulk = self.law.U(np.log(body.stretches.prod(axis=0)))

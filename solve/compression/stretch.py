@@ -55,10 +55,10 @@ def mode_stiffness(stretches: Floats, slope: Floats, curvature: Floats, pressure
     """Return the second derivatives of phi(l1) + phi(l2) + phi(l3) + p ln J in the five modes, shape (5, ...).
 
     The modes are those of `principal_modes` and the hoop stretch, and J = l1 l2 l3. `slope` and `curvature` (3, ...)
-    are the first and second derivatives of phi at the `stretches` l, and `pressure` (...) is p, all in the same unit.
-    For a stretch, the result is the second derivative by this stretch. A rotation and a shear do not change the
-    stretches to first order. Their stiffnesses are (phi'(l1) + phi'(l2)) / (l1 + l2) + p / (l1 l2) and (phi'(l1) -
-    phi'(l2)) / (l1 - l2) - p / (l1 l2).
+    are the first and second derivatives of phi at the `stretches` l. `pressure` (...) is p, in the same unit. For a
+    stretch, the result is the second derivative by this stretch. A rotation and a shear do not change the stretches to
+    first order. Their stiffnesses are (phi'(l1) + phi'(l2)) / (l1 + l2) + p / (l1 l2) and (phi'(l1) - phi'(l2)) / (l1 -
+    l2) - p / (l1 l2).
     """
     l1, l2, _ = stretches
     difference = l1 - l2

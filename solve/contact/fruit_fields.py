@@ -1,7 +1,8 @@
 """Displacement and stress in the fruit under given pressures, for viewing.
 
-The fields are on the equivalent block of the fruit, in the axes of `cad`: z up, top face at 0. They are the sum of the
-field of a half-space, in closed form at each node, and of the smooth remainder due to the finite size of the block.
+The fields are on the equivalent block of the fruit, in the axes of `cad`: z up, top face at 0. They are the sum of two
+fields. The field of a half-space has a closed form at each node. The remainder, which is due to the finite size of the
+block, is smooth.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 """The linear law: forces of level flat faces, each of which touches as a whole or not at all.
 
-The travel x of a tip is the deflection of its spring plus the indentation of the fruit, x = C F + S F / E. C is the
+The travel of a tip is the deflection of its spring plus the indentation of the fruit: x = C F + S F / E. C is the
 compliance of the springs, and S the compliance of the fruit times E. The law is exact, and all E and x use the same S.
 """
 
@@ -115,7 +115,7 @@ def linear_response(
 
     S [1/mm] is the compliance of the fruit times E, and C [mm/N] the compliance of the springs, both (tips, tips). E
     (moduli,) [MPa] are the moduli, and x (travels,) [mm] the travels. `height_offsets` [mm] are added to the travel of
-    each tip. The forces have no other error than that of S.
+    each tip. The only error of the forces is the error of S.
     """
     start = time.perf_counter()
     moduli = np.asarray(E, dtype=np.float64)

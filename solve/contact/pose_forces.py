@@ -35,9 +35,8 @@ NO_FORCE = 1e-300  # force that replaces 0 as a divisor [N]
 class Stand:
     """The position of a sensor on a fruit: its tilt [deg] and its offset from the apex [mm], along the tips and across.
 
-    `radii_mm` are the principal radii of the fruit, with the first one at the azimuth `azimuth_deg` from the line along
-    the tips, and `thickness_mm` is the thickness of its flesh. A value of None is replaced by that of the scene's
-    fruit.
+    `radii_mm` are the principal radii of the fruit. The first one has the azimuth `azimuth_deg` from the line along the
+    tips. `thickness_mm` is the thickness of the flesh. If a value is None, the scene's fruit has its own value.
 
     With `from_touch`, the sensor is pressed by hand. The tilt is then relative to the normal of the skin under the
     sensor, and the travel counts from the first touch. Since the first touch, the tilt has changed by `turned_deg`.

@@ -41,10 +41,10 @@ class SidewaysGive:
 class Scene:
     """The fruit, the tips, and the sensor motion that presses them against it.
 
-    `height_offset_mm` is the height of each tip relative to the level plane of the sensor due to the sag of its spring,
-    at most 0; it is empty for level tips. The designed protrusion of tips is part of `tips`, and travel is measured
-    from the first touch with this protrusion. `off_centre_mm` is the error of the sensor's position on the fruit, along
-    the tips and across. `sideways` is used only for domes.
+    `height_offset_mm` is the height of each tip, at most 0, relative to the level plane of the sensor. It is due to the
+    sag of the spring, and empty for level tips. The designed protrusion of tips is part of `tips`, and travel is
+    measured from the first touch with this protrusion. `off_centre_mm` is the error of the sensor's position on the
+    fruit, along the tips and across. `sideways` is used only for domes.
 
     With `from_touch`, travel is along the axis of the sensor, from its first touch in this pose. Since the first touch,
     the tilt along the tips and across has changed by `turned_deg`, about the middle of the tips.

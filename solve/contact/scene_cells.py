@@ -50,7 +50,7 @@ class SceneCells:
     `edges` [mm] are the grid lines relative to the centre of a footprint, the same along and across. `gap` (cells,)
     [mm] is the initial gap at first touch, infinite for a cell outside the face of its tip. `middle` (2,) [mm] is the
     mean of the tips' centres. `compliance_correction` (tips, tips) [1/mm] is times E. It is added so that the cells of
-    flat tips have the given compliance in a level press; for other tips it is only the change due to the fruit's shape.
+    flat tips have the given compliance in a level press. For other tips it is only the change due to the fruit's shape.
     If `is_half`, the cells lie at y > 0 and represent both sides.
     """
 

@@ -20,9 +20,9 @@ SMALLER = 0.95  # factor on the number of steps while a mesh has too many dofs
 class BodySteps:
     """The fineness of the mesh, given by the steps between its grid lines.
 
-    `at_load` is the step at a load [smallest standard deviation of a load], `growth` its growth with the distance from
-    the load [mm per mm], and `largest` the largest step over the extent of the block [1]. A `fraction` < 1 reduces the
-    number of steps by this factor. The number is reduced further until there are at most `most_dofs`.
+    `at_load` is the step at a load [smallest standard deviation of a load]. `growth` [mm per mm] is its growth with the
+    distance from the load, and `largest` [1] the largest step over the extent of the block. A `fraction` < 1 reduces
+    the number of steps by this factor. The number is reduced further until there are at most `most_dofs`.
     """
 
     at_load: float = 1.0
@@ -96,8 +96,9 @@ def _drop_close_marks(marks: Sequence[float], distance: float) -> list[float]:
 def _step_size(loads: Floats, extent: float, smallest_deviation: float, steps: BodySteps) -> Callable[[Floats], Floats]:
     """Return the function from coordinates on one axis [mm] to the step size there [mm].
 
-    The step grows with the distance from the nearest of the `loads` (n,) [mm], up to a fraction of `extent` [mm], the
-    length of the block along the axis. `smallest_deviation` [mm] is the smallest standard deviation of a load.
+    The step grows with the distance from the nearest of the `loads` (n,) [mm], up to a fraction of `extent`. `extent`
+    [mm] is the length of the block along the axis. `smallest_deviation` [mm] is the smallest standard deviation of a
+    load.
     """
 
     def step_size(s: Floats) -> Floats:

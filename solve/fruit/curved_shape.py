@@ -73,7 +73,7 @@ class CurvedShape:
     """The map from a block to a fruit. `core` [mm] is half the size of the rectangle that contains the tips.
 
     For a piece of a fruit, the map shortens each vertical column of the block. A whole fruit has no corners. The top of
-    the block becomes a cap around the apex, its sides become the rest of the skin, and its base the base of the fruit.
+    the block becomes a cap around the apex, and its sides the rest of the skin. Its base becomes the base of the fruit.
     """
 
     fruit: Fruit
@@ -186,7 +186,7 @@ class CurvedShape:
         """Return the images (2, n) on the unit disc of points (2, n) [mm] of the block's plan.
 
         Points of the core are mapped to (x, y) / cap. At the edge of the plan the map is the elliptical map of a square
-        onto a disc, from (p, q) to (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between them both maps are blended.
+        onto a disc. It takes (p, q) to (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between them both maps are blended.
         """
         half_plan = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
         core = np.array(self.core)

@@ -134,7 +134,7 @@ def node_remainder(
     It is the remainder's compliance (nodes, nodes) [1/mm] with `counts.between` nodes per side; the second result is
     the number of dofs of the mesh. Loads are solved at fewer nodes, `counts.within` per side, and interpolated. The
     mesh is the box over `lines` [mm], which start at the mirror planes. A load is the mean of its even and its odd part
-    about each mirror plane, and its parts are solved for the given `parities` (see `level_parities`). Parts of other
+    about each mirror plane. These parts are solved for the given `parities` (see `level_parities`). Parts of other
     parities are taken as zero. Raises SolveError if a solve does not converge.
     """
     # A node beyond a mirror plane is replaced by its mirror image, which lies in the meshed part.

@@ -70,10 +70,10 @@ def remainder_compliance(
 
     A compliance (points, points) [1/mm] is for E = 1. Entry kj is the remainder v_z at point k per unit normal force at
     point j. `loads` (points, 2) [mm] are the positions of the points. `mesh` is the block, or the half or quarter of it
-    at x >= 0 or y >= 0, with faces named as by `box_mesh`. A parity has a sign for x and a sign for y: +1 or -1 if each
-    force acts together with an even or odd mirror image in the plane x = 0 or y = 0, and 0 if both sides of the plane
-    are meshed. Raises ValueError if the zeros of the parities differ, because all parities share the mesh. Raises
-    SolveError if a solve does not converge, or if a compliance is not symmetric.
+    at x >= 0 or y >= 0, with faces named as by `box_mesh`. A parity has a sign for x and a sign for y. It is +1 or -1
+    if each force acts together with its even or odd mirror image in the plane x = 0 or y = 0. It is 0 if both sides of
+    the plane are meshed. Raises ValueError if the zeros of the parities differ, because all parities share the mesh.
+    Raises SolveError if a solve does not converge, or if a compliance is not symmetric.
     """
     mirrored = np.abs(parities[0])
     if (np.abs(parities) != mirrored).any():

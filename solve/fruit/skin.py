@@ -1,9 +1,9 @@
 """The change in the fruit's compliance due to a skin bonded to the flesh, as a function of the flesh's modulus.
 
-As in `solve/fruit/curved_body.py`, a mesh is solved under smooth loads with and without the skin. The concentrated part
-of the change, near a tip, is that of a layered half-space (`solve/halfspace/layered.py`), so that the remaining error
-is small. With m the modulus of the skin over the modulus of the flesh, the stiffness matrix is K + m K_skin. It is
-solved for a few m, and their solutions are the basis of a reduced-order model for all m (Galerkin's method). The
+As in `solve/fruit/curved_body.py`, a mesh is solved under smooth loads with and without the skin. Near a tip, where the
+change is concentrated, it equals the change of a layered half-space (`solve/halfspace/layered.py`). So the remaining
+error is small. With m the modulus of the skin over the modulus of the flesh, the stiffness matrix is K + m K_skin. It
+is solved for a few m, and their solutions are the basis of a reduced-order model for all m (Galerkin's method). The
 compliance is an energy, so its error is of the order of the square of the error of the reduced solution. All
 compliances are times E.
 """

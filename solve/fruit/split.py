@@ -70,7 +70,7 @@ POISSON = (-0.5, 0.4999)  # range of Poisson's ratio
 
 
 class Errors(NamedTuple):
-    """The largest relative errors over all tips [1]: `pair` is that of (s_ii + s_jj) / 2 - s_ij, `own` that of s_ii."""
+    """The largest relative errors over all tips [1]: `pair` for (s_ii + s_jj) / 2 - s_ij, and `own` for s_ii."""
 
     pair: float
     own: float
@@ -103,8 +103,8 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     It is solved on the coarsest mesh whose error of s11 - s12 meets the relative `tolerance` [1]. If no mesh meets it,
     the best mesh is used, provided that its error is at most 1e-3. Raises SolveError if a solve does not converge.
     Raises InputError if the error is larger, if the tolerance is not above 0, and if the scene is outside the domain of
-    the method. In the domain, the side of a tip is at most the height of the block, a tip's edge is at least one side
-    from each side face, the spacing is at least 1.05 sides, and -0.5 <= nu <= 0.4999.
+    the method. In the domain, the side of a tip is at most the height of the block, and its edge at least one side from
+    each side face. The spacing is at least 1.05 sides, and -0.5 <= nu <= 0.4999.
     """
     start = time.perf_counter()
     if not tolerance > 0.0:

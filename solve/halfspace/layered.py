@@ -79,11 +79,10 @@ class Layer:
         """Return the decrease in compliance due to the shell stiffness of a curved layer, times the modulus below.
 
         The result [1/mm] is the decrease under a flat circular punch of `radius` [mm], minus the decrease under a
-        normal distribution with the standard deviation `deviation` [mm]. `curvatures` [1/mm] are the two principal
-        curvatures. A shallow shell has the additional normal stiffness
-        (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 at the wave vector (k_x, k_y), here averaged over all its
-        directions. See E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180. Its effect on the
-        compliance is taken to first order.
+        normal distribution. `deviation` [mm] is the standard deviation of the latter. `curvatures` [1/mm] are the two
+        principal curvatures. A shallow shell has the additional normal stiffness (E_s - E) h (kappa_y k_x^2 + kappa_x
+        k_y^2)^2 / k^4 at the wave vector (k_x, k_y), here averaged over all its directions. See E. Reissner, J. Math.
+        Phys. 25 (1946) 80, doi:10.1002/sapm194625180. Its effect on the compliance is taken to first order.
         """
         kappa_x, kappa_y = curvatures
         # Divided by 8, it is the mean of (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 over all directions.

@@ -1,9 +1,9 @@
 """Rigid frictionless flat punches on a half-space: nodal forces for a given displacement under the punch.
 
-A punch table is for a footprint of unit size and E* = E / (1 - nu^2) = 1, so that it does not depend on E or nu. It has
-the symmetric matrix Y in F = Y U, where U are nodal displacements and F nodal forces. The displacement under the punch
-is the polynomial through the nodal values U. The nodal forces are the moments F_k = int p l_k of the pressure p with
-the nodal polynomials l_k. The nodes are the Gauss points of the pressure under a flat punch, so three nodes per side
+A punch table is for a footprint of unit size and E* = E / (1 - nu^2) = 1. It does not depend on E or nu. It has the
+symmetric matrix Y in F = Y U, where U are nodal displacements and F nodal forces. The displacement under the punch is
+the polynomial through the nodal values U. The nodal forces are the moments F_k = int p l_k of the pressure p with the
+nodal polynomials l_k. The nodes are the Gauss points of the pressure under a flat punch. So three nodes per side
 represent its moments exactly up to the fifth order.
 """
 

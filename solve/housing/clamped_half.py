@@ -123,8 +123,8 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = Non
     """Return the vector (dofs,) whose product with displacements is the mean over a face of their component `axis`.
 
     With `slope`, LENGTHWISE or ACROSS, the product is instead the slope of the component along this axis, by least
-    squares. Half of the vector is also the load on the half mesh if 1 N, or a moment of 1 N mm, acts on
-    the whole face.
+    squares. Half of the vector is also a load on the half mesh. It represents 1 N, or a moment of 1 N mm, on the whole
+    face.
     """
     patches = list(surface_patches(basis, name, *facet_rule(basis.mesh)))
     # Across, the centre of the whole face is y = 0: its other half lies beyond the plane of symmetry.

@@ -115,9 +115,9 @@ def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, we
 def _unloaded_strain(gradient: Floats, normal: Floats, poisson: float) -> Floats:
     """Return the strain on an unloaded surface, shape (3, 3, facets, points), from the displacement gradient there.
 
-    The in-plane strain of the gradient is kept. The stress on the surface is zero, so the normal strain is
-    -nu / (1 - nu) (e_1 + e_2) with the in-plane strains e_1 and e_2, and the transverse shear strain is zero. `normal`
-    (3, facets, points) may have any length.
+    The in-plane strain of the gradient is kept. The stress on the surface is zero. So the normal strain is -nu / (1 -
+    nu) (e_1 + e_2), with the in-plane strains e_1 and e_2, and the transverse shear strain is zero. `normal` (3,
+    facets, points) may have any length.
     """
     n = normal / np.linalg.norm(normal, axis=0)
     normal_projector = np.einsum("i...,j...->ij...", n, n)
@@ -131,8 +131,8 @@ def _extrapolation(nodes: Floats, gauss: Floats) -> Floats:
     """Return the matrix (n, q) that extrapolates values at Gauss points (d, q) to nodes (d, n) of the unit cube.
 
     There are q = 2^d Gauss points. Along one axis, the linear function that is 1 at one Gauss point and 0 at the other
-    is (1 + 3 X X') / 2. X is the coordinate of the node, X' = -1 / sqrt(3) or 1 / sqrt(3) the coordinate of the Gauss
-    point, both on the interval from -1 to 1.
+    is (1 + 3 X X') / 2. X is the coordinate of the node, from -1 to 1. X' is the coordinate of the Gauss point, -1 /
+    sqrt(3) or 1 / sqrt(3).
     """
     X = 2.0 * nodes - 1.0
     X_gauss = 2.0 * gauss - 1.0

@@ -1,8 +1,8 @@
 """Presses over time, on viscoelastic flesh that relaxes and with springs that creep.
 
 **Flesh.** While contacts grow, forces follow from presses on elastic flesh: E. H. Lee, J. R. M. Radok, J. Appl. Mech.
-27 (1960) 438. With the forces n that elastic flesh would need for the same indentations, the forces are
-F = n - sum g_i m_i, where tau_i dm_i/dt = n - m_i.
+27 (1960) 438. Let n be the forces that elastic flesh would need for the same indentations. Then the forces are F = n -
+sum g_i m_i, where tau_i dm_i/dt = n - m_i.
 
 **Springs.** A spring of Kelvin elements deflects by d = (a_0 F + sum a_i m_i) / K, where tau_i dm_i/dt = F - m_i.
 
@@ -28,8 +28,8 @@ _DECADES = np.arange(-3.0, 6.5, 0.5)  # log10 of the time constants of Kelvin el
 class _Memory:
     """The memory variables m_i of arms under the forces of tips [N], which are linear from one sample to the next.
 
-    At the end of a time step, sum g_i m_i is a known part plus a factor times the forces at that time, which are still
-    unknown. `begin_step` returns both; once the forces are solved, `end_step` updates m_i.
+    At the end of a time step, sum g_i m_i is a known part plus a factor times the forces, which are still unknown.
+    `begin_step` returns both; once the forces are solved, `end_step` updates m_i.
     """
 
     def __init__(self, arms: Arms, tips: int) -> None:

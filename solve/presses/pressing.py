@@ -36,7 +36,7 @@ class Pressing:
 
     `touch` (tips, 2) [mm] are the points of first contact, and `nearest` (tips,) [mm] the gaps there. `give` (tips,)
     [mm/N] is the compliance of the springs, and `recovered` (tips,) [mm] the part of their deflection that has
-    recovered; presses over time change both before each sample. `grids` and `cell_forces` [N] are the last solution,
+    recovered. Presses over time change both before each sample. `grids` and `cell_forces` [N] are the last solution,
     from which the next one starts.
     """
 
@@ -146,9 +146,9 @@ class Pressing:
     def _fit_grids(self, grids: Grids, cell_forces: Floats, interference: Floats) -> tuple[Floats, Floats, bool]:
         """Return centres and half widths of grids that fit the contacts, and whether the given grids already fit.
 
-        The width of a contact must be between `smallest_fill` and FILLED[1] of the width of its grid, and the contact
-        must not touch the edge of the grid. `cell_forces` [N] are the forces of the cells. `interference` (tips,) [mm]
-        is the depth of the undeformed domes below the skin.
+        The width of a contact must be between `smallest_fill` and FILLED[1] of the width of its grid. The contact must
+        not touch the edge of the grid. `cell_forces` [N] are the forces of the cells. `interference` (tips,) [mm] is
+        the depth of the undeformed domes below the skin.
         """
         middles, reach = grids.middles.copy(), grids.reach.copy()
         fits = True

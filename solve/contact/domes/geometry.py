@@ -58,9 +58,10 @@ class DomePoses:
     """Domes with unloaded springs, and the fruits under them, in many poses.
 
     `centres` (poses, tips, 3) [mm] are the centres of the spheres. The rows of `frame` (poses, 3, 3) [1] are the
-    directions of the sensor: along the tips, across them, and up its axis. `semi_axes` (poses, 3) [mm] are those of the
-    fruits, infinite for a flat fruit. The rows of `principal` (poses, 3, 3) [1] are the directions of these axes; it is
-    None if all fruits have their axes along x, y and z. `sideways` is the lateral compliance of the tips, if known.
+    directions of the sensor: along the tips, across them, and up its axis. `semi_axes` (poses, 3) [mm] are the
+    semi-axes of the fruits, infinite for a flat fruit. The rows of `principal` (poses, 3, 3) [1] are the directions of
+    these axes. It is None if the axes of all fruits are along x, y and z. `sideways` is the lateral compliance of the
+    tips, if known.
     """
 
     dome_radius: float

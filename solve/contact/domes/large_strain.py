@@ -71,8 +71,8 @@ class LargeStrain:
 def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float) -> LargeStrain:
     """Return the corrections of Hertz's law for large strain, at Hertz's contact radii `contact` [mm].
 
-    `dome` [mm] is the radius of the domes. `curvature` [1/mm] is that of the fruit, in the shape of `contact`. Outside
-    the range of the fit, g keeps its value at the end of the range, and its error bound includes all of g - 1.
+    `dome` [mm] is the radius of the domes. `curvature` [1/mm] is the curvature of the fruit, in the shape of `contact`.
+    Outside the range of the fit, g keeps its value at the end of the range, and its error bound includes all of g - 1.
     """
     s = contact / dome
     t = contact * curvature

@@ -14,15 +14,15 @@ of its spring,
 
 with the distance p of two contacts, their radii a, and the compliance B that the finite fruit has in addition to a
 half-space, along the normals at the contacts. The factors of a^2 are second moments of pressures. At the loading
-contact j it is Hertz's pressure, and at the deflected contact i the pressure of a flat punch, which is the increment of
-Hertz's pressure.
+contact j it is Hertz's pressure. At the deflected contact i it is the pressure of a flat punch, which is the increment
+of Hertz's pressure.
 
 The other domes tilt the surface under a dome by a slope, which moves its contact by R times the slope. The force along
 the spring is N times the cosine of the angle between normal and axis. The transverse component of N moves the dome
 laterally, according to the compliance of the housing. A dome out of contact has q <= 0 and no force. These equations
 are a smooth system, which is solved by Newton's method. Friction is neglected. The flesh is neo-Hookean; the difference
 of other laws is reported separately. Under a skin, N is the force on a layered half-space at small strain
-(`solve/halfspace/layered.py`), and the whole effect of large strain is part of the error.
+(`solve/halfspace/layered.py`). The whole effect of large strain is then part of the error.
 """
 
 from dataclasses import dataclass, replace
@@ -143,7 +143,7 @@ class DomeContrast:
 
     `S` (tips, tips) [1/mm] is the compliance of the fruit without Hertz's part, times E. `hertz` [mm (MPa/N)^(2/3)] is
     the mean over the tips of h in h (F / E)^(2/3). `lean` (tips, tips) [mm/N] is added to the compliance of the
-    springs, because contact forces are inclined on the slope of the fruit, and also move the tips laterally.
+    springs. Contact forces are inclined on the slope of the fruit, and also move the tips laterally.
     """
 
     S: Floats
