@@ -3,7 +3,8 @@
 It shows the section, the view from the left and, for a plate with pads, the view from behind. Every dimension is given
 once. Dimensions that determine K or the contact are in a table with empty cells for measured values.
 
-Distances between lines and texts are multiples of the text height, chosen by eye on printed sheets.
+Distances between lines and texts are multiples of the text height; those without a reason were chosen by eye on printed
+sheets.
 """
 
 import math
@@ -38,8 +39,8 @@ Measured = Mapping[str, MeasuredDimension]
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Shown:
-    """Everything to be drawn: the sensor, sections of housing and pins, visible edges, and the measuring table."""
+class _SheetContents:
+    """The contents of the sheet: the sensor, sections of housing and pins, visible edges, and the measuring table."""
 
     sensor: SensorSolids
     cut: cq.Shape
@@ -54,15 +55,15 @@ class _Shown:
 
 
 def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
-    """Return the sheet of a housing: the section y = 0 seen along +y, and to its right the view from the left.
+    """Return the drawing sheet of a housing: the section y = 0 seen along +y, and to its right the view from the left.
 
-    A plate with pads is also shown from behind, below these views.
+    A plate with pads is also shown from behind, below these views. `title` holds the contents of the title block.
     """
     housing = sensor.housing
     pin = housing.pin
     pins = [] if pin is None else [pin_solid(pin, sensor.tips).moved(place) for place in pin_places(housing).values()]
     printed = sensor.part.shape
-    shown = _Shown(
+    contents = _SheetContents(
         sensor=sensor,
         cut=section(printed),
         pin_cuts=[section(pin) for pin in pins],
@@ -70,37 +71,38 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
         from_behind=view_of(printed, "behind") if housing.back_to_back else (),
         measured=measuring_table(sensor, title.process),
     )
-    return on_sheet(lambda canvas: _draw_views(canvas, shown), _notes(shown, title.process), title)
+    return on_sheet(lambda canvas: _draw_views(canvas, contents), _notes(contents, title.process), title)
 
 
-def _draw_views(canvas: Canvas, shown: _Shown) -> tuple[Table, list[Box]]:
-    """Draw all views, and return the table of the sheet and the box of each view [mm].
+def _draw_views(canvas: Canvas, contents: _SheetContents) -> tuple[Table, list[Box]]:
+    """Draw all views, and return the measuring table of the sheet and the bounding box of each view [mm].
 
-    The section is drawn first, because its box determines the places of the other views.
+    The section is drawn first, because its box determines the places of the other views. A view consists of the
+    entities added to the canvas after the view before it.
     """
-    housing = shown.housing
-    measured = shown.measured
-    _draw_section(canvas, shown)
-    hatch_section(canvas, shown.cut)
+    housing = contents.housing
+    measured = contents.measured
+    _draw_section(canvas, contents)
+    hatch_section(canvas, contents.cut)
     section_box = canvas.extents()
-    drawn = canvas.count()
-    _draw_from_the_left(canvas, shown, section_box)
-    boxes = [section_box, canvas.extents(after=drawn)]
+    drawn_count = canvas.count()
+    _draw_from_the_left(canvas, contents, section_box)
+    boxes = [section_box, canvas.extents(after=drawn_count)]
     if housing.back_to_back:
-        drawn = canvas.count()
-        _draw_from_behind(canvas, shown, housing.back_to_back, section_box)
-        boxes.append(canvas.extents(after=drawn))
-    rows = [row for one in measured.values() for row in one.rows]
+        drawn_count = canvas.count()
+        _draw_from_behind(canvas, contents, housing.back_to_back, section_box)
+        boxes.append(canvas.extents(after=drawn_count))
+    rows = [row for dimension in measured.values() for row in dimension.rows]
     to_fill = ("plate 1", "plate 2") if housing.back_to_back else ("measured",)
     return Table(heads=HEADS, to_fill=to_fill, rows=rows), boxes
 
 
-def _draw_section(canvas: Canvas, shown: _Shown) -> None:
-    """Draw the section in the coordinates x, z of the housing, with its dimensions."""
-    housing = shown.housing
-    measured = shown.measured
-    draw_section(canvas, shown.cut)
-    for pin in shown.pin_cuts:
+def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
+    """Draw the section with its dimensions, in the coordinates x, z of the housing."""
+    housing = contents.housing
+    measured = contents.measured
+    draw_section(canvas, contents.cut)
+    for pin in contents.pin_cuts:
         draw_section(canvas, pin, "NOTES")
     lengths = [
         *_frame_lengths(housing, measured),
@@ -112,29 +114,30 @@ def _draw_section(canvas: Canvas, shown: _Shown) -> None:
         _draw_thickness_and_name(canvas, arm, measured[f"{arm.name} thickness"])
         _draw_stop(canvas, housing, arm, measured[f"{arm.name} stop"])
     _draw_callouts(canvas, housing, measured["fillet"])
-    if shown.sensor.seats is not None:
-        _draw_magnet_pockets(canvas, housing, shown.sensor.seats)
+    if contents.sensor.seats is not None:
+        _draw_magnet_pockets(canvas, housing, contents.sensor.seats)
     level = canvas.extents().top + 1.6 * canvas.text_height
+    # The name of the section is above all dimensions.
     canvas.words("A-A", (0.5 * (housing.left + housing.right), level), _TITLE * canvas.text_height)
     _mark_holes(canvas, housing, lambda x, z: (x, z))
 
 
-def _mark_holes(canvas: Canvas, housing: Housing, place: Callable[[float, float], Point]) -> None:
+def _mark_holes(canvas: Canvas, housing: Housing, to_view: Callable[[float, float], Point]) -> None:
     """Draw the centre lines of the holes for screws and dowels.
 
-    `place` maps x and z of the housing to the point in a view [mm].
+    `to_view` maps the coordinates x, z of the housing to the point in a view [mm].
     """
     for hole in housing.holes:
-        canvas.centre_mark(place(*hole), 0.5 * housing.hole_diameter)
+        canvas.centre_mark(to_view(*hole), 0.5 * housing.hole_diameter)
     if housing.back_to_back:
         for hole in housing.dowels:
-            canvas.centre_mark(place(*hole), 0.5 * housing.back_to_back.dowel_hole)
+            canvas.centre_mark(to_view(*hole), 0.5 * housing.back_to_back.dowel_hole)
 
 
 def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the lengths around the frame, each with the side of the section where it is drawn.
+    """Return the dimensions of the frame, each with the side of the section on which it is drawn.
 
-    They are outer sizes, walls, screw holes, and the height of the tips below the frame.
+    They are the outer sizes, the walls, the positions of screw holes, and the height of the tips below the frame.
     """
     low, high = housing.arms
     bottom_left = (housing.left, housing.protrusion)
@@ -156,7 +159,7 @@ def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
 
 
 def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the levels of the leaves, and the leaf length of each spring."""
+    """Return the dimensions of the springs: the levels of the leaves, and the leaf length of each spring."""
     high = housing.arms[1]
     lower_root = (high.wall, high.levels[0])
     upper_root = (high.wall, high.levels[1])
@@ -172,43 +175,46 @@ def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
 
 
 def _has_neck(housing: Housing) -> bool:
-    """Return whether the tips are narrower than their shuttles."""
+    """Return whether the tips are narrower than the shuttles, or shallower than the plate, so that there is a neck."""
     return max(housing.shuttle_width, housing.depth) - housing.tip_side > NEAR_MM
 
 
 def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the distance between the tips, and the widths and levels of tips, necks and pins.
+    """Return the dimensions of the tips: their distance, and the widths and levels of tips, necks and pins.
 
     With pins, the printed tip is the foot from which the pin protrudes. A tip as wide as its shuttle has no neck, and
-    then the dimensions of the neck are left out.
+    the dimensions of the neck are then left out.
     """
     low, high = housing.arms
     half_width = 0.5 * housing.shuttle_width
-    neck = housing.neck_level
+    neck_level = housing.neck_level
     high_tip = (high.centre, 0.0)
-    out = housing.beyond_face
+    pin_protrusion = housing.beyond_face
     lengths = [
-        Length("bottom", (low.centre, -out), (high.centre, -out), measured["spacing"].label()),
-        Length("bottom", (low.centre - half_width, neck), (low.centre + half_width, neck), f"2x {MEASURED}"),
+        Length("bottom", (low.centre, -pin_protrusion), (high.centre, -pin_protrusion), measured["spacing"].label()),
+        Length(
+            "bottom", (low.centre - half_width, neck_level), (low.centre + half_width, neck_level), f"2x {MEASURED}"
+        ),
     ]
     if housing.pin:
-        pin_corner = (low.centre - 0.5 * housing.pin.side, -out)
+        pin_corner = (low.centre - 0.5 * housing.pin.side, -pin_protrusion)
         foot_corner = (low.centre - 0.5 * housing.tip_side, 0.0)
         lengths.append(Length("left", pin_corner, foot_corner))
     if not _has_neck(housing):
         return lengths
-    lengths.append(Length("right", high_tip, (high.centre + half_width, neck)))
-    if housing.tip_height < neck - NEAR_MM:
+    lengths.append(Length("right", high_tip, (high.centre + half_width, neck_level)))
+    if housing.tip_height < neck_level - NEAR_MM:
         shoulder = (high.centre + 0.5 * housing.tip_side, housing.tip_height)
         lengths.append(Length("right", high_tip, shoulder))
     return lengths
 
 
 def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> None:
-    """Draw the thickness of the leaves and the name of the spring in the window between its leaves.
+    """Draw the thickness of the leaves and the name of the spring, both in the window between its leaves.
 
     The dimension is at the upper leaf near its left root, with its text below. If the window is too narrow for the
-    whole name, a short one is written.
+    name, such as "LOW SPRING (L)", the short form "LOW (L)" is written. `measured` is the entry of the measuring table
+    for the thickness.
     """
     height = canvas.text_height
     left, right = arm.roots
@@ -217,59 +223,66 @@ def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimensi
     underside = upper_leaf - 0.5 * thickness
     label = measured.label()
     x = left + max(_ASIDE * height, 0.1 * (right - left))
-    text_at = (x + _ASIDE * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
-    canvas.length("z", (x, underside), (x, underside + thickness), x, DimensionText(text_at, label))
+    text_position = (x + _ASIDE * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
+    canvas.length("z", (x, underside), (x, underside + thickness), x, DimensionText(text_position, label))
 
-    middle = (0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf) + 0.3 * height)
+    window_centre = (0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf) + 0.3 * height)
     name = arm.name.upper()
-    mark = name[0]
-    words = f"{name} SPRING ({mark})"
-    if text_width(words, _NAME * height) >= right - left - height:
-        words = f"{name} ({mark})"
-    canvas.words(words, middle, _NAME * height)
+    initial = name[0]
+    full_name = f"{name} SPRING ({initial})"
+    if text_width(full_name, _NAME * height) >= right - left - height:
+        full_name = f"{name} ({initial})"
+    canvas.words(full_name, window_centre, _NAME * height)
 
 
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:
-    """Draw the gap above a shuttle, which is its stop, with the text above the frame on the side of its spring."""
+    """Draw the gap above a shuttle, which is the distance to its stop.
+
+    The text is above the frame, beside the dimension line, on the side of the spring. `measured` is the entry of the
+    measuring table for the gap.
+    """
     height = canvas.text_height
     x = arm.centre
-    shuttle = arm.top_level
-    stop = housing.cavity_level
+    shuttle_top = arm.top_level
+    frame_underside = housing.cavity_level
     label = measured.label()
-    aside = _ASIDE * height + 0.5 * canvas.label_width(label, stop - shuttle)
-    text_at = (x + arm.sign * aside, housing.top_level + 1.7 * height)
-    canvas.length("z", (x, shuttle), (x, stop), x, DimensionText(text_at, label))
+    offset = _ASIDE * height + 0.5 * canvas.label_width(label, frame_underside - shuttle_top)
+    text_position = (x + arm.sign * offset, housing.top_level + 1.7 * height)
+    canvas.length("z", (x, shuttle_top), (x, frame_underside), x, DimensionText(text_position, label))
 
 
-def _draw_callouts(canvas: Canvas, housing: Housing, measured: MeasuredDimension) -> None:
-    """Draw the radius of the fillets and the diameter of the screw holes, each at one place.
+def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) -> None:
+    """Draw two callouts that apply to several places: the radius of the fillets and the diameter of the screw holes.
 
-    The radius is drawn between the wall of the low spring and the upper side of its lower leaf. The diameter is drawn
-    at the upper hole beside the low spring. `measured` is the entry of the measuring table for the fillets.
+    The radius is drawn at the fillet between the wall of the low spring and the upper side of its lower leaf. The
+    diameter is drawn at the upper hole beside the low spring. `fillet` is the entry of the measuring table for the
+    fillets; screw holes have only the general tolerance, and no entry.
     """
     height = canvas.text_height
     low, _ = housing.arms
     radius = housing.corner
-    label = measured.label(f"{len(fillet_corners(housing))}x {MEASURED}")
-    root_top = low.levels[0] + 0.5 * low.flexure.thickness
-    centre = (low.wall + radius, root_top + radius)
-    text = CalloutText((low.wall, root_top + 1.4 * height), "right", label)
+    label = fillet.label(f"{len(fillet_corners(housing))}x {MEASURED}")
+    leaf_top = low.levels[0] + 0.5 * low.flexure.thickness
+    centre = (low.wall + radius, leaf_top + radius)
+    # The multiples of the text height keep the texts clear of leaves and dimension lines; they were chosen by eye.
+    text = CalloutText((low.wall, leaf_top + 1.4 * height), "right", label)
     canvas.callout("radius", centre, radius, text, angle=225.0)  # the arc faces the corner, left and below
     text = CalloutText((housing.left, housing.top_level + 2.4 * height), "left", f"{len(housing.holes)}x {MEASURED}")
     canvas.callout("diameter", housing.holes[1], housing.hole_diameter, text)
 
 
 def _draw_magnet_pockets(canvas: Canvas, housing: Housing, seats: HallSeats) -> None:
-    """Draw the magnet pockets in the front of the shuttles; they lie in front of the plane of the section."""
+    """Draw the outlines of the magnet pockets as notes, because they lie in front of the plane of the section."""
     for arm in housing.arms:
-        for below in seats.discs:
-            canvas.circle((arm.centre, housing.top_level - below), 0.5 * seats.pocket_diameter, "NOTES")
+        for depth_below_top in seats.discs:
+            canvas.circle((arm.centre, housing.top_level - depth_below_top), 0.5 * seats.pocket_diameter, "NOTES")
 
 
 def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
-    """Draw both ends of the cutting line A-A at x = `middle` [mm] on the view from the left, and the name of the view.
+    """Draw both ends of the cutting line of section A-A on the view from the left, and the name of this view.
 
-    The arrows show the direction in which the section is seen: along +y, to the left in this view.
+    The line is at x = `middle`, and `view` is the bounding box of the view [mm]. The arrows show the direction in which
+    the section is seen: along +y, which is to the left in this view.
     """
     height = canvas.text_height
     for end, inwards in ((view.top, -1.0), (view.bottom, 1.0)):
@@ -277,34 +290,34 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
         canvas.line((middle, start), (middle, start - 2.0 * inwards * height))
         tip_x, tip_z = middle - 1.6 * height, start - inwards * height
         canvas.line((middle, tip_z), (tip_x, tip_z), "DIMENSIONS")
-        for side in (0.3, -0.3):  # the two strokes of the arrow head
-            canvas.line((tip_x, tip_z), (tip_x + 0.8 * height, tip_z + side * height), "DIMENSIONS")
+        for slope in (0.3, -0.3):  # the two strokes of the arrow head
+            canvas.line((tip_x, tip_z), (tip_x + 0.8 * height, tip_z + slope * height), "DIMENSIONS")
         canvas.words("A", (middle + height, tip_z), 1.2 * height)
     canvas.words("FROM THE LEFT", (middle, view.top + 5.0 * height), height)
 
 
-def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None:
-    """Draw the view from the left to the right of the section, with pad and back to the left, front to the right.
+def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: Box) -> None:
+    """Draw the view from the left, to the right of the section: pad and back are to the left, the front to the right.
 
     The plane y = 0 of the housing is the vertical line x = `middle` of the drawing. Levels z are as in the section.
     """
-    housing = shown.housing
-    measured = shown.measured
-    drawn = canvas.count()
+    housing = contents.housing
+    measured = contents.measured
+    drawn_count = canvas.count()
     pad_left = section_box.right + BETWEEN_MM / canvas.scale
     back = pad_left + (housing.back_to_back.pad_height if housing.back_to_back else 0.0)
     front = back + housing.depth
     middle = back + 0.5 * housing.depth
     top = housing.top_level
-    draw_view(canvas, shown.from_left, (middle, 0.0))
+    draw_view(canvas, contents.from_left, (middle, 0.0))
     lengths = [
         Length("top", (back, top), (front, top), measured["depth"].label()),
         *_widths_from_the_left(housing, measured["tip"], middle),
     ]
     if housing.back_to_back:
         lengths.append(Length("top", (pad_left, top), (back, top), measured["pad"].label()))
-    if shown.sensor.seats is not None:
-        lengths += _hall_lengths(canvas, housing, shown.sensor.seats, front)
+    if contents.sensor.seats is not None:
+        lengths += _draw_hall_parts(canvas, housing, contents.sensor.seats, front)
     draw_lengths(canvas, lengths, Box(pad_left, -housing.beyond_face, front, top))
     if housing.dome:
         radius = housing.dome.radius
@@ -312,23 +325,27 @@ def _draw_from_the_left(canvas: Canvas, shown: _Shown, section_box: Box) -> None
         text = CalloutText(
             (middle + half_tip, -1.2 * canvas.text_height), "right", measured["tip"].label(f"2x S{MEASURED}")
         )
-        half_way_out = 270.0 + math.degrees(0.5 * half_tip / radius)  # from the apex, at 270 degrees
-        canvas.callout("radius", (middle, radius), radius, text, angle=half_way_out)
-    _draw_cutting_line(canvas, middle, canvas.extents(after=drawn))
+        # The arrow meets the dome half way between its apex, at 270 degrees, and the edge of the tip.
+        angle = 270.0 + math.degrees(0.5 * half_tip / radius)
+        canvas.callout("radius", (middle, radius), radius, text, angle=angle)
+    _draw_cutting_line(canvas, middle, canvas.extents(after=drawn_count))
 
 
 def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle: float) -> list[Length]:
-    """Return the widths of pins and tips across the plate, whose middle plane is at x = `middle` [mm].
+    """Return the dimensions of the widths of pins and tips across the plate in the view from the left.
 
-    `measured` is the entry of the measuring table for the part that touches the fruit. Its letter is on the width of
-    the pins, or else of flat tips; the letter of domes is on their radius.
+    The middle plane of the plate is at x = `middle` [mm]. `measured` is the entry of the measuring table for the part
+    that touches the fruit. Its letter is on the width of the pins, or else on that of flat tips. Domes have the letter
+    on their radius instead.
     """
     lengths = []
     if housing.pin:
         half_pin = 0.5 * housing.pin.side
-        out = housing.pin.outside
+        pin_protrusion = housing.pin.outside
         label = measured.label(f"2x {'Ø' if housing.pin.is_round else '□'}{MEASURED}")
-        lengths.append(Length("bottom", (middle - half_pin, -out), (middle + half_pin, -out), label))
+        lengths.append(
+            Length("bottom", (middle - half_pin, -pin_protrusion), (middle + half_pin, -pin_protrusion), label)
+        )
     if _has_neck(housing):
         half_tip = 0.5 * housing.tip_side
         label = MEASURED if housing.pin or housing.dome else measured.label(f"2x □{MEASURED}")
@@ -336,87 +353,99 @@ def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle:
     return lengths
 
 
-def _hall_lengths(canvas: Canvas, housing: Housing, seats: HallSeats, front: float) -> list[Length]:
-    """Draw magnet pockets and Hall sensor in the view from the left, and return the lengths that locate them.
+def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: float) -> list[Length]:
+    """Draw magnet pockets and Hall sensor in the view from the left, and return the dimensions of their positions.
 
-    The pockets are open to the front, which is at x = `front` [mm]; the sensor is in front of them.
+    The pockets are open to the front, at x = `front` [mm], and the sensor is in front of them.
     """
-    corner = (front, housing.top_level)
+    top_corner = (front, housing.top_level)
     lengths = []
-    for below in seats.discs:
-        level = housing.top_level - below
-        half = 0.5 * seats.pocket_diameter
-        canvas.rectangle(Box(front - seats.pocket_depth, level - half, front, level + half), "NOTES")
-        lengths.append(Length("right", (front, level), corner))
-    sensor = (front + seats.face_out, housing.top_level - seats.sensor)
-    canvas.circle(sensor, _SPOT_MM / canvas.scale, "NOTES")
-    return [*lengths, Length("right", sensor, corner), Length("bottom", (front, housing.protrusion), sensor)]
+    for depth_below_top in seats.discs:
+        level = housing.top_level - depth_below_top
+        half_width = 0.5 * seats.pocket_diameter
+        canvas.rectangle(Box(front - seats.pocket_depth, level - half_width, front, level + half_width), "NOTES")
+        lengths.append(Length("right", (front, level), top_corner))
+    sensor_centre = (front + seats.face_out, housing.top_level - seats.sensor)
+    canvas.circle(sensor_centre, _SPOT_MM / canvas.scale, "NOTES")
+    return [
+        *lengths,
+        Length("right", sensor_centre, top_corner),
+        Length("bottom", (front, housing.protrusion), sensor_centre),
+    ]
 
 
-def _draw_from_behind(canvas: Canvas, shown: _Shown, back_to_back: BackToBack, above: Box) -> None:
+def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: BackToBack, section_box: Box) -> None:
     """Draw the back of a plate of a square below the other views, with its pads and its dowel holes.
 
-    `above` is the box of the section [mm]. Seen from behind, +x of the housing points to the left.
+    `section_box` is the bounding box of the section [mm]. Seen from behind, +x of the housing points to the left.
     """
-    housing = shown.housing
+    housing = contents.housing
     height = canvas.text_height
     # The origin of the housing in the drawing: the view is left-aligned with the section, with room for its dimensions.
-    at = (
-        above.left + _BESIDE_BEHIND_MM / canvas.scale + housing.right,
-        above.bottom - BETWEEN_MM / canvas.scale - housing.top_level - _ROOM_BEHIND_MM / canvas.scale,
+    origin = (
+        section_box.left + _BESIDE_BEHIND_MM / canvas.scale + housing.right,
+        section_box.bottom - BETWEEN_MM / canvas.scale - housing.top_level - _ROOM_BEHIND_MM / canvas.scale,
     )
 
-    def seen(x: float, z: float) -> Point:
+    def to_view(x: float, z: float) -> Point:
         """Return the place in the drawing of a point x, z of the housing [mm]."""
-        return at[0] - x, at[1] + z
+        return origin[0] - x, origin[1] + z
 
-    draw_view(canvas, shown.from_behind, at)
-    top_left = seen(housing.right, housing.top_level)
-    bottom_left = seen(housing.right, housing.protrusion)
-    bottom_right = seen(housing.left, housing.protrusion)
-    last, first = (seen(*dowel) for dowel in sorted(housing.dowels))  # counted from the left, where x is largest
-    lengths = [Length("top", top_left, first), Length("top", first, last), Length("left", bottom_left, first)]
-    lengths += _pad_lengths(housing, seen)
-    _, bar_foot = seen(0.0, housing.cavity_level + SETBACK_MM)
-    canvas.words("PAD", (at[0], 0.5 * (bar_foot + top_left[1])), height)
+    draw_view(canvas, contents.from_behind, origin)
+    top_left = to_view(housing.right, housing.top_level)
+    bottom_left = to_view(housing.right, housing.protrusion)
+    bottom_right = to_view(housing.left, housing.protrusion)
+    right_dowel, left_dowel = (
+        to_view(*dowel) for dowel in sorted(housing.dowels)
+    )  # counted from the left, where x is largest
+    lengths = [
+        Length("top", top_left, left_dowel),
+        Length("top", left_dowel, right_dowel),
+        Length("left", bottom_left, left_dowel),
+    ]
+    lengths += _pad_lengths(housing, to_view)
+    _, bar_underside = to_view(0.0, housing.cavity_level + SETBACK_MM)
+    canvas.words("PAD", (origin[0], 0.5 * (bar_underside + top_left[1])), height)
     draw_lengths(canvas, lengths, Box(top_left[0], bottom_left[1], bottom_right[0], top_left[1]))
-    _mark_holes(canvas, housing, seen)
-    window_level = at[1] + 0.5 * (housing.cavity_level + housing.protrusion)
-    text = CalloutText((last[0], window_level), "left", f"2x {MEASURED}")
-    canvas.callout("diameter", last, back_to_back.dowel_hole, text)
+    _mark_holes(canvas, housing, to_view)
+    window_level = origin[1] + 0.5 * (housing.cavity_level + housing.protrusion)
+    text = CalloutText((right_dowel[0], window_level), "left", f"2x {MEASURED}")
+    canvas.callout("diameter", right_dowel, back_to_back.dowel_hole, text)
     level = bottom_left[1] - _NAME_BELOW_MM / canvas.scale
-    canvas.words("FROM BEHIND", (at[0], level), _TITLE * height)
+    canvas.words("FROM BEHIND", (origin[0], level), _TITLE * height)
 
 
-def _pad_lengths(housing: Housing, seen: Callable[[float, float], Point]) -> list[Length]:
-    """Return the width of the posts of a pad, the height of its bar, and the height of its foot above the plate's foot.
+def _pad_lengths(housing: Housing, to_view: Callable[[float, float], Point]) -> list[Length]:
+    """Return the dimensions of a pad: the width of its posts, the height of its bar, and the level of its foot.
 
     A pad is an upside-down U on the back of the frame: a post on each wall and a bar along the top. Its edges are set
-    back from the cavity, in which the arms move. `seen` maps a point of the housing to its place in the drawing [mm].
+    back from the cavity, in which the arms move. `to_view` maps the coordinates x, z of the housing to the view [mm].
     """
-    foot = max(housing.cover_level, housing.protrusion)
-    post = housing.right - housing.wall_width + SETBACK_MM
-    pad_foot = seen(housing.right, foot)
+    foot_level = max(housing.cover_level, housing.protrusion)
+    post_edge = housing.right - housing.wall_width + SETBACK_MM
+    pad_foot = to_view(housing.right, foot_level)
     lengths = [
-        Length("bottom", pad_foot, seen(post, foot), f"2x {MEASURED}"),
-        Length("left", seen(post, housing.cavity_level + SETBACK_MM), seen(housing.right, housing.top_level)),
+        Length("bottom", pad_foot, to_view(post_edge, foot_level), f"2x {MEASURED}"),
+        Length(
+            "left", to_view(post_edge, housing.cavity_level + SETBACK_MM), to_view(housing.right, housing.top_level)
+        ),
     ]
-    if foot - housing.protrusion > NEAR_MM:
-        lengths.append(Length("left", seen(housing.right, housing.protrusion), pad_foot))
+    if foot_level - housing.protrusion > NEAR_MM:
+        lengths.append(Length("left", to_view(housing.right, housing.protrusion), pad_foot))
     return lengths
 
 
-def _notes(shown: _Shown, process: Process) -> list[str]:
-    """Return the notes of the sheet, one per line, from the top."""
-    housing = shown.housing
-    measured = shown.measured
+def _notes(contents: _SheetContents, process: Process) -> list[str]:
+    """Return the notes of the sheet, one text per line, from the top."""
+    housing = contents.housing
+    measured = contents.measured
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""
-    faces = "tips are domes as made" if housing.dome else "tip faces sharp-edged"
+    tip_note = "tips are domes as made" if housing.dome else "tip faces sharp-edged"
     notes = [
         "Millimetres. Section in the middle of the depth.",
         f"{process.material}{layer}; made flat, this profile in the plane of the bed.",
         f"Leaves solid, E = {process.E_MPa:g} MPa. Two leaves of a spring are equal.",
-        f"Gaps over the shuttles are stops; {faces}.",
+        f"Gaps over the shuttles are stops; {tip_note}.",
         "Letters name rows of the table; no letter: general tolerance.",
         f"±{process.accuracy_mm:g}: holds 95 % of {process.name}, for leaves and lengths under {SMALL_MM:g}.",
         f"{measured['spacing'].letter}): mean of two readings, over both tips and between them.",
@@ -426,15 +455,17 @@ def _notes(shown: _Shown, process: Process) -> list[str]:
     if housing.dowels:
         notes.append("MAKE TWO: one is turned half round the press axis, pads on pads.")
         notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6: ream their holes {DOWEL_MM:g} H7.")
-    if seats := shown.sensor.seats:
+    if seats := contents.sensor.seats:
         magnets = f"Magnets {PROBE.magnet_mm:g} x {PROBE.magnet_height_mm:g}"
         notes.append(f"{magnets}, flush in the FRONT of each shuttle, over its tip.")
-        end = ", closed by a cone of 90 degrees" if seats.is_pointed else ""
+        bottom_note = ", closed by a cone of 90 degrees" if seats.is_pointed else ""
         size = f"Ø{seats.pocket_diameter:g}, {seats.pocket_depth:g} deep"
-        notes.append(f"Their pockets, {measured['pocket'].letter}): {size}{end}.")
+        notes.append(f"Their pockets, {measured['pocket'].letter}): {size}{bottom_note}.")
         notes.append("The small circle before them is the marked face of their Hall sensor.")
     if pin := housing.pin:
-        ends = "edges of their ends sharp" if shown.sensor.tips.tip_shape.is_flat else "ends as in pin.step, polished"
+        ends = (
+            "edges of their ends sharp" if contents.sensor.tips.tip_shape.is_flat else "ends as in pin.step, polished"
+        )
         notes.append(f"Pins of ground steel, glued in pockets {pin.pocket_side:g} wide, {pin.pocket_depth:g} deep;")
         notes.append(f"{ends}.")
     return notes

@@ -1,9 +1,9 @@
-"""The table of the dimensions that determine K or the contact: nominal, tolerance, and effect of an error.
+"""The table of the dimensions that determine K or the contact: nominal value, tolerance, and effect of an error.
 
-A tolerance is the accuracy of a thin wall in the process for leaves, and the general tolerance for most others. Effects
-are closed forms. Each guided leaf has the stiffness E w t^3 / L^3, and the force is proportional to the travel. The
-contact stiffness of a flat face is proportional to its width, and that of a ball to the root of its radius. See
-K. L. Johnson, Contact Mechanics, 1985, 3.35 and 4.23.
+K is the stiffness of a spring. The tolerance of a leaf is the accuracy of a thin wall in the process, and that of most
+others is the general tolerance. The effects are closed forms. Each guided leaf has the stiffness E w t^3 / L^3, and the
+force is proportional to the travel. The contact stiffness of a flat face is proportional to its width, and that of a
+sphere to the square root of its radius. See K. L. Johnson, Contact Mechanics, 1985, 3.35 and 4.23.
 """
 
 import math
@@ -30,7 +30,7 @@ _RADII_MM = {3.0: 0.2, 6.0: 0.5, math.inf: 1.0}  # ISO 2768-1 m, table 2
 class MeasuredDimension:
     """A dimension to be measured [mm]: its letter on the drawing, and its places, each with a row in the table.
 
-    `moves` is the effect of 0.1 mm more, as text.
+    `moves` describes, as text, the effect of an error of +0.1 mm.
     """
 
     places: tuple[str, ...]
@@ -40,7 +40,7 @@ class MeasuredDimension:
     letter: str = ""
 
     def label(self, text: str = MEASURED) -> str:
-        """Return the text of its dimension on the drawing."""
+        """Return the text of the dimension on the drawing: its letter, and `text` with a placeholder for the length."""
         return f"{self.letter}{IN_TABLE} {text}"
 
     @property
@@ -54,118 +54,128 @@ class MeasuredDimension:
 
 
 def general_mm(process: Process, length: float, *, is_radius: bool = False) -> float:
-    """Return the general tolerance of a length, plus or minus [mm]; below 0.5 mm the process's accuracy of a wall."""
+    """Return the general tolerance of a length [+/- mm]; below 0.5 mm it is the wall accuracy of the process."""
     if length < SMALL_MM:
         return process.accuracy_mm
     if not process.is_metal:
         return GENERAL_MM
-    classes = _RADII_MM if is_radius else _LENGTHS_MM
-    return next((within for most, within in classes.items() if length <= most), max(classes.values()))
+    tolerances = _RADII_MM if is_radius else _LENGTHS_MM
+    return next((tolerance for largest, tolerance in tolerances.items() if length <= largest), max(tolerances.values()))
 
 
 def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
-    """Return the dimensions to be measured on a housing by name, in the order of the table, with letters."""
+    """Return the dimensions to be measured on a housing by name, in the order of the table, each with its letter."""
     housing = sensor.housing
-    found = {
-        **_leaves(housing, process),
+    dimensions = {
+        **_leaf_dimensions(housing, process),
         "fillet": MeasuredDimension(
             places=("radius, fillets of leaves",),
             nominal=housing.corner,
-            tolerance=_within(general_mm(process, housing.corner, is_radius=True)),
+            tolerance=_plus_minus(general_mm(process, housing.corner, is_radius=True)),
         ),
-        **_stops(housing, process),
-        **_tips(sensor, process),
+        **_stop_dimensions(housing, process),
+        **_tip_dimensions(sensor, process),
     }
     if sensor.seats is not None:
-        found["pocket"] = _plain("diameter, magnet pockets", sensor.seats.pocket_diameter, process)
+        dimensions["pocket"] = _single_dimension("diameter, magnet pockets", sensor.seats.pocket_diameter, process)
     if housing.back_to_back:
-        found["pad"] = _plain("height, pad", housing.back_to_back.pad_height, process)
-    return {name: replace(one, letter=letter) for (name, one), letter in zip(found.items(), _LETTERS, strict=False)}
+        dimensions["pad"] = _single_dimension("height, pad", housing.back_to_back.pad_height, process)
+    return {
+        name: replace(dimension, letter=letter)
+        for (name, dimension), letter in zip(dimensions.items(), _LETTERS, strict=False)
+    }
 
 
-def _within(tolerance: float) -> str:
+def _plus_minus(tolerance: float) -> str:
+    """Return a symmetric tolerance [mm] as text."""
     return f"±{tolerance:g}"
 
 
-def _plain(place: str, nominal: float, process: Process, moves: str = "-") -> MeasuredDimension:
-    """Return a dimension at one place with the general tolerance."""
+def _single_dimension(place: str, nominal: float, process: Process, moves: str = "-") -> MeasuredDimension:
+    """Return a dimension that is measured at one place and has the general tolerance."""
     return MeasuredDimension(
-        places=(place,), nominal=nominal, tolerance=_within(general_mm(process, nominal)), moves=moves
+        places=(place,), nominal=nominal, tolerance=_plus_minus(general_mm(process, nominal)), moves=moves
     )
 
 
-def _percent(name: str, ratio: float) -> str:
-    """Return the change of a quantity in per cent as text, from the ratio of its new to its old value [1]."""
+def _change_text(name: str, ratio: float) -> str:
+    """Return the change of a quantity as text in per cent; `ratio` is its new over its old value [1]."""
     return f"{name} {100.0 * (ratio - 1.0):+.2g} %"
 
 
 def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
-    """Return the stiffness of a pair of leaves after a change of thickness or length [mm], over the one before [1]."""
+    """Return the ratio of stiffnesses of a pair of leaves after and before a change of its thickness or length [1].
+
+    `thickness` and `length` are the changes [mm].
+    """
     t, L, w = flexure.thickness, flexure.length, flexure.depth
     return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
 
 
-def _leaves(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
-    """Return thickness and length of the leaves by spring, and the depth of the plate.
+def _leaf_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
+    """Return the dimensions of the leaves: thickness and length by spring, and the depth of the plate.
 
     The thickness is measured at both leaves of a spring, because each contributes half of its stiffness.
     """
-    found = {}
-    within = _within(process.accuracy_mm)
+    dimensions = {}
+    tolerance = _plus_minus(process.accuracy_mm)
     for arm in housing.arms:
         flexure = arm.flexure
-        one_of_two = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))  # the other leaf is unchanged
-        found[f"{arm.name} thickness"] = MeasuredDimension(
+        gain = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))  # the other leaf is unchanged
+        dimensions[f"{arm.name} thickness"] = MeasuredDimension(
             places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
             nominal=flexure.thickness,
-            tolerance=within,
-            moves=_percent(f"K_{arm.name[0]}", one_of_two),
+            tolerance=tolerance,
+            moves=_change_text(f"K_{arm.name[0]}", gain),
         )
     for arm in housing.arms:
-        found[f"{arm.name} length"] = MeasuredDimension(
+        dimensions[f"{arm.name} length"] = MeasuredDimension(
             places=(f"length, {arm.name} leaves",),
             nominal=arm.flexure.length,
-            tolerance=within,
-            moves=_percent(f"K_{arm.name[0]}", stiffness_gain(arm.flexure, length=STEP_MM)),
+            tolerance=tolerance,
+            moves=_change_text(f"K_{arm.name[0]}", stiffness_gain(arm.flexure, length=STEP_MM)),
         )
-    deeper = (housing.depth + STEP_MM) / housing.depth
-    return {**found, "depth": _plain("depth, leaves", housing.depth, process, _percent("K", deeper))}
-
-
-def _stops(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
-    """Return the gaps over the shuttles."""
+    depth_ratio = (housing.depth + STEP_MM) / housing.depth
     return {
-        f"{arm.name} stop": _plain(f"gap, {arm.name} stop", housing.cavity_level - arm.top_level, process)
+        **dimensions,
+        "depth": _single_dimension("depth, leaves", housing.depth, process, _change_text("K", depth_ratio)),
+    }
+
+
+def _stop_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
+    """Return the gaps above the shuttles, by spring."""
+    return {
+        f"{arm.name} stop": _single_dimension(f"gap, {arm.name} stop", housing.cavity_level - arm.top_level, process)
         for arm in housing.arms
     }
 
 
-def _tips(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension]:
-    """Return spacing, heights and widths of the tips; for domes radii instead of widths."""
+def _tip_dimensions(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension]:
+    """Return the spacing, the heights and the width of the tips; for domes the radius instead of the width."""
     housing = sensor.housing
-    # Very soft springs take all of the travel, and the force is proportional to it. Very stiff springs take none, and
-    # a dome follows Hertz's law. The larger power of both is shown.
+    # A height error adds to the travel. Very soft springs take all of the travel, and the force is proportional to the
+    # travel. Very stiff springs take none, and the force of a dome follows Hertz's law. The larger exponent is used.
     power = 1.5 if housing.dome else 1.0
-    longer = _percent("force", (1.0 + STEP_MM / sensor.press.travel_mm) ** power)
+    force_change = _change_text("force", (1.0 + STEP_MM / sensor.press.travel_mm) ** power)
     height = housing.protrusion + housing.beyond_face
     accuracy = GROUND_MM if housing.pin else process.accuracy_mm
     return {
-        "spacing": _plain("tips, middle to middle", housing.spacing, process),
+        "spacing": _single_dimension("tips, middle to middle", housing.spacing, process),
         "height": MeasuredDimension(
             places=tuple(f"{arm.name} tip, out of the frame" for arm in housing.arms),
             nominal=height,
-            tolerance=_within(general_mm(process, height)),
-            moves=longer,
+            tolerance=_plus_minus(general_mm(process, height)),
+            moves=force_change,
         ),
         "level": MeasuredDimension(
-            places=("high less low: k2 - k1",), nominal=0.0, tolerance=_within(accuracy), moves=longer
+            places=("high less low: k2 - k1",), nominal=0.0, tolerance=_plus_minus(accuracy), moves=force_change
         ),
-        "tip": _tip(sensor, process),
+        "tip": _contact_dimension(sensor, process),
     }
 
 
-def _tip(sensor: SensorSolids, process: Process) -> MeasuredDimension:
-    """Return the dimension of a tip that determines the contact: radius of a dome, width of a face, size of a pin."""
+def _contact_dimension(sensor: SensorSolids, process: Process) -> MeasuredDimension:
+    """Return the dimension of a tip that determines the contact: radius of a dome, size of a pin, width of a face."""
     housing = sensor.housing
     names = [arm.name for arm in housing.arms]
     if housing.dome:
@@ -173,8 +183,8 @@ def _tip(sensor: SensorSolids, process: Process) -> MeasuredDimension:
         return MeasuredDimension(
             places=tuple(f"radius SR, {name} dome" for name in names),
             nominal=radius,
-            tolerance=_within(general_mm(process, radius, is_radius=True)),
-            moves=_percent("contact", math.sqrt((radius + STEP_MM) / radius)),
+            tolerance=_plus_minus(general_mm(process, radius, is_radius=True)),
+            moves=_change_text("contact", math.sqrt((radius + STEP_MM) / radius)),
         )
     side = housing.touching_side
     is_flat = sensor.tips.tip_shape.is_flat
@@ -183,6 +193,6 @@ def _tip(sensor: SensorSolids, process: Process) -> MeasuredDimension:
     return MeasuredDimension(
         places=tuple(f"{size}, {name} {kind}" for name in names),
         nominal=side,
-        tolerance=PIN_FIT if housing.pin else _within(general_mm(process, side)),
-        moves=_percent("contact", (side + STEP_MM) / side) if is_flat else "-",
+        tolerance=PIN_FIT if housing.pin else _plus_minus(general_mm(process, side)),
+        moves=_change_text("contact", (side + STEP_MM) / side) if is_flat else "-",
     )

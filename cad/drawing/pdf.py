@@ -1,4 +1,4 @@
-"""A drawing as a PDF file of one page with lines, curves and filled areas, at true size.
+"""A drawing as a PDF file of one page at true size, with lines, curves and filled areas.
 
 Adobe, PDF Reference 1.7, 2006: operators of a page in appendix A, structure of a file in section 3.4.
 """
@@ -16,31 +16,31 @@ POINTS = 72.0 / 25.4  # points per millimetre
 
 
 class PdfPage(Recorder):
-    """A page in black; it collects PDF operators for everything that ezdxf draws on it [mm]."""
+    """A page in black, which collects the PDF operators for everything that ezdxf draws on it [mm]."""
 
     def __init__(self, corner: tuple[float, float], scale: float) -> None:
-        """Start an empty page.
+        """Create an empty page.
 
-        `corner` is the point of the drawing [mm] at the lower left corner of the page. `scale` is a length on paper
-        over the same length in the drawing [1].
+        `corner` [mm] is the point of the drawing at the lower left corner of the page. `scale` [1] is the ratio of a
+        length on paper to the same length in the drawing.
         """
         super().__init__()
         self._corner = Vec2(corner)
         self._unit = scale * POINTS
-        self._operators = ["1 J 1 j"]  # round ends and corners
+        self._operators = ["1 J 1 j"]  # round line caps and joins
 
     def file(self, width: float, height: float) -> bytes:
-        """Return the PDF file of the page with this width and height [mm of paper].
+        """Return the PDF file of the page, given the width and height of the paper [mm].
 
         A file consists of a header, numbered objects, a table of their byte offsets, and a trailer with the offset of
         the table. Object 1 is the catalog, 2 the list of pages, 3 the page, 4 its content.
         """
         content = zlib.compress("\n".join(self._operators).encode("ascii"), 9)
-        size = f"/MediaBox [0 0 {width * POINTS:.2f} {height * POINTS:.2f}]".encode("ascii")
+        media_box = f"/MediaBox [0 0 {width * POINTS:.2f} {height * POINTS:.2f}]".encode("ascii")
         bodies = (
             b"<< /Type /Catalog /Pages 2 0 R >>",
             b"<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-            b"<< /Type /Page /Parent 2 0 R %s /Resources << >> /Contents 4 0 R >>" % size,
+            b"<< /Type /Page /Parent 2 0 R %s /Resources << >> /Contents 4 0 R >>" % media_box,
             b"<< /Length %d /Filter /FlateDecode >>\nstream\n%s\nendstream" % (len(content), content),
         )
         file = b"%PDF-1.4\n"
@@ -50,59 +50,66 @@ class PdfPage(Recorder):
             file += b"%d 0 obj\n%s\nendobj\n" % (number, body)
         count = len(bodies) + 1
         table = b"".join(b"%010d 00000 n \n" % offset for offset in offsets)
-        head = b"xref\n0 %d\n0000000000 65535 f \n" % count
-        end = b"trailer\n<< /Size %d /Root 1 0 R >>\nstartxref\n%d\n%%%%EOF\n" % (count, len(file))
-        return file + head + table + end
+        table_header = b"xref\n0 %d\n0000000000 65535 f \n" % count
+        trailer = b"trailer\n<< /Size %d /Root 1 0 R >>\nstartxref\n%d\n%%%%EOF\n" % (count, len(file))
+        return file + table_header + table + trailer
 
     def draw_point(self, pos: Vec2, properties: BackendProperties) -> None:
-        """Draw a point as a line of no length, which round ends make visible."""
+        """Draw a point as a line of zero length, which the round line caps make visible."""
         self.draw_line(pos, pos, properties)
 
     def draw_line(self, start: Vec2, end: Vec2, properties: BackendProperties) -> None:
-        """Draw a straight line."""
-        self._stroke(f"{self._at(start)} m {self._at(end)} l", properties)
+        """Draw a straight line between two points of the drawing."""
+        self._stroke(f"{self._coordinates(start)} m {self._coordinates(end)} l", properties)
 
     def draw_solid_lines(self, lines: Iterable[tuple[Vec2, Vec2]], properties: BackendProperties) -> None:
-        """Draw straight lines."""
+        """Draw straight lines, each given by its ends."""
         for start, end in lines:
             self.draw_line(start, end, properties)
 
     def draw_path(self, path: BkPath2d, properties: BackendProperties) -> None:
         """Draw a path of straight and curved segments."""
-        self._stroke(self._along(path), properties)
+        self._stroke(self._path_operators(path), properties)
 
     def draw_filled_paths(self, paths: Iterable[BkPath2d], properties: BackendProperties) -> None:  # noqa: ARG002
-        """Fill the points that lie inside an odd number of outlines, so that holes stay empty."""
-        outlines = [f"{self._along(path)} h" for path in paths if len(path)]
+        """Fill the points that lie inside an odd number of outlines (even-odd rule), so that holes stay empty."""
+        outlines = [f"{self._path_operators(path)} h" for path in paths if len(path)]
         if outlines:
             self._operators.append(" ".join([*outlines, "f*"]))
 
     def draw_filled_polygon(self, points: BkPoints2d, properties: BackendProperties) -> None:  # noqa: ARG002
         """Fill a polygon."""
-        first, *others = points.vertices()
-        lines = " ".join(f"{self._at(point)} l" for point in others)
-        self._operators.append(f"{self._at(first)} m {lines} h f")
+        first, *following = points.vertices()
+        lines = " ".join(f"{self._coordinates(point)} l" for point in following)
+        self._operators.append(f"{self._coordinates(first)} m {lines} h f")
 
-    def _at(self, *points: Vec2) -> str:
-        """Return the page coordinates of points of the drawing as text."""
+    def _coordinates(self, *points: Vec2) -> str:
+        """Return the page coordinates of points of the drawing, as text."""
         on_page = [self._unit * (Vec2(point) - self._corner) for point in points]
         return " ".join(f"{point.x:.2f} {point.y:.2f}" for point in on_page)
 
     def _stroke(self, path: str, properties: BackendProperties) -> None:
+        """Draw the line along a path, given by its operators, with the line width of `properties`."""
         self._operators.append(f"{POINTS * properties.lineweight:.2f} w {path} S")
 
-    def _along(self, path: BkPath2d) -> str:
-        """Return the operators for a path; a quadratic curve is written as the equal cubic, the only curve of PDF."""
-        here = Vec2(path.start)
-        drawn = [f"{self._at(here)} m"]
+    def _path_operators(self, path: BkPath2d) -> str:
+        """Return the operators that construct a path.
+
+        A quadratic curve is written as the equal cubic curve, because PDF has only cubic ones. Its control points are
+        two thirds of the way from each end to the quadratic control point.
+        """
+        start = Vec2(path.start)
+        operators = [f"{self._coordinates(start)} m"]
         for command in path.commands():
             end = Vec2(command.end)
             if isinstance(command, Curve3To):
-                middle = Vec2(command.ctrl)
-                drawn.append(f"{self._at(here.lerp(middle, 2.0 / 3.0), end.lerp(middle, 2.0 / 3.0), end)} c")
+                control = Vec2(command.ctrl)
+                operators.append(
+                    f"{self._coordinates(start.lerp(control, 2.0 / 3.0), end.lerp(control, 2.0 / 3.0), end)} c"
+                )
             elif isinstance(command, Curve4To):
-                drawn.append(f"{self._at(Vec2(command.ctrl1), Vec2(command.ctrl2), end)} c")
+                operators.append(f"{self._coordinates(Vec2(command.ctrl1), Vec2(command.ctrl2), end)} c")
             else:
-                drawn.append(f"{self._at(end)} {'m' if isinstance(command, MoveTo) else 'l'}")
-            here = end
-        return " ".join(drawn)
+                operators.append(f"{self._coordinates(end)} {'m' if isinstance(command, MoveTo) else 'l'}")
+            start = end
+        return " ".join(operators)

@@ -1,4 +1,4 @@
-"""Views of a solid: its visible edges from one side.
+"""Views of a solid: its visible edges, seen from one side.
 
 The CAD kernel removes hidden lines. A view lies in the plane z = 0, with x to the right and y up.
 """
@@ -18,28 +18,29 @@ from OCP.HLRBRep import HLRBRep_Algo, HLRBRep_HLRToShape
 from cad.drawing.canvas import Canvas, Point
 
 Side = Literal["left", "behind", "corner"]
-# Directions to the eye and to the right of the view, for a sensor whose tips lie along x and whose front is at -y.
+# Directions towards the eye and to the right of the view, for a sensor whose tips lie along x and whose front is at -y.
 _EYES: dict[Side, tuple[gp_Dir, gp_Dir]] = {
     "left": (gp_Dir(-1.0, 0.0, 0.0), gp_Dir(0.0, -1.0, 0.0)),
     "behind": (gp_Dir(0.0, 1.0, 0.0), gp_Dir(-1.0, 0.0, 0.0)),
-    # From the right, before and above: 60 degrees from the front, 25 above the level.
+    # From the right, in front and above: 60 degrees from the front direction, 25 degrees above the horizontal.
     "corner": (gp_Dir(0.7849, -0.4532, 0.4226), gp_Dir(0.5, 0.8660, 0.0)),
 }
 _FULL_DEG = 360.0
-_STEPS = 24  # straight lines along an edge that is not straight
-_SAME_MM = 1e-3  # an edge is straight if it is longer than its chord by less than the square of this
+_STEPS = 24  # number of straight segments that replace a curved edge
+_SAME_MM = 1e-3  # an edge is straight if its length exceeds its chord by less than the square of this value
 
 
 def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
-    """Return the visible edges of a solid from a side [mm], in the plane z = 0."""
-    algorithm = HLRBRep_Algo()
-    algorithm.Add(shape.wrapped)
-    algorithm.Projector(HLRAlgo_Projector(_frame(side)))
-    algorithm.Update()
-    algorithm.Hide()
-    lines = HLRBRep_HLRToShape(algorithm)
+    """Return the visible edges of a solid seen from a side [mm], in the plane z = 0."""
+    hidden_lines = HLRBRep_Algo()
+    hidden_lines.Add(shape.wrapped)
+    hidden_lines.Projector(HLRAlgo_Projector(_frame(side)))
+    hidden_lines.Update()
+    hidden_lines.Hide()
+    projected = HLRBRep_HLRToShape(hidden_lines)
     edges: list[cq.Edge] = []
-    for compound in (lines.VCompound(), lines.OutLineVCompound()):
+    # Sharp edges, and the silhouettes of curved faces.
+    for compound in (projected.VCompound(), projected.OutLineVCompound()):
         if compound and not compound.IsNull():  # OCCT returns null instead of an empty compound
             BRepLib.BuildCurves3d_s(compound)
             edges += cq.Shape(compound).Edges()
@@ -47,9 +48,9 @@ def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
 
 
 def _frame(side: Side) -> gp_Ax2:
-    """Return the coordinate system of a view: z towards the eye, x to the right."""
-    towards, right = _EYES[side]
-    return gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), towards, right)
+    """Return the coordinate system of a view: z points towards the eye, x to the right."""
+    to_eye, right = _EYES[side]
+    return gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), to_eye, right)
 
 
 def point_in_view(point: cq.Vector, side: Side) -> Point:
@@ -59,13 +60,13 @@ def point_in_view(point: cq.Vector, side: Side) -> Point:
     return x, y
 
 
-def draw_view(canvas: Canvas, edges: Sequence[cq.Edge], at: Point) -> None:
-    """Draw a view with the origin of the solid at a point of the sheet [mm]."""
-    draw_edges(canvas, [edge.translate(cq.Vector(*at, 0.0)) for edge in edges])
+def draw_view(canvas: Canvas, edges: Sequence[cq.Edge], origin: Point) -> None:
+    """Draw a view; `origin` [mm] is the position of the origin of the solid in the drawing."""
+    draw_edges(canvas, [edge.translate(cq.Vector(*origin, 0.0)) for edge in edges])
 
 
 def draw_edges(canvas: Canvas, edges: Sequence[cq.Edge], layer: str = "PART") -> None:
-    """Draw edges in the plane z = 0; curves other than circles and arcs become short lines."""
+    """Draw edges in the plane z = 0; curves other than circles and arcs become straight segments."""
     for edge in edges:
         points = edge_points(edge)
         if edge.geomType() != "CIRCLE":
@@ -85,10 +86,11 @@ def edge_points(edge: cq.Edge) -> list[Point]:
     """Return points along an edge [mm]; for a straight edge only its ends."""
     positions = [edge.positionAt(step / _STEPS) for step in range(_STEPS + 1)]
     points = [(position.x, position.y) for position in positions]
-    straight = math.dist(points[0], points[-1])
-    along = sum(math.dist(points[step], points[step + 1]) for step in range(_STEPS))
-    return [points[0], points[-1]] if along < straight + _SAME_MM**2 else points
+    chord = math.dist(points[0], points[-1])
+    length = sum(math.dist(points[step], points[step + 1]) for step in range(_STEPS))
+    return [points[0], points[-1]] if length < chord + _SAME_MM**2 else points
 
 
 def _angle(centre: cq.Vector, point: cq.Vector) -> float:
+    """Return the direction from a centre to a point, counter-clockwise from x in 0 to 360 [deg]."""
     return math.degrees(math.atan2(point.y - centre.y, point.x - centre.x)) % _FULL_DEG

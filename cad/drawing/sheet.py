@@ -18,8 +18,8 @@ BETWEEN_MM = 14.0  # distance between the dimensions of neighbouring views, on p
 _NOTE_MM = 2.0  # text height of a note
 _NOTE_STEP_MM = 4.0  # distance between lines of notes
 _NOTE_MARGIN_MM = 4.0  # distance from the frame to the notes, and between their columns
-_ROOM_MM = 4.0  # least distance between views and frame
-_NEAR = 1e-6  # round-off [mm]
+_ROOM_MM = 4.0  # smallest distance of a view from frame, table and notes
+_NEAR = 1e-6  # round-off of a comparison of two positions [mm]
 
 
 class Size(NamedTuple):
@@ -61,12 +61,12 @@ class Title:
 
     @property
     def general_tolerance(self) -> str:
-        """Return the tolerance for dimensions without their own, as text [mm]."""
+        """Return the tolerance of dimensions without one of their own, as text [mm]."""
         return "ISO 2768-1 m" if self.process.is_metal else f"±{GENERAL_MM:g}"
 
     @property
     def decimals(self) -> int:
-        """Return the decimals of lengths on the drawing; for a plastic print no more than its tolerance justifies."""
+        """Return the number of decimals of lengths on the drawing, no more than the tolerance of a plastic print justifies."""
         return DECIMALS if self.process.is_metal else 1
 
 
@@ -88,7 +88,7 @@ class Table(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """A drawing on its sheet: size, scale, and the area of the drawing that the sheet covers [mm of the part]."""
+    """A drawing on its sheet: size, scale, and the window of the drawing that the sheet covers [mm of the part]."""
 
     canvas: Canvas
     size: str
@@ -96,7 +96,7 @@ class Sheet:
     window: Box
 
     def write(self, path: Path) -> tuple[Path, ...]:
-        """Write the sheet as DXF, SVG and PDF, and return the paths; raises OSError."""
+        """Write the sheet as DXF, SVG and PDF files next to `path`, and return their paths; raises OSError."""
         dxf, svg, pdf = (path.with_suffix(suffix) for suffix in (".dxf", ".svg", ".pdf"))
         dxf.write_text(self.canvas.dxf(), encoding="utf-8", newline="")
         self.canvas.write_svg(svg, self.window)
@@ -107,23 +107,23 @@ class Sheet:
 def on_sheet(draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title) -> Sheet:
     """Return the first sheet of `_CHOICES` on which the views fit, with frame, table, title block and notes.
 
-    `draw_views` draws the views on a canvas and returns the table and the box of each view [mm]. The table is placed
-    on the title block in the lower right corner, and the notes in the lower left one.
+    `draw_views` draws the views on a canvas, and returns the table and the bounding box of each view [mm]. The table is
+    placed above the title block in the lower right corner, and the notes in the lower left one.
     """
-    laid = _first_layout_that_fits(draw_views, notes, title)
-    canvas = laid.drawn.canvas
-    paper = SIZES[laid.size]
-    left, bottom = laid.corner
+    layout = _first_layout_that_fits(draw_views, notes, title)
+    canvas = layout.drawn.canvas
+    paper = SIZES[layout.size]
+    left, bottom = layout.corner
     window = Box(left, bottom, left + paper.width / canvas.scale, bottom + paper.height / canvas.scale)
-    on_paper = canvas.paper(laid.corner)
-    _draw_frame(on_paper, paper, notes)
-    _draw_table(on_paper, paper, laid.drawn.table)
-    _draw_title(on_paper, paper, _title_rows(title, laid.size, laid.scale, _revision(canvas, title)))
-    return Sheet(canvas=canvas, size=laid.size, scale=laid.scale, window=window)
+    paper_canvas = canvas.paper(layout.corner)
+    _draw_frame(paper_canvas, paper, notes)
+    _draw_table(paper_canvas, paper, layout.drawn.table)
+    _draw_title(paper_canvas, paper, _title_rows(title, layout.size, layout.scale, _revision(canvas, title)))
+    return Sheet(canvas=canvas, size=layout.size, scale=layout.scale, window=window)
 
 
 class _Drawn(NamedTuple):
-    """The views drawn at one scale: their canvas, the table of the sheet, and the box of each view [mm]."""
+    """The views drawn at one scale: their canvas, the table of the sheet, and the bounding box of each view [mm]."""
 
     canvas: Canvas
     table: Table
@@ -131,9 +131,9 @@ class _Drawn(NamedTuple):
 
 
 class _Layout(NamedTuple):
-    """A sheet with views on it: names of size and scale, the views, and its lower left corner [mm of the part].
+    """A sheet with views on it: the names of size and scale, the views, and the lower left corner of the sheet.
 
-    The corner is in coordinates of the drawing: the sheet is placed around the views, which do not move.
+    The corner is in coordinates of the drawing [mm of the part], because the sheet is placed around the views.
     """
 
     size: str
@@ -145,9 +145,9 @@ class _Layout(NamedTuple):
 def _first_layout_that_fits(
     draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
 ) -> _Layout:
-    """Return the first layout of `_CHOICES` without overlaps.
+    """Return the first layout of `_CHOICES` in which nothing overlaps; the arguments are those of `on_sheet`.
 
-    If there is none, return the last one, with the views at its lower left corner.
+    If there is none, return the last choice, with its lower left corner at that of the views.
     """
     by_scale: dict[str, _Drawn] = {}
     for size, scale in _CHOICES:
@@ -155,14 +155,14 @@ def _first_layout_that_fits(
             canvas = Canvas(SCALES[scale], decimals=title.decimals)
             by_scale[scale] = _Drawn(canvas, *draw_views(canvas))
         drawn = by_scale[scale]
-        corner = _corner_of(SIZES[size], drawn, notes)
+        corner = _sheet_corner(SIZES[size], drawn, notes)
         if corner is not None:
             return _Layout(size, scale, drawn, corner)
     return _Layout(size, scale, drawn, (drawn.views[0].left, min(view.bottom for view in drawn.views)))
 
 
 def _revision(canvas: Canvas, title: Title) -> str:
-    """Return the revision of a drawing: eight digits of a digest of its texts and lengths.
+    """Return the revision of a drawing: eight hexadecimal digits of a hash of its texts and lengths.
 
     Equal drawings have equal revisions. A running number is impossible, because changes of a design are not counted.
     """
@@ -171,8 +171,8 @@ def _revision(canvas: Canvas, title: Title) -> str:
     return hashlib.sha256(f"{replace(title, mass_g=None)}{texts}{lengths}".encode()).hexdigest()[:8]
 
 
-def _corner_of(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None:
-    """Return the lower left corner of a sheet in the drawing [mm], or None if the views overlap anything on it.
+def _sheet_corner(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None:
+    """Return the lower left corner of a sheet in the drawing [mm], or None if the views overlap anything on the sheet.
 
     Three positions of the views on the sheet are tried. Boxes are in mm of paper from the lower left corner of the
     sheet.
@@ -184,29 +184,34 @@ def _corner_of(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None
     note_box = Box(frame.left, frame.bottom, frame.left + note_width, frame.bottom + _NOTE_STEP_MM * (lines + 1))
     block_top = frame.bottom + _BLOCK.height + drawn.table.height
     block = Box(frame.right - _BLOCK.width, frame.bottom, frame.right, block_top)
-    if _overlap(note_box, block):
+    if _boxes_overlap(note_box, block):
         return None
-    free = Box(frame.left + _ROOM_MM, frame.bottom + _ROOM_MM, frame.right - _ROOM_MM, frame.top - _ROOM_MM)
-    around = Box(*(scale * side for side in _around(drawn.views)))
-    middle = 0.5 * (around.left + around.right)
-    level = 0.5 * (around.bottom + around.top)
+    usable = Box(frame.left + _ROOM_MM, frame.bottom + _ROOM_MM, frame.right - _ROOM_MM, frame.top - _ROOM_MM)
+    views = Box(*(scale * side for side in _bounding_box(drawn.views)))
+    centre_x = 0.5 * (views.left + views.right)
+    centre_y = 0.5 * (views.bottom + views.top)
     # Shifts of the views to the right and up; the corner of the sheet lies at the negative shift in the drawing.
     shifts = (
         # centred in the area above table and notes
-        (0.5 * (free.left + free.right) - middle, 0.5 * (max(block.top, note_box.top) + free.top) - level),
+        (0.5 * (usable.left + usable.right) - centre_x, 0.5 * (max(block.top, note_box.top) + usable.top) - centre_y),
         # centred in the area above the notes, left of the table
-        (0.5 * (free.left + block.left) - middle, 0.5 * (note_box.top + free.top) - level),
+        (0.5 * (usable.left + block.left) - centre_x, 0.5 * (note_box.top + usable.top) - centre_y),
         # in the upper left corner
-        (free.left - around.left, free.top - around.top),
+        (usable.left - views.left, usable.top - views.top),
     )
-    for right, up in shifts:
+    for shift_x, shift_y in shifts:
         placed = [
-            Box(scale * box.left + right, scale * box.bottom + up, scale * box.right + right, scale * box.top + up)
+            Box(
+                scale * box.left + shift_x,
+                scale * box.bottom + shift_y,
+                scale * box.right + shift_x,
+                scale * box.top + shift_y,
+            )
             for box in drawn.views
         ]
-        is_clear = not any(_overlap(box, taken, _ROOM_MM) for box in placed for taken in (note_box, block))
-        if is_clear and _is_within(_around(placed), free):
-            return -right / scale, -up / scale
+        is_clear = not any(_boxes_overlap(box, occupied, _ROOM_MM) for box in placed for occupied in (note_box, block))
+        if is_clear and _is_within(_bounding_box(placed), usable):
+            return -shift_x / scale, -shift_y / scale
     return None
 
 
@@ -221,32 +226,32 @@ def _note_width(notes: Sequence[str]) -> float:
 
 
 def _note_columns(paper: Size, notes: Sequence[str]) -> tuple[int, int]:
-    """Return the number of columns of notes beside the title block, at least one, and the lines per column."""
-    room = paper.width - _MARGIN.left - _MARGIN.right - _BLOCK.width
-    columns = max(1, int(room // (_note_width(notes) + _NOTE_MARGIN_MM)))
+    """Return the number of columns of notes that fit beside the title block, at least one, and of lines per column."""
+    width = paper.width - _MARGIN.left - _MARGIN.right - _BLOCK.width
+    columns = max(1, int(width // (_note_width(notes) + _NOTE_MARGIN_MM)))
     return columns, math.ceil(len(notes) / columns)
 
 
-def _around(boxes: Sequence[Box]) -> Box:
+def _bounding_box(boxes: Sequence[Box]) -> Box:
     """Return the smallest box that encloses all boxes [mm]."""
     left, bottom, right, top = zip(*boxes, strict=True)
     return Box(min(left), min(bottom), max(right), max(top))
 
 
-def _is_within(box: Box, room: Box) -> bool:
-    """Return whether a box lies inside another one, except for round-off [mm]."""
-    is_within_width = box.left >= room.left - _NEAR and box.right <= room.right + _NEAR
-    return is_within_width and box.bottom >= room.bottom - _NEAR and box.top <= room.top + _NEAR
+def _is_within(box: Box, outer: Box) -> bool:
+    """Return whether a box lies inside another one, `outer`, within round-off [mm]."""
+    is_within_width = box.left >= outer.left - _NEAR and box.right <= outer.right + _NEAR
+    return is_within_width and box.bottom >= outer.bottom - _NEAR and box.top <= outer.top + _NEAR
 
 
-def _overlap(box: Box, other: Box, gap: float = 0.0) -> bool:
-    """Return whether two boxes overlap or are nearer to each other than a gap [mm]."""
-    beside = box.left >= other.right + gap - _NEAR or other.left >= box.right + gap - _NEAR
-    return not beside and box.bottom < other.top + gap - _NEAR and other.bottom < box.top + gap - _NEAR
+def _boxes_overlap(box: Box, other: Box, gap: float = 0.0) -> bool:
+    """Return whether two boxes overlap or are separated by less than `gap` [mm]."""
+    is_beside = box.left >= other.right + gap - _NEAR or other.left >= box.right + gap - _NEAR
+    return not is_beside and box.bottom < other.top + gap - _NEAR and other.bottom < box.top + gap - _NEAR
 
 
 def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
-    """Draw the edge of the sheet, its frame, and the notes in the lower left corner of the frame."""
+    """Draw the edge of the sheet, its frame, and the notes in columns from the lower left corner of the frame."""
     paper.rectangle(Box(0.0, 0.0, size.width, size.height), "NOTES")
     frame = _frame_of(size)
     paper.rectangle(frame, "SHEET")
@@ -254,8 +259,8 @@ def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
     step = _note_width(notes) + _NOTE_MARGIN_MM
     for number, note in enumerate(notes):
         column, line = divmod(number, lines)
-        at = (frame.left + _NOTE_MARGIN_MM + column * step, frame.bottom + _NOTE_STEP_MM * (lines - line))
-        paper.words(note, at, _NOTE_MM, "NOTES", from_the_left=True)
+        position = (frame.left + _NOTE_MARGIN_MM + column * step, frame.bottom + _NOTE_STEP_MM * (lines - line))
+        paper.words(note, position, _NOTE_MM, "NOTES", from_the_left=True)
 
 
 class _Cell(NamedTuple):
@@ -267,7 +272,7 @@ class _Cell(NamedTuple):
 
 
 def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> None:
-    """Draw the title block: rows of cells, each with its head above its text, and the symbol of first angle."""
+    """Draw the title block: rows of cells with heads above their texts, and the symbol of first-angle projection."""
     row_height = _BLOCK.height / len(rows)
     for number, row in enumerate(reversed(rows)):
         _draw_row(paper, size, row, _MARGIN.bottom + number * row_height, row_height)
@@ -275,7 +280,7 @@ def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> N
 
 
 def _draw_table(paper: Canvas, size: Size, table: Table) -> None:
-    """Draw the table on the title block, with its heads on top."""
+    """Draw the table above the title block, with its heads on top and empty cells for measured values on the right."""
     widths = (*_CELLS_MM, *[_MEASURED_MM / len(table.to_fill)] * len(table.to_fill))
     empty = [""] * len(table.to_fill)
     rows = [[*table.heads, *table.to_fill], *([*row, *empty] for row in table.rows)]
@@ -285,42 +290,42 @@ def _draw_table(paper: Canvas, size: Size, table: Table) -> None:
 
 
 def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, row_height: float) -> None:
-    """Draw a row of cells above the level `base` [mm of paper], as wide as the title block.
+    """Draw a row of cells, as wide as the title block, with its lower edge at the height `base` [mm of paper].
 
-    A head stands in small letters above the text. Without a head the text is centred in the height of the cell. Margins
-    of 1 to 2.5 mm were chosen by eye.
+    The head of a cell stands in small letters above its text. Without a head, the text is centred in the height of the
+    cell. Margins of 1 to 2.5 mm were chosen by eye.
     """
     right = size.width - _MARGIN.right
     x = right - _BLOCK.width
     top = base + row_height
-    for level in (base, top):
-        paper.line((x, level), (right, level), "SHEET")
+    for text_level in (base, top):
+        paper.line((x, text_level), (right, text_level), "SHEET")
     for cell in cells:
-        tallest = _TITLE_LETTER_MM if cell.head else _TABLE_LETTER_MM
-        height = min(tallest, (cell.width - 2.5) / text_width(cell.text or " ", 1.0))  # long texts get small letters
+        largest = _TITLE_LETTER_MM if cell.head else _TABLE_LETTER_MM
+        height = min(largest, (cell.width - 2.5) / text_width(cell.text or " ", 1.0))  # long texts get small letters
         paper.line((x, base), (x, top), "SHEET")
         if cell.head:
             paper.words(cell.head, (x + 1.0, top - 2.0), _HEAD_LETTER_MM, "NOTES", from_the_left=True)
-        level = base + (_UNDER_HEAD_MM if cell.head else 0.5 * row_height)
+        text_level = base + (_UNDER_HEAD_MM if cell.head else 0.5 * row_height)
         if cell.text:
-            paper.words(cell.text, (x + 1.5, level), height, "SHEET", from_the_left=True)
+            paper.words(cell.text, (x + 1.5, text_level), height, "SHEET", from_the_left=True)
         x += cell.width
 
 
 def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Sequence[_Cell], ...]:
     """Return the rows of the title block from the top, with the data fields of ISO 7200.
 
-    Three cells stay empty for signatures.
+    Three cells are left empty for handwriting.
     """
     date = given_date()
-    to_sign = (
+    empty_cells = (
         _Cell("legal owner", "", 44.0),
         _Cell("created by", "", 40.0),
         _Cell("approved by", "", 40.0),
     )
     return (
         (_Cell("part", f"{title.name}: housing", _BLOCK.width),),
-        to_sign,
+        empty_cells,
         (
             _Cell("number", f"{title.name}-01", 62.0),
             _Cell("revision", revision, 22.0),
