@@ -66,7 +66,7 @@ class Title:
 
     @property
     def decimals(self) -> int:
-        """Return the number of decimals of lengths on the drawing, no more than the tolerance of a plastic print justifies."""
+        """Return the number of decimals of lengths, limited by the tolerance of a plastic print."""
         return DECIMALS if self.process.is_metal else 1
 
 

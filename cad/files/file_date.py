@@ -1,4 +1,4 @@
-"""The date in files: taken from the environment or fixed, so that equal parts give equal bytes."""
+"""The date in files: taken from the environment or fixed, so that equal parts give files with equal bytes."""
 
 import os
 from datetime import UTC, datetime
@@ -16,7 +16,7 @@ def given_date() -> datetime | None:
 
 
 def file_date() -> datetime:
-    """Return the date of files: SOURCE_DATE_EPOCH [s since 1970], or a fixed day.
+    """Return the date of files: SOURCE_DATE_EPOCH [s since 1970], or 2020-01-01 if the variable is not set.
 
     Raises InputError for an invalid value.
     """

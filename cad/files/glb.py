@@ -14,21 +14,21 @@ from sensor.arrays import Floats
 Tree = dict[str, Any]  # a part of the JSON of glTF
 
 MOTION = "motion"
-"""Name of the animation, which lasts one second and moves every body from its place."""
+"""Name of the animation, which moves every body to its place in the exploded view in one second."""
 
 _MATERIAL = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.7}, "doubleSided": True}
 _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # y is up in glTF: (x, z, -y)
 _METRE = 1e-3  # metres per millimetre; glTF is in metres
-_COMPONENTS = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # code of each NumPy type in glTF
-_TOE = 0.04045  # sRGB values up to this are proportional to the linear ones
+_COMPONENTS = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # glTF's code for each NumPy type
+_LINEAR_LIMIT = 0.04045  # sRGB values up to this one are proportional to the linear ones
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GlbBody:
     """A body: its name, vertices (n, 3) [mm], triangles (m, 3), colour, and displacement in the animation.
 
-    `colour` (red, green, blue from 0 to 1) and the displacement `moved` [mm] apply to the whole body, (3,), or to each
-    vertex, (n, 3).
+    `colour` (red, green and blue from 0 to 1) and the displacement `moved` [mm] apply to the whole body, shape (3,), or
+    to each vertex, shape (n, 3).
     """
 
     name: str
@@ -52,33 +52,35 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
     arrays = _Arrays()
     meshes = [_mesh(body, arrays) for body in bodies]
     ramp = arrays.add(np.array([[0.0], [1.0]], dtype="<f4"), "SCALAR")  # times [s], and also the weights at these times
-    numbers = range(len(bodies))
-    motion = {
+    indices = range(len(bodies))
+    animation = {
         "name": MOTION,
         "samplers": [{"input": ramp, "output": ramp, "interpolation": "LINEAR"}],
-        "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}} for node in numbers],
+        "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}} for node in indices],
     }
     buffer = b"".join(arrays.chunks)
     tree = {
         "asset": {"version": "2.0"},
         "scene": 0,
-        "scenes": [{"nodes": list(numbers)}],
-        "nodes": [{"name": body.name, "mesh": number} for number, body in enumerate(bodies)],
+        "scenes": [{"nodes": list(indices)}],
+        "nodes": [{"name": body.name, "mesh": index} for index, body in enumerate(bodies)],
         "meshes": meshes,
         "materials": [_MATERIAL],
-        "animations": [motion],
+        "animations": [animation],
         "accessors": arrays.accessors,
         "bufferViews": arrays.views,
         "buffers": [{"byteLength": len(buffer)}],
     }
-    text = json.dumps(tree, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)  # chunks have multiples of four bytes, as the buffer has already
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
+    json_chunk = json.dumps(tree, separators=(",", ":")).encode()
+    json_chunk += b" " * (-len(json_chunk) % 4)  # the length of a chunk is a multiple of four; the buffer fulfils this
+    chunks = (
+        struct.pack("<I4s", len(json_chunk), b"JSON") + json_chunk + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
+    )
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
 class _Arrays:
-    """The arrays of a file: their bytes, their places in the buffer (views), and their types (accessors)."""
+    """The arrays of a file: their bytes, their positions in the buffer (views), and their types (accessors)."""
 
     def __init__(self) -> None:
         self.chunks: list[bytes] = []
@@ -86,11 +88,11 @@ class _Arrays:
         self.accessors: list[Tree] = []
         self._length = 0  # current length of the buffer [bytes]
 
-    def add(self, values: NDArray[Any], kind: str, **more: object) -> int:
-        """Add an array (n, m), and return the number of its accessor.
+    def add(self, values: NDArray[Any], kind: str, **properties: object) -> int:
+        """Append an array (n, m) to the buffer, and return the index of its accessor.
 
-        Its rows must occupy a multiple of four bytes, because glTF aligns arrays to four bytes. `kind` is the type of a
-        row in glTF, such as VEC3, and `more` are further properties of the accessor.
+        The rows must occupy a multiple of four bytes, because glTF aligns arrays to four bytes. `kind` is the type of a
+        row in glTF, such as VEC3, and `properties` are further properties of the accessor.
         """
         chunk = values.tobytes()
         accessor = {
@@ -102,31 +104,31 @@ class _Arrays:
             "max": values.max(axis=0).tolist(),
         }
         self.views.append({"buffer": 0, "byteOffset": self._length, "byteLength": len(chunk)})
-        self.accessors.append(accessor | more)
+        self.accessors.append(accessor | properties)
         self.chunks.append(chunk)
         self._length += len(chunk)
         return len(self.accessors) - 1
 
 
 def _mesh(body: GlbBody, arrays: _Arrays) -> Tree:
-    """Add the arrays of a body to `arrays`, and return the mesh that refers to them."""
+    """Add the arrays of a body to `arrays`, and return the glTF mesh that refers to them."""
     count = len(body.vertices)
     colour = np.full((count, 4), 255, dtype=np.uint8)  # the fourth channel is opacity
-    colour[:, :3] = _linear(body.colour)
-    moved = np.broadcast_to(body.moved, (count, 3))
+    colour[:, :3] = _linear_colour(body.colour)
+    displacement = np.broadcast_to(body.moved, (count, 3))
     primitive = {
         "attributes": {
             "POSITION": arrays.add(glb_position(body.vertices).astype("<f4"), "VEC3"),
             "COLOR_0": arrays.add(colour, "VEC4", normalized=True),
         },
         "indices": arrays.add(body.triangles.reshape(-1, 1).astype("<u4"), "SCALAR"),
-        "targets": [{"POSITION": arrays.add(glb_position(moved).astype("<f4"), "VEC3")}],
+        "targets": [{"POSITION": arrays.add(glb_position(displacement).astype("<f4"), "VEC3")}],
         "material": 0,
     }
     return {"name": body.name, "primitives": [primitive], "weights": [0.0]}
 
 
-def _linear(colour: Floats) -> NDArray[np.uint8]:
-    """Return sRGB colours as linear colours from 0 to 255, which glTF requires at vertices: IEC 61966-2-1."""
-    linear = np.where(colour <= _TOE, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
+def _linear_colour(colour: Floats) -> NDArray[np.uint8]:
+    """Return sRGB colours as linear colours from 0 to 255, which glTF requires at vertices (IEC 61966-2-1)."""
+    linear = np.where(colour <= _LINEAR_LIMIT, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
     return np.round(255.0 * linear).astype(np.uint8)

@@ -26,11 +26,11 @@ from sensor.arrays import Floats
 from sensor.quantity import Estimate
 
 _STEP_TOLERANCE = 1e-9  # relative error of a volume read from STEP, whose numbers have 15 digits
-_TURNED = ("SPHERE", "REVOLUTION")
+_REVOLVED = ("SPHERE", "REVOLUTION")  # faces under which OCCT integrates a volume numerically
 _INTEGRAL_TOLERANCE = 1e-8  # relative tolerance of volumes that OCCT integrates numerically
-_SHOWN_CHORD_MM = 0.1  # chord height of triangles that are only looked at
-_SHOWN_ANGLE = 0.5  # largest angle between such triangles [rad]
-_SINGLE_PRECISION = 1e-6  # rounding of a coordinate in an STL, over the smallest side of a part
+_VIEW_CHORD_MM = 0.1  # chord height of triangles that are made only for a picture
+_VIEW_ANGLE = 0.5  # largest angle between such triangles [rad]
+_SINGLE_PRECISION = 1e-6  # rounding error of a coordinate in an STL file, as a share of the smallest side of a part
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +43,7 @@ class FormsRead:
 
 @dataclass(frozen=True, kw_only=True)
 class SensorFiles:
-    """The written paths, and the shapes read back from the files that are checked later."""
+    """The paths of the written files, and the shapes read back from the files that are checked later."""
 
     paths: tuple[Path, ...]
     forms: FormsRead
@@ -52,8 +52,8 @@ class SensorFiles:
 def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str] | None = None) -> SensorFiles:
     """Write the files of a sensor: housing (STEP, STL, 3MF), assembly (STEP, GLB), and pin (STEP) if it has pins.
 
-    housing.stl and housing.3mf are in print pose, with the engraved name; the 3MF holds `settings` for a slicer.
-    assembly.glb has coloured bodies and an animation that takes them apart.
+    housing.stl and housing.3mf are in print pose, with the engraved name; the 3MF file holds `settings` for a slicer.
+    assembly.glb has coloured bodies and an animation to an exploded view.
 
     Raises OSError if a file cannot be written, and ExportError if the volume read back from a file is wrong.
     """
@@ -64,19 +64,19 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     assembly = assembly_of(sensor)
     export_step(assembly, assembly_step)
 
-    printed = print_shape(sensor)
-    stl = folder / "housing.stl"
-    expected = triangles_volume(printed)
-    mesh = _export_stl(printed, stl, expected)
+    printed_shape = print_shape(sensor)
+    stl_path = folder / "housing.stl"
+    expected_volume = triangles_volume(printed_shape)
+    mesh = _export_stl(printed_shape, stl_path, expected_volume)
 
-    package = folder / "housing.3mf"
-    write_3mf({"housing": mesh}, package, settings)
-    compare_volume(package, read_3mf(package).mesh.volume, expected)
+    package_path = folder / "housing.3mf"
+    write_3mf({"housing": mesh}, package_path, settings)
+    compare_volume(package_path, read_3mf(package_path).mesh.volume, expected_volume)
 
     assembly_glb = folder / "assembly.glb"
     assembly_glb.write_bytes(glb_of(shown_bodies(assembly)))
 
-    paths = [housing_step, assembly_step, stl, package, assembly_glb]
+    paths = [housing_step, assembly_step, stl_path, package_path, assembly_glb]
     if sensor.housing.pin:
         paths.append(folder / "pin.step")
         pin = pin_solid(sensor.housing.pin, sensor.tips)
@@ -85,17 +85,17 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
 
 
 def print_shape(sensor: SensorSolids) -> cq.Shape:
-    """Return the housing of a sensor, or a plate of a square, with its engraving and in print pose [mm]."""
+    """Return the housing of a sensor, or a plate of a square, in print pose with its engraving [mm]."""
     return print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back is not None)
 
 
 def read_forms(folder: Path) -> FormsRead:
-    """Return the shapes in the checked files of a sensor; raises ValueError for an unreadable file."""
+    """Return the shapes in the checked files of a sensor; raises ValueError if a file cannot be read."""
     return FormsRead(step=read_step(folder / "housing.step"), stl=read_stl(folder / "housing.stl"))
 
 
 def shown_bodies(assembly: cq.Assembly) -> list[GlbBody]:
-    """Return the parts of an assembly as coarse triangles for a picture, with their outward moves in the animation.
+    """Return the parts of an assembly as coarse triangles for a picture, with their displacements in the exploded view.
 
     Equal parts share one triangulation.
     """
@@ -104,8 +104,8 @@ def shown_bodies(assembly: cq.Assembly) -> list[GlbBody]:
     for part in assembly.children:
         shape = part.shapes[0]
         if shape not in meshes:
-            vertices, corners_of = shape.copy().tessellate(_SHOWN_CHORD_MM, _SHOWN_ANGLE)
-            meshes[shape] = np.array([vertex.toTuple() for vertex in vertices]), np.array(corners_of)
+            vertices, triangle_corners = shape.copy().tessellate(_VIEW_CHORD_MM, _VIEW_ANGLE)
+            meshes[shape] = np.array([vertex.toTuple() for vertex in vertices]), np.array(triangle_corners)
         corners, triangles = meshes[shape]
         matrix = location_matrix(part.loc)
         body = GlbBody(
@@ -131,7 +131,7 @@ def export_step(assembly: cq.Assembly, path: Path) -> cq.Shape:
 
 
 def volume_of(shape: cq.Shape) -> float:
-    """Return the volume of a shape [mm^3]; equal solids at several places are measured only once."""
+    """Return the volume of a shape [mm^3]; equal solids at several positions are integrated only once."""
     return sum(_volume_at_origin(solid.located(cq.Location())) for solid in shape.Solids())
 
 
@@ -139,20 +139,21 @@ def volume_of(shape: cq.Shape) -> float:
 def _volume_at_origin(solid: cq.Shape) -> float:
     """Return the volume of a solid [mm^3].
 
-    OCCT integrates balls and surfaces of revolution numerically, to only 1e-4 unless a tolerance is given.
+    OCCT integrates spheres and surfaces of revolution numerically. Without a tolerance the error is up to 1e-4.
     """
-    return float(solid.Volume(tol=_INTEGRAL_TOLERANCE) if _is_turned(solid) else solid.Volume())
+    return float(solid.Volume(tol=_INTEGRAL_TOLERANCE) if _has_revolved_face(solid) else solid.Volume())
 
 
 def step_volume(shape: cq.Shape) -> Estimate:
-    """Return the volume of a shape [mm^3]; its error is the tolerance for the volume read back from STEP."""
+    """Return the volume of a shape [mm^3]; its error is the tolerance of the volume read back from a STEP file."""
     volume = volume_of(shape)
-    relative = 2.0 * _INTEGRAL_TOLERANCE if _is_turned(shape) else _STEP_TOLERANCE
+    relative = 2.0 * _INTEGRAL_TOLERANCE if _has_revolved_face(shape) else _STEP_TOLERANCE
     return Estimate(volume, volume * relative, unit="mm^3")
 
 
-def _is_turned(shape: cq.Shape) -> bool:
-    return any(face.geomType() in _TURNED for face in shape.Faces())
+def _has_revolved_face(shape: cq.Shape) -> bool:
+    """Return whether a face of a shape is a sphere or a surface of revolution."""
+    return any(face.geomType() in _REVOLVED for face in shape.Faces())
 
 
 def export_stl(shape: cq.Shape, path: Path) -> trimesh.Trimesh:
@@ -164,7 +165,7 @@ def export_stl(shape: cq.Shape, path: Path) -> trimesh.Trimesh:
 
 
 def _export_stl(shape: cq.Shape, path: Path, expected: Estimate) -> trimesh.Trimesh:
-    """Write a shape [mm] as STL like `export_stl`, for an expected volume that the caller knows already."""
+    """Write a shape [mm] as STL and return the mesh read back; `expected` is its volume, from `triangles_volume`."""
     write_stl(shape, path)
     mesh = read_stl(path)
     compare_volume(path, mesh.volume, expected)
@@ -172,13 +173,13 @@ def _export_stl(shape: cq.Shape, path: Path, expected: Estimate) -> trimesh.Trim
 
 
 def triangles_volume(shape: cq.Shape) -> Estimate:
-    """Return the volume of a shape [mm^3]; its error is the tolerance for the volume of its triangles.
+    """Return the volume of a shape [mm^3]; its error is the tolerance of the volume that its triangles enclose.
 
-    Triangles deviate from curved faces by at most a chord height, and corners are rounded to single precision.
+    Triangles deviate from curved faces by at most a chord height, and vertices are rounded to single precision.
     """
     volume = float(shape.Volume())
-    curved = sum(face.Area() for face in shape.Faces() if face.geomType() != "PLANE")
-    return Estimate(volume, CHORD_MM * float(curved) + _SINGLE_PRECISION * volume, unit="mm^3")
+    curved_area = sum(face.Area() for face in shape.Faces() if face.geomType() != "PLANE")
+    return Estimate(volume, CHORD_MM * float(curved_area) + _SINGLE_PRECISION * volume, unit="mm^3")
 
 
 def compare_volume(path: Path, volume_read: float, expected: Estimate) -> None:

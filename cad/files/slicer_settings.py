@@ -10,7 +10,7 @@ _ROUND_OFF = 1e-6  # round-off of a number of lines
 
 
 def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
-    """Return the settings, by PrusaSlicer's keys, for a housing as it is solved: solid, with lines along its leaves.
+    """Return the settings, by PrusaSlicer's keys, for a housing as it is modelled: solid, with lines along its leaves.
 
     Processes that do not print lines have no settings. Settings of printer and filament are left to the profile. So is
     the height of the first layer, which PrusaSlicer cannot set for one object.
@@ -18,12 +18,12 @@ def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
     width = process.line_width_mm
     if process.kind != "fdm" or width is None:
         return {}
-    lines = max(arm.flexure.thickness for arm in housing.arms) / width
+    line_count = max(arm.flexure.thickness for arm in housing.arms) / width
     settings = {
         "layer_height": process.layer_mm,
         "extrusion_width": width,
         **{f"{name}_extrusion_width": width for name in _WIDTHS},
-        "perimeters": math.ceil(0.5 * lines - _ROUND_OFF),  # perimeters from both sides fill a leaf
+        "perimeters": math.ceil(0.5 * line_count - _ROUND_OFF),  # perimeters from both sides fill a leaf
         "fill_density": "100%",
         "fill_pattern": "rectilinear",
         "elefant_foot_compensation": FOOT_MM,

@@ -20,7 +20,10 @@ _READING = {"xstep.cascade.unit": "MM"}
 
 
 def write_step(assembly: cq.Assembly, path: Path) -> None:
-    """Write an assembly or a single part [mm] to a STEP file dated `file_date`; raises OSError."""
+    """Write an assembly or a single part [mm] to a STEP file with the date of `file_date`.
+
+    Raises OSError if the file cannot be written, and MachineError if OCCT cannot translate the solids.
+    """
     with _settings(_WRITING):
         writer = OCP.STEPCAFControl.STEPCAFControl_Writer()
         transferred = writer.Transfer(_document(assembly), OCP.STEPControl.STEPControl_AsIs)
@@ -41,11 +44,11 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
 
 @contextmanager
 def _settings(values: Mapping[str, str]) -> Iterator[None]:
-    """Set OCCT's settings, which are global in a process, inside the block, and restore them afterwards.
+    """Change OCCT's settings, which are global in a process, inside a `with` block, and restore them afterwards.
 
-    The settings exist only after a controller was initialized. Raises MachineError for a setting or a value that OCCT
-    does not know.
+    Raises MachineError for a setting or a value that OCCT does not know.
     """
+    # The settings exist only after a controller was initialised.
     OCP.STEPCAFControl.STEPCAFControl_Controller.Init_s()
     before = {key: OCP.Interface.Interface_Static.CVal_s(key) for key in values}
     try:
@@ -86,41 +89,43 @@ def _document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
 
 
 def _parts(assembly: cq.Assembly) -> Sequence[cq.Assembly]:
-    """Return the parts of an assembly, or a part by itself."""
+    """Return the parts of an assembly, or a single part itself in a list."""
     return assembly.children or [assembly]
 
 
 def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]) -> None:
-    """Name the instances of an assembly in the order in which they were added, or a single part that was moved.
+    """Name the instances of an assembly, in the order in which they were added; nothing changes without instances.
 
     OCCT itself finds the name of an instance by its location. It confuses instances that lie where their product was
     drawn, and then some names are wrong or missing.
     """
     entities = (model.Value(number + 1) for number in range(model.NbEntities()))
-    kind = OCP.StepRepr.StepRepr_NextAssemblyUsageOccurrence
-    instances = [entity for entity in entities if isinstance(entity, kind)]
+    instance_type = OCP.StepRepr.StepRepr_NextAssemblyUsageOccurrence
+    instances = [entity for entity in entities if isinstance(entity, instance_type)]
     if instances:
         for instance, name in zip(instances, names, strict=True):
             instance.SetName(_ascii(name))
 
 
 def _unicode(text: str) -> OCP.TCollection.TCollection_ExtendedString:
+    """Return a text as a Unicode string of OCCT."""
     return OCP.TCollection.TCollection_ExtendedString(text)
 
 
 def _ascii(text: str) -> OCP.TCollection.TCollection_HAsciiString:
+    """Return a text as an ASCII string of OCCT."""
     return OCP.TCollection.TCollection_HAsciiString(text)
 
 
 def read_step(path: Path) -> cq.Shape:
     """Return the shape of a STEP file [mm], which may begin with a byte order mark.
 
-    Raises OSError for an unreadable file, and ValueError for a file without a shape.
+    Raises OSError for a file that cannot be read, and ValueError for one without a shape.
     """
     with path.open("rb") as file:
         has_mark = file.read(len(codecs.BOM_UTF8)) == codecs.BOM_UTF8
         without_mark = io.BytesIO(file.read() if has_mark else b"")
-    # OCCT prints its messages on the screen; the caller gets an error instead.
+    # Without this, OCCT prints its messages to the terminal; the caller gets an error instead.
     OCP.Message.Message.DefaultMessenger_s().ChangePrinters().Clear()
     with _settings(_READING):
         reader = OCP.STEPControl.STEPControl_Reader()

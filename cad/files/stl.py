@@ -1,4 +1,4 @@
-"""STL files [mm]: written in binary, read from any origin with equal corners merged."""
+"""STL files [mm]: written in binary form; read from any origin, with equal vertices merged."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import numpy as np
 import trimesh
 
 CHORD_MM = 0.005  # largest distance between a triangle and the face that it approximates
-ANGLE_RAD = 0.1  # largest angle between facets: 16 facets in a quarter turn of any fillet
+ANGLE_RAD = 0.1  # largest angle between neighbouring facets: 16 facets in a quarter circle of any fillet
 _HEADER_BYTES = 84  # 80 bytes of text and 4 bytes with the number of triangles
+# A facet of a binary file, in its 50 bytes.
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _FACET_WORD = re.compile(rb"facet\s+normal\s", re.IGNORECASE)
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
@@ -21,7 +22,7 @@ _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 def write_stl(shape: cq.Shape, path: Path, angle: float = ANGLE_RAD) -> None:
     """Write a solid [mm] as binary STL; raises OSError.
 
-    Neighbouring facets of a curved face differ by no more than `angle` [rad].
+    The normals of neighbouring facets of a curved face differ by at most `angle` [rad].
     """
     unmeshed = shape.copy()  # a shape keeps its triangles, and an earlier, finer mesh would be written
     unmeshed.exportStl(str(path), CHORD_MM, angle, relative=False, parallel=False)
@@ -31,7 +32,7 @@ def write_stl(shape: cq.Shape, path: Path, angle: float = ANGLE_RAD) -> None:
 
 
 def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
-    """Return the triangles of a shape [mm], as its STL file holds them; `angle` [rad] as in `write_stl`."""
+    """Return the triangles of a shape [mm] as its STL file would hold them; `angle` [rad] as in `write_stl`."""
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         path = Path(folder) / "shape.stl"
         write_stl(shape, path, angle)
@@ -39,16 +40,16 @@ def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
 
 
 def read_stl(path: Path) -> trimesh.Trimesh:
-    """Return the triangles of an STL file [mm], binary or text; raises ValueError if it holds none.
+    """Return the triangles of an STL file [mm], binary or text.
 
-    The first word of a file is not reliable. A file is binary if its size agrees with its number of triangles. Else it
-    is text if it contains `facet normal`.
+    The first word of a file is not a reliable sign of its form. A file is binary if its size agrees with its number of
+    triangles, or if the words `facet normal` are missing. Raises ValueError if the file is damaged or has no triangles.
     """
     data = path.read_bytes()
-    is_exact = len(data) == _HEADER_BYTES + _FACET.itemsize * _count(data)
+    has_binary_size = len(data) == _HEADER_BYTES + _FACET.itemsize * _triangle_count(data)
     normals = None
     try:
-        if is_exact or not _FACET_WORD.search(data):
+        if has_binary_size or not _FACET_WORD.search(data):
             facets = np.frombuffer(data, dtype=_FACET, offset=_HEADER_BYTES)
             corners, normals = facets["corners"].reshape(-1, 3), facets["normal"]
         else:
@@ -65,6 +66,6 @@ def read_stl(path: Path) -> trimesh.Trimesh:
     return mesh
 
 
-def _count(data: bytes) -> int:
+def _triangle_count(data: bytes) -> int:
     """Return the number of triangles in the header of a binary file; 0 if the file is shorter than a header."""
     return int.from_bytes(data[_HEADER_BYTES - 4 : _HEADER_BYTES], "little")

@@ -20,6 +20,7 @@ from sensor.arrays import Floats
 _XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
 _SCHEMAS = "http://schemas.openxmlformats.org/package/2006"
 _MICROSOFT = "http://schemas.microsoft.com/3dmanufacturing"
+# The parts of a package that describe its types and its entry point.
 _FRAME = {
     "[Content_Types].xml": f'{_XML}<Types xmlns="{_SCHEMAS}/content-types">'
     '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
@@ -48,7 +49,7 @@ _FIRST_ZIP_DAY = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date that an e
 
 @dataclass(frozen=True, kw_only=True)
 class Package:
-    """The content of a 3MF file: all its triangles [mm], the names of its objects, and violations of the standard."""
+    """The contents of a 3MF file: all its triangles [mm], the names of its objects, and violations of the standard."""
 
     mesh: trimesh.Trimesh
     names: tuple[str, ...]
@@ -56,15 +57,15 @@ class Package:
 
 
 def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mapping[str, str] | None = None) -> None:
-    """Write closed meshes with merged corners [mm] as objects, by name; raises OSError.
+    """Write named, closed meshes with merged vertices [mm] as the objects of a 3MF file; raises OSError.
 
-    `settings` are PrusaSlicer's settings for all objects, by its keys. The package is dated `file_date`. For old
-    slicers it has no extensions and no 64-bit sizes.
+    `settings` are settings of PrusaSlicer for all objects, by its keys. The entries of the package have the date of
+    `file_date`. For old slicers the package has no extensions and no 64-bit sizes.
     """
-    meshes = [_object_text(number, name, mesh) for number, (name, mesh) in enumerate(bodies.items(), start=1)]
+    objects = [_object_text(number, name, mesh) for number, (name, mesh) in enumerate(bodies.items(), start=1)]
     items = [f'<item objectid="{number}"/>' for number in range(1, len(bodies) + 1)]
     parts = {name: text.replace("{more}", _SETTINGS_TYPE if settings else "") for name, text in _FRAME.items()}
-    parts["3D/3dmodel.model"] = _MODEL.format(objects="\n".join(meshes), items="".join(items))
+    parts["3D/3dmodel.model"] = _MODEL.format(objects="\n".join(objects), items="".join(items))
     if settings:
         parts[_SETTINGS] = _settings_text(bodies, settings)
     date = max(file_date(), _FIRST_ZIP_DAY).timetuple()[:6]
@@ -78,12 +79,12 @@ def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mappi
 
 def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str, str]) -> str:
     """Return the XML with the settings of each object and, as PrusaSlicer requires, the range of its triangles."""
-    keys = "".join(
+    entries = "".join(
         f'  <metadata type="object" key={quoteattr(key)} value={quoteattr(value)}/>\n'
         for key, value in settings.items()
     )
     objects = "".join(
-        f' <object id="{number}">\n  <metadata type="object" key="name" value={quoteattr(name)}/>\n{keys}'
+        f' <object id="{number}">\n  <metadata type="object" key="name" value={quoteattr(name)}/>\n{entries}'
         f'  <volume firstid="0" lastid="{len(mesh.faces) - 1}"/>\n </object>\n'
         for number, (name, mesh) in enumerate(bodies.items(), start=1)
     )
@@ -91,35 +92,36 @@ def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str,
 
 
 def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:
-    """Return the XML of an object, with nine digits, which represent single precision exactly."""
+    """Return the XML of an object; nine significant digits represent a number of single precision exactly."""
     vertices = "\n".join('<vertex x="{:.9g}" y="{:.9g}" z="{:.9g}"/>'.format(*row) for row in mesh.vertices.tolist())
     triangles = "\n".join('<triangle v1="{}" v2="{}" v3="{}"/>'.format(*row) for row in mesh.faces.tolist())
-    content = f"<mesh><vertices>\n{vertices}\n</vertices><triangles>\n{triangles}\n</triangles></mesh>"
-    return f'<object id="{number}" name={quoteattr(name)} type="model">{content}</object>'
+    mesh_text = f"<mesh><vertices>\n{vertices}\n</vertices><triangles>\n{triangles}\n</triangles></mesh>"
+    return f'<object id="{number}" name={quoteattr(name)} type="model">{mesh_text}</object>'
 
 
 def read_3mf(path: Path) -> Package:
-    """Return the printed content of a 3MF file, read by lib3mf; raises ValueError if it holds no triangles.
+    """Return the printed contents of a 3MF file, read by lib3mf.
 
-    Equal corners of an object are merged and reported as a fault, because the standard requires merged corners.
+    Equal vertices of an object are merged and reported as a fault, because the standard requires merged vertices.
+    Raises ValueError if the file cannot be read or holds no triangles.
     """
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
     try:
         reader.ReadFromFile(str(path))
         bodies = list(_bodies(model))
-        marked_printable = _marked_printable(path)
+        printable_count = _count_printable(path)
     except (lib3mf.ELib3MFException, zipfile.BadZipFile, ValueError) as error:
         msg = f"3MF: {path.name} cannot be read ({error}); export it again"
         raise ValueError(msg) from error
     if not bodies:
         msg = f"3MF: {path.name} holds no triangles; export it again"
         raise ValueError(msg)
-    faults = _faults(reader, marked_printable)
+    faults = _faults(reader, printable_count)
     for name, mesh in bodies:
-        read = len(mesh.vertices)
+        vertex_count = len(mesh.vertices)
         mesh.merge_vertices()
-        if repeated := read - len(mesh.vertices):
+        if repeated := vertex_count - len(mesh.vertices):
             faults.append(f"{repeated} vertices of object {name!r} are duplicates or belong to no triangle")
     names = tuple(dict.fromkeys(name for name, _ in bodies))
     meshes = [mesh for _, mesh in bodies]
@@ -128,62 +130,66 @@ def read_3mf(path: Path) -> Package:
 
 
 def _bodies(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
-    """Yield name and triangles of each mesh on the bed, in its place [mm]; raises ValueError.
+    """Yield the name and the triangles of each mesh to be printed, in its position on the bed [mm].
 
-    Supports and other objects that are not of the type `model` are left out.
+    Supports and other objects that are not of the type `model` are left out. Raises ValueError for an invalid vertex.
     """
     items = model.GetBuildItems()
     while items.MoveNext():
         item = items.GetCurrent()
         # Transforms are in the unit of the file too, so they are applied before the conversion to mm.
-        for name, mesh in _placed(item.GetObjectResource(), _matrix(item.GetObjectTransform())):
+        for name, mesh in _placed_meshes(item.GetObjectResource(), _matrix(item.GetObjectTransform())):
             mesh.vertices *= _MILLIMETRES[model.GetUnit()]
             yield name, mesh
 
 
-def _placed(found: lib3mf.Object, placement: Floats) -> Iterator[tuple[str, trimesh.Trimesh]]:
-    """Yield the meshes of an object and of its components in the unit of the file; `placement` is a matrix (4, 4)."""
-    if found.GetType() != lib3mf.ObjectType.Model:
+def _placed_meshes(body: lib3mf.Object, placement: Floats) -> Iterator[tuple[str, trimesh.Trimesh]]:
+    """Yield the names and meshes of an object and of its components, in the unit of the file.
+
+    `placement` (4, 4) is the transform of the object. Raises ValueError if a coordinate is not a finite number.
+    """
+    if body.GetType() != lib3mf.ObjectType.Model:
         return
-    if not found.IsMeshObject():
-        for number in range(found.GetComponentCount()):
-            component = found.GetComponent(number)
-            yield from _placed(component.GetObjectResource(), placement @ _matrix(component.GetTransform()))
+    if not body.IsMeshObject():
+        for number in range(body.GetComponentCount()):
+            component = body.GetComponent(number)
+            yield from _placed_meshes(component.GetObjectResource(), placement @ _matrix(component.GetTransform()))
         return
-    if found.GetTriangleCount():
-        corners = np.array([corner.Coordinates[:] for corner in found.GetVertices()], dtype=float)
+    if body.GetTriangleCount():
+        corners = np.array([corner.Coordinates[:] for corner in body.GetVertices()], dtype=float)
         if not np.isfinite(corners).all():
-            msg = f"a vertex of object {found.GetName()!r} is not a number"
+            msg = f"a vertex of object {body.GetName()!r} is not a number"
             raise ValueError(msg)
-        triangles = np.array([triangle.Indices[:] for triangle in found.GetTriangleIndices()])
+        triangles = np.array([triangle.Indices[:] for triangle in body.GetTriangleIndices()])
         mesh = trimesh.Trimesh(corners, triangles, process=False)
         mesh.apply_transform(placement)  # a mirrored mesh gets reversed triangles, as in slicers
-        yield found.GetName(), mesh
+        yield body.GetName(), mesh
 
 
 def _matrix(transform: lib3mf.Transform) -> Floats:
-    """Return the matrix (4, 4) of a transform, whose rows in lib3mf are the images of the axes and of the origin."""
+    """Return the matrix (4, 4) of a transform of lib3mf, whose rows are the images of the axes and of the origin."""
     matrix = np.eye(4)
     matrix[:3] = np.array([row[:] for row in transform.Fields]).T
     return matrix
 
 
-def _marked_printable(path: Path) -> int:
-    """Return the number of items with the attribute `printable`, which slicers write although no standard has it."""
+def _count_printable(path: Path) -> int:
+    """Return the number of items with the attribute `printable`, which slicers write although it is in no standard."""
     with zipfile.ZipFile(path) as package:
         models = [name for name in package.namelist() if name.lower().endswith(".model")]
         return sum(package.read(name).count(b" printable=") for name in models)
 
 
-def _faults(reader: lib3mf.Reader, marked_printable: int) -> list[str]:
-    """Return the warnings of lib3mf on a file, without the ones about the attribute `printable`.
+def _faults(reader: lib3mf.Reader, printable_count: int) -> list[str]:
+    """Return the warnings of lib3mf on a file, without those on the attribute `printable`.
 
-    lib3mf warns once for each item with this attribute. It is not a fault, because all slicers write and read it.
+    lib3mf warns once for each of the `printable_count` items with this attribute. The attribute is no fault, because
+    all slicers write and read it.
     """
     faults = []
     for code, text in (reader.GetWarning(i) for i in range(reader.GetWarningCount())):
-        if code == _UNKNOWN_ATTRIBUTE and marked_printable > 0:
-            marked_printable -= 1
+        if code == _UNKNOWN_ATTRIBUTE and printable_count > 0:
+            printable_count -= 1
         else:
             faults.append(text)
     return faults
