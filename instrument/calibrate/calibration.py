@@ -18,10 +18,10 @@ from instrument.calibrate.unit_verdicts import unit_verdicts
 from instrument.calibrate.weights import (
     DEFLECTION,
     ChannelCalibration,
+    calibrate_channels,
+    fit_weight_lines,
     saturation_of,
-    spring_of,
-    weighed_channels,
-    weighed_lines,
+    stiffness_of_line,
 )
 from instrument.press.count_codes import refuse_without_counts, with_signed_counts
 from instrument.press.measuring import MeasuringUnit
@@ -271,16 +271,18 @@ def calibrate_unit(
     on a reference `ball` give a factor that corrects all readings. Raises InputError if a table does not determine the
     springs or contradicts the design, and if a unit with these springs reads no modulus.
     """
+    # The springs and the channels from the weights.
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     weighed = correct_weights(table, report, after_s)
     names = [tip.name for tip in report.tips]
     counts = [key for key in count_keys(len(names)) if key in table.numbers]
-    lines = weighed_lines(table, names, counts, weighed.forces)
+    lines = fit_weight_lines(table, names, counts, weighed.forces)
     deflections = [lines[name, DEFLECTION] for name in names]
-    springs = [spring_of(line) for line in deflections]
+    springs = [stiffness_of_line(line) for line in deflections]
     _refuse_unlike_design(table, springs, designed)
-    channels = weighed_channels(table, report, lines, weighed.forces)
+    channels = calibrate_channels(table, report, lines, weighed.forces)
     assumed = [weighed.note] if weighed.note else []
+    # A press on a plate determines the springs more accurately.
     plate_springs = None
     requirements = report.design.reading or ReadingRequirements()
     if plate is not None:
@@ -299,6 +301,7 @@ def calibrate_unit(
         correction, ball_presses = correction_by_ball(ball, sensor)
         unit = replace(unit, ball=correction)
         sensor = MeasuringUnit(report=report, unit=unit)
+    # The readings of the unit over the range of its design, and the verdicts on them.
     nominal = designed.unit.stiffnesses
     try:
         scale = None if fruit is None else scale_of_presses(fruit, sensor)
@@ -344,7 +347,7 @@ def _printed_unit(
         spring_bends = [spring.lack_of_fit for spring in plate_springs]
     else:
         method = "weights and deflections" + (", counts of the same weights" if channels else "")
-        springs = [spring_of(line) for line in deflections]
+        springs = [stiffness_of_line(line) for line in deflections]
         gain_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
         gain_errors = channels.gain_percent if channels else len(springs) * [gain_percent]
         spring_bends = [line.bend.lack_of_fit for line in deflections]
@@ -392,7 +395,7 @@ def _refuse_unlike_design(table: MeasuredTable, springs: Sequence[Estimate], des
     for tip, spring, K in zip(designed.report.tips, springs, nominal, strict=True):
         ratio = spring.value / K
         if not 1.0 / UNLIKE_DESIGN < ratio < UNLIKE_DESIGN:
-            field = f"{table.source}: stiffness of {tip.name} over that of its design"
+            field = f"{table.source}: stiffness of {tip.name} divided by its stiffness in the design"
             bound = f"from {1.0 / UNLIKE_DESIGN:.2g} to {UNLIKE_DESIGN:g}"
             raise validation_error(field, float(f"{ratio:.3g}"), "", bound, "check names of tips, and the units")
 
@@ -465,7 +468,7 @@ def modulus_of_coupon(table: MeasuredTable, report: Report) -> Estimate:
         raise validation_error("coupon", None, "", "a coupon of a design with a housing", hint)
     table = _complete_names(table, [arm.name for arm in report.housing.arms])
     arms = [arm for arm in report.housing.arms if arm.name in table.texts["coupon"]]
-    lines = weighed_lines(table, [arm.name for arm in arms], [], table.numbers["force"])
+    lines = fit_weight_lines(table, [arm.name for arm in arms], [], table.numbers["force"])
     springs = [_stiffness_of_leaf(lines[arm.name, DEFLECTION]) for arm in arms]
     factors = np.array([modulus_factor(arm.flexure) for arm in arms])
     moduli = factors * [spring.value for spring in springs]
@@ -481,6 +484,6 @@ def _stiffness_of_leaf(deflection: Line) -> Estimate:
 
     The stiffness under any weight lies anywhere within this change.
     """
-    K = spring_of(deflection)
+    K = stiffness_of_line(deflection)
     bound = BOUNDED * 0.5 * deflection.bend.significant_change
     return replace(K, error=math.hypot(K.error, bound * K.value))

@@ -62,28 +62,29 @@ def correct_weights(table: MeasuredTable, report: Report, after_s: float | None)
     creep = report.creep
     forces = table.numbers["force"]
     if "t" not in table.numbers:
-        after = WEIGHED_AFTER_S if after_s is None else after_s
-        return Weighing(forces=forces, after_s=after, creep=creep, own=False)
+        common_time = WEIGHED_AFTER_S if after_s is None else after_s
+        return Weighing(forces=forces, after_s=common_time, creep=creep, own=False)
     if after_s is not None:
         bound = "left out if a column t_s has the times"
         raise validation_error("--after", after_s, "s", bound, "give one of the two")
     _refuse_bad_times(table)
-    loaded = forces != 0.0
-    if not loaded.any():
+    is_loaded = forces != 0.0
+    if not is_loaded.any():
         return Weighing(forces=forces, after_s=WEIGHED_AFTER_S, creep=creep, own=False)
-    after = float(np.exp(np.log(table.numbers["t"][loaded]).mean()))  # geometric mean
-    own = None if report.design.process.is_metal else _own_creep(table, report, after)
+    common_time = float(np.exp(np.log(table.numbers["t"][is_loaded]).mean()))  # geometric mean
+    measured = None if report.design.process.is_metal else _measured_creep(table, report, common_time)
     note = ""
-    if own is not None:
-        # Without a creep of the process there is no spread to compare with; a creep within its own error is then
-        # ignored.
-        if own.error >= (creep.error or own.per_decade / COVERAGE):
-            note = f"the times of {table.source} give a creep of {own}, no more accurate than the creep of the process"
-            own = None
+    if measured is not None:
+        # The measured creep is only used if it is more accurate than the creep of the process. If the process has no
+        # error, a measured creep is ignored that lies within its own error.
+        if measured.error >= (creep.error or measured.per_decade / COVERAGE):
+            advice = "no more accurate than the creep of the process"
+            note = f"the times of {table.source} give a creep of {measured}, {advice}"
+            measured = None
         else:
-            creep = replace(own, error=math.hypot(own.error, _EXTRAPOLATED * creep.error))
-    corrected = forces * (table.numbers["t"] / after) ** creep.exponent
-    return Weighing(forces=corrected, after_s=after, creep=creep, own=own is not None, note=note)
+            creep = replace(measured, error=math.hypot(measured.error, _EXTRAPOLATED * creep.error))
+    corrected = forces * (table.numbers["t"] / common_time) ** creep.exponent
+    return Weighing(forces=corrected, after_s=common_time, creep=creep, own=measured is not None, note=note)
 
 
 def _refuse_bad_times(table: MeasuredTable) -> None:
@@ -101,13 +102,13 @@ def _refuse_bad_times(table: MeasuredTable) -> None:
             raise validation_error(place, t, "s", bound, "correct that time, or unload between two loads")
 
 
-def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw | None:
+def _measured_creep(table: MeasuredTable, report: Report, common_time: float) -> CreepLaw | None:
     """Return the creep from readings of one weight at several times; None if no weight has them.
 
-    It is the weighted mean of all columns. `after` [s] is the common time of the weights. Raises InputError for a
-    compliance that falls with time, or doubles in a decade.
+    It is the weighted mean of all columns. `common_time` [s] is the time to which the weights are corrected. Raises
+    InputError for a compliance that falls with time, or doubles in a decade.
     """
-    exponents = list(_exponents(table, report, after))
+    exponents = list(_fit_exponents(table, report, common_time))
     if not exponents:
         return None
     weights = np.array([exponent.error for exponent in exponents]) ** -2.0
@@ -124,10 +125,11 @@ def _own_creep(table: MeasuredTable, report: Report, after: float) -> CreepLaw |
     return CreepLaw(per_decade, math.log(10.0) * (1.0 + per_decade) * error)
 
 
-def _exponents(table: MeasuredTable, report: Report, after: float) -> Iterator[Estimate]:
+def _fit_exponents(table: MeasuredTable, report: Report, common_time: float) -> Iterator[Estimate]:
     """Yield the creep exponent [1] with its standard deviation, from the dial and the channel of each tip.
 
-    Tips without readings of one weight at several times are skipped. `after` [s] is the common time of the weights.
+    Tips without readings of one weight at several times are skipped. `common_time` [s] is the time to which the weights
+    are corrected.
     """
     tips = np.array(table.texts["tip"])
     keys = count_keys(len(report.tips))
@@ -140,7 +142,7 @@ def _exponents(table: MeasuredTable, report: Report, after: float) -> Iterator[E
             if column in table.numbers:
                 readings, resolution = table.numbers[column][rows], table.last_digits[column][rows]
                 if np.ptp(readings) > 0.0:  # a dead channel is refused later
-                    yield _fit_exponent(forces, times / after, readings, ROUNDED * resolution)
+                    yield _fit_exponent(forces, times / common_time, readings, ROUNDED * resolution)
 
 
 def _has_several_times(forces: Floats, times: Floats) -> bool:

@@ -193,7 +193,7 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
     rise, and for a sample that contradicts the others of its press.
     """
     keys = force_keys(len(sensor.report.tips))
-    t = _times(table, rows, name)
+    t = _times_of_rows(table, rows, name)
     samples = []
     for row, moment in zip(rows, t, strict=True):
         forces = sensor.forces_of_channels([table.numbers[key][row] for key in keys])
@@ -209,7 +209,7 @@ def _read_deepest_press(table: MeasuredTable, rows: Sequence[int], name: str, se
     return press_reading(sensor, max(presses, key=lambda press: press.forces.sum(axis=1).max()))
 
 
-def _times(table: MeasuredTable, rows: Sequence[int], name: str) -> list[float]:
+def _times_of_rows(table: MeasuredTable, rows: Sequence[int], name: str) -> list[float]:
     """Return the times [s] of the `rows` of the fruit called `name`, nan if the table has no times.
 
     Raises InputError for times that do not rise.

@@ -66,7 +66,7 @@ def counts_of(table: MeasuredTable, keys: Sequence[str]) -> Floats:
     return np.column_stack([table.numbers[key] for key in keys])
 
 
-def weighed_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[str], forces: Floats) -> Lines:
+def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[str], forces: Floats) -> Lines:
     """Fit lines of the deflection and of other columns against the weights on each tip or leaf in `names`.
 
     `forces` (rows,) [N] are the weights corrected for creep to one time, from `Weighing`. Raises InputError for a name
@@ -85,16 +85,16 @@ def weighed_lines(table: MeasuredTable, names: Sequence[str], columns: Sequence[
     return lines
 
 
-def spring_of(deflection: Line) -> Estimate:
+def stiffness_of_line(deflection: Line) -> Estimate:
     """Return the stiffness [N/mm] with its standard deviation, from the line of deflection [mm] against force [N]."""
     K = 1.0 / deflection.slope.value
     return Estimate(K, max(deflection.slope.relative, LEAST_ERROR) * K, "N/mm")
 
 
-def weighed_channels(table: MeasuredTable, report: Report, lines: Lines, forces: Floats) -> ChannelCalibration | None:
+def calibrate_channels(table: MeasuredTable, report: Report, lines: Lines, forces: Floats) -> ChannelCalibration | None:
     """Return the calibration of the channels by a table of weights; None if the table has no counts.
 
-    `forces` are as in `weighed_lines`. Raises InputError for a tip whose first row has a weight, because the tare is
+    `forces` are as in `fit_weight_lines`. Raises InputError for a tip whose first row has a weight, because the tare is
     missing, for an outlier, and for channels that do not separate the tips.
     """
     names = [tip.name for tip in report.tips]
@@ -188,7 +188,7 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
         _refuse_outlier(table, name, key, line.odd_row())
         slope = line.slope
         if not COVERAGE * slope.error < abs(slope.value):
-            field = f"{table.source}: {key} over the weight on {name}"
+            field = f"{table.source}: {key} against the weight on {name}"
             bound = f"known to 100 %, not ± {COVERAGE * slope.error:.2g} counts/N"
             raise validation_error(field, slope.value, "counts/N", bound, "check the channel and its wires")
     # A channel responds little to another tip, so outliers are detected relative to the span of its own tip.
@@ -208,7 +208,7 @@ def _crosstalk_percent(
     crosstalk = np.abs(relative - np.eye(len(names))).max(axis=1)
     if not crosstalk.max() < 1.0:
         channel = int(crosstalk.argmax())
-        field = f"{table.source}: largest counts/N of {keys[channel]} by another tip, over counts/N by {names[channel]}"
+        field = f"{table.source}: largest counts/N of {keys[channel]} for another tip, relative to {names[channel]}"
         bound = "below 1: each channel responds most to its own tip"
         raise validation_error(field, float(f"{crosstalk[channel]:.4g}"), "", bound, "check order and wires")
     if not np.linalg.cond(relative) < _WORST_CONDITION:

@@ -90,6 +90,7 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
     tables = [replace(table, rows=list(table.rows)) for sheet in sheets_of(source) for table in reader.tables(sheet)]
     if not tables:
         raise reader.no_header()
+    # A table with a row of statistics contains results, unless all tables have such a row.
     curves = [table for table in tables if not any(map(is_statistic, table.left_out))] or tables
     specimens: list[Specimen] = []
     header: tuple[str, ...] = ()

@@ -260,7 +260,7 @@ def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_facto
     `stiffening` [1], so readings are too low by it. `ball_factor` [1] is the factor of a reference ball.
     """
     if not rows and stiffening != 1.0:
-        rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]
+        rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]  # without level readings, only creep is corrected
     creep_shift = math.log(stiffening)
     return {
         "level_logs": [math.log(row.read_MPa) - creep_shift for row in rows],

@@ -177,6 +177,7 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
     found, deepest = seated.found, seated.deepest
     if sensor.report.read_out.is_pair:  # the offset of a pair is the lead of the low tip
         return abs(math.degrees(math.atan(found.offset / tips.spacing_mm))), 0.0 if found.offset <= 0.0 else 180.0
+    # The law of flesh that relaxes has two channels per tip; the last ones belong to the depths.
     depths = lowered_tips(law.with_offset(found.offset), deepest.tolist(), found.E)[-len(tips.places_mm) :]
     _, along, across = plane_through(tips.places_mm, depths)
     # A dome rolls on a round fruit: the tilt that lowers a point by 1 lowers the contact of the dome by R / (r + R).

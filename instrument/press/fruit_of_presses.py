@@ -199,7 +199,8 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
         scatter = None
         if len(counted) > 1:
             scatter = press_core.standard_deviation(logs)
-            # The firmware does not know all errors of a press, for instance if its sampling times are unknown.
+            # The presses are compared by the deviations of the firmware, unless they state larger ones. The firmware
+            # does not know all errors of a press, for instance if its sampling times are unknown.
             stated = [part.largest_independent / COVERAGE for part in parts]
             deviations = list(map(max, stated, [own[index] for index in indices]))
             limit = chi_square_limit(len(logs))

@@ -88,7 +88,7 @@ def readings_of(
         t = press.t[-1 if every_sample else press.deepest]
         if every_sample or press.is_firm(sensor.least_forces, timing.lag):
             has_press = True
-            zero, relative_zero = (None, None) if every_sample else zero_left(sensor, press)
+            zero, relative_zero = (None, None) if every_sample else zero_error_after_lift(sensor, press)
             yield replace(reading, t=float(t), fruit=press.fruit, zero_left=zero, zero_left_of_touch=relative_zero)
         else:
             light_touch = replace(reading, t=float(t))
@@ -110,7 +110,7 @@ def _convert_to_newtons(
         yield sample._replace(forces=tuple(forces.tolist()), times=())
 
 
-def zero_left(sensor: MeasuringUnit, press: PressSamples) -> tuple[float | None, float | None]:
+def zero_error_after_lift(sensor: MeasuringUnit, press: PressSamples) -> tuple[float | None, float | None]:
     """Return the zero error that creeping springs show `ZERO_AFTER_S` seconds after a press.
 
     The two numbers are the zero error [N] and its fraction of the smallest force of a touch [1], for the tip with the

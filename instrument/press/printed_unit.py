@@ -289,13 +289,13 @@ def nominal_unit(report: Report) -> PrintedUnit:
     unit = unit_of(
         report,
         stiffnesses=[1.0 / row[tip] for tip, row in enumerate(report.read_out.springs_mm_per_N)],
-        percent=percent_as_made(report),
+        percent=printed_stiffness_percent(report),
         method="nominal: not calibrated, springs as uncertain as their process prints them",
     )
     return replace(unit, creep_per_decade=0.0, creep_error=0.0)
 
 
-def percent_as_made(report: Report) -> list[float]:
+def printed_stiffness_percent(report: Report) -> list[float]:
     """Return the standard deviation of the stiffness of each tip's spring as printed [%].
 
     The stiffness of a leaf is proportional to its modulus and to the third power of its thickness. The process states

@@ -61,6 +61,7 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
         loads=tuple(loads),
         least_forces=(least, *(np.maximum(least, load * force_per_load) for load in loads[1:])),
         per_offset=tips.side_mm / tips.spacing_mm,
+        # The skin under a tip of a level pair has the slope of half the spacing over the radius.
         by_skin=tips.side_mm * 0.5 * tips.spacing_mm / sensor.report.design.fruit.radii_mm[0],
     )
 

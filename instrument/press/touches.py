@@ -158,7 +158,11 @@ class _Touch:
     """A touch of all tips that has not ended, with the samples on which a decision is pending."""
 
     def __init__(self, contact: _Contact, unit: Unit, source: str, *, growing: bool) -> None:
-        """Begin with no sample."""
+        """Begin with no sample.
+
+        `contact` converts the samples. `source` is the name of the signal in messages. With `growing`, the press up to
+        each accepted sample is yielded, and not the whole press at its end.
+        """
         self._contact = contact
         self._source = source
         self._growing = growing

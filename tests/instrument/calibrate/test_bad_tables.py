@@ -139,8 +139,8 @@ def unit(paper):
         ([5], 0, "high", ", line 5, column"),
         ([6], 3, 4194303, ", line 6, column 'counts_l'"),
         ([13], 4, 4194303, ", line 13, column 'counts_h'"),
-        (range(2, 20), 3, 0, ": counts_l over the weight on low"),
-        (range(2, 20), 4, 0, ": counts_h over the weight on high"),
+        (range(2, 20), 3, 0, ": counts_l against the weight on low"),
+        (range(2, 20), 4, 0, ": counts_h against the weight on high"),
         (range(2, 20), 1, TINY, ": compliance of low"),
     ],
 )

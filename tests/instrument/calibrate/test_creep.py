@@ -121,7 +121,7 @@ def test_creep_widens_what_a_unit_leaves_open(paper, calibrate):
         ([8], 3, "7", ", line 8, column 'deflection'"),
         ([11], 4, "7", ", line 11, column 'counts_l'"),
         (range(2, 30), 3, "5", ": compliance of low"),  # nothing divides by what did not move
-        (range(2, 30), 4, "5", ": counts_l over the weight on low"),
+        (range(2, 30), 4, "5", ": counts_l against the weight on low"),
     ],
 )
 def test_what_is_wrong_beside_times_is_named_as_it_is_written(lines, column, cell, place, paper, calibrate, tmp_path):
