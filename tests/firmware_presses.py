@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from measured_units import with_design, with_heights, with_read_out
+from measured_units import with_design, with_heights, with_path, with_read_out
 
 from instrument.press.reference_ball import BallCorrection
 from sensor.design.processes import PROCESSES
@@ -41,13 +41,7 @@ def with_ball_and_creep(sensor):
 
 def late(sensor, time_error_ms, rate_Hz):
     """Return a unit whose high channels are converted 12.5 ms after the low ones."""
-    signal = replace(
-        sensor.report.read_out.signal,
-        delay_ms=(0.0, 12.5, 0.0, 12.5),
-        rate_Hz=rate_Hz,
-        time_error_ms=time_error_ms,
-    )
-    return with_read_out(sensor, signal=signal)
+    return with_path(sensor, delay_ms=(0.0, 12.5, 0.0, 12.5), rate_Hz=rate_Hz, time_error_ms=time_error_ms)
 
 
 def loud(sensor):

@@ -208,6 +208,11 @@ def with_read_out(sensor, **changed):
     return replace(sensor, report=replace(sensor.report, read_out=replace(sensor.report.read_out, **changed)))
 
 
+def with_path(sensor, **changed):
+    """Return a unit whose read-out has another signal path."""
+    return with_read_out(sensor, signal=replace(sensor.report.read_out.signal, **changed))
+
+
 def with_design(sensor, **changed):
     """Return a unit whose report has another design."""
     return replace(sensor, report=replace(sensor.report, design=replace(sensor.report.design, **changed)))

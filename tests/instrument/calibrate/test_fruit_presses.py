@@ -9,9 +9,7 @@ from refusal import refusal
 
 from instrument.calibrate.fruit_presses import fit_scale, measured_fruit, scale_of_presses
 from instrument.press.fruit_scale import FruitScale
-from instrument.press.printed_unit import read_unit, unit_as_toml
 from pipeline.response.scene_press import scene_of
-from pipeline.storage.told import as_data
 from sensor.quantity import COVERAGE
 from solve.contact.pose_forces import Pose, Stand, pose_forces
 
@@ -163,23 +161,16 @@ def test_times_of_a_press_tell_its_duration_as_a_reading_has_it(mango, scale_of)
         assert scale_of(timed, creeping).scale.E_MPa / untimed == pytest.approx(ratio, rel=1e-4)
 
 
-def test_reading_tells_the_scale_and_where_it_ends(mango, tmp_path):
+def test_reading_tells_the_scale_and_where_it_ends(mango):
     """Half way between two points in logarithms lies their geometric mean."""
     sensor = mango.measuring()
-    unit = replace(sensor.unit, scale=SCALE)
-    path = tmp_path / "unit.toml"
-    path.write_text(unit_as_toml(unit), encoding="utf-8")
-    scaled = replace(sensor, unit=read_unit(path, mango.report))
-    assert scaled.unit == unit
+    scaled = replace(sensor, unit=replace(sensor.unit, scale=SCALE))
     half, beyond = (mango.press(E, np.linspace(0.1, 1.0, 20)) for E in (1.0, 3.0))
+    reading = read_press(scaled, half)
+    assert reading.firmness.value == pytest.approx(10.0 * 3.0 ** (np.log(reading.E / 0.5) / np.log(4.0)), rel=1e-6)
+    assert COVERAGE * reading.firmness.percent == pytest.approx(10.0)
+    assert (read_press(scaled, beyond).firmness, "beyond_scale" in read_press(scaled, beyond).flags) == (None, True)
     assert "beyond_scale" not in read_press(sensor, beyond).flags
-    data = as_data(read_press(scaled, half))
-    E = data["E_MPa"]
-    assert data["firmness_N"] == pytest.approx(10.0 * 3.0 ** (np.log(E / 0.5) / np.log(4.0)), rel=1e-6)
-    assert data["firmness_u_percent"] == pytest.approx(10.0)
-    reading = read_press(scaled, beyond)
-    assert reading.firmness is None
-    assert "beyond_scale" in reading.flags
 
 
 @pytest.mark.parametrize(

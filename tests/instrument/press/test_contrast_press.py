@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import read_press, readings_at, stated_and_moved, with_heights, with_read_out
+from measured_units import read_press, readings_at, stated_and_moved, with_heights, with_path, with_read_out
 from refusal import refusal
 from stored_presses import STORED
 
@@ -78,14 +78,10 @@ def test_zeros_that_are_off_or_drift_widen_the_bar_by_what_they_move(mango, goin
     """Both by the drift that the read-out allows for, a bound over root three; its slope is known to a tenth."""
     sensor = mango.measuring()
     plain = read_press(sensor, going_in)
-    signal = sensor.report.read_out.signal
     drift = np.array([0.0, 0.002, 0.0, 0.0])
-
-    def drifting(zero_drift):
-        return with_read_out(sensor, signal=replace(signal, zero_drift_N=zero_drift))
-
-    without = read_press(drifting((0.0,) * 4), going_in)
-    wider = read_press(drifting(tuple(drift.tolist())), going_in)
+    without, wider = (
+        read_press(with_path(sensor, zero_drift_N=tuple(drifts.tolist())), going_in) for drifts in (0.0 * drift, drift)
+    )
     since = np.linspace(0.0, 1.0, len(going_in))
     off = abs(read_press(sensor, going_in + drift).E / plain.E - 1.0)
     moved = abs(read_press(sensor, going_in + np.outer(since, drift)).E / plain.E - 1.0)

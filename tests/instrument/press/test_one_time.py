@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import read_by_module, read_in_c, readings_at, text_of, with_read_out
+from measured_units import read_by_module, read_in_c, readings_at, text_of, with_path, with_read_out
 from refusal import refusal
 from scipy.interpolate import PchipInterpolator
 from stored_presses import STORED
@@ -54,11 +54,6 @@ def lines_of(times, forces, *, timed):
 def read(sensor, lines):
     (reading,) = readings_of(sensor, Signal(Rows(lines, "press.csv"), 4))
     return reading
-
-
-def with_path(sensor, **changed):
-    """Return a unit whose read-out has other delays, rate and bound of the times."""
-    return with_read_out(sensor, signal=replace(sensor.report.read_out.signal, **changed))
 
 
 def with_signal(sensor, signal):

@@ -7,6 +7,7 @@ import pytest
 from firmware_presses import BALL
 from refusal import refusal
 
+from instrument.press.fruit_scale import FruitScale
 from instrument.press.printed_unit import (
     design_digest,
     digests_of_0_2,
@@ -29,6 +30,7 @@ OF_PAPER = {
     "force_bend": (0.0, 0.1),
     "force_bend_per_N": (0.0, -0.05),
 }
+SCALE = FruitScale(unit="N", curve="power", percent=10.0, E_MPa=(0.5, 2.0), firmness=(10.0, 30.0))
 HEIGHTS = "height_mm = [0.0, 0.01]\nheight_error_mm = [1e-6, 1e-6]\n"
 """As units of version 0.1 told them."""
 
@@ -52,7 +54,12 @@ def refused(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "changes", "above"),
-    [("paper", OF_PAPER, ""), ("paper", OF_PAPER, HEIGHTS), ("mango", {"ball": BALL}, ""), ("mango", {}, "")],
+    [
+        ("paper", OF_PAPER, ""),
+        ("paper", OF_PAPER, HEIGHTS),
+        ("mango", {"ball": BALL}, ""),
+        ("mango", {"scale": SCALE}, ""),
+    ],
 )
 def test_unit_comes_back_as_it_was_written(name, changes, above, request, tmp_path):
     """One without a ball is written as before there were balls."""
