@@ -14,17 +14,17 @@ _STEADY_DEG = 5.0  # largest angle of the linear model; beyond, the tips touch o
 
 
 def table_share(force: float, travel: float, E: float, poisson: float, radius: float) -> float:
-    """Return the share of the travel [mm] by which the fruit indents at the table [1].
+    """Return the fraction [1] of the `travel` [mm] that is taken by the indentation of the fruit at the table.
 
-    `force` [N] is the whole force of the tips at this travel on the clamped fruit. The indentation at the table reduces
-    this force in proportion: share = approach(force (1 - share)) / travel. The right side decreases, so there is one
-    root.
+    `force` [N] is the total force of the tips at this travel on a clamped fruit. The indentation at the table reduces
+    this force in proportion, so that fraction = approach(force (1 - fraction)) / travel. The right side decreases with
+    the fraction, so there is one root, which is found by bisection.
     """
 
-    def takes_more(fraction: float) -> bool:
+    def is_below_root(fraction: float) -> bool:
         return approach(force * (1.0 - fraction), E, poisson, radius) / travel > fraction
 
-    return last_holding(takes_more, 0.0, 1.0)
+    return last_holding(is_below_root, 0.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,17 +48,17 @@ class Roll:
 
 
 def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[float], radius: float) -> Roll:
-    """Return the roll of a ball of a radius [mm] along x under tips at places x [mm] from the apex.
+    """Return the roll of a ball of `radius` R [mm] on a table, under tips at positions `places` x [mm] from the apex.
 
-    `forces` [N] are vertical. `stiffness` [N/mm] has an entry per tip, its spring and flesh in series. Rolling by u
-    moves the point of support by u. It lifts the skin under a tip by x u / R, which presses this tip harder. The moment
-    about the support is sum F x - u (sum F - sum k x^2 / R). A friction force H at the tips resists rolling with the
-    moment 2 R H.
+    `forces` [N] are vertical. `stiffness` [N/mm] has an entry for each tip, its spring and flesh in series. Rolling by
+    u moves the point of support by u, and lifts the skin under a tip by x u / R, which presses this tip harder. So the
+    moment about the support is sum F x - u (sum F - sum k x^2 / R). A friction force H at the tips resists rolling with
+    the moment 2 R H.
     """
     total = sum(forces)
     moment = sum(force * x for force, x in zip(forces, places, strict=True))
-    pressed = sum(k * x**2 for k, x in zip(stiffness, places, strict=True)) / radius
-    resistance = total - pressed
+    destabilising = sum(k * x**2 for k, x in zip(stiffness, places, strict=True)) / radius
+    resistance = total - destabilising
     angle = math.inf
     if resistance > 0.0:
         angle = math.degrees(moment / resistance / radius)

@@ -18,40 +18,45 @@ _MIDPOINTS = (np.arange(_POINTS) + 0.5) / _POINTS
 
 
 def edge_loss(depth: Floats | float, side: float, radius: float) -> Floats:
-    """Return the relative loss of force [1] of a tip with an edge radius, at depths [all in mm].
+    """Return the relative loss of force [1] that a rounded edge causes, compared with a sharp tip at the same depth.
 
-    It is 2 radius / side at first touch and decreases with depth; it is 0 for a sharp edge. The radius is at most side
-    / 2.
+    `depth`, an array of any shape, the `side` of the tip and the `radius` of its edge are in mm. The loss is 2 radius /
+    side at first touch and decreases with depth; it is 0 for a sharp edge. The radius is at most side / 2.
     """
-    reach = np.asarray(2.0 / side * depth, dtype=np.float64)
+    relative_depth = np.asarray(2.0 / side * depth, dtype=np.float64)
     if radius <= 0.0:
-        return np.zeros_like(reach)
-    depths, missing = _missing_forces(min(1.0, 2.0 * radius / side))
-    at_touch = np.full_like(reach, missing[1] / depths[1])
-    return np.divide(np.interp(reach, depths, missing), reach, out=at_touch, where=reach > 0.0)
+        return np.zeros_like(relative_depth)
+    depths, losses = _loss_curve(min(1.0, 2.0 * radius / side))
+    loss_at_touch = np.full_like(relative_depth, losses[1] / depths[1])
+    loss = np.interp(relative_depth, depths, losses)
+    return np.divide(loss, relative_depth, out=loss_at_touch, where=relative_depth > 0.0)
 
 
 @functools.lru_cache(maxsize=32)
-def _missing_forces(edge: float) -> tuple[Floats, Floats]:
-    """Return depths [1], from 0 up, and the loss times the depth at each [1], in units of half a side."""
-    contact = _WIDEST * np.arange(_CURVE + 1) / _CURVE  # sine of the angle to which the edge touches
+def _loss_curve(edge: float) -> tuple[Floats, Floats]:
+    """Return depths [half sides], from 0 up, and the loss of force at each, in units of the force at a depth of 1.
+
+    `edge` is the radius of the edge [half sides]. A sharp tip has a force in proportion to its depth.
+    """
+    contact = _WIDEST * np.arange(_CURVE + 1) / _CURVE  # sine of the angle of the edge up to which it touches
     steps = np.diff(contact)
-    within_steps = contact[:-1, None] + steps[:, None] * _MIDPOINTS
-    fallen = np.cumsum(edge * steps * _fall(edge, within_steps).mean(axis=1))
-    depths = _fall(edge, contact[1:])
-    # The force 2 E* (depth b - integral of the fall from a to b) is divided by 2 E* depth of the sharp tip.
-    missing = edge * (1.0 - contact[1:]) * depths + fallen
-    return np.append(0.0, depths), np.append(0.0, missing)
+    midpoints = contact[:-1, None] + steps[:, None] * _MIDPOINTS
+    depth_integrals = np.cumsum(edge * steps * _depth_of_contact(edge, midpoints).mean(axis=1))
+    depths = _depth_of_contact(edge, contact[1:])
+    # The force 2 E* (depth b - integral of the depth from a to b) is divided by 2 E*; a sharp tip has the depth itself.
+    losses = edge * (1.0 - contact[1:]) * depths + depth_integrals
+    return np.append(0.0, depths), np.append(0.0, losses)
 
 
-def _fall(edge: float, sine: Floats) -> Floats:
-    """Return the depth at which the contact reaches an angle of the edge [half sides].
+def _depth_of_contact(edge: float, sine: Floats) -> Floats:
+    """Return the depth [half sides] at which the contact reaches an angle of the edge, given by its sine.
 
-    It is t times the integral of g' / sqrt(t^2 - r^2), with t the radius of the contact and g the profile of the tip.
+    By Sneddon it is t times the integral of g' / sqrt(t^2 - r^2) over the radius r, with t the radius of the contact
+    and g the profile of the tip.
     """
     angle = np.arcsin(sine)
     t = 1.0 - edge + edge * sine
-    within = angle[..., None] * (1.0 - _MIDPOINTS**2)  # angles within the edge; the square removes the singularity
-    r = 1.0 - edge + edge * np.sin(within)
-    slopes = 2.0 * _MIDPOINTS * np.sin(within) / np.sqrt(t[..., None] ** 2 - r**2)
-    return np.asarray(t * edge * angle * slopes.mean(axis=-1))
+    angles = angle[..., None] * (1.0 - _MIDPOINTS**2)  # within the edge; the square removes the singularity at r = t
+    r = 1.0 - edge + edge * np.sin(angles)
+    integrand = 2.0 * _MIDPOINTS * np.sin(angles) / np.sqrt(t[..., None] ** 2 - r**2)
+    return np.asarray(t * edge * angle * integrand.mean(axis=-1))

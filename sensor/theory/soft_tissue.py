@@ -32,18 +32,19 @@ def no_slip(poisson: float) -> float:
 
 
 def large_strain_factor(depth: Floats | float, poisson: float, law: FleshLawName = "neo-hooke") -> Floats:
-    """Return the force of a sharp tip over the linear force [1] at indentations of `depth` [tip sides], in their shape.
+    """Return the force of a sharp tip at large strain relative to the linear force [1], at indentations `depth`.
 
-    It is 1 at first touch, and interpolated linearly between the depths and the Poisson's ratios of the FE solves.
-    Beyond the deepest solve its deviation from 1 is proportional to the depth.
+    `depth` is in tip sides; the result has its shape. The factor is 1 at first touch. It is interpolated linearly
+    between the depths and the Poisson's ratios of the finite-element solves. Beyond the deepest solve, its deviation
+    from 1 is proportional to the depth.
     """
     table = _table(law)
     change = np.zeros(np.shape(depth))
-    shares = np.eye(len(table.rows))  # weight of each row at each solved ratio: 1 at its own, 0 at the others
-    for (solved_depths, factors), share in zip(table.rows, shares, strict=True):
-        beyond = np.maximum(1.0, depth / solved_depths[-1])
-        at_solved_ratio = (np.interp(depth, solved_depths, factors) - 1.0) * beyond
-        change = change + np.interp(poisson, table.poissons, share) * at_solved_ratio
+    weights = np.eye(len(table.rows))  # of each row at each solved Poisson's ratio: 1 at its own, 0 at the others
+    for (solved_depths, factors), weight in zip(table.rows, weights, strict=True):
+        extrapolation = np.maximum(1.0, depth / solved_depths[-1])
+        change_of_row = (np.interp(depth, solved_depths, factors) - 1.0) * extrapolation
+        change = change + np.interp(poisson, table.poissons, weight) * change_of_row
     return np.asarray(1.0 + np.clip(change, -LARGEST_CHANGE, LARGEST_CHANGE))
 
 
