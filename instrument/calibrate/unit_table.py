@@ -69,7 +69,7 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
         press = level_press(sensor, E)
         low, high = (float(press[-1, list(group)].mean()) for group in sensor.report.design.tips.spring_groups)
         with_design = None
-        with suppress(ReadingError):
+        with suppress(ReadingError):  # the designed stiffnesses may give no reading of a very different unit
             with_design = nominal.corrected(read_exactly(nominal, press).E) / E - 1.0
         slopes = read_exactly(sensor, press).slopes
         bend = sensor.bend_error(slopes.channel_bends, slopes.spring_bends)

@@ -267,17 +267,17 @@ def _cut_at_failure(travel: Floats, force: Floats) -> Loading:
     """
     noise = noise_of(force)
     width = max(1, round(_MOVING_MEAN * len(force)))
-    smooth = _moving_mean(force, width)
-    span = float(np.ptp(smooth))
+    means = _moving_mean(force, width)
+    span = float(np.ptp(means))
     difference_error = noise * math.sqrt(2.0 / width)  # of two means
     large_fall = max(_FALL * span, _NOISE_FALLEN * difference_error)
-    highest_before = np.maximum.accumulate(smooth)
-    has_risen = highest_before - smooth[0] > _RISEN * span
-    has_fallen = highest_before - smooth > large_fall
+    largest_mean = np.maximum.accumulate(means)
+    has_risen = largest_mean - means[0] > _RISEN * span
+    has_fallen = largest_mean - means > large_fall
     failures = np.flatnonzero(has_risen & has_fallen)
     failure = None
     if failures.size:
-        peak = int(np.argmax(smooth[: failures[0] + 1])) + width // 2
+        peak = int(np.argmax(means[: failures[0] + 1])) + width // 2
         failure = float(travel[peak])
         travel = travel[: peak + 1]
         force = force[: peak + 1]

@@ -160,7 +160,7 @@ def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
         if column.name in groups[-1] and (column.name in _REQUIRED or groups[-1].keys() >= _REQUIRED):
             groups.append({})
         groups[-1].setdefault(column.name, column)
-    if groups[1:] and not groups[-1].keys() & _REQUIRED:  # a last column of times alone is no specimen
+    if groups[1:] and not groups[-1].keys() & _REQUIRED:  # a last column that only has times is no specimen
         groups.pop()
 
     for number, columns in enumerate(groups, start=count + 1):

@@ -539,8 +539,8 @@ class Touch:
                 return max(smallest, chord - error), min(largest, chord + error)
         return smallest, largest
 
-    def drop_outliers(self, decided: int) -> None:
-        """Drop the samples of the window that contradict the others, if they begin in its first `decided` samples.
+    def drop_outliers(self, decided_count: int) -> None:
+        """Drop the samples of the window that contradict the others, if they begin in its first `decided_count`.
 
         One bad conversion makes `unit.several` consecutive samples bad. Each such run is left out in turn, and a line
         of the contrast against the total force is fitted to the other samples. The run that leaves the smallest sum
@@ -565,7 +565,7 @@ class Touch:
             residual = max(residual, least_residual)
         self.squares += line.squares / line.distance_variance(line.slope)
         self.fits += 1
-        if first < decided and residual > unit.largest_residual * math.sqrt(scale):
+        if first < decided_count and residual > unit.largest_residual * math.sqrt(scale):
             outliers = [sample for sample in self.window[first : first + run] if sample.is_pending]
             for sample in outliers:
                 self.drop(sample.number)
