@@ -144,9 +144,9 @@ def swept_part(
     is_loaded_across = all(abs(direction[1]) < _NEAR for direction in presses)
     is_even = all(extrusion.is_even(name) for name in extrusion.part.faces)
     is_half = is_loaded_across and is_even and bool(np.abs(low + high - 2.0 * middle).max() < 2.0 * _NEAR)
-    up = half_depth_shares(layers)
+    half_levels = half_depth_shares(layers)
     # Levels over the depth: from 1/2 to 1 for the upper half, or from 0 to 1 for the whole part.
-    shares = 0.5 + 0.5 * (up if is_half else np.concatenate([-up[:0:-1], up]))
+    shares = 0.5 + 0.5 * (half_levels if is_half else np.concatenate([-half_levels[:0:-1], half_levels]))
     straight = sweep_profile(profile, shares)
     # The same levels, now between the lower and the upper end of the sweep at each point of the profile.
     points = straight.p.copy()
@@ -190,11 +190,11 @@ def _sampled_excess(extrusion: "Extrusion", profile: Profile, depth: Floats, are
         shapes = np.stack([(1.0 - r) * (1.0 - s), r * (1.0 - s), r * s, (1.0 - r) * s])  # bilinear shape functions
         corners = profile.quads[:, quads]
         x, z = np.einsum("ijk,jq->ikq", profile.points[:, corners], shapes).reshape(2, -1)
-        _, _, inside = extrusion.spans(x, z)
-        meshed = (depth[corners].T @ shapes).ravel()
+        _, _, part_length = extrusion.spans(x, z)
+        mesh_length = (depth[corners].T @ shapes).ravel()
         # A line misses the part only outside its curved outline, which the curved elements follow; there it counts 0.
-        missed = np.where(inside > 0.0, np.abs(meshed - inside), 0.0)
-        excess[quads] = np.where(missed > _NEAR, missed, 0.0).reshape(len(quads), -1).mean(axis=1)
+        difference = np.where(part_length > 0.0, np.abs(mesh_length - part_length), 0.0)
+        excess[quads] = np.where(difference > _NEAR, difference, 0.0).reshape(len(quads), -1).mean(axis=1)
     return excess
 
 
@@ -213,8 +213,8 @@ def _narrow_excess(extrusion: "Extrusion", profile: Profile, depth: Floats, area
     piece_areas, widths = (np.array([piece[i] for piece in pieces]) for i in (1, 2))
     corners = profile.points[:, profile.quads]
     sides = np.roll(corners, -1, axis=1) - corners
-    _, _, inside = extrusion.spans(*places)
-    for i in np.flatnonzero(inside > 0.0):
+    _, _, part_length = extrusion.spans(*places)
+    for i in np.flatnonzero(part_length > 0.0):
         place = places[:, i]
         # A place inside a quadrilateral is on the left of all its sides, so that all cross products are positive.
         cross_products = _cross(sides, place[:, None, None] - corners)
@@ -222,13 +222,15 @@ def _narrow_excess(extrusion: "Extrusion", profile: Profile, depth: Floats, area
         if not cross_products[:, quad].min() >= -_NEAR:
             continue
         corner_depths = depth[profile.quads[:, quad]]
-        meshed = float(corner_depths.mean())
-        missed = abs(meshed - float(inside[i]))
-        if np.ptp(corner_depths) > _NEAR or not missed > _NEAR:
+        mesh_length = float(corner_depths.mean())
+        difference = abs(mesh_length - float(part_length[i]))
+        if np.ptp(corner_depths) > _NEAR or not difference > _NEAR:
             continue  # the mesh follows a slanted face there, and `_sampled_excess` has what it misses
-        excess[quad] += missed * piece_areas[i] / area[quad]
-        weakening = max(1.0, missed / widths[i]) * meshed / inside[i] if meshed > inside[i] else 1.0
-        effect[quad] += weakening * missed * piece_areas[i] / area[quad]
+        excess[quad] += difference * piece_areas[i] / area[quad]
+        weakening = 1.0
+        if mesh_length > part_length[i]:
+            weakening = max(1.0, difference / widths[i]) * mesh_length / part_length[i]
+        effect[quad] += weakening * difference * piece_areas[i] / area[quad]
     return excess, effect
 
 
@@ -401,16 +403,17 @@ class _Outline:
         curves, next to the corner, is outside.
         """
         corners, samples = [], []
-        for i, one in enumerate(ends):
-            for other in ends[:i]:
-                if np.linalg.norm(other.place - one.place) > _NEAR * self.span:
+        for i, curve_end in enumerate(ends):
+            for other_end in ends[:i]:
+                if np.linalg.norm(other_end.place - curve_end.place) > _NEAR * self.span:
                     continue
-                turn = np.pi - np.arccos(np.clip(one.into @ other.into, -1.0, 1.0))
-                bisector = one.into + other.into
-                test_point = one.place + _BESIDE * self.span * bisector / max(float(np.linalg.norm(bisector)), _NEAR)
+                turn = np.pi - np.arccos(np.clip(curve_end.into @ other_end.into, -1.0, 1.0))
+                bisector = curve_end.into + other_end.into
+                length = max(float(np.linalg.norm(bisector)), _NEAR)
+                test_point = curve_end.place + _BESIDE * self.span * bisector / length
                 if turn > _SHARP_RAD and not self._is_inside(test_point):
-                    corners.append(one.place)
-                    samples.append((one.sample, other.sample))
+                    corners.append(curve_end.place)
+                    samples.append((curve_end.sample, other_end.sample))
         return np.array(corners).reshape(-1, 2).T, np.array(samples, dtype=np.int64).reshape(-1, 2).T
 
     def _is_inside(self, place: Floats) -> bool:
@@ -436,9 +439,9 @@ class _Outline:
         part, and at round inner corners also on the radius. All sizes are multiplied by `scale` [1].
         """
         # The part lies to the left of the outline where a ray to the left crosses the outline an odd number of times.
-        left = np.stack([-self._tangents[1], self._tangents[0]])
-        to_left, is_part_left = self._ray_distances(left)
-        to_right, _ = self._ray_distances(-left)
+        left_normals = np.stack([-self._tangents[1], self._tangents[0]])
+        to_left, is_part_left = self._ray_distances(left_normals)
+        to_right, _ = self._ray_distances(-left_normals)
         thickness = np.where(is_part_left, to_left, to_right)
         sizes = thickness / _PER_THICKNESS
         # At an inner corner, the centre of curvature and the part lie on opposite sides of the outline.
@@ -472,17 +475,17 @@ class _Outline:
         number of times. The distance is infinite without a crossing.
         """
         start, end = self._segments
-        along = end - start
+        segment_vectors = end - start
         distance = np.full(self.points.shape[1], np.inf)
         crossings = np.zeros(self.points.shape[1], dtype=int)
         for i in range(self.points.shape[1]):
-            # Solve origin + t ray = start + s along for every segment; t is the distance, 0 <= s < 1 on the segment.
+            # Solve origin + t ray = start + s segment for all segments. t is the distance, and 0 <= s < 1 on a segment.
             origin, ray = self.points[:, i, None], direction[:, i, None]
-            determinant = _cross(np.broadcast_to(ray, along.shape), along)
+            determinant = _cross(np.broadcast_to(ray, segment_vectors.shape), segment_vectors)
             divisor = np.where(np.abs(determinant) > _PARALLEL, determinant, np.inf)
             to_start = start - origin
-            t = _cross(to_start, along) / divisor
-            s = _cross(to_start, np.broadcast_to(ray, along.shape)) / divisor
+            t = _cross(to_start, segment_vectors) / divisor
+            s = _cross(to_start, np.broadcast_to(ray, segment_vectors.shape)) / divisor
             is_hit = (t > _NEAR * self.span) & (s >= 0.0) & (s < 1.0)
             crossings[i] = is_hit.sum()
             distance[i] = t[is_hit].min(initial=np.inf)
@@ -575,8 +578,8 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     area differs from the area of its facets.
     """
     n = profile.points.shape[1]
-    outside = straight.boundary_facets()
-    corners = straight.facets[:, outside]
+    boundary_facets = straight.boundary_facets()
+    corners = straight.facets[:, boundary_facets]
     lowest_level, highest_level = corners.min(axis=0) // n, corners.max(axis=0) // n
     top_level = straight.p.shape[1] // n - 1
     is_level = lowest_level == highest_level  # all corners of the facet at the same level
@@ -584,20 +587,20 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     profile_points = corners % n
     ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
     if is_half:
-        boundaries[SYMMETRY] = outside[is_level & (lowest_level == 0)]
+        boundaries[SYMMETRY] = boundary_facets[is_level & (lowest_level == 0)]
     y = straight.p[1, corners]
     on_end = is_level & (lowest_level == top_level) & (np.abs(y - extrusion.high).max(axis=0) < _NEAR)
     if not is_half:
         on_end |= is_level & (lowest_level == 0) & (np.abs(y - extrusion.low).max(axis=0) < _NEAR)
-    boundaries[SIDES] = outside[on_end]
+    boundaries[SIDES] = boundary_facets[on_end]
     fillets = profile.surfaces[FILLETS]
     if fillets.shape[1]:
-        boundaries[FILLETS] = outside[~is_level & (index_by_nodes(fillets, ends) >= 0)]
+        boundaries[FILLETS] = boundary_facets[~is_level & (index_by_nodes(fillets, ends) >= 0)]
     # A facet belongs to a face of the part if its middle lies on the face.
-    middles = _facet_middles(profile, straight, outside, profile_points)
+    middles = _facet_middles(profile, straight, boundary_facets, profile_points)
     for name in extrusion.part.faces:
         on_face = extrusion.lies_on(name, middles, 10.0 * _NEAR)
-        boundaries[name] = outside[on_face]
+        boundaries[name] = boundary_facets[on_face]
         if not on_face.any():
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "take another face")
         area = extrusion.polygon_area(name)
@@ -606,17 +609,17 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
             # An edge of the face lies between two layers of the sweep, or between nodes of the section.
             reason = f"the area of face {name!r} is {area:g} mm^2, but {meshed_area:g} mm^2 in the mesh"
             raise MeshError("faces", reason, "take another face")
-    named = np.concatenate(list(boundaries.values()))
-    boundaries[WALLS] = np.setdiff1d(outside[~is_level], named)
+    named_facets = np.concatenate(list(boundaries.values()))
+    boundaries[WALLS] = np.setdiff1d(boundary_facets[~is_level], named_facets)
     return boundaries
 
 
-def _facet_middles(profile: Profile, straight: MeshHex1, outside: Ints, profile_points: Ints) -> Floats:
+def _facet_middles(profile: Profile, straight: MeshHex1, facets: Ints, profile_points: Ints) -> Floats:
     """Return the middles of the outer facets [mm], shape (3, n). On a facet swept from an arc, it lies on the arc.
 
-    `outside` (n,) are the indices of the facets. `profile_points` (4, n) are the points of the profile at the corners.
+    `facets` (n,) are the indices of the facets. `profile_points` (4, n) are the points of the profile at the corners.
     """
-    middles = straight.p[:, straight.facets[:, outside]].mean(axis=1)
+    middles = straight.p[:, straight.facets[:, facets]].mean(axis=1)
     ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
     arc = index_by_nodes(profile.arcs, ends)
     # A facet swept from an edge has only two different points of the profile.

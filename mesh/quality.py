@@ -32,15 +32,15 @@ def check_quality(points: Floats, tets: Ints, least: float) -> float:
     Raises MeshError if it is below `least`, or not a number.
     """
     quality = scaled_jacobian(points, tets)
-    worst = int(np.argmin(quality))
-    if not quality[worst] >= least:
-        x, y, z = points[:, tets[:, worst]].mean(axis=1)
+    worst_tet = int(np.argmin(quality))
+    if not quality[worst_tet] >= least:
+        x, y, z = points[:, tets[:, worst_tet]].mean(axis=1)
         reason = (
-            f"smallest scaled Jacobian = {quality[worst]:.3g} at ({x:.3g}, {y:.3g}, {z:.3g}) mm: "
+            f"smallest scaled Jacobian = {quality[worst_tet]:.3g} at ({x:.3g}, {y:.3g}, {z:.3g}) mm: "
             f"must be at least {least:g}"
         )
         raise MeshError("quality", reason, "take smaller elements there, or remove a sliver from the solid")
-    return float(quality[worst])
+    return float(quality[worst_tet])
 
 
 def named_facets(mesh: Mesh, name: str) -> Ints:

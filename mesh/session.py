@@ -169,13 +169,13 @@ def used_nodes(elements: Ints) -> Nodes:
     return Nodes(np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[row[used]].T), index)
 
 
-def index_by_nodes(facets: Ints, wanted: Ints) -> Ints:
-    """Find facets or edges by their nodes: return the column in `facets` of each column of `wanted`, shape (k,).
+def index_by_nodes(facets: Ints, queries: Ints) -> Ints:
+    """Find facets or edges by their nodes: return the column in `facets` of each column of `queries`, shape (k,).
 
     Both arrays hold node indices, (nodes, n) and (nodes, k). The order of the nodes in a column does not matter. A
-    column of `wanted` that is not in `facets` gets -1.
+    column of `queries` that is not in `facets` gets -1.
     """
-    nodes = np.sort(np.concatenate([facets, wanted], axis=1), axis=0)
+    nodes = np.sort(np.concatenate([facets, queries], axis=1), axis=0)
     # Columns with the same nodes get the same label.
     _, label = np.unique(nodes, axis=1, return_inverse=True)
     column = np.full(nodes.shape[1], -1, dtype=np.int64)

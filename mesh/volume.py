@@ -76,13 +76,13 @@ def _named_boundaries(mesh: MeshTet1, part: Part, triangles: Sequence[Ints]) -> 
     `triangles` has the node indices (3, n) of gmsh's triangles on each face of the solid, in the order of its faces.
     Raises MeshError if a triangle is not an outer facet of the mesh.
     """
-    outside = mesh.boundary_facets()
+    boundary_facets = mesh.boundary_facets()
     boundaries = {}
     for name, indices in part.faces.items():
-        index = index_by_nodes(mesh.facets[:, outside], np.hstack([triangles[i] for i in indices]))
+        index = index_by_nodes(mesh.facets[:, boundary_facets], np.hstack([triangles[i] for i in indices]))
         if (index < 0).any():
             raise MeshError("read", "a triangle of a face is not an outer facet of the mesh", "check the solid")
-        boundaries[name] = outside[index]
+        boundaries[name] = boundary_facets[index]
     return boundaries
 
 

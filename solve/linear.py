@@ -73,8 +73,8 @@ class Factor:
         right = load[self.free]
         columns = []
         for column in right.T:
-            found, _ = cg(block, column, rtol=CG_TOLERANCE, atol=0.0, maxiter=MOST_CG_STEPS, M=preconditioner)
-            columns.append(found)
+            solution_column, _ = cg(block, column, rtol=CG_TOLERANCE, atol=0.0, maxiter=MOST_CG_STEPS, M=preconditioner)
+            columns.append(solution_column)
         solution = np.column_stack(columns)
         _check_residual(block, solution, right)
         u = np.zeros_like(load, dtype=np.float64)

@@ -104,7 +104,7 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     prolongation = csr_matrix(to_dofs[:, coarse_free][free])
     coarse = factorise(csc_matrix(prolongation.T @ block @ prolongation), np.zeros(0, dtype=np.int64))
     # `factorise` reorders its unknowns. This factor takes and returns vectors in the order of the coarse dofs.
-    in_corner_order = Factor(
+    reordered = Factor(
         coarse.matrix,
         coarse.block,
         coarse.free,
@@ -115,4 +115,4 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     diagonal = block.diagonal()
     scaled = diags(diagonal**-0.5) @ block @ diags(diagonal**-0.5)
     largest = float(eigsh(scaled, k=1, tol=1e-2, return_eigenvectors=False, v0=np.ones(len(free)))[0])
-    return TwoGrid(block, free, prolongation, in_corner_order, diagonal, largest)
+    return TwoGrid(block, free, prolongation, reordered, diagonal, largest)

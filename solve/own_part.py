@@ -93,13 +93,13 @@ def swept_compliance(
     )
 
 
-def strained_corners(found: PartCompliance) -> tuple[int, ...]:
+def strained_corners(solution: PartCompliance) -> tuple[int, ...]:
     """Return the numbers of the sharp inner corners with enough strain energy to need refinement.
 
     The corners that are not returned together have at most `CORNER_SHARE` of the strain energy of any load.
     """
-    order = np.argsort(found.at_corners.max(axis=0))  # least strained first
-    is_small = np.cumsum(found.at_corners[:, order], axis=1).max(axis=0) <= CORNER_SHARE
+    order = np.argsort(solution.at_corners.max(axis=0))  # least strained first
+    is_small = np.cumsum(solution.at_corners[:, order], axis=1).max(axis=0) <= CORNER_SHARE
     return tuple(sorted(order[~is_small].tolist()))
 
 
@@ -191,15 +191,15 @@ def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tupl
     return density.mean(axis=1), (density * basis.dx).sum(axis=1)
 
 
-def left_out(part: SweptPart, found: PartCompliance) -> tuple[float, ...]:
+def left_out(part: SweptPart, solution: PartCompliance) -> tuple[float, ...]:
     """Return upper bounds of the relative error of each C[i, i] due to features that the swept mesh neglects [1].
 
     Each column of cells is too long or too short by some volume. This volume is assumed to have the strain energy
     density of the most strained cell of the column.
     """
     neglected_volume = VOID_FACTOR * part.effect * part.area
-    largest_density = (density[part.cells].max(axis=0) for density in found.density)
-    return tuple(float((neglected_volume * each).sum()) / found.C[i, i] for i, each in enumerate(largest_density))
+    largest_density = (density[part.cells].max(axis=0) for density in solution.density)
+    return tuple(float((neglected_volume * each).sum()) / solution.C[i, i] for i, each in enumerate(largest_density))
 
 
 def _corner_shares(part: SweptPart, energy: Floats) -> Floats:

@@ -40,19 +40,19 @@ def nodal_dofs(basis: CellBasis, elements: Ints) -> Ints:
     return np.asarray(basis.element_dofs[:, elements].reshape(-1, 3, len(elements)))
 
 
-def patch_inside(basis: CellBasis, elements: Ints, inside: Floats, weights: Floats) -> SurfacePatch:
-    """Return the quadrature at points `inside` the unit cell of the elements (e,), with weights (e, q) [mm^2].
+def patch_inside(basis: CellBasis, elements: Ints, points: Floats, weights: Floats) -> SurfacePatch:
+    """Return the quadrature at points of the unit cell of some elements (e,), with weights (e, q) [mm^2].
 
     The points (3, q) [1] are the same for all elements; points (3, e, q) differ between elements.
     """
-    table = shape_table(basis.elem.elem, inside)
+    table = shape_table(basis.elem.elem, points)
     values = table.values.reshape(len(table.values), -1, weights.shape[1])
     return SurfacePatch(
-        points=cell_points(basis.mesh, inside, elements),
+        points=cell_points(basis.mesh, points, elements),
         weights=weights,
         dofs=nodal_dofs(basis, elements),
         shapes=np.broadcast_to(values, (len(values), *weights.shape)),
-        gradients=gradients(table, cell_jacobian(basis.mesh, inside, elements)),
+        gradients=gradients(table, cell_jacobian(basis.mesh, points, elements)),
     )
 
 

@@ -205,13 +205,14 @@ def _bar_blocks(housing: Housing, count: Counts) -> list[Block]:
     ends = []  # the left and the right end of the block in the middle, each as its lower and upper point
     for arm in housing.arms:
         x = arm.wall - arm.sign * housing.corner
-        below = (x, housing.cavity_level)
-        above = (x, housing.top_level)
+        lower_point = (x, housing.cavity_level)
+        upper_point = (x, housing.top_level)
         over_wall = (arm.wall, housing.top_level)
-        corner = blocks.straight_block((_knuckle(housing, arm), below, above, over_wall), count.sector, elements)
-        fillet = _half_fillet(housing, arm, below, count.sector)
+        quadrangle = (_knuckle(housing, arm), lower_point, upper_point, over_wall)
+        corner = blocks.straight_block(quadrangle, count.sector, elements)
+        fillet = _half_fillet(housing, arm, lower_point, count.sector)
         bar.append(Block(sides=((fillet,), *corner.sides[1:])))
-        ends.append((below, above))
+        ends.append((lower_point, upper_point))
     (left_below, left_above), (right_below, right_above) = ends
     corners = (left_below, right_below, right_above, left_above)
     columns = blocks.frame_elements(right_below[0] - left_below[0], count)

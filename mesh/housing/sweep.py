@@ -116,10 +116,10 @@ def check_jacobian(mesh: MeshHex2) -> None:
     quality = determinant(jacobian) / np.linalg.norm(jacobian, axis=0).prod(axis=0)
     # The nodes of an element may be numbered in the opposite sense, but the sign must not change inside it.
     quality = (quality * np.sign(quality[:, :1])).min(axis=1)
-    worst = int(np.argmin(quality))
-    if not quality[worst] >= LEAST_JACOBIAN:
-        x, y, z = mesh.p[:, mesh.t[:, worst]].mean(axis=1)
-        reason = f"smallest scaled Jacobian = {quality[worst]:.3g} at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
+    worst_element = int(np.argmin(quality))
+    if not quality[worst_element] >= LEAST_JACOBIAN:
+        x, y, z = mesh.p[:, mesh.t[:, worst_element]].mean(axis=1)
+        reason = f"smallest scaled Jacobian = {quality[worst_element]:.3g} at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
         raise MeshError("quality", f"{reason}: must be at least {LEAST_JACOBIAN:g}", "check the dimensions there")
 
 
@@ -192,23 +192,23 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     `mesh` is the straight-sided swept mesh at full depth. Its node numbers identify facets, as in `sweep_profile`.
     """
     n = profile.points.shape[1]
-    outside = mesh.boundary_facets()
-    corners = mesh.facets[:, outside]
+    boundary_facets = mesh.boundary_facets()
+    corners = mesh.facets[:, boundary_facets]
     x, y, z = mesh.p[:, corners]  # each (4 corners, facets)
     on_base = np.abs(z).max(axis=0) < _NEAR
     nearest = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
     boundaries = {}
     for i, arm in enumerate(housing.arms):
-        boundaries[f"{arm.name}_tip"] = outside[on_base & (nearest == i)]
-    boundaries["symmetry"] = outside[(corners < n).all(axis=0)]  # the first n nodes lie at y = 0
+        boundaries[f"{arm.name}_tip"] = boundary_facets[on_base & (nearest == i)]
+    boundaries["symmetry"] = boundary_facets[(corners < n).all(axis=0)]  # the first n nodes lie at y = 0
     # On tapered necks the side of the mesh does not lie in the side face.
     y_solid = y * _depth_fraction(housing, x, z)
-    boundaries["side_faces"] = outside[(np.abs(y_solid - 0.5 * housing.depth) < _NEAR).all(axis=0)]
+    boundaries["side_faces"] = boundary_facets[(np.abs(y_solid - 0.5 * housing.depth) < _NEAR).all(axis=0)]
     # A facet swept from an edge of the profile has the two end points of this edge, each at two levels.
     profile_points = corners % n
     ends = np.stack([profile_points.min(axis=0), profile_points.max(axis=0)])
     for name, edges in profile.surfaces.items():
-        boundaries[name] = outside[index_by_nodes(edges, ends) >= 0]
+        boundaries[name] = boundary_facets[index_by_nodes(edges, ends) >= 0]
     return boundaries
 
 

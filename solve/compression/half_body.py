@@ -71,9 +71,9 @@ class HalfBody:
         infinite for other tools. Doubling the `refinement` halves the elements.
         """
         self.law = law
-        lines, below = _section_lines(section, contact, refinement, edge)
+        lines, lines_down = _section_lines(section, contact, refinement, edge)
         across = _with_midpoints(lines)
-        up = 1.0 - _with_midpoints(below)[::-1]
+        up = 1.0 - _with_midpoints(lines_down)[::-1]
         columns = len(across)
         rows = len(up)
         r, z = section.place(*np.meshgrid(across, up, indexing="ij"))
@@ -109,27 +109,28 @@ class HalfBody:
         density = self.law.phi(stretches)[0].sum(axis=0) + self.law.U(np.log(stretches.prod(axis=0)))[0]
         return Deformed(u=u, F=F, stretches=stretches, energy=float((self._volumes * density).sum()))
 
-    def tangent(self, body: "Deformed", *, convex: bool) -> tuple[Floats, csc_matrix]:
+    def tangent(self, deformed: "Deformed", *, convex: bool) -> tuple[Floats, csc_matrix]:
         """Return the internal nodal forces (2 nodes,) [N] and the tangent stiffness (2 nodes, 2 nodes) [N/mm].
 
+        `deformed` is the state at which they are evaluated.
         They are the first and the second derivatives of the strain energy by the displacements. With `convex`, negative
         stiffnesses of the modes at the Gauss points are set to 0. The energy is then more nearly convex, and a Newton
         step lowers it.
         """
-        _, slope, curvature = self.law.phi(body.stretches)
-        _, pressure, bulk = self.law.U(np.log(body.stretches.prod(axis=0)))
-        modes = principal_modes(body.F)
-        stiffness = mode_stiffness(body.stretches, slope, curvature, pressure)
+        _, slope, curvature = self.law.phi(deformed.stretches)
+        _, pressure, bulk = self.law.U(np.log(deformed.stretches.prod(axis=0)))
+        modes = principal_modes(deformed.F)
+        stiffness = mode_stiffness(deformed.stretches, slope, curvature, pressure)
         if convex:
             stiffness = np.maximum(stiffness, 0.0)
 
         # Second derivatives of the energy density by the components i and j of F: of U by way of theta, then of phi in
         # the modes.
-        theta_gradient = _gradient_by_F(modes, 1.0 / body.stretches)
+        theta_gradient = _gradient_by_F(modes, 1.0 / deformed.stretches)
         moduli = bulk * theta_gradient[:, None] * theta_gradient[None, :]
         moduli[:4, :4] += np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
         moduli[4, 4] += stiffness[4]
-        stress = _gradient_by_F(modes, slope + pressure / body.stretches)  # first Piola-Kirchhoff stress
+        stress = _gradient_by_F(modes, slope + pressure / deformed.stretches)  # first Piola-Kirchhoff stress
 
         # Integrals over the elements. Indices: element e, point q, dofs d and f.
         matrices = np.einsum("eqid,ijeq,eqjf->edf", self._strain, self._volumes * moduli, self._strain, optimize=True)
@@ -167,15 +168,15 @@ def _section_lines(section: Section, contact: float, refinement: float, edge: fl
     if edge < top_width:
         # Elements grow from the edge in both directions, inwards to the axis and outwards to the side.
         edge_share = edge / top_width
-        inner = edge_share * (1.0 - _graded(_AT_EDGE, refinement, _GROWTH_FROM_EDGE)[::-1])
+        inner = edge_share * (1.0 - _graded_lines(_AT_EDGE, refinement, _GROWTH_FROM_EDGE)[::-1])
         outer_share = 1.0 - edge_share
         first = _AT_EDGE * edge_share / outer_share
-        outer = edge_share + outer_share * _graded(first, refinement, _GROWTH_FROM_EDGE)
+        outer = edge_share + outer_share * _graded_lines(first, refinement, _GROWTH_FROM_EDGE)
         lines = np.concatenate([inner, outer[1:]])
-        below = _graded(_AT_EDGE * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
+        lines_down = _graded_lines(_AT_EDGE * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
     else:
-        lines = below = _graded(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
-    return lines, below
+        lines = lines_down = _graded_lines(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
+    return lines, lines_down
 
 
 def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
@@ -234,7 +235,7 @@ def _gradient_by_F(modes: Floats, principal: Floats) -> Floats:
     return np.concatenate([in_plane, principal[2:]])
 
 
-def _graded(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
+def _graded_lines(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
     """Return the boundaries of elements from 0 to 1, each element `growth` times as large as the previous one.
 
     The first element is about `first` / `refinement` long, and none is longer than _LARGEST_ELEMENT / `refinement`. The

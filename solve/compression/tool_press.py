@@ -150,8 +150,8 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     tool = tool or Tool()
     held = body.held.copy()
     if grips:
-        at_rest = _ToolPress(body, tool, 0.0).state(np.zeros((body.count, 2)))
-        held[2 * body.surface[at_rest.touches]] = True
+        initial_state = _ToolPress(body, tool, 0.0).state(np.zeros((body.count, 2)))
+        held[2 * body.surface[initial_state.touches]] = True
         held[2 * body.on_table] = True
     solutions = [np.zeros((body.count, 2))]
     solved_travels = [0.0]

@@ -147,9 +147,9 @@ def _viewing_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
         spans = [np.array([patches.low[axis], patches.high[axis]]) for patches in tips]
         start = -0.5 * extent[axis]
         lines.append(grid_line(start, start + extent[axis], spans))
-    down = grid_line(0.0, block.height_mm, [np.zeros(2)])
+    depths = grid_line(0.0, block.height_mm, [np.zeros(2)])
     tolerance = 1e-9 * block.height_mm
-    return MeshHex.init_tensor(lines[0], lines[1], -down[::-1]).with_boundaries(
+    return MeshHex.init_tensor(lines[0], lines[1], -depths[::-1]).with_boundaries(
         {"top": lambda point: point[2] > -tolerance, "base": lambda point: point[2] < tolerance - block.height_mm}
     )
 
@@ -170,10 +170,10 @@ def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -
     origin = np.zeros((3, 1))
     inverse = basis.mapping.invDF(origin, tind=bricks)[..., 0]
     from_corner = points - basis.mapping.F(origin, tind=bricks)[..., 0]
-    inside = np.einsum("ijn,jn->in", inverse, from_corner)[:, :, None]
+    local_points = np.einsum("ijn,jn->in", inverse, from_corner)[:, :, None]
 
     # One point in each of n bricks. Indices: node k, component c, brick n, point q, coordinate d.
-    patch = patch_inside(basis, bricks, inside, np.ones((len(bricks), 1)))
+    patch = patch_inside(basis, bricks, local_points, np.ones((len(bricks), 1)))
     nodal_values = v[patch.dofs]
     values = np.einsum("kcn,knq->cn", nodal_values, patch.shapes)
     gradient = np.einsum("kcn,kdnq->cdn", nodal_values, patch.gradients)

@@ -31,16 +31,16 @@ def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats
     The fruit is an ellipsoid with the vertical semi-axis `radius` [mm] and the principal radii `radius` along x and
     `radius_across` along y at the apex. It is a sphere if both radii are equal.
     """
-    rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
-    return np.where(rest >= 0.0, radius * (1.0 - np.sqrt(np.maximum(rest, 0.0))), np.inf)
+    height_squared = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
+    return np.where(height_squared >= 0.0, radius * (1.0 - np.sqrt(np.maximum(height_squared, 0.0))), np.inf)
 
 
 def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[float, float]:
     """Return the downward slopes [1] of the skin of `cap_gap` along x and y; infinite at its rim and beyond."""
-    rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
-    if not rest > 0.0:
+    height_squared = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
+    if not height_squared > 0.0:
         return math.inf, math.inf
-    relative_height = math.sqrt(rest)  # height above the centre over the vertical semi-axis
+    relative_height = math.sqrt(height_squared)  # height above the centre over the vertical semi-axis
     return x / radius / relative_height, y / radius_across / relative_height
 
 

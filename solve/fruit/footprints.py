@@ -89,9 +89,9 @@ def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]
     A list is empty if any footprint has no image among the footprints.
     """
     index = {footprint: i for i, footprint in enumerate(footprints)}
-    at_x = [index.get(replace(each, x=-each.x), -1) for each in footprints]
-    at_y = [index.get(replace(each, y=-each.y), -1) for each in footprints]
-    return [] if -1 in at_x else at_x, [] if -1 in at_y else at_y
+    images_at_x = [index.get(replace(each, x=-each.x), -1) for each in footprints]
+    images_at_y = [index.get(replace(each, y=-each.y), -1) for each in footprints]
+    return [] if -1 in images_at_x else images_at_x, [] if -1 in images_at_y else images_at_y
 
 
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:

@@ -89,14 +89,14 @@ def remainder_compliance(
     # The half-space fields of each load and each of its mirror images, which are identified by the signs of x and y.
     signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
     images = np.array(list(itertools.product(*signs)))
-    on_side = [_half_space(loads * image, poisson, side) for image in images]
-    on_base = [_half_space(loads * image, poisson, base) for image in images]
+    side_fields = [_half_space(loads * image, poisson, side) for image in images]
+    base_fields = [_half_space(loads * image, poisson, base) for image in images]
 
     compliances = []
     for parity in parities:
         image_signs = np.where(images < 0, parity, 1).prod(axis=1)
-        side_u, side_t = _signed_sum(image_signs, on_side)
-        base_u, base_t = _signed_sum(image_signs, on_base)
+        side_u, side_t = _signed_sum(image_signs, side_fields)
+        base_u, base_t = _signed_sum(image_signs, base_fields)
 
         # The boundary conditions of v: minus the half-space tractions on the sides as nodal forces (`load`), and minus
         # the half-space displacements on the base (`lift`).
@@ -159,13 +159,13 @@ def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
 
     They are the displacements normal to the plane if the parity is even, and in the plane if it is odd.
     """
-    across = (["u^1"], ["u^2"])
-    along = (["u^2", "u^3"], ["u^1", "u^3"])
+    normal_components = (["u^1"], ["u^2"])
+    tangential_components = (["u^2", "u^3"], ["u^1", "u^3"])
     dofs = np.zeros(0, dtype=np.int64)
     for axis, sign in enumerate(parity):
         if sign:
-            held = across[axis] if sign > 0 else along[axis]
-            dofs = np.union1d(dofs, basis.get_dofs(PLANES[axis]).all(held))
+            components = normal_components[axis] if sign > 0 else tangential_components[axis]
+            dofs = np.union1d(dofs, basis.get_dofs(PLANES[axis]).all(components))
     return dofs
 
 

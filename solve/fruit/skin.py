@@ -63,9 +63,9 @@ def layer_on(fruit: Fruit, E: float) -> Layer:
 
 
 def skin_compliance(
-    bare: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool = False
+    flesh: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool = False
 ) -> FruitCompliance:
-    """Return the compliance of a fruit with its skin, given the compliance `bare` of the fruit without it [1/mm].
+    """Return the compliance of a fruit with its skin, given the compliance `flesh` of the fruit without it [1/mm].
 
     For each modulus of the flesh, the change under smooth loads is solved on a mesh. The difference between the change
     under the tips and the change under smooth loads is taken from a layered half-space. With `along_normals`, the tips
@@ -83,20 +83,20 @@ def skin_compliance(
     coarse = body_change(coarse_body, layers, SPAN[1])
 
     # The change on the mesh, in which the half-space part under smooth loads is replaced by the part under the tips.
-    table = bare.S + fine + local.sharp - local.smooth - local.shell
+    table = flesh.S + fine + local.sharp - local.smooth - local.shell
     # Softer flesh than the design's occurs only at the start of a curve of P; the error bars do not cover it.
     is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)
     errors = _table_errors(table, fine - coarse, local, np.flatnonzero(is_in_range))
     skin = SkinTable(E=moduli, S=table)
     dofs = int(fine_body.flat.N)
-    status = f"{bare.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
-    seconds = bare.info.seconds + time.perf_counter() - start
+    status = f"{flesh.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
+    seconds = flesh.info.seconds + time.perf_counter() - start
     return replace(
-        bare,
+        flesh,
         skin=skin,
-        error_pair=bare.error_pair + errors.pair,
-        error_own=bare.error_own + errors.own,
-        info=replace(bare.info, method=f"{bare.info.method}, under a skin", seconds=seconds, status=status),
+        error_pair=flesh.error_pair + errors.pair,
+        error_own=flesh.error_own + errors.own,
+        info=replace(flesh.info, method=f"{flesh.info.method}, under a skin", seconds=seconds, status=status),
     )
 
 
@@ -228,7 +228,7 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
     for parity in body.parities:
         forces = body.forces(parity, body.normals)
         fixed = body.fixed_dofs(parity)
-        bare = forces.T @ factorise(without_skin, fixed).solve(forces)
+        energy_without_skin = forces.T @ factorise(without_skin, fixed).solve(forces)
         # Galerkin's method on an orthonormal basis of the solved fields.
         solved = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in solved_moduli]
         reduced_basis, _ = np.linalg.qr(np.hstack(solved))
@@ -238,5 +238,5 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
         for i, modulus in enumerate(moduli):
             energy = reduced_forces.T @ np.linalg.solve(reduced_flesh + modulus * reduced_skin, reduced_forces)
             # A single load is the mean of its even and its odd part, hence a factor of one half for each mirror plane.
-            change[i] += (energy - bare) / 2.0 ** np.abs(parity).sum()
+            change[i] += (energy - energy_without_skin) / 2.0 ** np.abs(parity).sum()
     return change

@@ -27,15 +27,15 @@ class SmoothLoad:
     deviation: float
 
 
-def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], most: float = WIDEST) -> tuple[SmoothLoad, ...]:
+def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], ratio: float = WIDEST) -> tuple[SmoothLoad, ...]:
     """Return the smooth loads that represent the footprints, as wide as side faces and neighbours allow.
 
-    The standard deviation of a load is at most `most` [1] times its smallest one, which `least_deviation` returns.
+    The standard deviation of a load is at most `ratio` [1] times its smallest one, see `least_deviation`.
     """
     closest = closest_spacing(footprints)
     loads = []
     for footprint in footprints:
-        widest = most * least_deviation(footprint)
+        widest = ratio * least_deviation(footprint)
         deviation = min(widest, footprint.room(fruit) / IN_ROOM, closest * footprint.side / IN_SPACING)
         loads.append(SmoothLoad(footprint.x, footprint.y, deviation))
     return tuple(loads)

@@ -207,8 +207,8 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
     They are estimated from the difference to a coarser mesh. The rough grading has no coarser mesh: its error is a
     fixed fraction of the remainder.
     """
-    between = nodes_between(footprints)
-    node_error = max(footprint.punch(between).error for footprint in footprints) + NODE_ERROR
+    node_count = nodes_between(footprints)
+    node_error = max(footprint.punch(node_count).error for footprint in footprints) + NODE_ERROR
     half_space = half_space_compliance(tuple(footprints), fruit.poisson)
     # This and the arrays below have a value for each pair of tips, then one for each tip.
     remainder = relative_changes(fine - half_space, fine)

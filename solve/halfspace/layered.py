@@ -57,11 +57,11 @@ class Layer:
         of any shape.
         """
         shear = self.modulus * (1.0 + self.poisson_below) / (1.0 + self.poisson)
-        below = 1.0 - 4.0 * (1.0 - self.poisson) / (1.0 + shear * (3.0 - 4.0 * self.poisson_below))
-        above = (shear - 1.0) / (shear + 3.0 - 4.0 * self.poisson)
+        lower = 1.0 - 4.0 * (1.0 - self.poisson) / (1.0 + shear * (3.0 - 4.0 * self.poisson_below))
+        upper = (shear - 1.0) / (shear + 3.0 - 4.0 * self.poisson)
         decay = np.exp(-2.0 * kh)
-        numerator = 1.0 + 4.0 * above * kh * decay - below * above * decay**2
-        denominator = 1.0 - (below + above + 4.0 * above * kh**2) * decay + below * above * decay**2
+        numerator = 1.0 + 4.0 * upper * kh * decay - lower * upper * decay**2
+        denominator = 1.0 - (lower + upper + 4.0 * upper * kh**2) * decay + lower * upper * decay**2
         return np.asarray(numerator / denominator - 1.0)
 
     def smooth_compliance(self, deviations: Sequence[float], distance: float) -> float:
@@ -208,9 +208,9 @@ def _interpolate(x: Floats, y: Floats, points: Floats, power: float) -> Floats:
 
     Outside the table, y is continued in proportion to x ** power.
     """
-    inside = np.clip(points, x[0], x[-1])
-    values = np.exp(_spline(np.log(x), np.log(y))(np.log(inside)))
-    return np.asarray(values * (points / inside) ** power)
+    clipped = np.clip(points, x[0], x[-1])
+    values = np.exp(_spline(np.log(x), np.log(y))(np.log(clipped)))
+    return np.asarray(values * (points / clipped) ** power)
 
 
 def _panels(end: float, longest: float) -> tuple[Floats, Floats]:

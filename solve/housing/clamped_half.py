@@ -63,8 +63,8 @@ class ClampedHalf:
 
         The support is a small sum of large nodal forces, so its relative error can be large.
         """
-        inside = (magnitude(self.matrix) @ np.abs(u))[self._vertical].sum(axis=0)
-        return float(np.finfo(np.float64).eps * inside.max())
+        magnitudes = (magnitude(self.matrix) @ np.abs(u))[self._vertical].sum(axis=0)
+        return float(np.finfo(np.float64).eps * magnitudes.max())
 
     @property
     def _vertical(self) -> Ints:
@@ -166,11 +166,11 @@ def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> 
             "must be equal. Check that the matrix is symmetric."
         )
         raise SolveError(msg)
-    missing = 0.0 if support is None else float(np.abs(support + 0.5).max())
-    allowed = max(BALANCE_LIMIT, round_off)
-    if not missing <= allowed:
+    imbalance = 0.0 if support is None else float(np.abs(support + 0.5).max())
+    tolerance = max(BALANCE_LIMIT, round_off)
+    if not imbalance <= tolerance:
         msg = (
-            f"flexure: the force of the mount and the half newton on a tip differ by {missing:.1e} N: must be at most "
-            f"{allowed:.0e} N; check what holds the housing"
+            f"flexure: the force of the mount and the half newton on a tip differ by {imbalance:.1e} N: must be at "
+            f"most {tolerance:.0e} N; check what holds the housing"
         )
         raise SolveError(msg)

@@ -74,21 +74,21 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)
     count = basis.N // 3
-    along = csc_matrix((count, count))  # for each of the two components parallel to the layer
-    across = csc_matrix((count, count))  # for the normal component
+    tangential = csc_matrix((count, count))  # for each of the two components parallel to the layer
+    normal = csc_matrix((count, count))  # for the normal component
     for layer in layers:
         points = _TRIANGLE_POINTS if basis.mesh.refdom is RefTet else _POINTS
         for facet in surface_facets(basis, layer.name):
-            inside = facet.inside(points)
+            reference_points = facet.inside(points)
             area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)
-            x, _, z = cell_points(basis.mesh, inside, facet.elements)
+            x, _, z = cell_points(basis.mesh, reference_points, facet.elements)
             weight = (0.5 if basis.mesh.refdom is RefTet else 1.0) * _WEIGHT
             weights = area * weight * layer.covers(x, z)  # (facets, points), 0 outside the layer
             # All elements in this group have the same local facet, so their shape functions there are the same.
-            shapes = shape_table(basis.elem.elem, inside).values
+            shapes = shape_table(basis.elem.elem, reference_points).values
             springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)
-            of_facets = nodes[facet.elements]
-            along = along + assemble_elements(shear / layer.thickness * springs, of_facets, count)
-            across = across + assemble_elements(E / layer.thickness * springs, of_facets, count)
-    is_across = np.arange(3) == _ACROSS
-    return csc_matrix(kron(along, np.diag(1.0 * ~is_across)) + kron(across, np.diag(1.0 * is_across)))
+            facet_nodes = nodes[facet.elements]
+            tangential = tangential + assemble_elements(shear / layer.thickness * springs, facet_nodes, count)
+            normal = normal + assemble_elements(E / layer.thickness * springs, facet_nodes, count)
+    is_normal = np.arange(3) == _ACROSS
+    return csc_matrix(kron(tangential, np.diag(1.0 * ~is_normal)) + kron(normal, np.diag(1.0 * is_normal)))

@@ -29,8 +29,8 @@ def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
     """
     leaves = [leaf_faces(spring) for spring in SPRINGS]
     loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
-    free = np.setdiff1d(mesh.boundary_facets(), np.concatenate(loaded))
-    basis = vector_basis(mesh.with_boundaries({_FREE: free}), ElementHexS2(), order=REDUCED)
+    unloaded = np.setdiff1d(mesh.boundary_facets(), np.concatenate(loaded))
+    basis = vector_basis(mesh.with_boundaries({_FREE: unloaded}), ElementHexS2(), order=REDUCED)
     strain = nodal_strain(basis, u, poisson, _FREE)
     displacement = u[np.hstack([basis.nodal_dofs, basis.edge_dofs]).T]
     # `stress` expects a displacement gradient, but uses only its symmetric part, the strain.
@@ -49,11 +49,11 @@ def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
     return int(nodes[fields.largest_principal_strain[nodes].argmax()])
 
 
-def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floats:
+def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> Floats:
     """Return the strain [1] at the nodes, shape (3, 3, nodes), for displacements u (dofs,) [mm].
 
-    `basis` has 20-node cells with 2^3 Gauss points, and `free` is the name of the unloaded boundary. At nodes on this
-    boundary, the strain is extrapolated only within its facets. At a fillet, strain varies nonlinearly through the
+    `basis` has 20-node cells with 2^3 Gauss points, and `unloaded` is the name of the unloaded boundary. At nodes on
+    this boundary, the strain is extrapolated only within its facets. At a fillet, strain varies nonlinearly through the
     thickness of a leaf, so linear extrapolation from two points in a cell would miss the peak strain.
     """
     reference_nodes = basis.elem.elem.doflocs  # nodes of the unit cube
@@ -65,9 +65,9 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
     total, weight = _cell_strain(basis, u, nodes, weights)
     surface_total = np.zeros((count, 3, 3))
     surface_weight = np.zeros(count)
-    for facet in surface_facets(basis, free):
-        inside = facet.inside(POINTS)
-        patch = patch_inside(basis, facet.elements, inside, np.ones((len(facet.elements), POINTS.shape[1])))
+    for facet in surface_facets(basis, unloaded):
+        reference_points = facet.inside(POINTS)
+        patch = patch_inside(basis, facet.elements, reference_points, np.ones((len(facet.elements), POINTS.shape[1])))
         gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
         strain = _unloaded_strain(gradient, facet.normals(basis.mesh, POINTS), poisson)
 

@@ -161,8 +161,8 @@ class EllipsoidFruit:
         constant that is added to the deflection per force, times pi E* [1/mm].
         """
         softness, radius = np.broadcast_arrays(self.softness, self.soft_radius)
-        outside = BRUISE[0] + BRUISE[1] * (self.poisson - 0.3)
-        return np.stack([softness, (1.0 - softness) * outside / radius])
+        constant = BRUISE[0] + BRUISE[1] * (self.poisson - 0.3)
+        return np.stack([softness, (1.0 - softness) * constant / radius])
 
     @property
     def curvature(self) -> Floats:

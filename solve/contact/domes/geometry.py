@@ -81,9 +81,9 @@ class DomePoses:
             principal=None if self.principal is None else self.principal[poses],
         )
 
-    def approach(self, moved: Floats) -> DomeApproach:
-        """Return the approach after the domes have moved by `moved` (poses, tips, 3) [mm] in the sensor's frame."""
-        centres = self.centres + moved @ self.frame
+    def approach(self, displacements: Floats) -> DomeApproach:
+        """Return the approach after displacements of the domes (poses, tips, 3) [mm], in the frame of the sensor."""
+        centres = self.centres + displacements @ self.frame
         foot, normal = self._nearest_points(centres)
         distance = _dot(centres - foot, normal)
         # The relative principal curvatures are those of the fruit plus the curvature of the dome.
@@ -196,9 +196,9 @@ def _touch_key(scene: Scene) -> tuple[object, ...]:
     return scene.fruit, scene.press, scene.off_centre_mm, scene.height_offset_mm
 
 
-def _axes(turn: Floats) -> Floats:
-    """Return the unit axes of sensors (poses, 3), given the tangents of their tilt and roll (poses, 2)."""
-    axis = np.column_stack([turn, np.ones(len(turn))])
+def _axes(tangents: Floats) -> Floats:
+    """Return the unit axes of sensors (poses, 3), given the `tangents` of their tilt and roll (poses, 2)."""
+    axis = np.column_stack([tangents, np.ones(len(tangents))])
     return np.asarray(axis / np.linalg.norm(axis, axis=1, keepdims=True))
 
 

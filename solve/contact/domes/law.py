@@ -258,8 +258,8 @@ class _Law:
         agree with the new ones.
         """
         N = self._hertz(q, previous)[0]
-        moved = np.tensordot(N[..., None] * previous.direction, self._C, axes=((1, 2), (1, 3)))
-        approach = self._poses.approach(moved)
+        displacements = np.tensordot(N[..., None] * previous.direction, self._C, axes=((1, 2), (1, 3)))
+        approach = self._poses.approach(displacements)
         N, stiffness, radius, strain = self._hertz(q, approach)
 
         # The other domes tilt the surface under a dome by `slope`. This moves its contact by `shift`, the relative
