@@ -1,4 +1,4 @@
-"""Faster import of the CAD kernel, which takes a second: ahead of its use, and without unneeded modules."""
+"""A faster import of the CAD kernel, which takes a second: before it is needed, and without unneeded modules."""
 
 import gc
 import importlib
@@ -12,8 +12,8 @@ from cad.parts.housing import Housing, PartSize
 
 # Each of these imports all 140 modules of VTK only to find out whether VTK is installed.
 _ASK_FOR_VTK = ("OCP.IVtk", "OCP.IVtkOCC", "OCP.IVtkTools", "OCP.IVtkVTK")
-# Modules that CadQuery needs for pictures, DXF and constraints, and trimesh for searches, fits and other formats.
-_LEFT_OUT = (
+# Modules that CadQuery needs only for pictures, DXF and constraints, and trimesh for searches, fits and other formats.
+_UNNEEDED = (
     "PIL",
     "casadi",
     "ezdxf",
@@ -36,14 +36,14 @@ _LEFT_OUT = (
 
 
 def load_kernel() -> None:
-    """Import all modules that draw, write and check a sensor, in a worker that does nothing else.
+    """Import all modules that draw, write and check a sensor, in a worker process that does nothing else.
 
-    The garbage collector is paused meanwhile and never visits the imported objects afterwards, because they stay until
-    the process ends. It took a third of the processor time of these imports.
+    The garbage collector is paused during the imports, where it took a third of the CPU time. Later it never visits the
+    imported objects, because they exist until the process ends.
     """
     gc.disable()
     try:
-        with _left_out():
+        with _replace_unneeded():
             for name in (*_ASK_FOR_VTK, "cadquery", "trimesh"):
                 importlib.import_module(name)
         importlib.import_module("cad.checks.sensor_checks")
@@ -53,16 +53,19 @@ def load_kernel() -> None:
 
 
 def solid_size(housing: Housing) -> PartSize:
-    """Return the volume, the surface and the areas of named faces of the solid of a housing [mm]."""
+    """Return the volume [mm^3], the surface and the areas of named faces [mm^2] of the solid of a housing."""
     from cad.parts.housing_solid import housing_part  # only the worker that runs this needs the kernel
 
     return housing_part(housing).size
 
 
 @contextmanager
-def _left_out() -> Iterator[None]:
-    """Replace the modules of `_LEFT_OUT` by stand-ins inside the block; a later import loads the real module."""
-    absent = [name for name in _LEFT_OUT if name not in sys.modules]
+def _replace_unneeded() -> Iterator[None]:
+    """Replace the modules of `_UNNEEDED` by stand-ins inside a `with` block; a later import loads the real module.
+
+    Modules that are already imported are kept.
+    """
+    absent = [name for name in _UNNEEDED if name not in sys.modules]
     sys.modules.update({name: _StandIn(name) for name in absent})
     try:
         yield

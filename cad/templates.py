@@ -6,7 +6,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 
 def template_environment(folder: Path, *, autoescape: bool = False) -> Environment:
-    """Return the Jinja environment of a folder, in which a missing value raises an error."""
+    """Return the Jinja environment of the templates in a folder, in which a missing value raises an error."""
     return Environment(
         loader=FileSystemLoader(folder),
         autoescape=autoescape,

@@ -35,8 +35,8 @@ WASHER_THICKNESS_MM = 0.5  # M3 washer, ISO 7089
 WASHER_HOLE_MM = 3.2  # M3 washer, ISO 7089
 SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # M3 screws, ISO 4762
 DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # dowels of 3 mm, ISO 8734
-APART = 2.5  # outward move of a body in pictures, over its distance from the plane y = 0
-_REACH = 1.0  # extension of a cut beyond the plate
+APART = 2.5  # displacement of a body in exploded views, as a multiple of its distance from the plane y = 0
+_MARGIN = 1.0  # extension of a cut beyond the plate
 _HALF_TURN = cq.Location(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)
 
 
@@ -49,16 +49,16 @@ def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
 
 
 def on_workplane(part: Part) -> cq.Workplane:
-    """Return a part [mm] as a workplane of CadQuery with its named faces as tags, to be edited with CadQuery."""
+    """Return a part [mm] as a CadQuery workplane, with its named faces as tags, to be edited with CadQuery."""
     plane = cq.Workplane(part.shape)
-    every = part.shape.Faces()
-    for name, places in part.faces.items():
-        plane.newObject([every[place] for place in places]).tag(name)
+    faces = part.shape.Faces()
+    for name, indices in part.faces.items():
+        plane.newObject([faces[index] for index in indices]).tag(name)
     return plane
 
 
 def sensor_of(design: Design, housing: Housing) -> SensorSolids:
-    """Return the sensor of a design with this housing."""
+    """Return the solids of a sensor, for a design and the housing made for it."""
     seats = seats_of(design, housing)
     return SensorSolids(
         housing=housing,
@@ -74,46 +74,46 @@ def sensor_of(design: Design, housing: Housing) -> SensorSolids:
 def _with_pads(plate: cq.Shape, housing: Housing, pads: BackToBack) -> cq.Shape:
     """Return a plate with a pad on its back, and with holes for screws and dowels through both [mm].
 
-    The pad is a frame that is open towards the tips. Like the rim of a cover it lies on the posts and the bar, set back
-    from the edges beside which something moves.
+    The pad is a frame that is open towards the tips. Like the rim of a cover, it lies on the posts and the bar. It is
+    set back from the edges beside which something moves.
     """
     back = 0.5 * housing.depth
     height = pads.pad_height
-    foot = max(housing.cover_level, housing.protrusion)
+    foot_level = max(housing.cover_level, housing.protrusion)
     width = housing.right - housing.left
     post_width = housing.wall_width - SETBACK_MM
-    bar_foot = housing.cavity_level + SETBACK_MM
-    pad = cq.Solid.makeBox(width, height, housing.top_level - foot, cq.Vector(housing.left, back, foot))
+    bar_level = housing.cavity_level + SETBACK_MM
+    pad = cq.Solid.makeBox(width, height, housing.top_level - foot_level, cq.Vector(housing.left, back, foot_level))
     opening = cq.Solid.makeBox(
         width - 2.0 * post_width,
-        height + 2.0 * _REACH,
-        bar_foot - foot + _REACH,
-        cq.Vector(housing.left + post_width, back - _REACH, foot - _REACH),
+        height + 2.0 * _MARGIN,
+        bar_level - foot_level + _MARGIN,
+        cq.Vector(housing.left + post_width, back - _MARGIN, foot_level - _MARGIN),
     )
     plate = plate.fuse(pad.cut(opening))
 
-    outside = cq.Workplane("XZ", origin=(0.0, back + height + _REACH, 0.0))
-    through = housing.depth + height + 2.0 * _REACH
-    screw_holes = outside.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(through)
-    dowel_holes = outside.pushPoints(list(housing.dowels)).circle(0.5 * pads.dowel_hole).extrude(through)
+    behind_pad = cq.Workplane("XZ", origin=(0.0, back + height + _MARGIN, 0.0))
+    hole_length = housing.depth + height + 2.0 * _MARGIN
+    screw_holes = behind_pad.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(hole_length)
+    dowel_holes = behind_pad.pushPoints(list(housing.dowels)).circle(0.5 * pads.dowel_hole).extrude(hole_length)
     plate = plate.cut(screw_holes.findSolid(), dowel_holes.findSolid())
     return plate.clean()  # joins the two faces of a hole through plate and pad
 
 
 def plate_places(housing: Housing) -> tuple[cq.Location, ...]:
-    """Return the place of the housing, or the places of both plates of a square, in the sensor [mm]."""
+    """Return the location of the housing in the sensor [mm], or the locations of both plates of a square."""
     if not housing.back_to_back:
         return (cq.Location(),)
-    front = cq.Location(cq.Vector(0.0, -0.5 * housing.spacing, 0.0))
-    return front, _HALF_TURN * front
+    front_plate = cq.Location(cq.Vector(0.0, -0.5 * housing.spacing, 0.0))
+    return front_plate, _HALF_TURN * front_plate
 
 
 def cover_places(housing: Housing) -> tuple[cq.Location, cq.Location]:
-    """Return the places of the front and the back cover in the sensor [mm], for a cover drawn behind its plate."""
+    """Return the locations of the front and the back cover in the sensor [mm], for a cover drawn behind its plate."""
     plates = plate_places(housing)
-    about_middle = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0)) * _HALF_TURN
-    front = plates[0] * about_middle
-    return front, plates[1] * about_middle if housing.back_to_back else cq.Location()
+    half_turn = cq.Location(cq.Vector(housing.left + housing.right, 0.0, 0.0)) * _HALF_TURN
+    front = plates[0] * half_turn
+    return front, plates[1] * half_turn if housing.back_to_back else cq.Location()
 
 
 def assembly_of(sensor: SensorSolids) -> cq.Assembly:
@@ -124,29 +124,29 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
     """
     housing = sensor.housing
     plates = plate_places(housing)
-    numbers = ("_1", "_2") if housing.back_to_back else ("",)
+    suffixes = ("_1", "_2") if housing.back_to_back else ("",)
     assembly = cq.Assembly(name="sensor")
-    printed = on_workplane(sensor.part)
-    for number, plate in zip(numbers, plates, strict=True):
-        name = f"plate{number}" if housing.back_to_back else "housing"
-        assembly.add(printed, name=name, loc=plate, color=PRINTED_COLOUR)
+    printed_part = on_workplane(sensor.part)
+    for suffix, plate in zip(suffixes, plates, strict=True):
+        name = f"plate{suffix}" if housing.back_to_back else "housing"
+        assembly.add(printed_part, name=name, loc=plate, color=PRINTED_COLOUR)
     if housing.mount == "covers":
         cover = on_workplane(cover_part(housing, sensor.seats))
-        for side, place in zip(("front", "back"), cover_places(housing), strict=True):
-            assembly.add(cover, name=f"{side}_cover", loc=place, color=COVER_COLOUR)
+        for side, location in zip(("front", "back"), cover_places(housing), strict=True):
+            assembly.add(cover, name=f"{side}_cover", loc=location, color=COVER_COLOUR)
     if housing.pin:
         pin = pin_solid(housing.pin, sensor.tips)
-        for name, place in pin_places(housing).items():
-            for number, plate in zip(numbers, plates, strict=True):
-                assembly.add(pin, name=f"{name}{number}", loc=plate * place, color=STEEL_COLOUR)
+        for name, location in pin_places(housing).items():
+            for suffix, plate in zip(suffixes, plates, strict=True):
+                assembly.add(pin, name=f"{name}{suffix}", loc=plate * location, color=STEEL_COLOUR)
     _add_fasteners(assembly, sensor)
-    below = cq.Vector(-sensor.tips.offset_mm, 0.0, -sensor.tips.gap_mm - housing.beyond_face)
+    fruit_origin = cq.Vector(-sensor.tips.offset_mm, 0.0, -sensor.tips.gap_mm - housing.beyond_face)
     fruit = whole_fruit(sensor.fruit, sensor.tips)
-    return assembly.add(fruit, name="fruit", loc=cq.Location(below), color=FRUIT_COLOUR)
+    return assembly.add(fruit, name="fruit", loc=cq.Location(fruit_origin), color=FRUIT_COLOUR)
 
 
 def in_place(part: cq.Assembly) -> cq.Shape:
-    """Return the shape of a part of an assembly in its place [mm]."""
+    """Return the shape of a part of an assembly at its location in the assembly [mm]."""
     return part.shapes[0].moved(part.loc)
 
 
@@ -156,62 +156,66 @@ def product_of(part: cq.Assembly) -> str:
 
 
 def colour_of(part: cq.Assembly) -> tuple[float, ...]:
-    """Return red, green and blue of a part of an assembly, from 0 to 1; grey if it has no colour."""
+    """Return the colour of a part of an assembly as red, green and blue from 0 to 1; grey if the part has no colour."""
     return (part.color or STEEL_COLOUR).toTuple()[:3]
 
 
 def outwards(part: cq.Assembly) -> float:
-    """Return the displacement of a part along y in exploded pictures [mm]."""
+    """Return the displacement of a part along y in exploded views [mm]."""
     box = in_place(part).BoundingBox()
-    if part.name.startswith("screw"):  # out of all clamped parts, head first
+    if part.name.startswith("screw"):  # a screw moves out of all clamped parts, towards its head
         return APART * float(box.ymin) - float(box.ylen)
     return APART * float(box.center.y)
 
 
 def grip(sensor: SensorSolids) -> float:
-    """Return the grip of the screws, which is the thickness of plates and covers together [mm]."""
+    """Return the grip of the screws [mm]: the thickness of everything that they clamp, plates and covers."""
     housing = sensor.housing
     return housing.stack + (2.0 * COVER_MM if housing.mount == "covers" else 0.0)
 
 
 def screw_length(grip_mm: float) -> int | None:
-    """Return the length of the shortest M3 screw for a grip, a nut and two washers [mm]; None if all are too short."""
-    least = grip_mm + NUT_MM + 2.0 * WASHER_THICKNESS_MM
-    return next((length for length in SCREW_LENGTHS_MM if length >= least), None)
+    """Return the length [mm] of the shortest standard M3 screw for a grip, a nut and two washers.
+
+    The result is None if all standard screws are too short.
+    """
+    needed = grip_mm + NUT_MM + 2.0 * WASHER_THICKNESS_MM
+    return next((length for length in SCREW_LENGTHS_MM if length >= needed), None)
 
 
 def dowel_length(housing: Housing) -> int | None:
-    """Return the length of the longest dowel that fits into both plates [mm]; None if all are too long."""
+    """Return the length of the longest standard dowel that fits into both plates [mm]; None if all are too long."""
     return max((length for length in DOWEL_LENGTHS_MM if length <= housing.stack), default=None)
 
 
 def _add_fasteners(assembly: cq.Assembly, sensor: SensorSolids) -> None:
-    """Add screws, nuts, washers and dowels to an assembly, with the heads of the screws on the side -y."""
+    """Add screws, nuts, washers and dowels to an assembly; the heads of the screws are on the front, at -y."""
     housing = sensor.housing
     screw_set = _screw_set(grip(sensor))
     for number, (x, z) in enumerate(housing.holes, start=1):
         for name, (shape, y) in screw_set.items():
-            place = cq.Location(cq.Vector(x, y, z))
-            assembly.add(shape, name=f"{name}_{number}", loc=place, color=STEEL_COLOUR)
+            location = cq.Location(cq.Vector(x, y, z))
+            assembly.add(shape, name=f"{name}_{number}", loc=location, color=STEEL_COLOUR)
     length = float(dowel_length(housing) or housing.stack)
-    dowel = _along_y(DOWEL_MM, -0.5 * length, length)
+    dowel = _cylinder(DOWEL_MM, -0.5 * length, length)
     for number, (x, z) in enumerate(housing.dowels, start=1):
-        place = cq.Location(cq.Vector(x, 0.0, z))
-        assembly.add(dowel, name=f"dowel_{number}", loc=place, color=STEEL_COLOUR)
+        location = cq.Location(cq.Vector(x, 0.0, z))
+        assembly.add(dowel, name=f"dowel_{number}", loc=location, color=STEEL_COLOUR)
 
 
 def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
-    """Return screw, nut and washers about the y axis, each with its place y [mm]; the grip is centred on y = 0.
+    """Return screw, nut and washers about the y axis, each with the y [mm] at which its shape is placed.
 
-    The head is on the front, at -y. If all standard screws are too short, a threaded rod of the exact length is drawn.
+    The grip is centred on y = 0, and the head is on the front, at -y. If all standard screws are too short, a threaded
+    rod of sufficient length, rounded up to 1 mm, is drawn.
     """
     front = -0.5 * grip_mm
     back = 0.5 * grip_mm
     length = screw_length(back - front) or math.ceil(back - front + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
-    under_head = front - WASHER_THICKNESS_MM
-    shank = _along_y(SCREW_MM, under_head, float(length))
-    head = _along_y(HEAD_MM, under_head - HEAD_HEIGHT_MM, HEAD_HEIGHT_MM)
-    washer = _along_y(WASHER_MM, 0.0, WASHER_THICKNESS_MM).cut(_along_y(WASHER_HOLE_MM, 0.0, WASHER_THICKNESS_MM))
+    head_level = front - WASHER_THICKNESS_MM
+    shank = _cylinder(SCREW_MM, head_level, float(length))
+    head = _cylinder(HEAD_MM, head_level - HEAD_HEIGHT_MM, HEAD_HEIGHT_MM)
+    washer = _cylinder(WASHER_MM, 0.0, WASHER_THICKNESS_MM).cut(_cylinder(WASHER_HOLE_MM, 0.0, WASHER_THICKNESS_MM))
 
     # The normal of a workplane XZ is -y, so extrusions grow towards -y.
     nut_back = cq.Workplane("XZ", origin=(0.0, back + WASHER_THICKNESS_MM + NUT_MM, 0.0))
@@ -220,11 +224,11 @@ def _screw_set(grip_mm: float) -> dict[str, tuple[cq.Shape, float]]:
     return {
         "screw": (shank.fuse(head).Solids()[0], 0.0),
         "nut": (nut.findSolid(), 0.0),
-        "front_washer": (washer, under_head),
+        "front_washer": (washer, head_level),
         "back_washer": (washer, back),
     }
 
 
-def _along_y(diameter: float, start: float, length: float) -> cq.Solid:
-    """Return a cylinder about the y axis from y = `start` [mm] towards +y."""
+def _cylinder(diameter: float, start: float, length: float) -> cq.Solid:
+    """Return a cylinder about the y axis from y = `start` towards +y; all arguments in mm."""
     return cq.Solid.makeCylinder(0.5 * diameter, length, cq.Vector(0.0, start, 0.0), cq.Vector(0.0, 1.0, 0.0))

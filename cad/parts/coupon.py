@@ -1,6 +1,6 @@
-"""A test beam with the leaves of the housing, clamped in the middle; its sag under weights measures E as printed.
+"""A test beam with the leaves of the housing, clamped in the middle; its sag under weights gives E of the print.
 
-One leaf of every arm protrudes from a block and ends in a pad with a hole for a weight. The axes are those in the
+One leaf of every arm protrudes from a block and ends in a pad with a hole for a weight. The axes are those of the
 housing; the origin is the centre of the clamped block.
 """
 
@@ -17,15 +17,15 @@ CLAMP_HOLE_MM = 3.4
 CLAMP_INSET_MM = 6.0  # distance of a clamp hole from the side of the block
 BEYOND_LEAF_MM = 0.5 * PAD_MM  # distance from the end of a leaf to the centre of its hole
 FARTHEST_SAG = 0.09
-"""Largest sag over the distance of the weight [1]; beyond it a leaf is 1 % stiffer than for small deflections."""
+"""Largest ratio of the sag to the distance of the weight [1]; beyond it a leaf is 1 % stiffer than for small sags."""
 
 
 def modulus_factor(flexure: Flexure) -> float:
-    """Return C [1/mm] in E = C F / d, with F [N] a weight at the hole and d [mm] the sag of the hole.
+    """Return the factor C [1/mm] in E = C F / d, where F [N] is a weight at the hole and d [mm] the sag of the hole.
 
     The leaf is an Euler-Bernoulli cantilever with a rigid pad. C is the integral of 12 (a - s)^2 / (w t(s)^3) ds over
-    the leaf with its fillets, where a is the distance from the block to the hole. S. Timoshenko, Strength of
-    Materials I, 1930, art. 34.
+    the leaf with its fillets. Here s is the distance from the block, a that of the hole, w the width and t(s) the
+    thickness of the leaf. See S. Timoshenko, Strength of Materials I, 1930, art. 34.
     """
     r = flexure.fillet
     length = flexure.length
@@ -34,18 +34,19 @@ def modulus_factor(flexure: Flexure) -> float:
     for start, end in ((0.0, r), (r, length - r), (length - r, length)):
         s = 0.5 * (end - start) * nodes + 0.5 * (end + start)  # distance from the block
         into_fillet = np.maximum(r - np.minimum(s, length - s), 0.0)
+        # Height of the circular fillet above the straight leaf.
         rise = r - np.sqrt(np.maximum(r**2 - into_fillet**2, 0.0))
         thickness = flexure.thickness + 2.0 * rise  # both sides are rounded
-        curvature = 12.0 * (length + BEYOND_LEAF_MM - s) ** 2 / (flexure.depth * thickness**3)
-        factor += 0.5 * (end - start) * float(weights @ curvature)
+        integrand = 12.0 * (length + BEYOND_LEAF_MM - s) ** 2 / (flexure.depth * thickness**3)
+        factor += 0.5 * (end - start) * float(weights @ integrand)
     return factor
 
 
 def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
     """Return the largest force [N] for a leaf of modulus E [MPa].
 
-    It is the force at which the root reaches the given strain [1], or the sag reaches the limit of small deflections.
+    At this force the root reaches `strain` [1], or the sag reaches the limit of small deflections.
     """
-    to_hole = flexure.length + BEYOND_LEAF_MM
-    by_strain = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * to_hole)
-    return min(by_strain, FARTHEST_SAG * to_hole * E / modulus_factor(flexure))
+    hole_distance = flexure.length + BEYOND_LEAF_MM
+    strain_limit = strain * E * flexure.depth * flexure.thickness**2 / (6.0 * hole_distance)
+    return min(strain_limit, FARTHEST_SAG * hole_distance * E / modulus_factor(flexure))

@@ -16,30 +16,31 @@ from cad.parts.part import FaceTest, Part, is_hole, named_part, round_upright_ed
 
 
 def coupon_part(housing: Housing) -> Part:
-    """Return the coupon of a housing as one solid with the faces clamp_holes, low_weight and high_weight.
+    """Return the coupon of a housing, a test beam, as one solid with the faces clamp_holes, low_weight and high_weight.
 
-    The block carries one leaf of each arm, on the side of that arm. A pad at the end of a leaf has a hole for a weight.
+    The block in the middle carries one leaf of each arm, on the side of that arm. A pad at the end of each leaf has a
+    hole for a weight.
     """
     depth = housing.depth
     half_block = 0.5 * BLOCK_WIDTH_MM
-    back = cq.Workplane("XZ", origin=(0.0, 0.5 * depth, 0.0))
-    body = back.rect(BLOCK_WIDTH_MM, BLOCK_HEIGHT_MM).extrude(depth)
+    back_plane = cq.Workplane("XZ", origin=(0.0, 0.5 * depth, 0.0))
+    body = back_plane.rect(BLOCK_WIDTH_MM, BLOCK_HEIGHT_MM).extrude(depth)
     weight_holes = []
     leaf_corners = []
     for arm in housing.arms:
         root = arm.sign * half_block
         end = arm.sign * (half_block + arm.flexure.length)
-        hole = end + arm.sign * BEYOND_LEAF_MM
-        leaf = back.center(0.5 * (root + end), 0.0).rect(arm.flexure.length, arm.flexure.thickness).extrude(depth)
-        pad = back.center(hole, 0.0).rect(PAD_MM, PAD_MM).extrude(depth)
+        hole_x = end + arm.sign * BEYOND_LEAF_MM
+        leaf = back_plane.center(0.5 * (root + end), 0.0).rect(arm.flexure.length, arm.flexure.thickness).extrude(depth)
+        pad = back_plane.center(hole_x, 0.0).rect(PAD_MM, PAD_MM).extrude(depth)
         body = body.union(leaf).union(pad)
-        weight_holes.append((hole, 0.0))
-        half_thick = 0.5 * arm.flexure.thickness
-        leaf_corners += [(root, -half_thick), (root, half_thick), (end, -half_thick), (end, half_thick)]
+        weight_holes.append((hole_x, 0.0))
+        half_thickness = 0.5 * arm.flexure.thickness
+        leaf_corners += [(root, -half_thickness), (root, half_thickness), (end, -half_thickness), (end, half_thickness)]
 
     clamp_holes = [(CLAMP_INSET_MM - half_block, 0.0), (half_block - CLAMP_INSET_MM, 0.0)]
-    body = body.cut(back.pushPoints(clamp_holes).circle(0.5 * CLAMP_HOLE_MM).extrude(depth))
-    body = body.cut(back.pushPoints(weight_holes).circle(0.5 * WEIGHT_HOLE_MM).extrude(depth))
+    body = body.cut(back_plane.pushPoints(clamp_holes).circle(0.5 * CLAMP_HOLE_MM).extrude(depth))
+    body = body.cut(back_plane.pushPoints(weight_holes).circle(0.5 * WEIGHT_HOLE_MM).extrude(depth))
     body = round_upright_edges(body, leaf_corners, housing.low.fillet)
     faces: dict[str, FaceTest] = {"clamp_holes": lambda face: is_hole(face, CLAMP_HOLE_MM)}
     for arm in housing.arms:
@@ -48,4 +49,5 @@ def coupon_part(housing: Housing) -> Part:
 
 
 def _weight_test(arm: Arm) -> FaceTest:
+    """Return a test that accepts the hole for the weight on the side of an arm."""
     return lambda face: is_hole(face, WEIGHT_HOLE_MM) and arm.sign * face.Center().x > 0.0

@@ -12,10 +12,10 @@ COVER_MM = PLATE_MM + RECESS_MM  # thickness of plate and rim together
 
 
 def cover_level(protrusion: float, press: PressMotion) -> float:
-    """Return the level of the foot of a cover, for a frame whose foot is at the level `protrusion` [mm].
+    """Return the level z [mm] of the lower edge of a cover, above the lower edge of the frame at z = `protrusion` [mm].
 
-    In every allowed tilt the foot of the cover stays above the edge of the frame, so that only the frame must clear the
-    fruit.
+    In every allowed tilt the lower edge of the cover stays above that of the frame, so that only the frame must clear
+    the fruit.
     """
     rise = COVER_MM * math.tan(math.radians(largest_tilt(press)))
     return round(protrusion + rise, 3)

@@ -11,13 +11,14 @@ from cad.parts.hall_seats import LEDGE_MM, HallSeats
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
 
-_REACH = 1.0  # extension of a cut beyond the cover [mm]
+_MARGIN = 1.0  # extension of a cut beyond the cover [mm]
 
 
 def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`.
 
-    With a Hall read-out it has windows for the sensors; they fit when the cover is turned to the front.
+    With the `seats` of a Hall read-out, the cover has windows for the sensors, which fit when the cover is on the
+    front.
     """
     frame_face = 0.5 * housing.depth
     width = housing.right - housing.left
@@ -26,18 +27,18 @@ def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     plate = cq.Workplane(obj=cq.Solid.makeBox(width, COVER_MM, height, corner))
 
     # The recess inside the rim is open towards the tips; its cut extends beyond the plate by its own depth.
-    post = housing.wall_width - SETBACK_MM
-    below = housing.cover_level - RECESS_MM
-    recess_corner = cq.Vector(housing.left + post, frame_face - RECESS_MM, below)
-    recess_height = housing.cavity_level + SETBACK_MM - below
+    rim_width = housing.wall_width - SETBACK_MM
+    recess_level = housing.cover_level - RECESS_MM
+    recess_corner = cq.Vector(housing.left + rim_width, frame_face - RECESS_MM, recess_level)
+    recess_height = housing.cavity_level + SETBACK_MM - recess_level
     plate = plate.cut(
-        cq.Workplane(obj=cq.Solid.makeBox(width - 2.0 * post, 2.0 * RECESS_MM, recess_height, recess_corner))
+        cq.Workplane(obj=cq.Solid.makeBox(width - 2.0 * rim_width, 2.0 * RECESS_MM, recess_height, recess_corner))
     )
 
-    outside = cq.Workplane("XZ", origin=(0.0, frame_face + COVER_MM, 0.0))
-    screw_holes = outside.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
+    outer_plane = cq.Workplane("XZ", origin=(0.0, frame_face + COVER_MM, 0.0))
+    screw_holes = outer_plane.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     plate = plate.cut(screw_holes.extrude(COVER_MM))
-    for box in _windows(housing, seats):
+    for box in _window_boxes(housing, seats):
         plate = plate.cut(cq.Workplane(obj=box))
     faces: dict[str, FaceTest] = {
         "rim": on_plane(1, frame_face),
@@ -46,22 +47,23 @@ def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     return named_part("cover", plate.findSolid(), faces)
 
 
-def _windows(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
-    """Return the boxes that cut the windows of a back cover: for each a pocket from outside, and a slot at its bottom.
+def _window_boxes(housing: Housing, seats: HallSeats | None) -> list[cq.Solid]:
+    """Return the boxes that cut the windows of a back cover: a pocket from the outside, and a slot in its bottom.
 
-    The ledges above and below the slot hold the sensor.
+    The ledges above and below the slot hold the sensor. Without a Hall read-out, `seats` is None and there are no
+    boxes.
     """
     if seats is None:
         return []
-    face = 0.5 * housing.depth
-    foot = housing.top_level - seats.sensor - 0.5 * seats.window_height
+    frame_face = 0.5 * housing.depth
+    lower_level = housing.top_level - seats.sensor - 0.5 * seats.window_height
     middle = 0.5 * (housing.left + housing.right)
     boxes = []
     for centre in seats.windows:
-        # The cover is made for the back and turned to the front, so its windows are mirrored.
+        # The cover is drawn at the back and rotated to the front, so its windows are mirrored.
         left = 2.0 * middle - centre - 0.5 * seats.window_width
-        for start, ledge in ((seats.face_out, 0.0), (0.0, LEDGE_MM)):
-            corner = cq.Vector(left, face + start, foot + ledge)
+        for depth, ledge in ((seats.face_out, 0.0), (0.0, LEDGE_MM)):
+            corner = cq.Vector(left, frame_face + depth, lower_level + ledge)
             height = seats.window_height - 2.0 * ledge
-            boxes.append(cq.Solid.makeBox(seats.window_width, COVER_MM + _REACH - start, height, corner))
+            boxes.append(cq.Solid.makeBox(seats.window_width, COVER_MM + _MARGIN - depth, height, corner))
     return boxes

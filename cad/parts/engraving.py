@@ -18,7 +18,7 @@ from cad.parts.part import Part
 
 PEN_MM = 0.5  # width of a stroke: the largest `min_gap_mm` of all processes
 TALLEST_MM = 4.0  # largest height of letters
-SMALLEST_MM = 3.0  # least height of letters; smaller ones have walls under 0.8 mm between their strokes
+SMALLEST_MM = 3.0  # smallest height of letters; smaller ones have walls under 0.8 mm between their strokes
 _EDGE_MM = 1.0  # free margin around a text
 _PAD_EDGE_MM = 0.95  # free margin on a pad: the largest `min_wall_mm`, and room for corners of oblique strokes
 
@@ -33,64 +33,66 @@ class _Panel(NamedTuple):
 
 
 def engrave_name(part: Part, housing: Housing, name: str) -> Part:
-    """Return the housing with L, H and a name (letters, digits, - and _) engraved 0.3 mm deep.
+    """Return the housing with L, H and its name (letters, digits, - and _) engraved 0.3 mm deep.
 
-    The named faces are kept. A name that is too long is truncated. A panel too small for letters of 3 mm stays blank.
+    The named faces of the part are kept. A name that is too long is truncated. A panel that is too small for letters of
+    3 mm is left blank.
     """
-    panels = [(name, _bar(housing))]
+    panels = [(name, _name_panel(housing))]
     for letter, arm in zip(("L", "H"), housing.arms, strict=True):
         (x, lower), (_, upper) = arm.holes
         between_holes = upper - lower - 2.0 * housing.hole_inset
         panels.append((letter, _Panel(x, 0.5 * (lower + upper), housing.wall_width, between_holes)))
-    tools: list[cq.Solid] = []
+    cutters: list[cq.Solid] = []
     for text, panel in panels:
         height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
         if height >= SMALLEST_MM:
-            fitting = letters_that_fit(text, height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
-            tools += [_tool(area, panel, housing) for area in outlines(fitting, height, PEN_MM)]
-    if not tools:
+            visible_text = letters_that_fit(text, height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
+            cutters += [_cutter(area, panel, housing) for area in outlines(visible_text, height, PEN_MM)]
+    if not cutters:
         return part
-    return named_housing(part.shape.cut(*tools), housing)
+    return named_housing(part.shape.cut(*cutters), housing)
 
 
-def _bar(housing: Housing) -> _Panel:
-    """Return the panel for the name: the bar above the springs, or its pad between the dowels."""
-    foot = housing.cavity_level
+def _name_panel(housing: Housing) -> _Panel:
+    """Return the panel for the name: the bar above the springs, or the pad on this bar in a plate of a square."""
+    lower_level = housing.cavity_level
     width = housing.right - housing.left - 2.0 * housing.wall_width
-    height = housing.top_level - foot
+    height = housing.top_level - lower_level
     if housing.back_to_back:
         width -= 4.0 * housing.back_to_back.dowel_hole
         height = height - SETBACK_MM + 2.0 * (_EDGE_MM - _PAD_EDGE_MM)
-        foot += SETBACK_MM
-    return _Panel(0.5 * (housing.left + housing.right), 0.5 * (foot + housing.top_level), width, height)
+        lower_level += SETBACK_MM
+    return _Panel(0.5 * (housing.left + housing.right), 0.5 * (lower_level + housing.top_level), width, height)
 
 
-def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
+def _cutter(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
     """Return the solid that is cut from the frame to engrave an area [mm].
 
-    `area` is in x and z from the centre of its panel. On the back of a plate of a square x is mirrored, so that the
-    text can be read from behind. The solid reaches as far out of the face as into it.
+    `area` is in x and z relative to the centre of its panel. On the back of a plate of a square x is mirrored, so that
+    the text can be read from behind. The solid extends as far out of the face as into it.
     """
     if housing.back_to_back:
-        sign = -1.0
-        face = 0.5 * housing.depth + housing.back_to_back.pad_height
+        direction = -1.0
+        face_y = 0.5 * housing.depth + housing.back_to_back.pad_height
     else:
-        sign = 1.0
-        face = -0.5 * housing.depth
+        direction = 1.0
+        face_y = -0.5 * housing.depth
 
-    def wire(ring: shapely.LinearRing) -> cq.Wire:
+    def make_wire(ring: shapely.LinearRing) -> cq.Wire:
         """Return a wire at the bottom of the engraving; the last point of a shapely ring repeats the first."""
-        points = [cq.Vector(panel.x + sign * x, face - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]
+        points = [cq.Vector(panel.x + direction * x, face_y - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]
         return cq.Wire.makePolygon(points, close=True)
 
-    holes = [wire(ring) for ring in area.interiors]
-    return cq.Solid.extrudeLinear(wire(area.exterior), holes, cq.Vector(0.0, 2.0 * ENGRAVED_MM, 0.0))
+    holes = [make_wire(ring) for ring in area.interiors]
+    return cq.Solid.extrudeLinear(make_wire(area.exterior), holes, cq.Vector(0.0, 2.0 * ENGRAVED_MM, 0.0))
 
 
 Stroke = tuple[Point, ...]
-_TALL = 6  # height of a letter in grid units
-_GAP = 3  # gap between letters in grid units
-_STEP = 7  # advance from one letter to the next in grid units: a width of 4 and a gap
+# Sizes in units of the grid on which letters are drawn.
+_LETTER_HEIGHT = 6
+_GAP = 3  # gap between letters
+_STEP = 7  # advance from one letter to the next: a width of 4 and a gap
 
 # A letter has strokes between commas. A stroke has points of two digits, x and y on a grid 4 wide and 6 tall.
 _STROKES = {
@@ -110,11 +112,11 @@ _STROKES = {
 
 
 def strokes(text: str, height: float) -> Sequence[Stroke]:
-    """Return the strokes [mm] of a text in capitals of this height [mm], centred on the origin.
+    """Return the strokes of a text, each a row of points [mm], in capitals of this height [mm] centred on the origin.
 
     Raises KeyError for a character without strokes.
     """
-    unit = height / _TALL
+    unit = height / _LETTER_HEIGHT
     left = -0.5 * unit * (_STEP * len(text) - _GAP)
     drawn = []
     for index, letter in enumerate(text.upper()):
@@ -126,13 +128,16 @@ def strokes(text: str, height: float) -> Sequence[Stroke]:
 
 
 def outlines(text: str, height: float, width: float) -> Sequence[shapely.Polygon]:
-    """Return the areas [mm] of a text drawn with a pen of this width [mm], from left to right."""
+    """Return the areas covered by a text drawn with a square pen, from left to right [mm].
+
+    `height` [mm] is that of the letters, and `width` [mm] that of the pen.
+    """
     lines = [shapely.LineString(stroke) for stroke in strokes(text, height)]
-    inked = shapely.union_all([line.buffer(0.5 * width, cap_style="square", join_style="mitre") for line in lines])
-    return sorted(shapely.get_parts(inked), key=lambda piece: piece.bounds)
+    covered = shapely.union_all([line.buffer(0.5 * width, cap_style="square", join_style="mitre") for line in lines])
+    return sorted(shapely.get_parts(covered), key=lambda piece: piece.bounds)
 
 
 def letters_that_fit(text: str, height: float, room: float) -> str:
-    """Return the start of a text whose letters of this height fit into a width `room` [mm]."""
-    unit = height / _TALL
+    """Return the longest beginning of a text whose letters of this height fit into a width `room` [mm]."""
+    unit = height / _LETTER_HEIGHT
     return text[: max(0, int((room + _GAP * unit) // (_STEP * unit)))]

@@ -1,7 +1,7 @@
-"""The solid of a fruit, a block or a piece of a sphere or an ellipsoid, with the outlines of the tips on its top.
+"""The solid of a fruit: a block, or a piece of a sphere or an ellipsoid, with the outlines of the tips on its top.
 
-x runs along the tips, y across, and z against the press. The origin is the apex, or the centre of the top of a block.
-All lengths in mm.
+x runs along the tips, y across, and z against the press. The origin is the apex of a curved fruit, or the centre of the
+top face of a block. All lengths in mm.
 """
 
 from __future__ import annotations
@@ -13,7 +13,10 @@ from sensor.design.tips import Tips
 
 
 def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
-    """Return the fruit [mm]; its top is divided by the outlines of the tips of a pair, so that a mesh follows them."""
+    """Return the solid of a fruit [mm].
+
+    For a pair of tips, its top face is split along the outlines of the tips, so that a mesh conforms to them.
+    """
     body = outer_box(fruit) if fruit.radius_mm is None else _curved_piece(fruit, fruit.radius_mm)
     if not tips.tip_layout.is_pair:
         return body
@@ -22,64 +25,68 @@ def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
 
 
 def footprint(tips: Tips, x: float) -> cq.Face:
-    """Return the outline of a tip at x [mm] as a face in z = 0: a square or a circle.
+    """Return the outline of a tip centred at `x` [mm] as a face in the plane z = 0: a square or a circle.
 
     A circle consists of four arcs, so that a mesh has nodes at its extreme points.
     """
-    middle = cq.Vector(x, 0.0, 0.0)
+    centre = cq.Vector(x, 0.0, 0.0)
     if not tips.tip_shape.is_round:
-        return cq.Face.makePlane(tips.side_mm, tips.side_mm, middle)
+        return cq.Face.makePlane(tips.side_mm, tips.side_mm, centre)
     up = cq.Vector(0.0, 0.0, 1.0)
-    arcs = [cq.Edge.makeCircle(0.5 * tips.side_mm, middle, up, start, start + 90.0) for start in (0, 90, 180, 270)]
+    arcs = [cq.Edge.makeCircle(0.5 * tips.side_mm, centre, up, start, start + 90.0) for start in (0, 90, 180, 270)]
     return cq.Face.makeFromWires(cq.Wire.assembleEdges(arcs))
 
 
 def outer_box(fruit: Fruit, top: float = 0.0) -> cq.Solid:
-    """Return the box around a fruit: its length, width and depth below z = 0, and up to the level `top` [mm]."""
+    """Return the box around a fruit: its length and width, from its depth below z = 0 up to z = `top` [mm]."""
     corner = cq.Vector(-0.5 * fruit.length_mm, -0.5 * fruit.width_mm, -fruit.depth_mm)
     return cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.depth_mm + top, corner)
 
 
 def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
-    """Return the piece of a curved fruit with its apex at the origin; `radius` is measured along the tips [mm].
+    """Return the solid of a curved fruit with its apex at the origin; `radius` [mm] is its radius along the tips.
 
-    Poles and seam of its surface are away from the top, because the outlines of the tips divide the top.
+    The poles and the seam of its surface are away from the top, because the outlines of the tips split the top.
     """
     if fruit.radius_across_mm is None:
         sphere: cq.Shape = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)
-        whole = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
+        solid = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
     else:
         half_width = (radius * fruit.radius_across_mm) ** 0.5  # semi-axis with this radius of curvature
-        whole = _ellipsoid(radius, half_width, beyond_equator=fruit.depth_mm > radius)
-    lowered = whole.translate(cq.Vector(0.0, 0.0, -radius))
+        solid = _ellipsoid(radius, half_width, beyond_equator=fruit.depth_mm > radius)
+    lowered = solid.translate(cq.Vector(0.0, 0.0, -radius))
     if fruit.azimuth_deg:
         lowered = lowered.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), fruit.azimuth_deg)
     return lowered.intersect(outer_box(fruit, top=fruit.depth_mm)).Solids()[0]
 
 
 def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shape:
-    """Return the upper half of an ellipsoid, or the whole, with semi-axes `radius` in x and z and `across` in y [mm].
+    """Return the upper half of an ellipsoid, or all of it if `beyond_equator`, centred on the origin [mm].
 
-    It is half an ellipse, revolved about y. The whole ellipsoid consists of two surfaces, revolved from a spline. Other
-    constructions, with one closed surface or with poles at the ends of an ellipse, are read back wrong from STEP files.
+    The semi-axes are `radius` in x and z, and `across` in y. The solid is half an ellipse revolved about y. The whole
+    ellipsoid consists of two surfaces, revolved from a spline. Other constructions, with one closed surface or with
+    poles at the ends of an ellipse, are read back incorrectly from STEP files.
     """
-    middle, axis = cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0)
-    half = cq.Edge.makeEllipse(across, radius, middle, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
+    centre, axis = cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0)
+    half_ellipse = cq.Edge.makeEllipse(across, radius, centre, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
     if beyond_equator:
-        half = half.toNURBS()
-    outline = cq.Wire.assembleEdges([half, cq.Edge.makeLine(half.endPoint(), half.startPoint())])
-    upper = cq.Solid.revolve(outline, [], -180.0, middle, axis)
-    return upper.fuse(cq.Solid.revolve(outline, [], 180.0, middle, axis)) if beyond_equator else upper
+        half_ellipse = half_ellipse.toNURBS()
+    outline = cq.Wire.assembleEdges(
+        [half_ellipse, cq.Edge.makeLine(half_ellipse.endPoint(), half_ellipse.startPoint())]
+    )
+    upper = cq.Solid.revolve(outline, [], -180.0, centre, axis)
+    return upper.fuse(cq.Solid.revolve(outline, [], 180.0, centre, axis)) if beyond_equator else upper
 
 
-def _outline(piece: cq.Shape, tips: Tips, x: float) -> cq.Face:
-    """Return the face of the curved top of a piece that lies under the tip at x [mm]."""
+def _outline(fruit: cq.Shape, tips: Tips, x: float) -> cq.Face:
+    """Return the part of the curved top of a fruit that lies under the tip at `x` [mm], as a face."""
     side = tips.side_mm
-    far = piece.BoundingBox().DiagonalLength
+    reach = fruit.BoundingBox().DiagonalLength
     if tips.tip_shape.is_round:
-        column = cq.Solid.makeCylinder(0.5 * side, 2.0 * far, cq.Vector(x, 0.0, -far))
+        column = cq.Solid.makeCylinder(0.5 * side, 2.0 * reach, cq.Vector(x, 0.0, -reach))
     else:
-        column = cq.Solid.makeBox(side, side, 2.0 * far, cq.Vector(x - 0.5 * side, -0.5 * side, -far))
-    curved = [face for face in piece.Faces() if face.geomType() != "PLANE"]
-    top = max(curved, key=lambda face: face.BoundingBox().zmax)
+        column = cq.Solid.makeBox(side, side, 2.0 * reach, cq.Vector(x - 0.5 * side, -0.5 * side, -reach))
+    curved_faces = [face for face in fruit.Faces() if face.geomType() != "PLANE"]
+    # A column through the whole fruit cuts the face of the tip out of the top face.
+    top = max(curved_faces, key=lambda face: face.BoundingBox().zmax)
     return top.intersect(column).Faces()[0]

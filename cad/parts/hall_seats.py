@@ -8,15 +8,15 @@ from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 from sensor.design.tips import PressMotion
 
-LEDGE_MM = 0.9  # height of each ledge that holds a sensor; under 1 mm it prints without support
+LEDGE_MM = 0.9  # height of each ledge that holds a sensor; a ledge under 1 mm prints without support
 POINT_MM = 0.25  # radius of the flat end of a cone, because the CAD kernel cannot mesh a sharp apex
 
 
 @dataclass(frozen=True, kw_only=True)
 class HallSeats:
-    """Places and sizes of the seats [mm]; levels are measured down from the upper edge of the frame.
+    """Positions and sizes of the seats [mm]; levels are measured down from the upper edge of the frame.
 
-    The pockets `upper_disc` and `lower_disc` are in the front of the shuttle, y = -depth / 2, above its tip. If this
+    The pockets at `upper_disc` and `lower_disc` are in the front of the shuttle, y = -depth / 2, above its tip. If this
     face is down in print, a cone of 45 degrees closes the pocket without support (`is_pointed`).
 
     The cover has a window for each sensor, or one for both if the wall between them would be too thin. `windows` are
@@ -37,31 +37,32 @@ class HallSeats:
 
     @property
     def discs(self) -> tuple[float, float]:
-        """Return the levels of both magnets [mm]."""
+        """Return the levels of both magnets [mm], below the upper edge of the frame."""
         return self.upper_disc, self.lower_disc
 
     def depth_at(self, radius: float) -> float:
-        """Return the depth of a pocket at a radius from its axis, including the cone [mm]."""
+        """Return the depth of a pocket at a distance `radius` from its axis, including the cone [mm]."""
         return self.pocket_depth + (0.5 * self.pocket_diameter - max(radius, POINT_MM) if self.is_pointed else 0.0)
 
 
 def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSeats:
-    """Return the seats in a housing, with the magnets midway between the leaves and the sensor half a travel above.
+    """Return the seats in a housing, with the magnets midway between the leaves.
 
-    So the sensor is in the middle of the motion of the magnets. Pockets and windows are wider than magnets and sensors
-    by twice the accuracy of the process.
+    The sensor is half a travel higher, and thus in the middle of the motion of the magnets. Pockets and windows are
+    wider than magnets and sensors by twice the accuracy of the process.
     """
-    middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
+    leaf_middle = housing.top_level - 0.5 * sum(housing.arms[0].levels)
     clearance = 2.0 * process.accuracy_mm
     windows = tuple(arm.centre for arm in housing.arms)
     width = PROBE.package_width_mm + clearance
     if housing.spacing - width < process.min_wall_mm:
+        # The wall between two windows would be too thin, so one window holds both sensors.
         windows = (0.0,)
         width += housing.spacing
     return HallSeats(
-        upper_disc=middle - 0.5 * PROBE.magnets_apart_mm,
-        lower_disc=middle + 0.5 * PROBE.magnets_apart_mm,
-        sensor=middle - 0.5 * press.travel_mm,
+        upper_disc=leaf_middle - 0.5 * PROBE.magnets_apart_mm,
+        lower_disc=leaf_middle + 0.5 * PROBE.magnets_apart_mm,
+        sensor=leaf_middle - 0.5 * press.travel_mm,
         pocket_diameter=PROBE.magnet_mm + clearance,
         pocket_depth=PROBE.magnet_height_mm,
         is_pointed=housing.back_to_back is not None,
@@ -74,7 +75,7 @@ def hall_seats(housing: Housing, press: PressMotion, process: Process) -> HallSe
 
 
 def seats_of(design: Design, housing: Housing) -> HallSeats | None:
-    """Return the seats that a design's read-out needs in a housing; None without one."""
+    """Return the seats that the read-out of a design needs in a housing, or None without a read-out."""
     if design.readout is None:
         return None
     return hall_seats(housing, design.press, design.process)

@@ -16,7 +16,7 @@ from sensor.theory.leaf_spring import Flexure
 
 Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]
-"""The parts that clamp the frame. A design has covers or washers; `holes`, fixed hole walls, is for comparisons."""
+"""How the frame is held. A design has covers or washers, which clamp it; `holes`, fixed walls, is for comparisons."""
 SETBACK_MM = 1.0  # distance of the rim of a cover, or of a pad, from every edge beside which something moves
 TILT_DEG = 3.0  # largest tilt of a sensor that is held level by a hand or a gripper
 ENGRAVED_MM = 0.3  # depth of the marks on the frame
@@ -27,12 +27,12 @@ _POSITIVE = Bounds(above=0.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Arm:
-    """One spring of the housing with its shuttle and its wall: places x and levels z [mm].
+    """One spring of the housing with its shuttle and its wall: positions x and levels z [mm].
 
-    `sign` is -1 for the arm on the left and 1 for the right. `centre` is the centre of the tip. `wall` and `shuttle`
-    are the roots of the leaves; `outer` is the far side of the wall. `levels` are the mid-planes of the lower and the
-    upper leaf. The screws hold the post, from `post` to `outer`. It is the whole wall, except in a plate of a square,
-    where the wall of the shorter arm is wider.
+    `sign` is -1 for the arm on the left and 1 for the one on the right. `centre` is the centre of the tip. `wall` and
+    `shuttle` are the roots of the leaves; `outer` is the far side of the wall. `levels` are the mid-planes of the lower
+    and the upper leaf. The screws hold the post, which extends from `post` to `outer`. The post is the whole wall,
+    except in a plate of a square, where the wall of the shorter arm is wider.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Arm:
 
     @property
     def roots(self) -> tuple[float, float]:
-        """Return x of the left and the right end of the leaves [mm]."""
+        """Return the positions x of the left and the right end of the leaves [mm]."""
         return min(self.wall, self.shuttle), max(self.wall, self.shuttle)
 
 
@@ -60,7 +60,7 @@ class _Sized:
     HINT: ClassVar[str] = _HINT
 
     def __post_init__(self) -> None:
-        """Refuse a size that is not greater than 0."""
+        """Reject a size that is not greater than 0."""
         check_fields(self, "housing")
 
 
@@ -80,10 +80,10 @@ class Pin(_Sized):
     pocket_depth: float = quantity("mm", _POSITIVE, meaning="depth of the pocket for a pin")
 
     def __post_init__(self) -> None:
-        """Refuse also a pocket that is not wider than the pin."""
+        """Reject also a pocket that is not wider than the pin."""
         super().__post_init__()
         if self.pocket_side <= self.side:
-            raise _refusal("pocket_side", self.pocket_side, f"greater than {self.side:g} mm")
+            raise _size_error("pocket_side", self.pocket_side, f"greater than {self.side:g} mm")
 
     @property
     def length(self) -> float:
@@ -92,9 +92,9 @@ class Pin(_Sized):
 
     @property
     def share_of_square(self) -> float:
-        """Return the area of the cross section over the area of a square of the same side [1].
+        """Return the ratio of the cross-section to a square with the same side or diameter [1].
 
-        The ratio of the perimeters is the same.
+        The ratio is the same for the areas and for the perimeters.
         """
         return 0.25 * math.pi if self.is_round else 1.0
 
@@ -110,9 +110,10 @@ class DomeCap(_Sized):
 
 @dataclass(frozen=True, kw_only=True)
 class BackToBack(_Sized):
-    """The features of a plate of a square [mm]; its twin is behind it, turned by 180 degrees about the press axis.
+    """The features of a plate of a square [mm].
 
-    The pads on the back faces, y = depth / 2, of both plates touch each other. Two dowels align the plates.
+    A second, equal plate is behind it, rotated by 180 degrees about the press axis. The pads on the back faces, y =
+    depth / 2, of both plates touch each other, and two dowels align the plates.
     """
 
     pad_height: float = quantity(
@@ -133,7 +134,7 @@ class Housing:
     """Every dimension of the housing [mm]; levels are heights z above the printed tip faces.
 
     With pins, the printed tips are the feet of the pins, and the pins touch the fruit below z = 0. A plate that stands
-    back to back with its twin has a symmetric frame.
+    back to back with a second one has a symmetric frame.
     """
 
     low: Flexure = report_field("", "leaves of the low spring")
@@ -163,23 +164,23 @@ class Housing:
     )
 
     def __post_init__(self) -> None:
-        """Refuse tips, shuttles and pockets that are too large for the housing."""
-        widest_tip = min(self.depth, self.shuttle_width)
-        if not 0.0 < self.tip_side <= widest_tip:
-            raise _refusal("tip_side", self.tip_side, f"greater than 0 mm and at most {widest_tip:g} mm")
+        """Reject tips, shuttles and pockets that are too large for the housing."""
+        largest_side = min(self.depth, self.shuttle_width)
+        if not 0.0 < self.tip_side <= largest_side:
+            raise _size_error("tip_side", self.tip_side, f"greater than 0 mm and at most {largest_side:g} mm")
         if not 0.0 < self.shuttle_width < self.spacing:
             bound = f"greater than 0 mm and less than {self.spacing:g} mm"
-            raise _refusal("shuttle_width", self.shuttle_width, bound)
+            raise _size_error("shuttle_width", self.shuttle_width, bound)
         if self.pin is not None:
             half_foot = 0.5 * self.tip_side
             if self.pin.pocket_side >= half_foot:
-                raise _refusal("pocket_side", self.pin.pocket_side, f"less than {half_foot:g} mm")
+                raise _size_error("pocket_side", self.pin.pocket_side, f"less than {half_foot:g} mm")
             if self.pin.pocket_depth >= self.neck_level:
-                raise _refusal("pocket_depth", self.pin.pocket_depth, f"less than {self.neck_level:g} mm")
+                raise _size_error("pocket_depth", self.pin.pocket_depth, f"less than {self.neck_level:g} mm")
 
     @property
     def depth(self) -> float:
-        """Return the depth of the plate, common to both flexures [mm]."""
+        """Return the depth of the plate [mm], which is that of both flexures."""
         return self.low.depth
 
     @property
@@ -191,7 +192,7 @@ class Housing:
         )
 
     def _arm(self, name: str, sign: float, flexure: Flexure, top_level: float) -> Arm:
-        """Return the arm on the side `sign`.
+        """Return the arm on the left (`sign` = -1) or on the right (`sign` = 1).
 
         In a plate of a square both posts are as far out as the longer leaf requires, so that the plates fit together.
         """
@@ -231,7 +232,7 @@ class Housing:
 
     @property
     def holes(self) -> tuple[Point, ...]:
-        """Return the centres (x, z) of the mounting holes [mm], two in each wall."""
+        """Return the centres (x, z) of the screw holes [mm], two in each wall."""
         return tuple(hole for arm in self.arms for hole in arm.holes)
 
     @property
@@ -241,22 +242,22 @@ class Housing:
 
     @property
     def touching_side(self) -> float:
-        """Return the side of the pin, or else of the printed tip, that touches the fruit [mm]."""
+        """Return the side [mm] of what touches the fruit: the pin, or else the printed tip."""
         return self.tip_side if self.pin is None else self.pin.side
 
     @property
     def beyond_face(self) -> float:
-        """Return the distance from the printed face down to the face that touches [mm]; 0 without pins."""
+        """Return the distance [mm] by which pins extend below the printed face; 0 without pins."""
         return 0.0 if self.pin is None else self.pin.outside
 
     @property
     def plates(self) -> int:
-        """Return the number of plates in a sensor: two if they stand back to back."""
+        """Return the number of plates in a sensor: two if they stand back to back, otherwise one."""
         return 2 if self.back_to_back else 1
 
     @property
     def stack(self) -> float:
-        """Return the thickness of the plate, or of both plates with the space between them [mm]."""
+        """Return the thickness of the plate [mm], or of both plates with the space between them."""
         return self.spacing + self.depth if self.back_to_back else self.depth
 
     @property
@@ -268,22 +269,23 @@ class Housing:
         return tuple((arm.post - arm.sign * self.back_to_back.dowel_hole, level) for arm in self.arms)
 
     def shuttle_volume(self, arm: Arm) -> float:
-        """Return the volume of the block, the tapered neck and the tip of a shuttle [mm^3]."""
-        section = self.shuttle_width * self.depth
-        tip_face = self.tip_side**2
-        block = section * (arm.top_level - self.neck_level)
+        """Return the volume of a shuttle [mm^3]: its block, tapered neck and tip."""
+        block_area = self.shuttle_width * self.depth
+        tip_area = self.tip_side**2
+        block = block_area * (arm.top_level - self.neck_level)
         # The neck is a truncated pyramid from the section of the block to the face of the tip.
-        neck = (self.neck_level - self.tip_height) * (section + tip_face + math.sqrt(section * tip_face)) / 3.0
-        return block + neck + tip_face * self.tip_height
+        neck = (self.neck_level - self.tip_height) * (block_area + tip_area + math.sqrt(block_area * tip_area)) / 3.0
+        return block + neck + tip_area * self.tip_height
 
     def depth_share(self, z: float) -> float:
-        """Return the share of the depth that is solid at height z [mm] of a tip or neck; 1 above the neck."""
+        """Return the share of the depth of the plate that is solid at height z [mm]; less than 1 in tips and necks."""
         share = self.tip_side / self.depth
         rise = (z - self.tip_height) / (self.neck_level - self.tip_height)
         return share + (1.0 - share) * min(1.0, max(0.0, rise))
 
 
-def _refusal(name: str, value: float, bound: str) -> InputError:
+def _size_error(name: str, value: float, bound: str) -> InputError:
+    """Return the error of a size [mm] of the housing that is outside its bound."""
     return validation_error(f"housing.{name}", value, "mm", bound, _HINT)
 
 
@@ -297,50 +299,51 @@ class PartSize:
 
 
 def press_tilt(press: PressMotion) -> float:
-    """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
+    """Return the angle [deg] between the press and the normal of the fruit, which results from tilt and roll."""
     cosine = math.cos(math.radians(press.tilt_deg)) * math.cos(math.radians(press.roll_deg))
     return math.degrees(math.acos(cosine))
 
 
 def largest_tilt(press: PressMotion) -> float:
-    """Return the largest tilt [deg] in which the frame must clear the fruit."""
+    """Return the largest tilt [deg] at which the frame must clear the fruit."""
     return max(TILT_DEG, press_tilt(press))
 
 
 def profile(housing: Housing) -> list[Point]:
-    """Return the corners (x, z) of the outline of the plate [mm] without windows and holes."""
+    """Return the corners (x, z) of the outline of the plate [mm], without windows and holes."""
     left, right = housing.arms
     bottom, top = housing.protrusion, housing.top_level
-    frame = [(right.outer, bottom), (right.outer, top), (left.outer, top), (left.outer, bottom)]
-    return [*_arm_outline(housing, left), *reversed(_arm_outline(housing, right)), *frame]
+    outer_corners = [(right.outer, bottom), (right.outer, top), (left.outer, top), (left.outer, bottom)]
+    return [*_arm_outline(housing, left), *reversed(_arm_outline(housing, right)), *outer_corners]
 
 
 def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
-    """Return the outline (x, z) of an arm [mm], from the foot of its wall to the corner of the cavity.
+    """Return the outline (x, z) of an arm [mm], from the lower edge of its wall to the corner of the cavity.
 
     It runs along the underside of the lower leaf, around neck and tip, and up the inner side of the shuttle. Then it
     returns along the top of the upper leaf. The window between the leaves is cut later.
     """
     half_leaf = 0.5 * arm.flexure.thickness
     underside = arm.levels[0] - half_leaf
-    upper_side = arm.levels[1] + half_leaf
-    to_outer_side = arm.sign * 0.5 * housing.shuttle_width
-    to_outer_tip = arm.sign * 0.5 * housing.tip_side
-    inner = arm.centre - to_outer_side
+    topside = arm.levels[1] + half_leaf
+    # Signed, so that adding them leads to the outer side of the arm.
+    half_shuttle = arm.sign * 0.5 * housing.shuttle_width
+    half_tip = arm.sign * 0.5 * housing.tip_side
+    inner_side = arm.centre - half_shuttle
     return [
         (arm.wall, housing.protrusion),
         (arm.wall, underside),
         (arm.shuttle, underside),
-        (arm.centre + to_outer_side, housing.neck_level),
-        (arm.centre + to_outer_tip, housing.tip_height),
-        (arm.centre + to_outer_tip, 0.0),
-        (arm.centre - to_outer_tip, 0.0),
-        (arm.centre - to_outer_tip, housing.tip_height),
-        (inner, housing.neck_level),
-        (inner, arm.top_level),
+        (arm.centre + half_shuttle, housing.neck_level),
+        (arm.centre + half_tip, housing.tip_height),
+        (arm.centre + half_tip, 0.0),
+        (arm.centre - half_tip, 0.0),
+        (arm.centre - half_tip, housing.tip_height),
+        (inner_side, housing.neck_level),
+        (inner_side, arm.top_level),
         (arm.shuttle, arm.top_level),
-        (arm.shuttle, upper_side),
-        (arm.wall, upper_side),
+        (arm.shuttle, topside),
+        (arm.wall, topside),
         (arm.wall, housing.cavity_level),
     ]
 

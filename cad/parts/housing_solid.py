@@ -1,7 +1,7 @@
 """The solid of a housing with its named faces.
 
-The solid for the analysis of stiffness has flat tips. As a bar, a dome would add less than 5e-4 to 1 / K_h
-(tests/cad/parts/test_domes.py).
+The solid for the analysis of stiffness has flat tips. Domes would change the compliance 1 / K_h of the high spring by
+less than 5e-4 (tests/cad/parts/test_domes.py).
 """
 
 from __future__ import annotations
@@ -15,43 +15,43 @@ from cad.parts.hall_seats import POINT_MM, HallSeats
 from cad.parts.housing import Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, round_upright_edges
 
-_BALL_SHARE = 0.98  # largest height of a cap over its radius, so that the poles of the ball are beyond it
-_REACH = 1.0  # extension of a cut beyond the plate [mm]
+_BALL_SHARE = 0.98  # largest ratio of the height of a cap to its radius, so that the poles of the ball are beyond it
+_MARGIN = 1.0  # extension of a cut beyond the plate [mm]
 _BESIDE_TIP = 0.1  # extension of a cut beyond a tip or a face [mm]
 
 
 @functools.lru_cache(maxsize=1)  # a run needs its size first, and later the same part for the files
 def housing_part(housing: Housing) -> Part:
-    """Return the housing as one solid with its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`."""
-    back = cq.Workplane("XZ", origin=(0.0, 0.5 * housing.depth, 0.0))
-    plate = back.polyline(profile(housing)).close().extrude(housing.depth)  # a workplane XZ looks along -y
+    """Return the housing as one solid with the faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`."""
+    back_plane = cq.Workplane("XZ", origin=(0.0, 0.5 * housing.depth, 0.0))
+    plate = back_plane.polyline(profile(housing)).close().extrude(housing.depth)  # a workplane XZ looks along -y
 
     for arm in housing.arms:
         left, right = arm.roots
         lower_leaf, upper_leaf = arm.levels
         window_height = upper_leaf - lower_leaf - arm.flexure.thickness
-        middle = back.center(0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf))
-        plate = plate.cut(middle.rect(right - left, window_height).extrude(housing.depth))
+        window = back_plane.center(0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf))
+        plate = plate.cut(window.rect(right - left, window_height).extrude(housing.depth))
 
-    screw_holes = back.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(housing.depth)
+    screw_holes = back_plane.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(housing.depth)
     plate = plate.cut(screw_holes)
     plate = round_upright_edges(plate, fillet_corners(housing), housing.corner)
 
     if housing.depth - housing.tip_side > 2.0 * NEAR_MM:
-        plate = plate.cut(_beside_tips(housing))
+        plate = plate.cut(_neck_cut(housing))
     return named_housing(plate.findSolid(), housing)
 
 
-def _beside_tips(housing: Housing) -> cq.Workplane:
-    """Return the solid to be cut from the plate so that both necks taper by 45 degrees over the depth [mm]."""
-    face = 0.5 * housing.depth
-    tip = 0.5 * housing.tip_side
-    outside = face + _REACH
-    shoulder = (tip, housing.tip_height)
-    neck_end = (face, housing.neck_level)
-    section = [(tip, -_REACH), shoulder, neck_end, (outside, housing.neck_level), (outside, -_REACH)]  # (y, z)
-    reach = 0.5 * (housing.spacing + housing.shuttle_width) + 0.25 * housing.corner
-    wedge = cq.Workplane("YZ", origin=(-reach, 0.0, 0.0)).polyline(section).close().extrude(2.0 * reach)
+def _neck_cut(housing: Housing) -> cq.Workplane:
+    """Return the solid to be cut from the plate so that both necks taper in the direction of the depth [mm]."""
+    half_depth = 0.5 * housing.depth
+    half_tip = 0.5 * housing.tip_side
+    outside = half_depth + _MARGIN
+    shoulder = (half_tip, housing.tip_height)
+    neck_end = (half_depth, housing.neck_level)
+    section = [(half_tip, -_MARGIN), shoulder, neck_end, (outside, housing.neck_level), (outside, -_MARGIN)]  # (y, z)
+    half_length = 0.5 * (housing.spacing + housing.shuttle_width) + 0.25 * housing.corner
+    wedge = cq.Workplane("YZ", origin=(-half_length, 0.0, 0.0)).polyline(section).close().extrude(2.0 * half_length)
     return wedge.union(wedge.mirror("XZ"))
 
 
@@ -70,10 +70,12 @@ def cut_domes(part: Part, housing: Housing) -> Part:
     poles_along_x = cq.Vector(1.0, 0.0, 0.0)  # so that the poles are not on the cap
     shape = part.shape
     for arm in housing.arms:
-        around = cq.Solid.makeBox(width, depth, height, cq.Vector(arm.centre - 0.5 * width, -0.5 * depth, -_BESIDE_TIP))
+        tip_box = cq.Solid.makeBox(
+            width, depth, height, cq.Vector(arm.centre - 0.5 * width, -0.5 * depth, -_BESIDE_TIP)
+        )
         centre = cq.Vector(arm.centre, 0.0, radius)
         ball = cq.Solid.makeSphere(radius, centre, poles_along_x, -90.0, 90.0, 360.0)
-        shape = shape.cut(around.cut(ball))
+        shape = shape.cut(tip_box.cut(ball))
     return named_housing(shape, housing)
 
 
@@ -88,8 +90,8 @@ def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) ->
     inwards = cq.Vector(0.0, 1.0, 0.0)
     front = -0.5 * housing.depth
     shape = part.shape
-    for arm, below in itertools.product(housing.arms, seats.discs):
-        level = housing.top_level - below
+    for arm, depth_below_top in itertools.product(housing.arms, seats.discs):
+        level = housing.top_level - depth_below_top
         outside = cq.Vector(arm.centre, front - _BESIDE_TIP, level)
         shape = shape.cut(cq.Solid.makeCylinder(radius, _BESIDE_TIP + seats.pocket_depth, outside, inwards))
         if seats.is_pointed:
@@ -99,23 +101,23 @@ def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) ->
 
 
 def named_housing(shape: cq.Shape, housing: Housing) -> Part:
-    """Return the part for a solid of the housing, whose named faces are found by their geometry.
+    """Return the part for a solid of the housing, whose named faces are identified by their geometry.
 
-    So the solid may have been cut, or read from a file. The side faces are the faces that covers or washers clamp.
+    The solid may therefore have been cut, or read from a file. The side faces are those that covers or washers clamp.
     Raises ValueError if a name matches no face.
     """
     on_level = on_plane(2, 0.0)
     on_front = on_plane(1, -0.5 * housing.depth)
     on_back = on_plane(1, 0.5 * housing.depth)
 
-    def tip_on_side(sign: float) -> FaceTest:
+    def make_tip_test(sign: float) -> FaceTest:
         def is_tip(face: cq.Face) -> bool:
             is_flat_or_cap = on_level(face) or face.geomType() == "SPHERE"
             return is_flat_or_cap and sign * face.Center().x > 0.0
 
         return is_tip
 
-    faces: dict[str, FaceTest] = {f"{arm.name}_tip": tip_on_side(arm.sign) for arm in housing.arms}
+    faces: dict[str, FaceTest] = {f"{arm.name}_tip": make_tip_test(arm.sign) for arm in housing.arms}
     faces["mounting_holes"] = lambda face: is_hole(face, housing.hole_diameter)
     faces["side_faces"] = lambda face: on_front(face) or on_back(face)
     return named_part("housing", shape, faces)

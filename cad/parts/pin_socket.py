@@ -15,35 +15,41 @@ from cad.parts.part import NEAR_MM, Part
 from sensor.design.tips import Tips
 from sensor.tips.tip_shape import Arc, TipShape
 
-_REACH = 1.0  # extension of a cut beyond the face that it opens [mm]
+_MARGIN = 1.0  # extension of a cut beyond the face that it opens [mm]
 
 
 def cut_pin_sockets(part: Part, housing: Housing) -> Part:
-    """Return the housing with a pocket in each foot, closed on top in print by a gable that needs no support.
+    """Return the housing with a pocket for a pin in each foot; a housing without pins is returned unchanged.
 
-    A housing without pins is returned unchanged.
+    In print, a gable closes the pocket on top, because a gable needs no support.
     """
     if housing.pin is None:
         return part
-    half = 0.5 * housing.pin.pocket_side
-    eaves = gable_side(housing) * half
+    half_width = 0.5 * housing.pin.pocket_side
+    eaves = gable_side(housing) * half_width
     # The section of a pocket in x, y: a square with a gable of 45 degrees on the side that is up in print.
-    section = [(-half, -eaves), (half, -eaves), (half, eaves), (0.0, 2.0 * eaves), (-half, eaves)]
+    section = [
+        (-half_width, -eaves),
+        (half_width, -eaves),
+        (half_width, eaves),
+        (0.0, 2.0 * eaves),
+        (-half_width, eaves),
+    ]
     shape = part.shape
     for arm in housing.arms:
-        below_foot = cq.Workplane("XY", origin=(arm.centre, 0.0, -_REACH))
-        pocket = below_foot.polyline(section).close().extrude(housing.pin.pocket_depth + _REACH)
+        below_foot = cq.Workplane("XY", origin=(arm.centre, 0.0, -_MARGIN))
+        pocket = below_foot.polyline(section).close().extrude(housing.pin.pocket_depth + _MARGIN)
         shape = shape.cut(pocket.findSolid())
     return named_housing(shape, housing)
 
 
 def gable_side(housing: Housing) -> float:
-    """Return the sign of y on the side that is up in print, to which the gables of pockets point [1]."""
+    """Return the sign of y of the side that is up in print, to which the gables of pockets point [1]."""
     return 1.0 if housing.back_to_back else -1.0
 
 
 def pin_places(housing: Housing) -> dict[str, cq.Location]:
-    """Return by name the places of the pins in a plate [mm]; empty for printed tips."""
+    """Return the location of each pin in a plate [mm], by the name of the pin; empty for printed tips."""
     if housing.pin is None:
         return {}
     end = -housing.pin.outside
@@ -51,7 +57,7 @@ def pin_places(housing: Housing) -> dict[str, cq.Location]:
 
 
 def pin_solid(pin: Pin, tips: Tips) -> cq.Shape:
-    """Return one of the equal pins, with the face that touches the fruit at z = 0 [mm]."""
+    """Return one of the pins, which are equal, with the face that touches the fruit at z = 0 [mm]."""
     return tip_solid(tips.tip_shape, pin.length)
 
 
@@ -65,15 +71,17 @@ def tip_solid(shape: TipShape, height: float) -> cq.Shape:
 
 
 def _round_solid(shape: TipShape, top: float) -> cq.Shape:
-    """Return the body of revolution of the meridian of a round tip, up to z = `top` [mm]."""
+    """Return a round tip up to z = `top` [mm], the body of revolution of its meridian."""
     outline = cq.Workplane("XZ").moveTo(0.0, 0.0)
-    for piece in shape.meridian:
-        if isinstance(piece, Arc):
-            middle = 0.5 * (piece.start.r + piece.end.r)
-            level = piece.radius - math.sqrt(piece.radius**2 - (middle - piece.centre_r) ** 2)
-            outline = outline.threePointArc((middle, level), piece.end)
+    for segment in shape.meridian:
+        if isinstance(segment, Arc):
+            middle = 0.5 * (segment.start.r + segment.end.r)
+            # An arc is given to the kernel by its ends and the point half way between them in r. The lowest point of
+            # its circle is at z = 0, so that the centre of the circle is at the height of its radius.
+            arc_level = segment.radius - math.sqrt(segment.radius**2 - (middle - segment.centre_r) ** 2)
+            outline = outline.threePointArc((middle, arc_level), segment.end)
         else:
-            outline = outline.lineTo(*piece.end)
+            outline = outline.lineTo(*segment.end)
     rim = 0.5 * shape.side_mm
     solid: cq.Shape = outline.lineTo(rim, top).lineTo(0.0, top).close().revolve().findSolid()
     return solid
@@ -83,16 +91,16 @@ def _square_solid(shape: TipShape, top: float) -> cq.Shape:
     """Return a square tip up to z = `top` [mm]: a box whose lower edges are rounded by the arc of the meridian.
 
     The meridian must be a level face, with or without a quarter circle at its edge. Raises ValueError for any other
-    one, such as the flank of a pyramid, because a fillet of a box cannot represent it.
+    meridian, such as the flank of a pyramid, because a fillet of a box cannot represent it.
     """
-    half = 0.5 * shape.side_mm
-    solid: cq.Shape = cq.Solid.makeBox(2.0 * half, 2.0 * half, top, cq.Vector(-half, -half, 0.0))
-    for piece in shape.meridian:
-        is_quarter = isinstance(piece, Arc) and abs(piece.end.z - piece.radius) < NEAR_MM
-        if not is_quarter and piece.end.z > piece.start.z:
+    half_side = 0.5 * shape.side_mm
+    solid: cq.Shape = cq.Solid.makeBox(2.0 * half_side, 2.0 * half_side, top, cq.Vector(-half_side, -half_side, 0.0))
+    for segment in shape.meridian:
+        is_quarter_circle = isinstance(segment, Arc) and abs(segment.end.z - segment.radius) < NEAR_MM
+        if not is_quarter_circle and segment.end.z > segment.start.z:
             msg = f"tip shape {shape.name!r}: a square tip has a flat face and perhaps a rounded edge."
             raise ValueError(msg)
-        if isinstance(piece, Arc):
+        if isinstance(segment, Arc):
             edges = [edge for edge in solid.Edges() if edge.BoundingBox().zmax < NEAR_MM]
-            solid = cq.Solid(solid.wrapped).fillet(piece.radius, edges)
+            solid = cq.Solid(solid.wrapped).fillet(segment.radius, edges)
     return solid

@@ -22,7 +22,7 @@ from sensor.design.tips import PressMotion, Tips
 
 @dataclass(frozen=True, kw_only=True)
 class SensorSolids:
-    """A housing with its solid, its fruit, tips and press, and the seats of a Hall read-out or None."""
+    """A housing with its solid, its fruit, tips and press, and the seats of a Hall read-out, if any."""
 
     housing: Housing
     part: Part
@@ -33,7 +33,7 @@ class SensorSolids:
     seats: HallSeats | None = None
 
     def printed_part(self) -> Part:
-        """Return the part for the print files, with L, H and the name engraved in the frame if there is a name.
+        """Return the part for the print files, with L, H and the name of the design engraved if there is a name.
 
         The engraving is 0.3 mm deep and lies between the clamped holes, so the analysis of stiffness leaves it out.
         """
@@ -47,6 +47,6 @@ class SensorSolids:
     def fruit_box(self) -> cq.Shape:
         """Return a box around the undeformed fruit with its top at z = 0, at the offset of the tips [mm].
 
-        A curved fruit lies inside this box, so distances from the box are safe for it.
+        A curved fruit lies inside this box, so distances from the box are not larger than those from the fruit.
         """
         return outer_box(self.fruit).translate(cq.Vector(-self.tips.offset_mm, 0.0, 0.0))
