@@ -74,7 +74,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
             bound = "a span, from and to, or a list"
             raise validation_error(key, "Normal", "", bound, "give the two ends of the search")
     for value in study.front:
-        study.base.design({**study.completing, study.goal.front_key: value})
+        study.base.design({**study.completing_settings, study.goal.front_key: value})
     with study_store(folder, study) as store:
         _evolve(study, store, engine, progress)
         candidates = [candidate_of(study, result) for result in store.rows()]
@@ -153,7 +153,7 @@ def _costs(
             spent.add(text)
         if text in spent:
             allowed[text] = settings
-    missing = store.lacking(allowed.values())
+    missing = store.missing_points(allowed.values())
     solve_missing(study, store, missing, len(missing), engine, progress)
     results = store.results(allowed.values())
     costs = {text: candidate_of(study, result).cost for text, result in zip(allowed, results, strict=True)}

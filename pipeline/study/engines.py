@@ -20,20 +20,21 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-MOST_PROCESSES = 1024
-_ATTEMPTS = 2  # retries, one at a time, of an item whose worker was lost, because it may be the cause
-_IN_FLIGHT = 4  # items per worker: enough that none waits, few enough that a million need no memory
-_CHECK_SECONDS = 5.0  # time without an answer, after which the engine is checked
-_CONNECT_SECONDS = 4  # time for a scheduler to accept a connection
-_ANSWER_SECONDS = 15  # time for a scheduler to answer
-_WITHOUT_WORKERS_SECONDS = 120  # time in which a lost worker may be restarted
+MAX_PROCESSES = 1024
+_RETRIES = 2  # number of retries of an item whose worker was lost
+_IN_FLIGHT = 4  # submitted items per worker: enough that no worker is idle, few enough that a million need no memory
+_CHECK_SECONDS = 5.0  # time without a result after which the engine is checked
+_CONNECT_SECONDS = 4  # time allowed for a scheduler to accept a connection
+_ANSWER_SECONDS = 15  # time allowed for a scheduler to answer
+_WITHOUT_WORKERS_SECONDS = 120  # time allowed for a lost worker to be restarted
 
 
 @dataclass(kw_only=True)
 class Engine:
-    """Workers that persist between studies: functions to open and close their executor, and errors of a lost worker.
+    """Workers that persist between studies, behind an executor that is opened when the first item is submitted.
 
-    `check` raises InputError if no answer can arrive any more, because all workers are permanently lost.
+    `open` and `close` start and end the executor, and `lost` lists the exceptions that it raises for a lost worker.
+    `check` raises InputError if no result can arrive any more, because all workers are permanently lost.
     """
 
     open: Callable[[], Executor]
@@ -44,21 +45,21 @@ class Engine:
     _executor: Executor | None = field(default=None, init=False)
 
     def submit(self, work: Callable[[Item], Result], item: Item) -> Future[Result]:
-        """Return the future of work on an item; an executor that has lost a worker is opened again."""
+        """Submit `work` on an item to the workers, and return its future."""
         try:
-            return self._opened().submit(work, item)
-        except self.lost:  # an executor that has lost a worker accepts no more work
+            return self._current_executor().submit(work, item)
+        except self.lost:  # an executor that has lost a worker accepts no more work, so another one is opened
             self.check()
             self.end()
-            return self._opened().submit(work, item)
+            return self._current_executor().submit(work, item)
 
-    def _opened(self) -> Executor:
+    def _current_executor(self) -> Executor:
         if self._executor is None:
             self._executor = self.open()
         return self._executor
 
     def end(self) -> None:
-        """Close the executor immediately; the next item opens another one."""
+        """Close the executor immediately. The next submitted item opens another one."""
         executor, self._executor = self._executor, None
         if executor is not None:
             self.close(executor)
@@ -67,41 +68,44 @@ class Engine:
 def completed_items(
     engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], if_lost: Callable[[Item], Result]
 ) -> Generator[tuple[Item, Result]]:
-    """Yield each item with its result, in the order of completion.
+    """Yield each item with the result of `work` on it, in the order of completion.
 
-    An item whose worker was lost is retried at the end, one at a time. If it fails again, `if_lost` gives its result.
-    Raises InputError if the engine has no workers any more.
+    Items whose worker was lost are retried at the end, one at a time, because an item may be the cause of the loss. If
+    the worker is lost each time, `if_lost` gives the result. Raises InputError if the engine has no workers any more.
     """
-    in_doubt: list[Item] = []
-    yield from _completed(engine, work, items, engine.workers * _IN_FLIGHT, in_doubt)
-    for _ in range(_ATTEMPTS):
-        if in_doubt:
+    lost_items: list[Item] = []
+    yield from _run_items(engine, work, items, engine.workers * _IN_FLIGHT, lost_items)
+    for _ in range(_RETRIES):
+        if lost_items:
             engine.check()
-            alone = in_doubt
-            in_doubt = []
-            yield from _completed(engine, work, alone, 1, in_doubt)
-    for item in in_doubt:
+            retried_items = lost_items
+            lost_items = []
+            yield from _run_items(engine, work, retried_items, 1, lost_items)
+    for item in lost_items:
         yield item, if_lost(item)
 
 
-def _completed(
-    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], in_flight: int, lost: list[Item]
+def _run_items(
+    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], max_in_flight: int, lost_items: list[Item]
 ) -> Generator[tuple[Item, Result]]:
-    """Yield each item with its result, and append to `lost` the items of lost workers; limit the items in flight."""
+    """Yield each item with its result, in the order of completion.
+
+    At most `max_in_flight` items are submitted at a time. An item whose worker was lost is appended to `lost_items`.
+    """
     waiting = iter(items)
     running: dict[Future[Result], Item] = {}
-    # finished futures add themselves, because polling all of them costs more than a task
-    ended: SimpleQueue[Future[Result]] = SimpleQueue()
+    # Finished futures put themselves into a queue, because polling all of them would take longer than a task.
+    finished: SimpleQueue[Future[Result]] = SimpleQueue()
     try:
         while True:
-            for item in islice(waiting, in_flight - len(running)):
+            for item in islice(waiting, max_in_flight - len(running)):
                 future = engine.submit(work, item)
                 running[future] = item
-                future.add_done_callback(ended.put)
+                future.add_done_callback(finished.put)
             if not running:
                 return
             try:
-                future = ended.get(timeout=_CHECK_SECONDS)
+                future = finished.get(timeout=_CHECK_SECONDS)
             except Empty:
                 engine.check()
                 continue
@@ -109,16 +113,19 @@ def _completed(
             try:
                 result = future.result()
             except engine.lost:
-                lost.append(item)
+                lost_items.append(item)
             else:
                 yield item, result
     finally:
-        if running:  # nobody waits for these any more
+        if running:  # the caller stopped early or an error occurred, so nothing needs these results
             engine.end()
 
 
 def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractContextManager[Engine]:
-    """Return the cluster of a scheduler if one is named, else processes on this machine; raises InputError for both."""
+    """Return the engine that the flags request: the cluster of a scheduler, or processes on this machine.
+
+    Raises InputError if both a scheduler and a number of processes are given.
+    """
     if processes is not None and scheduler is not None:
         hint = "leave it out: the cluster has its own workers"
         raise validation_error("--processes", processes, "", "left out if --scheduler is given", hint)
@@ -129,7 +136,7 @@ def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractConte
 def process_engine(processes: int | None = None) -> Iterator[Engine]:
     """Start the processes that solve the points of a study, for a `with` statement.
 
-    Each process has one thread. All of them end with the statement.
+    Each process has one thread. All processes end when the statement ends.
 
     Parameters
     ----------
@@ -155,8 +162,8 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
     4
     """
     count = available_cores() if processes is None else processes
-    if not 1 <= count <= MOST_PROCESSES:
-        bound = f"at least 1 and at most {MOST_PROCESSES}"
+    if not 1 <= count <= MAX_PROCESSES:
+        bound = f"at least 1 and at most {MAX_PROCESSES}"
         raise validation_error("--processes", count, "", bound, "leave it out for all cores")
     engine = Engine(open=lambda: open_workers(count), close=close_workers, workers=count, lost=(BrokenExecutor,))
     try:
@@ -167,9 +174,10 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
 
 @contextmanager
 def cluster_engine(address: str) -> Iterator[Engine]:
-    """Yield an engine of the workers of a Dask scheduler at an address, for instance tcp://127.0.0.1:8786.
+    """Yield an engine whose workers belong to the Dask scheduler at `address`, for instance tcp://127.0.0.1:8786.
 
-    Raises InputError if the package is missing, the scheduler does not answer or has no workers, or their code differs.
+    Raises InputError if the package `distributed` is missing, the scheduler does not answer, it has no workers, or a
+    worker runs different code.
     """
     try:
         from distributed.client import ClosedClientError
@@ -179,10 +187,11 @@ def cluster_engine(address: str) -> Iterator[Engine]:
         raise validation_error(
             "--scheduler", address, "", "used where the package distributed is installed", hint
         ) from error
-    # we report a lost cluster in one line; distributed sets a level for each of these loggers
+    # A lost cluster is reported as an error of one line, so the log messages of `distributed` are suppressed. It sets
+    # the level of each of these loggers itself.
     for name in ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-    client = _connected(address)
+    client = _connect(address)
 
     def check() -> None:
         try:
@@ -191,7 +200,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
             client.wait_for_workers(1, timeout=_WITHOUT_WORKERS_SECONDS)
         except (OSError, RuntimeError) as error:
             bound = "the address of a scheduler that still answers and has workers"
-            hint = "all points that ended are kept; start the scheduler again and repeat the command"
+            hint = "all finished points are kept; start the scheduler again and repeat the command"
             raise validation_error("--scheduler", address, "", bound, hint) from error
 
     def close(executor: Executor) -> None:
@@ -212,8 +221,8 @@ def cluster_engine(address: str) -> Iterator[Engine]:
             client.close()
 
 
-def _connected(address: str) -> "Client":
-    """Return a client of a scheduler; raises InputError if none answers."""
+def _connect(address: str) -> "Client":
+    """Return a client of the scheduler at an address; raises InputError if no scheduler answers there."""
     from distributed import Client
     from distributed.comm import connect
 
@@ -222,7 +231,7 @@ def _connected(address: str) -> "Client":
         await connection.close()
 
     try:
-        asyncio.run(greet())  # a client without a scheduler would block for half a minute at its end
+        asyncio.run(greet())  # a client without a scheduler would block for half a minute when it is closed
         return Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
     except (OSError, ValueError, RuntimeError, MemoryError) as error:  # MemoryError: something else answered
         hint = "start it with dask scheduler, and check the address"
@@ -230,15 +239,15 @@ def _connected(address: str) -> "Client":
 
 
 def _refuse_other_code(client: "Client", address: str) -> None:
-    """Raise InputError if a cluster has no workers, or a worker with other code."""
+    """Raise InputError if a cluster has no workers, or if a worker runs different code from this machine."""
     try:
         digests: dict[str, str] = client.run(code_digest)
     except ImportError as error:
-        msg = "--scheduler: a worker has no twintip; install the version of this machine there"
+        msg = "--scheduler: twintip is missing on a worker; install the version of this machine there"
         raise InputError(msg) from error
     if not digests:
         raise validation_error("--scheduler", address, "", "one with workers", "start some with: dask worker ADDRESS")
     for worker, digest in digests.items():
         if digest != code_digest():
-            msg = f"--scheduler: worker {worker} has other code than this machine; install the same version there"
+            msg = f"--scheduler: worker {worker} runs different code from this machine; install the same version there"
             raise InputError(msg)

@@ -18,15 +18,15 @@ from pipeline.study.study_table import table_columns, table_rows
 from pipeline.study.tasks import lost_points, solve_points
 from sensor.turns import in_turn
 
-_MOST = 64  # most points of a task, because all are lost with their worker
-_TASKS = 16  # least number of tasks per worker, so that the last ones end at nearly the same time
+_MAX_POINTS_PER_TASK = 64  # limited because all points of a task are lost if its worker is lost
+_MIN_TASKS_PER_WORKER = 16  # enough that all workers finish at nearly the same time
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudySummary:
     """The outcome of a study, which `run_study` returns.
 
-    `table` and `best` read the folder each time, so that points need no memory.
+    `table` and `best` read the folder each time, so that the points are not kept in memory.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class StudySummary:
     seconds : float
         Duration of this run [s].
     best : dict or None
-        The point with the least number of the first wanted key, as a row of the table.
+        The point with the smallest value of the first wanted key, as a row of the table.
 
     Methods
     -------
@@ -66,19 +66,20 @@ class StudySummary:
     seconds: float
 
     def table(self) -> dict[str, list[Any]]:
-        """Return every point as columns: number, status, each varied or wanted key, and error.
+        """Return a table of all points: its columns are number, status, each varied or wanted key, and error.
 
-        Missing values are None. The columns are lists of equal length, as for `pandas.DataFrame`. Raises InputError if
-        the study was removed.
+        The columns are lists of equal length, as for `pandas.DataFrame`. Missing values are None. Raises InputError if
+        the study has been removed.
         """
         with stored_study(self.folder) as store:
             return table_columns(store)
 
     @property
     def best(self) -> dict[str, Any] | None:
-        """Return the point with the least number of the first wanted key, as a row of the table; None without one.
+        """Return the point with the smallest value of the first wanted key, as a row of the table.
 
-        It is the first of the best designs of study.html. Raises InputError if the study was removed.
+        None if no point has a number for this key. The point is the first of the best designs on study.html. Raises
+        InputError if the study has been removed.
         """
         with stored_study(self.folder) as store:
             key = store.wanted[0]
@@ -87,20 +88,20 @@ class StudySummary:
 
 @in_turn()
 def run_study(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> StudySummary:
-    """Solve the points of a study that its folder does not have yet, and return the outcomes of all.
+    """Solve those points of a study that its folder does not hold yet, and return the outcome of the whole study.
 
-    A point that is refused or fails is stored with its message, and the study goes on.
+    A point that is refused or fails is stored with its message, and the study continues.
 
     Parameters
     ----------
     study : Study
         The study, from `read_study`.
     folder : Path
-        The folder of its results, which may already have some of its points.
+        The folder for the results, which may already hold some of the points.
     engine : Engine
         The engine that solves the points, from `process_engine`.
     progress : callable, optional
-        Function that is called with the numbers of finished points and of all points.
+        Function that is called with the number of finished points and the number of all points.
 
     Returns
     -------
@@ -140,26 +141,32 @@ def solve_missing(
     engine: Engine,
     progress: Count | None = None,
 ) -> None:
-    """Solve the points that a store lacks, `count` in all, and store each result when it is finished."""
-    kept = sum(store.counts().values())
-    total = kept + count
+    """Solve the `missing` points of a store, `count` of them, on the workers of an engine.
+
+    Each result is stored as soon as its task is finished. `progress` is called with the numbers of stored points and of
+    all points.
+    """
+    stored = sum(store.counts().values())
+    total = stored + count
     if progress is not None and count:
-        progress(kept, total)
-    # A point of the level `contact` may cost less than the overhead of a task.
-    size = max(1, min(_MOST, count // (_TASKS * engine.workers))) if study.level == "contact" else 1
-    # Workers get their points with settings, so the rows of a file need not be sent with each task.
+        progress(stored, total)
+    # A point of the level `contact` may cost less than the overhead of a task, so a task has several of them.
+    size = 1
+    if study.level == "contact":
+        size = max(1, min(_MAX_POINTS_PER_TASK, count // (_MIN_TASKS_PER_WORKER * engine.workers)))
+    # The points carry their settings, so the rows of a file of points need not be sent with each task.
     solve = partial(solve_points, replace(study, rows=()), store.path.parent)
     tasks = completed_items(engine, solve, _batches(missing, size), partial(lost_points, study))
-    with closing(tasks) as ended:  # no worker outlives an error here
-        for _, results in ended:
+    with closing(tasks) as completed_tasks:  # closing ends the workers, also after an error
+        for _, results in completed_tasks:
             store.put(results)
-            kept += len(results)
+            stored += len(results)
             if progress is not None:
-                progress(kept, total)
+                progress(stored, total)
 
 
 def _batches(points: Iterable[Point], size: int) -> Iterator[Sequence[Point]]:
-    """Yield points in groups of a size; the last group may be smaller."""
+    """Yield points in groups of `size`; the last group may be smaller."""
     waiting = iter(points)
     while batch := list(islice(waiting, size)):
         yield batch

@@ -8,7 +8,7 @@ from typing import Any
 
 from scipy.stats import qmc, sobol_indices, uniform
 
-from pipeline.study.study_file import MOST_POINTS, Study
+from pipeline.study.study_file import MAX_POINTS, Study
 from pipeline.study.variation import Setting
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
@@ -25,25 +25,31 @@ class Point:
 
 
 def point_count(study: Study) -> int:
-    """Return the number of points of a study; raises InputError for a search and for a grid that is too fine."""
+    """Return the number of points of a study.
+
+    Raises InputError for a search, whose number of points is unknown, and for a grid of more than MAX_POINTS points.
+    """
     match study.how:
         case "points":
             return len(study.rows)
         case "sobol":
             return study.samples
-        case "sensitivity":
+        case "sensitivity":  # Saltelli's scheme
             return study.samples * (len(study.vary) + 2)
         case "search":
             bound = "sobol, grid or points for a study"
             raise validation_error("how", study.how, "", bound, "run it with: pipeline optimise")
     count = math.prod(len(varied.grid()) for varied in study.vary.values())
-    if count > MOST_POINTS:
-        raise validation_error("vary", count, "points", f"at most {MOST_POINTS}", "take fewer steps")
+    if count > MAX_POINTS:
+        raise validation_error("vary", count, "points", f"at most {MAX_POINTS}", "take fewer steps")
     return count
 
 
 def points_of(study: Study) -> Iterator[Point]:
-    """Yield every point of a study; a study with more samples begins with the points of one with fewer."""
+    """Yield every point of a study in order.
+
+    Sobol points are nested: a study with more samples begins with the points of the same study with fewer.
+    """
     for number, settings in enumerate(_settings(study)):
         yield Point(number=number, settings=settings)
 
@@ -62,29 +68,37 @@ def _settings(study: Study) -> Iterator[Mapping[str, Setting]]:
 
 
 def _sobol_fractions(study: Study) -> Iterator[list[float]]:
-    """Yield the points of a scrambled Sobol sequence [1], one by one, because larger calls require powers of two."""
+    """Yield the points of a scrambled Sobol sequence as fractions [1] of each key's range.
+
+    They are drawn one by one, because SciPy expects a power of two when it draws several at once.
+    """
     sequence = qmc.Sobol(len(study.vary), scramble=True, bits=_SOBOL_BITS, rng=study.seed)
     for _ in range(study.samples):
         yield sequence.random()[0].tolist()
 
 
 def _saltelli_fractions(study: Study) -> Iterator[list[float]]:
-    """Yield the points [1] at which SciPy's sensitivity analysis needs values, in its order."""
-    drawn: list[Floats] = []
+    """Yield the points at which SciPy's sensitivity analysis needs values, in its order.
 
-    def note(fractions: Floats) -> Floats:
-        drawn.append(fractions)
-        return fractions.copy()  # any varying numbers do, because SciPy subtracts their mean
+    A point is a list of fractions [1] of each key's range. SciPy does not return its points, so they are recorded in a
+    trial analysis.
+    """
+    recorded: list[Floats] = []
 
-    saltelli_indices(study, note)
-    for fractions in drawn:
+    def record_fractions(fractions: Floats) -> Floats:
+        recorded.append(fractions)
+        return fractions.copy()  # any varying numbers will do, because the indices are not used
+
+    saltelli_indices(study, record_fractions)
+    for fractions in recorded:
         yield from fractions.T.tolist()
 
 
 def saltelli_indices(study: Study, numbers_at: Callable[[Floats], Floats]) -> Any:  # noqa: ANN401 - SciPy's record
-    """Return SciPy's Sobol indices of values (numbers, points) at fractions [1] (keys, points).
+    """Return SciPy's Sobol indices of a function of the varied keys.
 
-    The function `numbers_at` is called with the same points on every call of this function.
+    `numbers_at` takes fractions [1] of the keys' ranges (keys, points) and returns its values at these points. The seed
+    of the study fixes the points, so they are the same on every call.
     """
-    spans: list[Any] = [uniform()] * len(study.vary)
-    return sobol_indices(func=numbers_at, n=study.samples, dists=spans, rng=study.seed)
+    distributions: list[Any] = [uniform()] * len(study.vary)
+    return sobol_indices(func=numbers_at, n=study.samples, dists=distributions, rng=study.seed)

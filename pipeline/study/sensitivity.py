@@ -1,4 +1,4 @@
-"""Sobol indices: the fraction of a number's variance by each varied key, by itself and with other keys.
+"""Sobol indices: the fraction of an output's variance that each varied key causes, by itself and with other keys.
 
 A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, doi 10.1016/j.cpc.2009.09.018, as implemented in SciPy.
 """
@@ -15,15 +15,16 @@ from pipeline.study.study_file import Study
 from sensor.arrays import Floats
 from sensor.quantity import InputError
 
-RESAMPLES = 200
-CONFIDENCE = 0.95
+RESAMPLES = 200  # number of bootstrap samples
+CONFIDENCE = 0.95  # coverage of the intervals
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sensitivity:
-    """The fractions of a wanted number's variance by one key [1]: by itself (`first`), and with others (`total`).
+    """The Sobol indices [1] of the output `wanted` with respect to the varied key `key`.
 
-    Each has the ends of its 95 % interval by bootstrap.
+    They are fractions of the output's variance: `first` is due to the key by itself, and `total` also includes its
+    interactions with other keys. Each has the ends of its 95 % interval from the bootstrap.
     """
 
     wanted: str
@@ -35,34 +36,40 @@ class Sensitivity:
 
 
 def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
-    """Return the indices of every wanted number that varies, for each varied key.
+    """Return the Sobol indices of each varying output with respect to each varied key.
 
-    Raises InputError if points are missing, refused or failed, because the indices need all of them.
+    An output without a number at some point is left out. Raises InputError if points are missing, refused or failed,
+    because the indices need all of them.
     """
-    lacking = point_count(study) - store.counts()["done"]
-    if lacking:
-        msg = f"sensitivities: {lacking} points have no results; narrow the spans so that none is refused"
-        raise InputError(msg, field="sensitivities", value=lacking)
+    missing = point_count(study) - store.counts()["done"]
+    if missing:
+        msg = f"sensitivities: {missing} points have no results; narrow the ranges so that no point is refused"
+        raise InputError(msg, field="sensitivities", value=missing)
     indices: list[Sensitivity] = []
     for wanted in filter(store.differs, study.wanted):
         values = store.column(wanted)
         if not np.isnan(values).any():
-            indices += _indices(study, wanted, values)
+            indices += _sobol_indices(study, wanted, values)
     return tuple(indices)
 
 
-def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
-    """Return the indices of one number for each key, from its values at all points in order (points,)."""
+def _sobol_indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
+    """Return the Sobol indices of the output `wanted` with respect to each varied key.
+
+    `values` (points,) holds the output at all points of the study, in their order.
+    """
     keys = len(study.vary)
-    of_samples = iter(np.split(values, [study.samples, 2 * study.samples]))  # in SciPy's order
-    result = saltelli_indices(study, lambda _: next(of_samples))
+    # SciPy evaluates its function three times: on the sample matrices A and B, and on the mixtures AB of both. The
+    # function returns the stored values instead of computing them.
+    parts = iter(np.split(values, [study.samples, 2 * study.samples]))
+    result = saltelli_indices(study, lambda _: next(parts))
     with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a key without influence has no variance to resample
-        spread = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
+        bootstrap = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
     first = result.first_order.reshape(keys)
     total = result.total_order.reshape(keys)
-    first_ends = _ends(first, spread.first_order.confidence_interval)
-    total_ends = _ends(total, spread.total_order.confidence_interval)
+    first_ends = _interval_ends(first, bootstrap.first_order.confidence_interval)
+    total_ends = _interval_ends(total, bootstrap.total_order.confidence_interval)
     return [
         Sensitivity(
             wanted=wanted,
@@ -76,9 +83,12 @@ def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
     ]
 
 
-def _ends(indices: Floats, interval: Any) -> list[list[float]]:  # noqa: ANN401 - SciPy's own record
-    """Return the ends of the interval of each key [1]; for a key without influence both are its index."""
+def _interval_ends(indices: Floats, interval: Any) -> list[list[float]]:  # noqa: ANN401 - SciPy's own record
+    """Return the two ends [1] of each key's confidence interval.
+
+    The bootstrap yields nan for a key without influence. Both ends are then its index (keys,).
+    """
     ends = np.column_stack([np.ravel(interval.low), np.ravel(interval.high)])
-    nothing = ~np.isfinite(ends).all(axis=1)
-    ends[nothing] = indices[nothing, None]
+    is_undefined = ~np.isfinite(ends).all(axis=1)
+    ends[is_undefined] = indices[is_undefined, None]
     return list(map(list, ends.tolist()))

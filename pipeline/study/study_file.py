@@ -1,4 +1,7 @@
-"""A study as written in its file: a base design, what varies and how, and the wanted keys; checked when it is read."""
+"""A study as its file states it: a base design, the varied keys, the sampling, and the requested outputs.
+
+All of it is checked when the file is read.
+"""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
@@ -9,8 +12,8 @@ from typing import Any, Literal
 from cattrs.gen import mapping_structure_factory
 
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_tables
-from pipeline.study.toml_records import check_table, file_converter, is_of, record_of
-from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation
+from pipeline.study.toml_records import check_table, file_converter, is_instance_of, record_of
+from pipeline.study.variation import Choices, Setting, Variation, is_number, setting_of_cell, variation_of
 from pipeline.study.wanted import LEVELS, VERDICT_FIELDS, Level, level_of
 from pipeline.tables.rows import single_sheet
 from pipeline.tables.table import refuse_length
@@ -35,22 +38,22 @@ Row = tuple[Setting, ...]
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 
 HOW = ("sobol", "grid", "points", "search", "sensitivity")
-MOST_POINTS = 10_000_000
+MAX_POINTS = 10_000_000
 REFUSED = "reading.refused"
 UNCERTAINTY_KEYS = ("verdicts.reading.uncertainty.value", "reading.uncertainty_percent")
-"""Keys of the uncertainty at the modulus with the largest ratio to its limit."""
+"""Keys of the uncertainty at the modulus where it is largest relative to its limit."""
 UNCERTAINTY_LIMIT = "verdicts.reading.uncertainty.limit"
 """The limit at that modulus."""
 _PROCESS_FILE = "print.process_file"
-_MIDDLE = 0.5  # middle of a varied key [1]
-_NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")
+_MIDDLE = 0.5  # fraction of a varied key's range at its middle [1]
+_NO_NUMBERS = ("passed", "fruit_stiffness", "method", "status", "refused")  # last parts of keys whose value is text
 
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
     """The goal of `pipeline optimise`: the key to minimise, the number of points, and the verdicts that must pass.
 
-    A `front` has one key with a list of values. The search is repeated for each of them.
+    A `front` shows the best design against one key: the search is repeated for each value in the list of this key.
     """
 
     minimise: str = text_field(default="verdicts.reading.uncertainty.value", hint="name a key of report.json")
@@ -70,7 +73,7 @@ class Goal:
     front: dict[str, Variation] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a goal that is no number of a report, too few points for a search, and a front without values."""
+        """Raise InputError for an objective that is not a number of a report, and for invalid other keys."""
         check_fields(self, "")
         if self.minimise.rpartition(".")[2] in _NO_NUMBERS:
             bound = "a key whose value is a number"
@@ -78,18 +81,18 @@ class Goal:
         level_of("minimise", [self.minimise])
         level_of("under", verdict_keys(self))
         if self.front is not None:
-            _refuse_no_front(self.front)
+            _check_front(self.front)
 
     @property
     def front_key(self) -> str:
-        """Return the key of the front, or an empty string."""
+        """Return the key of the front, or an empty string if there is no front."""
         return "".join(self.front or ())
 
 
-def _refuse_no_front(front: Mapping[str, Variation]) -> None:
-    """Raise InputError unless a front has one key with a list of different numbers.
+def _check_front(front: Mapping[str, Variation]) -> None:
+    """Raise InputError unless a front has exactly one key with a list of at least two different numbers.
 
-    For values that are lists, the first numbers must differ.
+    If the values are lists themselves, their first numbers must differ.
     """
     if len(front) != 1:
         bound = "one key of the design file with a list of values"
@@ -99,34 +102,32 @@ def _refuse_no_front(front: Mapping[str, Variation]) -> None:
         all_differ = len(numbers) > 1 and len(numbers) == len(set(numbers))
         if not all(map(is_number, numbers)) or not all_differ:
             bound = "a list of at least two numbers that differ, or of lists whose first numbers do"
-            raise validation_error(
-                "front", f"{key} {numbers}", "", bound, "list the values that the front is drawn over"
-            )
+            raise validation_error("front", f"{key} {numbers}", "", bound, "list the values of the key of the front")
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyKeys:
-    """The keys of a study in its file: what varies, how points are drawn, and the wanted keys.
+    """The keys that define a study: what varies, how points are drawn, and the outputs to store (`wanted`).
 
-    `tol` is the allowed relative error [1] of the springs, and `level` the least that is solved.
+    `tol` is the allowed relative error [1] of the springs. `level` is the minimum that is solved for each point.
     """
 
     vary: dict[str, Variation] = field(default_factory=dict)
     wanted: tuple[str, ...] = text_field(default=(), hint='for instance ["springs.K_l_N_per_m"]')
-    samples: int = quantity("", Bounds(at_least=0, at_most=MOST_POINTS), default=0, hint="give the number of points")
+    samples: int = quantity("", Bounds(at_least=0, at_most=MAX_POINTS), default=0, hint="give the number of points")
     seed: int = quantity("", Bounds(at_least=0), default=0, hint="any whole number will do")
     tol: float = quantity("1", TOLERANCES, default=DEFAULT_TOLERANCE, hint=f"the default is {DEFAULT_TOLERANCE:g}")
     level: Level = choice(LEVELS, default="contact")
     goal: Goal = field(default_factory=Goal, metadata={"key": "optimise"})
 
     def __post_init__(self) -> None:
-        """Check every number and word; raises InputError."""
+        """Raise InputError for a number outside its bounds or an unknown word."""
         check_fields(self, "")
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyFile(StudyKeys):
-    """The keys of a study file: the keys of its study, and the sources of base and points."""
+    """The keys of a study file: those that define the study, and where its base design and points come from."""
 
     base: str = text_field(default="paper", hint="name a preset, or a design file that ends in .toml")
     set: dict[str, Any] = field(default_factory=dict)
@@ -136,7 +137,7 @@ class StudyFile(StudyKeys):
 
 @dataclass(frozen=True, kw_only=True)
 class Study(StudyKeys):
-    """A study: many designs around a base design, and the numbers that are wanted of each.
+    """A study: many designs around a base design, and the outputs to store for each of them.
 
     `docs/studies.md` explains the keys of a study file.
 
@@ -145,13 +146,13 @@ class Study(StudyKeys):
     name : str
         Name of the study, from its file.
     base : DesignTables
-        Tables of the base design. They may need the varied keys to be a whole design.
+        Tables of the base design. They may lack varied keys, which then complete the design.
     how : "sobol", "grid", "points", "search" or "sensitivity"
         How points are drawn.
     vary : dict of str to Variation
         Range or list of values of each varied key.
     rows : tuple of tuple
-        Values of each point that a file of points gives; empty for others.
+        Values of each point from a file of points; empty otherwise.
     wanted : tuple of str
         Keys of report.json that are stored for each point.
     samples : int
@@ -161,14 +162,14 @@ class Study(StudyKeys):
     tol : float
         Allowed relative error of the springs [1].
     level : "contact", "flexures" or "files"
-        The least that is solved for each point.
+        The minimum that is solved for each point.
     goal : Goal
         What `pipeline optimise` minimises, and the verdicts that must pass.
 
     Raises
     ------
     InputError
-        If a value is not allowed, or does not agree with another one.
+        If a value is not allowed, or contradicts another one.
 
     Examples
     --------
@@ -183,7 +184,7 @@ class Study(StudyKeys):
     rows: tuple[Row, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check every number and word, and their combination; raises InputError."""
+        """Raise InputError for an invalid number or word, or for keys that do not fit together."""
         super().__post_init__()
         if self.how == "sobol" and self.samples == 0:
             raise validation_error("samples", self.samples, "", "at least 1", "give the number of points")
@@ -198,7 +199,7 @@ class Study(StudyKeys):
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
         if self.how == "sensitivity" and len(self.vary) == 1:
-            hint = "one key makes all of the scatter; name another one under [vary]"
+            hint = "a single key causes all of the variance; name another one under [vary]"
             raise validation_error("vary", next(iter(self.vary)), "", "a table of at least two keys", hint)
         refuse_gone(*self.vary)
         for key in self.vary:
@@ -209,48 +210,54 @@ class Study(StudyKeys):
             name = f"vary.{_PROCESS_FILE}"
             raise validation_error(name, "", "", "left out", hint)
         if self.design is None:
-            self.base.design(self.completing)
+            self.base.design(self.completing_settings)  # raises InputError if the varied keys do not complete the base
 
     @cached_property
     def design(self) -> Design | None:
-        """Return the base as a design; None if it needs varied keys to be one."""
+        """Return the base design, or None if the base tables lack keys that vary."""
         try:
             return self.base.design()
         except InputError:
             return None
 
     @property
-    def completing(self) -> dict[str, Setting]:
-        """Return the middle of all varied keys if the base needs them to be a design; else nothing."""
+    def completing_settings(self) -> dict[str, Setting]:
+        """Return the settings that complete the base design: the middle of each varied key.
+
+        Empty if the base is complete without them.
+        """
         return {} if self.design is not None else self.settings_at([_MIDDLE] * len(self.vary))
 
     def settings_at(self, fractions: Iterable[float]) -> dict[str, Setting]:
-        """Return the value of each varied key at a fraction [1] from 0 to 1, in the order of the study file."""
+        """Return the value of each varied key at its fraction [1] of the range, from 0 to 1.
+
+        The fractions are in the order of the keys in the study file.
+        """
         return {key: varied.at(fraction) for (key, varied), fraction in zip(self.vary.items(), fractions, strict=True)}
 
     @property
     def front(self) -> tuple[Setting, ...]:
-        """Return the values of the front's key, one search each; empty without a front."""
+        """Return the values of the front's key. One search is run for each; empty if there is no front."""
         return self.vary[self.goal.front_key].grid() if self.how == "search" and self.goal.front else ()
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Return the varied and the wanted keys, each once."""
+        """Return the varied and the wanted keys without duplicates."""
         return tuple(dict.fromkeys((*self.vary, *self.wanted)))
 
 
 def verdict_keys(goal: Goal) -> tuple[str, ...]:
-    """Return the keys of report.json that decide whether the verdicts of a goal pass."""
+    """Return the keys of report.json that hold the verdicts of a goal, one for each field of each verdict."""
     return tuple(f"verdicts.{name}.{field_name}" for name in goal.under for field_name in VERDICT_FIELDS)
 
 
 def front_number(value: object) -> object:
-    """Return the number that places and names a value of a front; the first one of a list."""
+    """Return the number that identifies a value of a front: the value itself, or the first number of a list."""
     return value[0] if isinstance(value, list | tuple) else value
 
 
 def read_study(path: Path) -> Study:
-    """Return the study of a study file.
+    """Read and check a study file.
 
     Parameters
     ----------
@@ -265,7 +272,7 @@ def read_study(path: Path) -> Study:
     Raises
     ------
     InputError
-        If there is no such file, a key is unknown, or a value is not allowed.
+        If the file does not exist, a key is unknown, or a value is not allowed.
 
     Examples
     --------
@@ -273,30 +280,34 @@ def read_study(path: Path) -> Study:
     'grid'
     """
     data = read_toml(path, "FILE.toml")
-    folder = path.parent  # folder of the files that it names
+    folder = path.parent  # paths in the study file are relative to it
     file = record_of(StudyFile, data, _CONVERTER)
-    how = file.how or _default_how(data)
+    how = file.how or _default_sampling(data)
     goal = file.goal
     keys = {item.name: getattr(file, item.name) for item in fields(StudyKeys)}
     rows: tuple[Row, ...] = ()
-    needed = file.wanted
+    needed = file.wanted  # the keys that determine the level
     if how == "points":
-        keys["vary"], rows = _points_file(folder / (file.points or ""))
+        keys["vary"], rows = _read_points(folder / (file.points or ""))
     if how == "search":
         front = goal.front or {}
         for key in front.keys() & file.vary.keys():
             hint = "leave it out under [vary], or name another key in the front"
             raise validation_error("optimise.front", key, "", "a key that does not vary", hint)
         keys["vary"] = {**file.vary, **front}
-        keys["wanted"] = _with_goal(file.wanted, goal)
-        # A search needs only to know whether a verdict passes; it follows the value if there is one.
+        keys["wanted"] = _extend_wanted(file.wanted, goal)
+        # Only whether a verdict passes determines the level of a search. The value of a verdict may need a higher one.
         needed = (*needed, goal.minimise, *(f"verdicts.{name}.passed" for name in goal.under))
     keys["level"] = max(file.level, level_of("wanted", needed), key=LEVELS.index)
-    return Study(name=path.stem, base=_base(file, folder), how=how, rows=rows, **keys)
+    return Study(name=path.stem, base=_base_tables(file, folder), how=how, rows=rows, **keys)
 
 
-def _with_goal(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
-    """Return the wanted keys, extended by those that a search follows: its number, its verdicts, and why they fail."""
+def _extend_wanted(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
+    """Return the wanted keys together with those that a search needs.
+
+    A search needs its objective and its verdicts, the reason if the forces cannot be read, and the limit if it
+    minimises an uncertainty.
+    """
     reasons = []
     if any(row_of(name).needs == "reading" for name in goal.under):
         reasons.append(REFUSED)
@@ -305,23 +316,27 @@ def _with_goal(wanted: tuple[str, ...], goal: Goal) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal), *reasons)))
 
 
-def _default_how(data: Mapping[str, Any]) -> How:
-    """Return how points are drawn if the file does not state it."""
+def _default_sampling(data: Mapping[str, Any]) -> How:
+    """Return how points are drawn if the study file has no key `how`."""
     if "points" in data:
         return "points"
     return "search" if "optimise" in data and "samples" not in data else "sobol"
 
 
-def _base(file: StudyFile, folder: Path) -> DesignTables:
-    """Return the tables of the base design with `[set]` on top."""
+def _base_tables(file: StudyFile, folder: Path) -> DesignTables:
+    """Return the tables of the base design, in which the settings under `[set]` replace those of the base."""
     settings = file.set
     if settings.get(_PROCESS_FILE):  # the path is relative to the study file
         settings = {**settings, _PROCESS_FILE: str(folder / str(settings[_PROCESS_FILE]))}
     return design_tables(folder / file.base if file.base.endswith(".toml") else file.base, settings, "base")
 
 
-def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
-    """Return the keys of a CSV file of points, each with its first value, and its rows; raises InputError."""
+def _read_points(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
+    """Read a CSV file of points: a header of keys, and one row of values for each point.
+
+    Return the varied keys, and the rows. Raises InputError if there is no row, a key occurs twice, or a row has another
+    length than the header.
+    """
     sheet = single_sheet(path)
     header, *points = [row for row in sheet.rows if not row.empty]
     if not points:
@@ -329,22 +344,26 @@ def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     keys = header.cells
     if len(set(keys)) < len(keys):
         bound = "each key in the header once"
-        raise validation_error("points", ",".join(keys), "", bound, f"leave a column out of {path.name}")
+        raise validation_error("points", ",".join(keys), "", bound, f"remove a column from {path.name}")
     rows = []
     for row in points:
         refuse_length(sheet.source, row, len(keys))
         rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
-    # The rows hold the values. The varied keys only need names, so each gets its first value.
+    # The rows hold the values. A varied key needs only its name here, so its only choice is its value in the first row.
     return {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}, tuple(rows)
 
 
-def _by_keys_hook(kind: Any) -> Callable[[object, Any], dict[str, Any]]:  # noqa: ANN401 - a type of dict
-    """Return cattrs' function for a table of design keys, written as `table.key` with or without quotes."""
+def _design_keys_hook(kind: Any) -> Callable[[object, Any], dict[str, Any]]:  # noqa: ANN401 - a type of dict
+    """Return the cattrs structure hook for a table of design keys, as under `[vary]` and `[set]`.
+
+    TOML reads the unquoted key `table.key` as nested tables, and a quoted one as a single key. The hook accepts both
+    and returns single keys.
+    """
     structure = mapping_structure_factory(kind, _CONVERTER)
 
-    def structure_flat(given: object, _: Any) -> dict[str, Any]:  # noqa: ANN401 - the type of dict
+    def structure_flat(data: object, _: Any) -> dict[str, Any]:  # noqa: ANN401 - the type of dict
         flat: dict[str, object] = {}
-        for key, value in check_table(given).items():
+        for key, value in check_table(data).items():
             if key in TABLES and isinstance(value, Mapping):
                 flat |= {f"{key}.{inner}": setting for inner, setting in value.items()}
             else:
@@ -355,5 +374,5 @@ def _by_keys_hook(kind: Any) -> Callable[[object, Any], dict[str, Any]]:  # noqa
 
 
 _CONVERTER = file_converter()
-_CONVERTER.register_structure_hook(Variation, lambda given, _: variation(given, _CONVERTER))
-_CONVERTER.register_structure_hook_factory(lambda kind: is_of(kind, dict), _by_keys_hook)
+_CONVERTER.register_structure_hook(Variation, lambda data, _: variation_of(data, _CONVERTER))
+_CONVERTER.register_structure_hook_factory(lambda kind: is_instance_of(kind, dict), _design_keys_hook)

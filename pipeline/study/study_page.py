@@ -1,4 +1,4 @@
-"""The self-contained page of a study: trade-offs between the points, and the best ten."""
+"""The self-contained HTML page of a study: the trade-offs between its points, and the ten best points."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -21,18 +21,18 @@ from sensor.words import shown
 
 PAGE = "study.html"
 BEST = 10
-MOST_DOTS = 1_000  # points in a plot; more would overlap
+MAX_DOTS = 1_000  # maximum number of points in a plot; more would overlap
 _DESIGNS = "best-designs"
 _BASE = "base.toml"
-_SEED = 1
-_OF_VALUE = re.compile(r"The value is [^.]*\.")
+_SEED = 1  # fixed, so that the same study always has the same page
+_VALUE_SENTENCE = re.compile(r"The value is [^.]*\.")
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")  # a link of Markdown
 
 
 class ShownKey(NamedTuple):
-    """A key on the page of a study: its name with its unit, its span over the points, and its meaning.
+    """A key on the page of a study: its label with its unit, its range of numbers over the points, and its meaning.
 
-    `counts` are its texts with the number of points for each; empty for numbers.
+    `counts` holds each text value of the key with its number of points; empty if the values are numbers.
     """
 
     key: str
@@ -45,7 +45,7 @@ class ShownKey(NamedTuple):
 
 
 def refuse_page(folder: Path, *, force: bool) -> None:
-    """Raise InputError if the page of a study could not be written to a folder, before anything is solved."""
+    """Raise InputError if the page of a study could not be written to a folder. Call it before anything is solved."""
     designs = folder / _DESIGNS
     paths = [folder / PAGE, designs / _BASE, *designs.glob("point-*.toml")]
     refuse_taken(paths, "--out", force=force)
@@ -59,21 +59,20 @@ def write_page(
     *,
     force: bool = False,
 ) -> Path:
-    """Write the page of a study beside its store, with the base design and the designs of its best points.
+    """Write the page of a study, its base design and the designs of its best points; return the path of the page.
 
-    Return its path.
-
-    `best` are the numbers of the best points, best first; by default the ten with the least values of the first wanted
-    key. `proved` are points whose runs passed, with their design files. From many points a random sample is shown
-    beside these. Raises InputError like `write_files`.
+    All of them are written into the folder of the store. `best` are the numbers of the best points, best first; by
+    default the ten points with the smallest values of the first wanted key. `proved` maps points whose whole run passed
+    to their design files. If there are many points, a random sample of the others is shown. Raises InputError like
+    `write_files`.
     """
     proved = proved or {}
     if best is None:
         best = store.best(study.wanted[0], BEST)
-    files, links = _designs(store, study, best, proved)
-    at_random = np.random.default_rng(_SEED).permutation(store.done())[:MOST_DOTS].tolist()
+    files, links = _design_files(store, study, best, proved)
+    sample = np.random.default_rng(_SEED).permutation(store.done())[:MAX_DOTS].tolist()
     points = []
-    for point in store.rows(sorted({*best, *proved, *at_random})):
+    for point in store.rows(sorted({*best, *proved, *sample})):
         points.append({**point.settings, **point.values, "number": point.number})
     keys = shown_keys(study, store)
     data = {
@@ -95,7 +94,7 @@ def write_page(
         data,
         study=study,
         counts=store.counts(),
-        dots=MOST_DOTS,
+        dots=MAX_DOTS,
         keys=keys,
         messages=store.messages(),
     )
@@ -105,37 +104,39 @@ def write_page(
 
 
 def shown_keys(study: Study, store: StudyStore) -> tuple[ShownKey, ...]:
-    """Return the varied and wanted keys for the page.
+    """Return the varied and wanted keys that have a row of their own on the page.
 
-    Error, limit and outcome of a verdict are shown with its value.
+    The error, limit, tolerance and outcome of a verdict have none if its value is wanted, because they are shown with
+    it.
     """
-    folded = {REFUSED} if study.how == "search" else set()
+    keys_without_row = {REFUSED} if study.how == "search" else set()
     for key in study.wanted:
         name, _, last = key.rpartition(".")
         if name.startswith("verdicts.") and last == "value":
-            folded |= {f"{name}.{field}" for field in VERDICT_FIELDS if field != last}
+            keys_without_row |= {f"{name}.{field}" for field in VERDICT_FIELDS if field != last}
     keys = []
     for key in study.keys:
-        if key not in folded:
+        if key not in keys_without_row:
             low, high = store.span(key) or (None, None)
             varies = key in study.vary
-            label, meaning = _named(key, varies=varies)
-            meaning = _LINK.sub(r"\1", meaning).replace("`", "")
+            label, meaning = _label_and_meaning(key, varies=varies)
+            meaning = _LINK.sub(r"\1", meaning).replace("`", "")  # the page shows plain text, not Markdown
             counts = {shown(value): count for value, count in store.words(key).items()}
             keys.append(ShownKey(key, label, varies, low, high, meaning, tuple(sorted(counts.items()))))
     return tuple(keys)
 
 
 def is_part_of_limit(key: str) -> bool:
-    """Return whether a key is the one-sided limit of a verdict."""
+    """Return whether a key is the limit of a verdict that bounds its value on one side only."""
     name, field = verdict_field(key)
     return field == "limit" and row_of(name).sense is not None
 
 
-def _named(key: str, *, varies: bool) -> tuple[str, str]:
-    """Return the label of a key, with its unit if the key does not contain it, and its meaning.
+def _label_and_meaning(key: str, *, varies: bool) -> tuple[str, str]:
+    """Return the label of a key, with its unit if the key does not contain it, and the meaning of the key.
 
-    A varied key is a key of the design; any other is a key of the report, even if a design has it too.
+    A varied key is looked up among the keys of a design, any other among those of the report. The meaning is empty if
+    it is unknown.
     """
     table, _, last = key.partition(".")
     name, field = verdict_field(key)
@@ -147,25 +148,27 @@ def _named(key: str, *, varies: bool) -> tuple[str, str]:
         if row_of(name).standard and field != "passed":
             label = f"{label}, one standard deviation"  # a study shows keys of report.json unchanged
         label = label if entry.unit == "1" or field == "passed" else f"{label} [{entry.unit}]"
-        of_value = _OF_VALUE.search(entry.meaning) if field == "value" else None
-        return label, f"{entry.meaning.partition('?')[0]}?{f' {of_value[0]}' if of_value else ''}"
+        # Of the meaning, only the question of the verdict and the sentence on its value are shown.
+        value_sentence = _VALUE_SENTENCE.search(entry.meaning) if field == "value" else None
+        return label, f"{entry.meaning.partition('?')[0]}?{f' {value_sentence[0]}' if value_sentence else ''}"
     if (
         varies
         and table in TABLE_TYPES
-        and last in (declared := {item.name: item for item in fields(TABLE_TYPES[table])})
+        and last in (design_fields := {item.name: item for item in fields(TABLE_TYPES[table])})
     ):
-        return key, declared[last].metadata["meaning"]
-    found = report_key(key)
-    return key, "" if found is None else found.meaning
+        return key, design_fields[last].metadata["meaning"]
+    entry_of_report = report_key(key)
+    return key, "" if entry_of_report is None else entry_of_report.meaning
 
 
-def _designs(
+def _design_files(
     store: StudyStore, study: Study, best: Sequence[int], proved: Mapping[int, Path]
 ) -> tuple[dict[Path, bytes], dict[str, str]]:
-    """Return the design files to write, for the base and the best points, and the link of each point to its file.
+    """Return the design files of the base and of the best points, by path, and the link of each point to its file.
 
-    A proved point links to the file of its run and gets no other. An incomplete base has no file. A base whose own
-    process varies is not linked, because its file holds only one process.
+    A proved point gets a link to the design file of its run, and no other file. An incomplete base design has no file.
+    A base that defines processes of its own, between which the study varies, gets no link: its file holds only one of
+    them.
     """
     folder = store.path.parent
     files = {}

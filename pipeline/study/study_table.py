@@ -1,4 +1,4 @@
-"""The table of a study: a row for each point, and a column for each varied or wanted key."""
+"""The table of a study: one row for each point, and one column for each varied or wanted key."""
 
 import csv
 import json
@@ -15,11 +15,14 @@ FLAG = "--export"
 
 
 def refuse_export(path: Path, folder: Path, *, force: bool) -> None:
-    """Raise InputError if the table of a study could not be written to a file later."""
+    """Raise InputError if the table of a study could not be written to `path`; `folder` is the folder of the study.
+
+    The study creates its folder later, so that folder need not exist yet.
+    """
     if path.suffix != ".csv":
         raise validation_error(FLAG, str(path), "", "a file name that ends in .csv", "change its ending")
     if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
-        raise validation_error(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
+        raise validation_error(FLAG, str(path), "", "a file in an existing folder", "create that folder first")
     refuse_taken([path], FLAG, force=force)
 
 
@@ -29,20 +32,20 @@ def export_table(store: StudyStore, path: Path, *, force: bool = False) -> None:
 
 
 def table_rows(store: StudyStore, numbers: Sequence[int] | None = None) -> Iterator[dict[str, Any]]:
-    """Yield points by their numbers, all by default, as rows: number, status, every key, and error.
+    """Yield the rows of the points with these numbers, by default of all points.
 
-    Missing values are None.
+    A row has the number, the status, every varied and wanted key, and the error. Missing values are None.
     """
     keys = store.keys
     for point in store.rows(numbers):
         values = {**point.settings, **point.values}
-        of_keys = {key: values.get(key) for key in keys}
-        yield {"number": point.number, "status": point.status, **of_keys, "error": point.error}
+        cells = {key: values.get(key) for key in keys}
+        yield {"number": point.number, "status": point.status, **cells, "error": point.error}
 
 
 def table_columns(store: StudyStore) -> dict[str, list[Any]]:
-    """Return the columns of the table of a study by name, each as long as the number of points."""
-    columns: dict[str, list[Any]] = {name: [] for name in _names(store)}
+    """Return the columns of the table of a study by name, each a list with one value for each point."""
+    columns: dict[str, list[Any]] = {name: [] for name in _column_names(store)}
     for row in table_rows(store):
         for name, value in row.items():
             columns[name].append(value)
@@ -50,17 +53,17 @@ def table_columns(store: StudyStore) -> dict[str, list[Any]]:
 
 
 def _write_csv(store: StudyStore, path: Path) -> None:
-    """Write one point at a time, numbers with all digits as in JSON; a missing value is an empty cell."""
+    """Write the table as CSV, point by point. Numbers have all their digits, and a missing value is an empty cell."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, _names(store), lineterminator="\n")
+        writer = csv.DictWriter(file, _column_names(store), lineterminator="\n")
         writer.writeheader()
         for row in table_rows(store):
-            writer.writerow({name: _cell(value) for name, value in row.items()})
+            writer.writerow({name: _cell_text(value) for name, value in row.items()})
 
 
-def _names(store: StudyStore) -> tuple[str, ...]:
+def _column_names(store: StudyStore) -> tuple[str, ...]:
     return ("number", "status", *store.keys, "error")
 
 
-def _cell(value: object) -> object:
+def _cell_text(value: object) -> object:
     return value if value is None or isinstance(value, str) else json.dumps(value)

@@ -1,4 +1,4 @@
-"""Tasks of a study: points that one process solves, and their results."""
+"""Tasks of a study: the work of one process, which solves some points and returns their results."""
 
 import errno
 import time
@@ -19,17 +19,18 @@ from sensor.quantity import InputError
 Status = Literal["done", "refused", "failed"]
 
 MACHINE = "machine: "
-"""Prefix of the message of a point that failed by a fault of the machine; the same command retries it."""
-LOST = (
-    f"{MACHINE}the worker that solved this point was lost again and again; free memory, the same command tries it again"
-)
+"""Prefix of the message of a point that failed due to a fault of the machine; the same command retries the point."""
+LOST = f"{MACHINE}the worker that solved this point was lost repeatedly; free memory and run the same command again"
 _DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-_OF_MACHINE = (OSError, MemoryError, BrokenExecutor)
+_MACHINE_FAULTS = (OSError, MemoryError, BrokenExecutor)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PointResult(Point):
-    """A point with its result: values by wanted key, or why it was refused or failed, and processor seconds."""
+    """A point with its result: its values by wanted key, or the reason why it was refused or failed.
+
+    `seconds` is the CPU time that it took [s].
+    """
 
     status: Status
     values: Mapping[str, object] = field(default_factory=dict)
@@ -38,34 +39,35 @@ class PointResult(Point):
 
 
 def solve_points(study: Study, folder: Path, points: Sequence[Point]) -> tuple[PointResult, ...]:
-    """Return the results of some points; one that is refused or fails does not stop the others.
+    """Solve some points of a study and return their results; a point that is refused or fails does not stop the others.
 
-    The files of whole runs go into the folder; those of a search are not kept.
+    The files of whole runs are written into `folder`, except for a search, which keeps none.
     """
-    return tuple(_solved(study, folder, point) for point in points)
+    return tuple(_solve_point(study, folder, point) for point in points)
 
 
 def lost_points(study: Study, points: Sequence[Point]) -> tuple[PointResult, ...]:
-    """Return points whose workers were lost, as failed.
+    """Return the results of points whose worker was lost: each of them failed.
 
-    Raises BrokenExecutor in a search, whose next points depend on all earlier ones.
+    Raises BrokenExecutor in a search, because its next points depend on all earlier ones.
     """
     if study.how == "search":
         raise BrokenExecutor(LOST)
     return tuple(PointResult(**vars(point), status="failed", error=LOST) for point in points)
 
 
-def _solved(study: Study, folder: Path, point: Point) -> PointResult:
+def _solve_point(study: Study, folder: Path, point: Point) -> PointResult:
     """Return the result of a point: its values, or the reason why it was refused or failed.
 
-    Raises the fault of the machine if the disk is full, and in a search, whose next points depend on this one.
+    An error due to a fault of the machine is raised if the disk is full. In a search it is always raised, because the
+    next points depend on this one.
     """
     start = time.process_time()
     values: Mapping[str, object] = {}
     status: Status = "done"
     error = None
     try:
-        values = _values(study, folder, point)
+        values = _wanted_values(study, folder, point)
     except Exception as failure:
         fault = _fault_of_machine(failure)
         if fault is not None and (study.how == "search" or getattr(fault, "errno", None) in _DISK_FULL):
@@ -78,18 +80,22 @@ def _solved(study: Study, folder: Path, point: Point) -> PointResult:
 
 
 def _fault_of_machine(failure: Exception) -> BaseException | None:
-    """Return the fault of the machine that caused an error; None for an error of the point.
+    """Return the fault of the machine that caused an error, or None if the design of the point caused it.
 
-    A missing file is an error of the point, which names it.
+    A missing file is counted as an error of the design, because a key of the design may name the file.
     """
     for cause in (failure, failure.__cause__):
-        if isinstance(cause, _OF_MACHINE) and not isinstance(cause, FileNotFoundError):
+        if isinstance(cause, _MACHINE_FAULTS) and not isinstance(cause, FileNotFoundError):
             return cause
     return None
 
 
-def _values(study: Study, folder: Path, point: Point) -> dict[str, object]:
-    """Return the wanted values of a point, at the level of its study."""
+def _wanted_values(study: Study, folder: Path, point: Point) -> dict[str, object]:
+    """Solve a point up to the level of its study, and return the values of its wanted keys.
+
+    The level `files` is a whole run with all files. At lower levels only those parts of the report are solved that hold
+    a wanted key, with springs fitted by finite elements, or at the level `contact` sized by closed forms.
+    """
     design = study.base.design(point.settings)
     if study.level == "files":
         from pipeline import run  # the import takes seconds, and only these points need it

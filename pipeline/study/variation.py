@@ -21,10 +21,10 @@ _SOURCE = "state the source of its numbers"
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
-    """Numbers between two ends, both included, in equal steps or equal ratios [unit of the key].
+    """A range of numbers from `low` to `high` [unit of the key], divided in equal steps, or with `log` in equal ratios.
 
-    `steps` is the number of values in a grid. A `distribution` is uniform over the range, and `source` states the
-    origin of its ends.
+    `steps` is the number of values in a grid, both ends included. With a `distribution` the key is a random variable,
+    and `source` must then cite where the ends come from.
     """
 
     low: float = quantity("", Bounds(), hint=_BOTH, key="from")
@@ -37,24 +37,27 @@ class Range:
     source: str | None = text_field(default=None, hint=_SOURCE)
 
     def __post_init__(self) -> None:
-        """Refuse an empty range, invalid steps, and a distribution without its source."""
+        """Raise InputError for an empty range, invalid steps, or a distribution without its source."""
         check_fields(self, "")
         if not self.low < self.high:
             bound = f"greater than from = {self.low:g}"
-            raise validation_error("to", self.high, "", bound, "give a range of some width")
+            raise validation_error("to", self.high, "", bound, "exchange the ends, or give a list with one value")
         if self.log and self.low <= 0.0:
             raise validation_error("from", self.low, "", "greater than 0 with log = true", "leave log out")
         if self.distribution is not None and self.source is None:
             raise validation_error("source", None, "", "given with a distribution", _SOURCE)
 
     def at(self, fraction: float) -> float:
-        """Return the number at a fraction [1] of the range or of the distribution [unit of the key]."""
+        """Return the number [unit of the key] at a fraction [1] of the range, from 0 at `low` to 1 at `high`."""
         if self.log:
             return self.low * math.pow(self.high / self.low, fraction)
         return self.low + (self.high - self.low) * fraction
 
     def fraction_of(self, value: object) -> float | None:
-        """Return the fraction [1] of the range below a number [unit of the key]; None for any other value."""
+        """Return the fraction [1] of the range at a number [unit of the key], the inverse of `at`.
+
+        None for a number outside the range, and for a value that is not a number.
+        """
         if not is_number(value) or not self.low <= value <= self.high:
             return None
         if self.log:
@@ -62,7 +65,7 @@ class Range:
         return (value - self.low) / (self.high - self.low)
 
     def grid(self) -> tuple[Setting, ...]:
-        """Return the numbers of a grid [unit of the key]; raises InputError without `steps`."""
+        """Return the numbers of a grid [unit of the key]; raises InputError if the range has no `steps`."""
         if self.steps is None:
             hint = "give the number of values, with both ends"
             raise validation_error("steps", None, "", "given with how = 'grid'", hint)
@@ -71,27 +74,27 @@ class Range:
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """The values of a list, numbers or words; each represents an equal share of Sobol points."""
+    """A list of values, numbers or words; each of them gets an equal share of Sobol points."""
 
     values: tuple[Setting, ...]
 
     def __post_init__(self) -> None:
-        """Refuse an empty list."""
+        """Raise InputError for an empty list."""
         if not self.values:
             raise validation_error("values", "[]", "", "a list of at least one value", "write at least one value")
 
     def at(self, fraction: float) -> Setting:
-        """Return the value at a fraction [1] from 0 to 1 [unit of the key]."""
+        """Return the value [unit of the key] at a fraction [1] of the list, from 0 to 1."""
         return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
 
     def fraction_of(self, value: object) -> float | None:
-        """Return the middle of the fractions [1] of a value; None for one that is not in the list."""
+        """Return the middle of the interval of fractions [1] that belongs to a value; None if it is not in the list."""
         if value not in self.values:
             return None
         return (self.values.index(value) + 0.5) / len(self.values)
 
     def grid(self) -> tuple[Setting, ...]:
-        """Return all values."""
+        """Return all values; a grid contains each of them."""
         return self.values
 
 
@@ -100,15 +103,15 @@ class Normal:
     """A normal distribution with a mean and a standard deviation [unit of the key], and the source of both."""
 
     mean: float = quantity("", Bounds(), hint=_BOTH)
-    sd: float = quantity("", Bounds(above=0.0), hint="give one value where nothing scatters")
+    sd: float = quantity("", Bounds(above=0.0), hint="give a list with one value if the key is known exactly")
     source: str = text_field(hint=_SOURCE)
 
     def __post_init__(self) -> None:
-        """Refuse an invalid deviation, and a distribution without its source."""
+        """Raise InputError for a standard deviation that is not positive, or an empty source."""
         check_fields(self, "")
 
     def at(self, fraction: float) -> float:
-        """Return the quantile at a fraction [1] of the distribution [unit of the key]."""
+        """Return the quantile [unit of the key] at a fraction [1] of the distribution."""
         return self.mean + self.sd * float(ndtri(min(max(fraction, _TAIL), 1.0 - _TAIL)))
 
     def grid(self) -> tuple[Setting, ...]:
@@ -121,7 +124,10 @@ Variation = Range | Choices | Normal
 
 
 def setting_of(value: object) -> Setting:
-    """Return a TOML value as a value of a design key; raises MisfitError for dates, tables and nan."""
+    """Return a TOML value as a value of a design key, in which a list becomes a tuple.
+
+    Raises MisfitError for a date, a table, an empty list, a list of other things than numbers, and nan.
+    """
     numbers = value if isinstance(value, list) and value else [value]
     if isinstance(value, bool | str) or all(
         is_number(number) and math.isfinite(as_float(number)) for number in numbers
@@ -137,7 +143,10 @@ def is_number(value: object) -> TypeGuard[float]:
 
 
 def setting_of_cell(key: str, cell: str) -> Setting:
-    """Return the value of a cell in the column of a key: a number or truth value in TOML's notation, else text."""
+    """Return the value of a cell in the column of a key: a number or truth value in TOML's notation, else text.
+
+    Raises InputError for any other TOML value, such as a date.
+    """
     try:
         return setting_of(parsed_setting(cell))
     except MisfitError as error:
@@ -145,16 +154,17 @@ def setting_of_cell(key: str, cell: str) -> Setting:
         raise error.named(name) from error
 
 
-def variation(given: object, converter: cattrs.Converter) -> Variation:
-    """Return the variation of a key in a study file; its tables are structured by a converter of `file_converter`.
+def variation_of(data: object, converter: cattrs.Converter) -> Variation:
+    """Return the variation of a key from `data`, its value under `[vary]` of a study file.
 
-    A list is taken as it is. A table has `from` and `to` with `steps` or `log`, or `mean` and `sd`.
+    A list gives Choices. A table with `mean` and `sd` gives a Normal distribution, and any other table a Range, both
+    structured by `converter` from `file_converter`. Raises MisfitError for any other value.
     """
-    if isinstance(given, list):
-        return Choices(values=tuple(map(setting_of, given)))
-    if not isinstance(given, Mapping):
+    if isinstance(data, list):
+        return Choices(values=tuple(map(setting_of, data)))
+    if not isinstance(data, Mapping):
         bound = "a list, or a table with from and to, or with mean and sd"
-        raise MisfitError(given, bound, "see docs/studies.md")
-    if given.keys() & {"mean", "sd"}:
-        return converter.structure(given, Normal)
-    return converter.structure(given, Range)
+        raise MisfitError(data, bound, "see docs/studies.md")
+    if data.keys() & {"mean", "sd"}:
+        return converter.structure(data, Normal)
+    return converter.structure(data, Range)

@@ -14,7 +14,7 @@ from deadline import DEADLINE_S
 from refusal import refusal
 
 from pipeline.study import read_study, run_study
-from pipeline.study.engines import MOST_PROCESSES, Engine, completed_items, process_engine
+from pipeline.study.engines import MAX_PROCESSES, Engine, completed_items, process_engine
 from pipeline.study.store import STORE, stored_study
 from pipeline.study.study_table import export_table
 from sensor.quantity import InputError
@@ -63,7 +63,7 @@ def whole(tmp_path_factory):
     return table(folder / "out")
 
 
-@pytest.mark.parametrize("count", [0, MOST_PROCESSES + 1])
+@pytest.mark.parametrize("count", [0, MAX_PROCESSES + 1])
 def test_number_of_processes_has_bounds(count):
     with pytest.raises(InputError) as refused, process_engine(count):
         pass

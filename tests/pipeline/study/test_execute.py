@@ -95,7 +95,7 @@ class Noting:
 def test_cheap_points_go_together_and_no_worker_waits(
     written, engine, tmp_path, monkeypatch, level, points, workers, sizes
 ):
-    monkeypatch.setattr(tasks, "_values", lambda *_: {"springs.K_l_N_per_m": 1.0})
+    monkeypatch.setattr(tasks, "_wanted_values", lambda *_: {"springs.K_l_N_per_m": 1.0})
     rows = "\n".join(f"{3.0 + 0.01 * i}" for i in range(points))
     (tmp_path / "rows.csv").write_text(f"targets.P_max\n{rows}\n", encoding="utf-8")
     noting = Noting(engine, workers)

@@ -86,9 +86,9 @@ def test_settings_that_are_stored_are_not_lacking_and_new_ones_take_free_numbers
     with study_store(tmp_path / "out", read_study(written())) as store:
         store.put([PointResult(number=1, settings=known, status="done", values={"v": 2.0})])
         asked = [new, known, newest, new]
-        assert store.lacking(asked) == [Point(number=0, settings=new), Point(number=2, settings=newest)]
-        store.put([PointResult(**vars(point), status="refused") for point in store.lacking(asked)])
-        assert store.lacking(asked) == []
+        assert store.missing_points(asked) == [Point(number=0, settings=new), Point(number=2, settings=newest)]
+        store.put([PointResult(**vars(point), status="refused") for point in store.missing_points(asked)])
+        assert store.missing_points(asked) == []
         assert [result.number for result in store.results(asked)] == [0, 1, 2, 0]
         assert store.results([known])[0].values == {"v": 2.0}
 

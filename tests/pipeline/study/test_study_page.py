@@ -11,7 +11,7 @@ from pipeline.options import load_design
 from pipeline.study import read_study
 from pipeline.study.points import points_of
 from pipeline.study.store import study_store
-from pipeline.study.study_page import MOST_DOTS, is_part_of_limit, shown_keys, write_page
+from pipeline.study.study_page import MAX_DOTS, is_part_of_limit, shown_keys, write_page
 from pipeline.study.tasks import PointResult
 
 TWO = '"targets.P_max" = { from = 3, to = 8 }\n"targets.NL" = { from = 0.03, to = 0.08 }'
@@ -77,7 +77,7 @@ def test_page_of_many_points_is_small_and_leads_to_the_best(written, tmp_path):
         assert 1e3 / load_design(tmp_path / "out" / link).nominal_targets.P_max == values[int(number)]
     data = data_of(page)
     shown = {point["number"]: point["springs.K_l_N_per_m"] for point in data["points"]}
-    assert MOST_DOTS <= len(shown) <= MOST_DOTS + 10
+    assert MAX_DOTS <= len(shown) <= MAX_DOTS + 10
     assert shown.items() <= values.items()
     assert data["axes"] == ["targets.P_max", "targets.NL", "springs.K_l_N_per_m"]  # K_h is the same at every point
     assert min(shown) < 1_000 < 4_000 < max(shown)  # drawn from all points, not from the first ones
