@@ -33,7 +33,7 @@ def relative_radius(dome_radius: float, fruit_radius: float) -> float:
 
 
 def approach(force: float, E: float, poisson: float, radius: float) -> float:
-    """Return the approach [mm] of two bodies of relative `radius` [mm] under `force` [N], E in MPa; 0 without a force."""
+    """Return the approach [mm] of two bodies of relative `radius` [mm] under `force` [N]; E is in MPa."""
     return hertz_factor(radius, poisson) * math.pow(max(force, 0.0) / E, 2.0 / 3.0)
 
 
