@@ -1,1 +1,1 @@
-"""Compression tests of fruit: force over travel to modulus."""
+"""Compression tests of fruit: the modulus from forces and travels."""

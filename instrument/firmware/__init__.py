@@ -1,1 +1,1 @@
-"""The program of a unit: a C header, and a MicroPython module."""
+"""The programs of a unit: a C header, a MicroPython module, and loggers for its board."""

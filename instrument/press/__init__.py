@@ -1,1 +1,1 @@
-"""A printed unit: its own springs, and readings of its forces."""
+"""A printed unit with its own springs, and the readings of its presses."""

@@ -26,7 +26,7 @@ MUCH_LESS_CERTAIN = 2.0  # a press counts only if its deviation is at most this 
 
 
 class Unit:
-    """The constants of a unit, as `pipeline read --header` and `--micropython` write them."""
+    """The constants of a unit, as `pipeline read --c-header` and `--micropython` write them."""
 
     # Channels and forces, one value for each tip unless stated otherwise.
     gains: list[float]  # force divided by channel reading [1]

@@ -1,1 +1,1 @@
-"""Simulated units with drawn errors, pressed on fruit by boundary elements; they write the files of real ones."""
+"""Simulated units with random errors, pressed on fruit by boundary elements; they write the files of real units."""
