@@ -38,7 +38,8 @@ def bill_of_materials(
 ) -> tuple[BillLine, ...]:
     """Return every line of the bill; the parts are counted in the assembly of the sensor.
 
-    `masses` holds the masses of the printed parts by name [g]. With a signal path the bill has glue, wire and board.
+    `masses` are the masses of the printed parts by name [g]. With a signal path, the bill includes glue, wire and
+    board.
     """
     housing = sensor.housing
     text = render_template(
@@ -50,7 +51,7 @@ def bill_of_materials(
         count=Counter(map(product_of, assembly.children)),
         tips=len(sensor.tips.springs),
         screw=screw_name(mounted_grip(sensor)),
-        bare_screw=screw_name(grip(sensor)),
+        screw_without_bracket=screw_name(grip(sensor)),
         flange_screw_mm=FLANGE_SCREW_MM,
         dowel_diameter=DOWEL_MM,
         dowel_mm=dowel_length(housing) or housing.stack,
@@ -61,7 +62,7 @@ def bill_of_materials(
 
 
 def screw_name(grip_mm: float) -> str:
-    """Return the name of the shortest screw for a grip [mm]; a threaded rod if every screw is too short."""
+    """Return the name of the shortest screw for a grip [mm], or of a threaded rod if every screw is too short."""
     length = screw_length(grip_mm)
     return "M3 threaded rod, cut" if length is None else f"M3 x {length}"
 

@@ -11,7 +11,7 @@ from cad.fabrication.bill import BillLine
 from cad.fabrication.sheet_templates import render_template
 from cad.parts.assembly import in_place, product_of
 
-# Prefixes of the names of parts, from the front to the back, each with its part in the bill.
+# Prefixes of the names of parts in the assembly, from the front to the back, each with the name in the bill.
 _STACK = {
     "screw": "screw",
     "front_washer": "washer",
@@ -27,15 +27,15 @@ _STACK = {
 }
 _GAP_MM = 9.0  # gap between neighbours in the stack, and between a pin and its foot
 _BEHIND_COVER_MM = 30.0  # gap behind a front cover, so that the springs are visible
-_HIDDEN = ("back_washer", "nut")  # kinds whose left parts are hidden by the bracket
+_HIDDEN = ("back_washer", "nut")  # groups whose parts on the left are hidden by the bracket
 _ROOM_MM = 7.0  # space between the picture and its numbers
-_APART_MM = 11.0  # distance between the middles of two numbers
+_APART_MM = 11.0  # smallest distance between the centres of two numbers
 _COARSE_MM = 0.5  # chord height of the triangles that are searched for the highest point
 
 
 @dataclass(frozen=True)
 class Balloon:
-    """A number of the bill in the view: its place x, and the point `at` of its part that a line leads to [mm]."""
+    """A number of the bill in the view: its position x, and the point `at` of its part to which a line leads [mm]."""
 
     number: int
     x: float
@@ -44,64 +44,74 @@ class Balloon:
 
 def write_exploded(assembly: cq.Assembly, bill: Sequence[BillLine], path: Path) -> None:
     """Write the exploded view of a sensor with its bracket as SVG; raises OSError."""
-    groups = exploded(assembly)
+    groups = explode(assembly)
     shapes = [in_place(part) for group in groups.values() for part in group]
     edges = view_of(cq.Compound.makeCompound(shapes), "corner")
     lines = sorted([(round(x, 2), round(y, 2)) for x, y in edge_points(edge)] for edge in edges)
-    text = render_template("exploded.svg.jinja", lines=lines, balloons=balloons_of(groups, bill), room=_ROOM_MM)
+    text = render_template("exploded.svg.jinja", lines=lines, balloons=place_balloons(groups, bill), room=_ROOM_MM)
     path.write_text(text, encoding="utf-8")
 
 
-def exploded(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
-    """Return the parts of a sensor by their place in the stack, moved apart along y [mm].
+def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
+    """Return the parts of a sensor grouped by their position in the stack, and moved apart along y [mm].
 
-    The fruit is left out. Pins are moved down, out of the housing or plate that holds them.
+    The fruit is left out. Pins are also moved down, out of the housing or plate that holds them.
     """
     parts = assembly.children
     pins = [part for part in parts if product_of(part) == "pin"]
     groups: dict[str, list[cq.Assembly]] = {}
-    front = 0.0
-    for place in _STACK:
-        group = [part for part in parts if part.name == place or part.name.startswith(f"{place}_")]
+    front_y = 0.0
+    for position in _STACK:
+        group = [part for part in parts if part.name == position or part.name.startswith(f"{position}_")]
         if not group:
             continue
         box = cq.Compound.makeCompound([in_place(part) for part in group]).BoundingBox()
-        groups[place] = _moved(group, front - box.ymin)
-        here = [pin for pin in pins if place == "housing" or (place[-1] == pin.name[-1] and place.startswith("plate"))]
-        if here:
-            groups[f"pin {place}"] = _moved(here, front - box.ymin, -_GAP_MM)
-        front += box.ylen + (_BEHIND_COVER_MM if place == "front_cover" else _GAP_MM)
+        groups[position] = _displace(group, front_y - box.ymin)
+        held_pins = [
+            pin
+            for pin in pins
+            if position == "housing" or (position[-1] == pin.name[-1] and position.startswith("plate"))
+        ]
+        if held_pins:
+            groups[f"pin {position}"] = _displace(held_pins, front_y - box.ymin, -_GAP_MM)
+        front_y += box.ylen + (_BEHIND_COVER_MM if position == "front_cover" else _GAP_MM)
     return groups
 
 
-def balloons_of(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine]) -> list[Balloon]:
-    """Return the numbers for the groups of parts, in one row above the picture [mm].
+def place_balloons(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine]) -> list[Balloon]:
+    """Return the numbers of the groups of parts, in one row above the picture [mm].
 
-    Each number is above the highest point of its group, or farther right if the number before it is too near.
+    Each number is above the highest point of its group, or farther right if the number before it is too close.
     """
     numbers: dict[str, int] = {}
     for number, row in enumerate(bill, start=1):
         numbers.setdefault(row.part, number)
-    pointed = sorted((_pointed(place, group), numbers[_STACK.get(place, "pin")]) for place, group in groups.items())
+    # A part with several lines in the bill gets the number of its first line. Pins are in no position of the stack.
+    targets = sorted(
+        (_highest_point(position, group), numbers[_STACK.get(position, "pin")]) for position, group in groups.items()
+    )
     balloons: list[Balloon] = []
-    for at, number in pointed:
-        x = max(at[0], balloons[-1].x + _APART_MM) if balloons else at[0]
-        balloons.append(Balloon(number, x, at))
+    for target, number in targets:
+        x = max(target[0], balloons[-1].x + _APART_MM) if balloons else target[0]
+        balloons.append(Balloon(number, x, target))
     return balloons
 
 
-def _moved(parts: Sequence[cq.Assembly], y: float, z: float = 0.0) -> list[cq.Assembly]:
-    by = cq.Location(cq.Vector(0.0, y, z))
-    return [cq.Assembly(part.obj, loc=by * part.loc, name=part.name) for part in parts]
+def _displace(parts: Sequence[cq.Assembly], y: float, z: float = 0.0) -> list[cq.Assembly]:
+    """Return copies of parts, displaced along y and z [mm]."""
+    displacement = cq.Location(cq.Vector(0.0, y, z))
+    return [cq.Assembly(part.obj, loc=displacement * part.loc, name=part.name) for part in parts]
 
 
-def _pointed(place: str, group: Sequence[cq.Assembly]) -> tuple[float, float]:
+def _highest_point(position: str, group: Sequence[cq.Assembly]) -> tuple[float, float]:
     """Return the highest point of a group of parts in the view [mm].
 
-    For groups that are partly hidden by the bracket only the parts on the right are searched.
+    In groups that are partly hidden by the bracket, only the parts on the right are searched.
     """
     shapes = [in_place(part) for part in group]
-    right = max(shape.BoundingBox().xmax for shape in shapes)
-    seen = [shape for shape in shapes if place not in _HIDDEN or shape.BoundingBox().xmax > right - _COARSE_MM]
-    corners = [corner for shape in seen for corner in shape.copy().tessellate(_COARSE_MM)[0]]
+    rightmost = max(shape.BoundingBox().xmax for shape in shapes)
+    visible = [
+        shape for shape in shapes if position not in _HIDDEN or shape.BoundingBox().xmax > rightmost - _COARSE_MM
+    ]
+    corners = [corner for shape in visible for corner in shape.copy().tessellate(_COARSE_MM)[0]]
     return max((point_in_view(corner, "corner") for corner in corners), key=lambda point: point[1])

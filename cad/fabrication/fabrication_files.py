@@ -24,7 +24,7 @@ from sensor.design.signal_path import SpringReadOut
 
 @dataclass(frozen=True, kw_only=True)
 class MakerFiles:
-    """The written paths, and cover and bracket after they were read back from their STEP files [mm]."""
+    """The paths of the written files, and cover and bracket as read back from their STEP files [mm]."""
 
     paths: tuple[Path, ...]
     cover: cq.Shape
@@ -34,7 +34,7 @@ class MakerFiles:
 def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path) -> MakerFiles:
     """Write the drawing, coupon, cover, bracket, plate, exploded view, bill and sheet to a folder.
 
-    With a signal path the wiring plan wiring.svg is written too. Raises OSError if a file cannot be written, and
+    With a signal path, the wiring plan wiring.svg is written too. Raises OSError if a file cannot be written, and
     ExportError if the volume read back from a file is wrong.
     """
     housing = sensor.housing
@@ -48,9 +48,9 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     drawing = housing_drawing(sensor, replace(title, mass_g=masses["housing"]))
     paths = [*drawing.write(folder / "drawing")]
     read_back = {}
-    printed = print_shape(sensor)
-    meshes = {"housing": triangles(printed)}
-    volumes = {"housing": triangles_volume(printed)}
+    printed_shape = print_shape(sensor)
+    meshes = {"housing": triangles(printed_shape)}
+    volumes = {"housing": triangles_volume(printed_shape)}
     for name, part in parts.items():
         step = folder / f"{name}.step"
         stl = folder / f"{name}.stl"

@@ -28,10 +28,10 @@ from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.straight_line import left_by_digits
 
 _COUPON_FRACTION = 0.5  # share of the strain limit that the largest weight on a coupon uses
-_SLICED = (0.99, 1.04)  # mass by slicers at 100 % infill over the solid mass; the template names the source
+_SLICED = (0.99, 1.04)  # range of the ratio of a slicer's mass at 100 % infill to the solid mass; see the template
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half the strength of the softest plastic here
 _K_ERROR = 0.01  # relative error of a stiffness (95 %) that rounded readings of a calibration may cause
-_STOCK = {  # sizes [mm] and the fit of a pin, equal for all sensors
+_STOCK = {  # sizes [mm], and the fit of a pin, that are the same for all sensors
     "cover": COVER_MM,
     "cover_plate": PLATE_MM,
     "cover_rim": RECESS_MM,
@@ -47,17 +47,17 @@ _STOCK = {  # sizes [mm] and the fit of a pin, equal for all sensors
 }
 
 
-def last_digit(full: float) -> float:
+def coarsest_resolution(full: float) -> float:
     """Return the coarsest resolution, a power of ten, that determines K to 1 % from readings up to `full` [its unit].
 
-    The 1 % is an expanded uncertainty (95 %), and force and deflection contribute equally to it.
+    The 1 % is an expanded uncertainty (95 %), to which force and deflection contribute equally.
     """
-    largest = _K_ERROR / COVERAGE / math.sqrt(2.0) / left_by_digits(1.0, full, WEIGHED_AT)
-    return 10.0 ** math.floor(math.log10(largest))
+    resolution = _K_ERROR / COVERAGE / math.sqrt(2.0) / left_by_digits(1.0, full, WEIGHED_AT)
+    return 10.0 ** math.floor(math.log10(resolution))
 
 
-def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
-    """Return the row of the sheet on a leaf of the coupon, with its largest weight [g] and the sag under it [mm]."""
+def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
+    """Return the row of the sheet on a leaf of the coupon: its largest weight [g], the sag under it [mm], and more."""
     factor = modulus_factor(arm.flexure)
     force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
     return {
@@ -69,11 +69,11 @@ def _coupon_leaf(arm: Arm, process: Process) -> dict[str, str | float]:
     }
 
 
-def _jig_press(spring: SpringToRead, bench: Bench | None) -> dict[str, str | float]:
+def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str | float]:
     """Return the row of the sheet on the calibration of a spring, with its largest deflection [mm] and weight [g].
 
-    The resolutions of dial [mm] and balance [g] are taken from the bench. Without a bench they are the coarsest ones
-    that determine K to 1 %.
+    The resolutions of dial gauge [mm] and balance [g] are taken from the bench. Without a bench they are the coarsest
+    ones that determine K to 1 %.
     """
     deflection = PRESSED * spring.deflection
     grams = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY
@@ -81,15 +81,15 @@ def _jig_press(spring: SpringToRead, bench: Bench | None) -> dict[str, str | flo
         "name": spring.name,
         "deflection": deflection,
         "grams": grams,
-        "dial": last_digit(deflection) if bench is None else bench.dial_mm,
-        "balance": last_digit(grams) if bench is None else bench.balance_g,
+        "dial": coarsest_resolution(deflection) if bench is None else bench.dial_mm,
+        "balance": coarsest_resolution(grams) if bench is None else bench.balance_g,
     }
 
 
 def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLine], read_out: SpringReadOut) -> str:
     """Return the sheet in Markdown: dimensions, bill, and instructions to make, calibrate and read the springs.
 
-    The text is in the template `fabrication_sheet.md.jinja`, which gets the objects below by name [mm].
+    The text is in the template `fabrication_sheet.md.jinja`, which gets the values below by name; lengths are in mm.
     """
     process = title.process
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()
@@ -107,15 +107,15 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         slicer_settings=slicer_settings(process, sensor.housing),
         tip_accuracy=tip_accuracy_mm(sensor.tips, process),
         takes_ball=shown_by_ball(sensor.fruit, sensor.tips),
-        coupon_leaves=[_coupon_leaf(arm, process) for arm in sensor.housing.arms],
+        coupon_leaves=[_coupon_row(arm, process) for arm in sensor.housing.arms],
         cover_sizes=cover_sizes(sensor),
         bracket_sizes=bracket_sizes(sensor),
         screw=screw_name(mounted_grip(sensor)),
-        bare_screw=screw_name(grip(sensor)),
-        bare_grip=grip(sensor),
+        screw_without_bracket=screw_name(grip(sensor)),
+        grip_without_bracket=grip(sensor),
         torque_N_m=_TORQUE_N_M,
         dowel_length=dowel_length(sensor.housing),
-        jig_presses=[_jig_press(spring, read_out.bench) for spring in read_out.springs],
+        jig_presses=[_calibration_row(spring, read_out.bench) for spring in read_out.springs],
         K_percent=100.0 * _K_ERROR,
         gravity=STANDARD_GRAVITY,
     )

@@ -1,4 +1,4 @@
-"""Verdicts on the bracket after it was read back from its file: its distances from moving parts and from the fruit."""
+"""Verdicts on the bracket as read back from its file: its distances from moving parts and from the fruit."""
 
 import cadquery as cq
 
@@ -10,7 +10,7 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
 
-_WIDE = 1e3  # [mm], larger than any sensor
+_SIDE_MM = 1e3  # side of a box that is larger than any sensor
 _UNDER_SHELF_MM = 0.5  # the screw heads rest on the shelf, so only parts below it can come close to them
 
 
@@ -23,21 +23,21 @@ def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> t
 
 
 def _clearance(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdict:
-    """Return the verdict on the room around bracket and flange screws [mm].
+    """Return the verdict on the smallest distance [mm] between bracket, moving parts, housing and flange screws.
 
-    It is the least distance of the bracket from moving parts at their stops, or of the screw heads. The heads must stay
-    clear of the housing and of the bracket below the shelf.
+    It is the smallest distance of the bracket from moving parts at their stops, or of the screw heads from the housing
+    and from the bracket below the shelf.
     """
     housing = sensor.housing
     heads = flange_heads(sensor)
-    under_heads = housing.top_level + HEAD_ROOM_MM - _UNDER_SHELF_MM
-    corner = cq.Vector(-0.5 * _WIDE, -0.5 * _WIDE, under_heads - _WIDE)
-    below = mount.intersect(cq.Solid.makeBox(_WIDE, _WIDE, _WIDE, corner))
-    plate = plate_places(housing)[0]
-    distances = [float(sensor.part.shape.moved(plate).distance(heads)), float(below.distance(heads))]
+    upper_level = housing.top_level + HEAD_ROOM_MM - _UNDER_SHELF_MM
+    corner = cq.Vector(-0.5 * _SIDE_MM, -0.5 * _SIDE_MM, upper_level - _SIDE_MM)
+    below_shelf = mount.intersect(cq.Solid.makeBox(_SIDE_MM, _SIDE_MM, _SIDE_MM, corner))
+    placement = plate_places(housing)[0]
+    distances = [float(sensor.part.shape.moved(placement).distance(heads)), float(below_shelf.distance(heads))]
     for arm in housing.arms:
         stop = cq.Location(cq.Vector(0.0, 0.0, housing.cavity_level - arm.top_level))
-        distances.append(float(moving_part(sensor, arm).moved(plate * stop).distance(mount)))
+        distances.append(float(moving_part(sensor, arm).moved(placement * stop).distance(mount)))
     reference = f"least distance of the bracket from moving parts, and room of the flange screws; {process.name}"
     return judge(
         "geometry.mount_clearance", min(distances), reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM

@@ -10,7 +10,7 @@ from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.sensor import SensorSolids
 
-_DIGITS = 2
+_DIGITS = 2  # decimals of a size [mm]
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class SizeLine:
 
 
 def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
-    """Return the sizes of the cover in the pose of cover.stl: rim up, side of the tips towards the reader."""
+    """Return the sizes of the cover in the pose of cover.stl: rim up, with the side of the tips towards the reader."""
     housing, seats = sensor.housing, sensor.seats
     width, height = housing.right - housing.left, housing.top_level - housing.cover_level
     sizes = [
@@ -30,15 +30,15 @@ def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
         SizeLine("height of the rim", _number(RECESS_MM)),
         SizeLine("width of the rim on the posts", _number(housing.wall_width - SETBACK_MM)),
         SizeLine("width of the rim on the bar", _number(housing.top_level - housing.cavity_level - SETBACK_MM)),
-        *_screw_holes(housing, housing.top_level),
+        *_screw_hole_lines(housing, housing.top_level),
     ]
     if seats is not None:
-        places = [(housing.right - centre, seats.sensor) for centre in seats.windows]
+        centres = [(housing.right - centre, seats.sensor) for centre in seats.windows]
         sizes += [
             SizeLine("windows, width x height", _times(seats.window_width, seats.window_height)),
             SizeLine("slot between their ledges, height", _number(seats.window_height - 2.0 * LEDGE_MM)),
             SizeLine("depth of a window to its ledges", _number(COVER_MM - seats.face_out)),
-            SizeLine("middles of windows, from the left and the upper edge", _places(places)),
+            SizeLine("centres of windows, from the left and the upper edge", _points_text(centres)),
         ]
     return tuple(sizes)
 
@@ -57,44 +57,48 @@ def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
             _number(flange.xmin - plate.xmin),
         ),
         SizeLine(
-            "front edge of the plate under the flange, before the seat of the sensor",
+            "front edge of the plate under the flange, in front of the seat of the sensor",
             _number(back_of(sensor) - flange.ymin),
         ),
-        *_screw_holes(housing, plate.zmax),
+        *_screw_hole_lines(housing, plate.zmax),
         SizeLine("holes of the flange, diameter", f"{len(flange_holes(sensor))} x {_number(FLANGE_HOLE_MM)}"),
         SizeLine("their circle, diameter", _number(FLANGE_CIRCLE_MM)),
         SizeLine(
-            "their middles, from the left and the front edge of their plate",
-            _places([(x - flange.xmin, y - flange.ymin) for x, y in flange_holes(sensor)]),
+            "their centres, from the left and the front edge of their plate",
+            _points_text([(x - flange.xmin, y - flange.ymin) for x, y in flange_holes(sensor)]),
         ),
     ]
     if opening is not None:
         box = opening.BoundingBox()
         sizes.append(SizeLine("window, width x height", _times(box.xlen, box.zlen)))
-        sizes.append(SizeLine("its middle, from the left and the upper edge", _places([_from_corner(box, plate)])))
+        sizes.append(SizeLine("its middle, from the left and the upper edge", _points_text([_from_corner(box, plate)])))
     return tuple(sizes)
 
 
-def _screw_holes(housing: Housing, top: float) -> tuple[SizeLine, ...]:
-    """Return the lines on the screw holes, measured from the left edge of the housing and from the level `top` [mm]."""
-    places = [(x - housing.left, top - z) for x, z in housing.holes]
+def _screw_hole_lines(housing: Housing, top: float) -> tuple[SizeLine, ...]:
+    """Return the lines on the screw holes, measured from the left edge of the housing and down from z = `top` [mm]."""
+    centres = [(x - housing.left, top - z) for x, z in housing.holes]
     return (
-        SizeLine("holes for screws, diameter", f"{len(places)} x {_number(housing.hole_diameter)}"),
-        SizeLine("their middles, from the left and the upper edge", _places(places)),
+        SizeLine("holes for screws, diameter", f"{len(centres)} x {_number(housing.hole_diameter)}"),
+        SizeLine("their centres, from the left and the upper edge", _points_text(centres)),
     )
 
 
 def _from_corner(box: cq.BoundBox, plate: cq.BoundBox) -> tuple[float, float]:
+    """Return the distances of the centre of a box from the left and the upper edge of a plate [mm]."""
     return box.center.x - plate.xmin, plate.zmax - box.center.z
 
 
 def _number(size: float) -> str:
+    """Return a size [mm] as text with at most two decimals."""
     return f"{round(size, _DIGITS):g}"
 
 
 def _times(*sizes: float) -> str:
+    """Return sizes [mm] as text, such as `20 x 5 x 2`."""
     return " x ".join(map(_number, sizes))
 
 
-def _places(places: list[tuple[float, float]]) -> str:
-    return "; ".join(f"{_number(x)}, {_number(y)}" for x, y in places)
+def _points_text(points: list[tuple[float, float]]) -> str:
+    """Return points [mm] as text, such as `4.5, 4; 40, 4`."""
+    return "; ".join(f"{_number(x)}, {_number(y)}" for x, y in points)

@@ -1,4 +1,4 @@
-"""Texts and pictures of this folder from templates, which are the files `*.jinja` beside this one."""
+"""Texts and pictures of this folder, made from templates, which are the files `*.jinja` in the same folder."""
 
 import math
 import re
@@ -16,15 +16,20 @@ def render_template(template: str, **values: object) -> str:
 
 
 def _digits(number: float, digits: int = 6) -> str:
+    """Return a number as text with this number of significant digits."""
     return f"{number:.{digits}g}"
 
 
 def _mm(length: float) -> str:
+    """Return a length [mm] as text with its unit."""
     return f"{_digits(length)} mm"
 
 
-def _plain(text: str) -> str:
-    """Return a text escaped for Markdown; names from the file of a print process may hold any sign."""
+def _escape_markdown(text: str) -> str:
+    """Return a text with Markdown's special characters escaped.
+
+    Names from the file of a print process may contain any character.
+    """
     return re.sub(r"([\\`*_\[\]<>|&~])", r"\\\1", text)
 
 
@@ -32,7 +37,7 @@ _ENVIRONMENT = template_environment(Path(__file__).parent)
 _ENVIRONMENT.filters |= {
     "g": _digits,
     "mm": _mm,
-    "plain": _plain,
+    "plain": _escape_markdown,
     "shell": shlex.quote,
     "degrees": math.degrees,
 }

@@ -8,15 +8,20 @@ from sensor.design.readout import BOARDS
 
 
 def write_wiring(path: Path, names: Sequence[str], plates: int, board: str) -> None:
-    """Write the wiring plan from the tips of a sensor to a board as SVG; raises OSError.
+    """Write the wiring plan from the tips of a sensor to a board as an SVG file; raises OSError.
 
-    `names` are the names of the tips in the order of the channels, plate by plate. `board` is a key of `BOARDS`.
+    `names` are the names of the tips in the order of the channels, plate by plate. `plates` is the number of plates,
+    and `board` a key of `BOARDS`.
     """
-    on_plate = len(names) // plates
-    channels = [f"{name}, plate {1 + i // on_plate}" if plates > 1 else name for i, name in enumerate(names)]
+    tips_per_plate = len(names) // plates
+    channels = [f"{name}, plate {1 + i // tips_per_plate}" if plates > 1 else name for i, name in enumerate(names)]
     pins = BOARDS[board].pins
-    numbered = [f"GP{number}" for number in pins.values()]
+    pin_names = [f"GP{number}" for number in pins.values()]
     picture = render_template(
-        "wiring.svg.jinja", channels=channels, amplifier_pins=list(pins), board_pins=numbered, board=BOARDS[board].label
+        "wiring.svg.jinja",
+        channels=channels,
+        amplifier_pins=list(pins),
+        board_pins=pin_names,
+        board=BOARDS[board].label,
     )
     path.write_text(picture, encoding="utf-8")

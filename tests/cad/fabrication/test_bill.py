@@ -11,7 +11,7 @@ from squares import RESIN, square_sensor
 from cad.drawing.sheet import Title
 from cad.fabrication import bill as bill_module
 from cad.fabrication.bill import bill_of_materials
-from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
+from cad.fabrication.fabrication_sheet import coarsest_resolution, fabrication_sheet
 from cad.parts.assembly import assembly_of
 from sensor.design.processes import PROCESSES
 from sensor.design.signal_path import SpringReadOut, SpringToRead
@@ -59,7 +59,7 @@ def test_readings_with_the_last_digit_of_the_sheet_give_a_stiffness_to_a_per_cen
         """Return twice the standard deviation of a slope whose readings are off evenly by half a digit at most."""
         return 2.0 * digit / math.sqrt(12.0) / np.linalg.norm(steps - steps.mean()) / full
 
-    assert error(last_digit(full)) <= 0.01 / math.sqrt(2.0) < error(10.0 * last_digit(full))
+    assert error(coarsest_resolution(full)) <= 0.01 / math.sqrt(2.0) < error(10.0 * coarsest_resolution(full))
 
 
 def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):

@@ -7,7 +7,7 @@ import pytest
 from squares import RESIN, square_sensor
 
 from cad.fabrication.bill import bill_of_materials
-from cad.fabrication.exploded import exploded, write_exploded
+from cad.fabrication.exploded import explode, write_exploded
 from cad.fabrication.mount import mount_solid
 from cad.parts.assembly import assembly_of, in_place
 from sensor.design.processes import PROCESSES
@@ -32,7 +32,7 @@ def case(request):
 
 def test_every_body_but_the_fruit_is_shown_and_none_overlaps_another_kind(case):
     shown, _, _ = case
-    groups = exploded(shown)
+    groups = explode(shown)
     names = {part.name for group in groups.values() for part in group}
     assert names == {part.name for part in shown.children} - {"fruit"}
     spans = []

@@ -50,14 +50,14 @@ def test_sizes_of_the_cover_are_those_of_its_file(seated):
     sizes = cover_sizes(seated)
     outer = numbers(sizes, "width x height x thickness with rim")[0][0]
     assert outer == pytest.approx([box.xlen, box.ylen, box.zlen], abs=DIGITS)
-    places = numbers(sizes, "their middles, from the left and the upper edge")[0]
+    places = numbers(sizes, "their centres, from the left and the upper edge")[0]
     found = hole_places(lying, seated.housing.hole_diameter, "y")
     assert sorted(places) == [pytest.approx(place, abs=DIGITS) for place in found]
     posts, bar = (numbers(sizes, f"width of the rim on the {where}")[0][0][0] for where in ("posts", "bar"))
     in_rim = box.zmax - 0.5 * numbers(sizes, "height of the rim")[0][0][0]
     assert has_edge(lying, (box.xmin + posts, box.ymin + 1.0, in_rim), (1.0, 0.0, 0.0))
     assert has_edge(lying, (box.center.x, box.ymax - bar, in_rim), (0.0, 1.0, 0.0))
-    for windows in numbers(sizes, "middles of windows, from the left and the upper edge"):
+    for windows in numbers(sizes, "centres of windows, from the left and the upper edge"):
         width, tall = numbers(sizes, "windows, width x height")[0][0]
         ledge = box.zmin + numbers(sizes, "depth of a window to its ledges")[0][0][0]
         for x, y in ([box.xmin + left, box.ymax - down] for left, down in windows):
@@ -76,13 +76,13 @@ def test_sizes_of_the_bracket_are_those_of_its_solid(seated):
     shift = numbers(sizes, "left edge of the plate under the flange, from the left edge of the upright")[0][0][0]
     across = max(width, shift + flange[0]) - min(0.0, shift)
     assert [across, height, flange[1]] == pytest.approx([box.xlen, box.zlen, box.ylen], abs=2.0 * DIGITS)
-    screws, *window = numbers(sizes, "their middles, from the left and the upper edge") + numbers(
+    screws, *window = numbers(sizes, "their centres, from the left and the upper edge") + numbers(
         sizes, "its middle, from the left and the upper edge"
     )
     left = seated.housing.left
     found = [[x + box.xmin - left, down] for x, down in hole_places(bracket, seated.housing.hole_diameter, "z")]
     assert sorted(screws) == [pytest.approx(place, abs=DIGITS) for place in found]
-    holes = numbers(sizes, "their middles, from the left and the front edge of their plate")[0]
+    holes = numbers(sizes, "their centres, from the left and the front edge of their plate")[0]
     centres = sorted([face.Center().x, face.Center().y] for face in bracket.Faces() if is_hole(face, FLANGE_HOLE_MM))
     placed = sorted([left + shift + x, box.ymin + y] for x, y in holes)
     assert placed == [pytest.approx(place, abs=2.0 * DIGITS) for place in centres]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from cad.fabrication.print_bed import GAP_MM, on_plate
+from cad.fabrication.print_bed import GAP_MM, arrange_on_bed
 from cad.files.slicer_settings import slicer_settings
 from sensor.design.processes import PROCESSES
 
@@ -21,7 +21,7 @@ def test_parts_lie_apart_in_rows(rng, longest):
         size = rng.uniform(5.0, longest, 3)
         meshes[str(number)] = trimesh.creation.box(size).apply_translation(rng.uniform(-50.0, 50.0, 3))
     counts = {name: 1 + int(name) % 3 for name in meshes}
-    placed = on_plate(meshes, counts)
+    placed = arrange_on_bed(meshes, counts)
     assert len(placed) == sum(counts.values())
     volumes = sum(counts[name] * mesh.volume for name, mesh in meshes.items())
     assert sum(mesh.volume for mesh in placed.values()) == pytest.approx(volumes)
