@@ -1,6 +1,7 @@
-"""Cache of stage results by content: equal inputs and code give the stored result, anything else is solved.
+"""A cache of the results of stages: for equal inputs and equal code the stored result is returned instead of solved.
 
-An entry is a JSON file named by the digest of stage, inputs, code and library versions, in $XDG_CACHE_HOME/twintip.
+An entry is a JSON file in $XDG_CACHE_HOME/twintip. Its name contains a digest of stage, inputs, code and library
+versions.
 """
 
 import hashlib
@@ -16,14 +17,14 @@ from pipeline.storage.plain import from_plain, to_plain
 from pipeline.storage.versions import code_digest
 
 T = TypeVar("T")
-_MOST_BYTES = 256 * 2**20  # largest entry; the base64 files of a design are a few MiB
+_MAX_BYTES = 256 * 2**20  # maximum size of an entry; the base64 files of a design are a few MiB
 
 
 def cache_folder() -> Path | None:
-    """Return the folder of the cache, which need not exist; None for a user without a home."""
-    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    if given.is_absolute():
-        return given / "twintip"
+    """Return the folder of the cache, which need not exist; None for a user without a home folder."""
+    cache_home = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if cache_home.is_absolute():
+        return cache_home / "twintip"
     try:
         home = Path.home()
     except RuntimeError:
@@ -32,9 +33,10 @@ def cache_folder() -> Path | None:
 
 
 def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
-    """Return the stored result of a stage for these inputs, or compute and store it.
+    """Return the stored result of a stage for these inputs, or call `compute` and store its result.
 
-    Inputs are records or plain data. A fresh result passes through JSON too, so that it equals a stored one bit by bit.
+    Inputs are records or plain data, and the result is of type `kind`. A new result passes through JSON too, so that it
+    equals a stored one to the last bit.
     """
     result = stored(stage, inputs, kind)
     if result is not None:
@@ -45,12 +47,12 @@ def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) 
 
 
 def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
-    """Return the stored result of a stage for these inputs; None without a valid entry."""
-    path = _entry(stage, inputs)
+    """Return the stored result of a stage for these inputs; None if there is no valid entry."""
+    path = _entry_path(stage, inputs)
     if path is None or not is_regular(path):
         return None
     try:
-        if path.stat().st_size > _MOST_BYTES:
+        if path.stat().st_size > _MAX_BYTES:
             return None
         digest, _, body = path.read_text(encoding="utf-8").partition("\n")
         if digest != _digest(path, body):
@@ -61,19 +63,19 @@ def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
 
 
 def store(stage: str, inputs: object, result: object) -> None:
-    """Write the result of a stage for these inputs aside and rename it.
+    """Store the result of a stage for these inputs: write it to a temporary file and rename that file.
 
-    An unwritable cache is no error; a path that is not a regular file is not replaced.
+    Nothing is stored, without an error, if the cache cannot be written or something other than a file has that name.
     """
-    path = _entry(stage, inputs)
+    path = _entry_path(stage, inputs)
     if path is None or (os.path.lexists(path) and not is_regular(path)):
         return
     body = _as_json(result)
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        for left in path.parent.glob(f"{path.name}.*.part"):  # left by a killed process
-            left.unlink()
+        for unfinished in path.parent.glob(f"{path.name}.*.part"):  # of a killed process
+            unfinished.unlink()
         try:
             with part.open("x", encoding="utf-8") as file:  # "x" does not follow a link
                 file.write(f"{_digest(path, body)}\n{body}")
@@ -82,8 +84,8 @@ def store(stage: str, inputs: object, result: object) -> None:
             part.unlink(missing_ok=True)
 
 
-def _entry(stage: str, inputs: object) -> Path | None:
-    """Return the file of a result; None without a cache."""
+def _entry_path(stage: str, inputs: object) -> Path | None:
+    """Return the path of the file that holds a result; None if there is no folder for the cache."""
     folder = cache_folder()
     if folder is None:
         return None
@@ -96,5 +98,5 @@ def _as_json(result: object) -> str:
 
 
 def _digest(path: Path, body: str) -> str:
-    """Return the digest of an entry and its name, so that an entry copied to another name is invalid."""
+    """Return the digest of an entry together with its name, so that a copy under another name is invalid."""
     return hashlib.sha256(f"{path.name}\n{body}".encode()).hexdigest()

@@ -1,7 +1,7 @@
-"""Linear problems as CalculiX decks: quadratic elements, named sets of nodes, static steps; N, mm, MPa.
+"""Linear problems as CalculiX decks: second-order elements, named sets of nodes, and static steps. Units: N, mm, MPa.
 
-Node numbers begin with 0 here and with 1 in the text. After the nodes of the elements come the ground node, if springs
-lead to it, and one node for each mean.
+Node numbers begin with 0 in this module and with 1 in the text of a deck. After the nodes of the elements come the
+ground node, if there are springs to the ground, and one node for each mean displacement.
 """
 
 import io
@@ -17,7 +17,7 @@ from pipeline.storage.vtu import VTK_NODES
 from sensor.arrays import Floats, Ints
 from solve.linear import SolveError
 
-SAME_POSITION = 1e-7  # [mm]
+SAME_POSITION = 1e-7  # maximum distance of two nodes at the same position [mm]
 GROUND = "ground"
 VERTICAL = 3  # the third component, u_z
 _TET_CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=np.float64)
@@ -28,8 +28,9 @@ _NODES = {
     "C3D20": VTK_NODES,
     "C3D20R": VTK_NODES,
 }
-_AXES = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}  # a corner, and the ends of its edges
-_TERMS_A_LINE = 4  # terms of an equation in one line
+# For each number of nodes, a corner of the cell and the other ends of the three edges that meet there.
+_EDGE_ENDS = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}
+_TERMS_PER_LINE = 4  # terms of an equation in one line
 
 
 class Basis(Protocol):
@@ -45,7 +46,7 @@ class Basis(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Elements:
-    """Quadratic elements: nodes (3, n) [mm], node numbers (m, 10 or 20), element type of CalculiX."""
+    """Second-order elements: `nodes` (3, n) [mm], node numbers `cells` (m, 10 or 20), and CalculiX's element type."""
 
     nodes: Floats
     cells: Ints
@@ -57,7 +58,7 @@ class Elements:
         return int(self.nodes.shape[1])
 
     def at(self, positions: Floats) -> Ints:
-        """Return the numbers of the nodes at positions, shape (3, n) [mm]; raises SolveError if there is none."""
+        """Return the numbers of the nodes at `positions` (3, n) [mm]; raises SolveError if a position has no node."""
         distance, index = cKDTree(self.nodes.T).query(positions.T)
         farthest = float(np.max(distance))
         if not farthest <= SAME_POSITION:
@@ -66,38 +67,45 @@ class Elements:
         return np.asarray(index, dtype=np.int64)
 
     def of_dofs(self, basis: Basis, values: Floats) -> Floats:
-        """Return the values of vertical dofs (dofs,) at the nodes (nodes,), 0 at other nodes."""
+        """Return the `values` (dofs,) of the vertical degrees of freedom as values at the nodes (nodes,).
+
+        Nodes without such a degree of freedom have the value 0.
+        """
         dofs = np.flatnonzero(values)
         nodes = self.at(basis.doflocs[:, dofs])
         return np.asarray(np.bincount(nodes, values[dofs], minlength=self.count), dtype=np.float64)
 
 
 def elements_of(basis: Basis, kind: str) -> Elements:
-    """Return the nodes [mm] and cells of a basis of displacements as CalculiX elements of a kind.
+    """Return the nodes [mm] and cells of a scikit-fem basis of displacements as elements of CalculiX's type `kind`.
 
-    Inverted cells are turned, because CalculiX needs a positive volume.
+    The nodes of inverted cells are reordered, because CalculiX needs a positive volume.
     """
-    # The third dof of a node, its u_z, represents the node.
+    # Each node is represented by its third degree of freedom, u_z.
     numbers, cells = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
     cells = cells.reshape(len(_NODES[kind]), -1)
     nodes = np.asarray(basis.doflocs)[:, numbers]
-    # The order of CalculiX's nodes in a cell is found by their positions in the reference cell; exchanging x and y
-    # there turns the cell.
-    in_reference_cell = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
-    straight, turned = (cells[in_reference_cell.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
-    first, *others = (nodes[:, straight[corner]] for corner in _AXES[len(cells)])
-    inside_out = np.linalg.det(np.stack([(corner - first).T for corner in others], axis=1)) < 0.0
-    return Elements(nodes=nodes, cells=np.where(inside_out, turned, straight).T, kind=kind)
+    # CalculiX's order of the nodes in a cell is found by their positions in the reference cell. Exchanging x and y
+    # there gives the order of a mirrored cell.
+    reference_nodes = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
+    regular, mirrored = (cells[reference_nodes.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
+    corner, *edge_ends = (nodes[:, regular[node]] for node in _EDGE_ENDS[len(cells)])
+    is_inverted = np.linalg.det(np.stack([(end - corner).T for end in edge_ends], axis=1)) < 0.0
+    return Elements(nodes=nodes, cells=np.where(is_inverted, mirrored, regular).T, kind=kind)
 
 
 def boundary_sets(elements: Elements, basis: Basis, names: Sequence[str]) -> dict[str, Ints]:
-    """Return the node numbers of named boundaries of a basis' mesh, each of shape (nodes,)."""
+    """Return the node numbers (nodes,) on each of the named boundaries of the mesh of a basis."""
     return {name: elements.at(basis.doflocs[:, basis.get_dofs(name).all("u^3")]) for name in names}
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinearStep:
-    """One static step: held components by node set, prescribed u_z by node set [mm], forces along z (nodes,) [N]."""
+    """One static step of a deck.
+
+    `held` gives the displacement components (1 to 3) that are held at zero in each node set, `pressed` the prescribed
+    u_z [mm] of each node set, and `loads` (nodes,) the forces along z [N].
+    """
 
     held: Mapping[str, Sequence[int]]
     pressed: Mapping[str, float] = field(default_factory=dict)
@@ -106,11 +114,12 @@ class LinearStep:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Deck:
-    """A body of one material with its sets of nodes, E [MPa], and load steps.
+    """A body of one material, with its sets of nodes and its load steps; E in MPa.
 
-    `springs` is an additional stiffness matrix [N/mm], shape (3 nodes, 3 nodes), without coupling between axes. Springs
-    to the ground end at one node, which must be the set `ground`. A mean is a node whose u_z is a weighted sum, with
-    weights (nodes,) [1], of the body's u_z. Each step prints the displacements of the means and of the set `asked`.
+    `springs` is an additional stiffness matrix [N/mm], shape (3 nodes, 3 nodes), without coupling between the axes.
+    Springs to the ground all end at one node, which the set `ground` must hold. A mean is an extra node whose u_z is a
+    weighted sum of the body's u_z, with the weights (nodes,) [1] in `means`. Each step prints the displacements of the
+    means and of the node set `asked`.
     """
 
     elements: Elements
@@ -139,7 +148,7 @@ class Deck:
         return (*self.means, *(() if self.asked is None else (self.asked,)))
 
     def text(self, heading: Sequence[str] = ()) -> str:
-        """Return the deck in N, mm and MPa, with the lines of a heading as comments."""
+        """Return the text of the deck; the lines of `heading` come first, as comments."""
         file = io.StringIO()
         file.writelines(f"** {line}\n" for line in heading)
         supports = {f"support{number}": support_nodes(step, self.sets) for number, step in enumerate(self.steps)}
@@ -155,7 +164,10 @@ class Deck:
 
 
 def _write_nodes(file: TextIO, deck: Deck) -> None:
-    """Write all nodes, a mean at the centre of its face; CalculiX reads 20 characters of a number."""
+    """Write all nodes. A mean lies at the weighted mean of its nodes' positions.
+
+    Numbers have at most 20 characters, because CalculiX reads no more.
+    """
     positions = deck.elements.nodes.T
     nodes = np.column_stack([np.arange(1, len(positions) + 1), positions])
     file.write("*NODE, NSET=EVERY\n")
@@ -168,12 +180,13 @@ def _write_nodes(file: TextIO, deck: Deck) -> None:
 
 
 def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
-    """Write elements, sets and material; CalculiX reads 16 numbers per line."""
+    """Write the elements, node sets and material of a deck."""
     elements = deck.elements
     cells = np.column_stack([np.arange(1, len(elements.cells) + 1), elements.cells + 1])
-    words = np.array_split(["%d"] * cells.shape[1], range(8, cells.shape[1], 8))
+    # A cell is written in lines of 8 numbers, because CalculiX reads at most 16 numbers per line.
+    formats = np.array_split(["%d"] * cells.shape[1], range(8, cells.shape[1], 8))
     file.write(f"*ELEMENT, TYPE={elements.kind}, ELSET=SOLID\n")
-    np.savetxt(file, cells, ",\n".join(", ".join(line) for line in words))
+    np.savetxt(file, cells, ",\n".join(", ".join(line) for line in formats))
     for name, numbers in sets.items():
         file.write(f"*NSET, NSET={name.upper()}\n")
         np.savetxt(file, numbers + 1, "%d,")
@@ -182,19 +195,19 @@ def _write_body(file: TextIO, deck: Deck, sets: Mapping[str, Ints]) -> None:
 
 
 def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None:
-    """Write springs along each axis for a stiffness matrix [N/mm]; springs that agree to six digits share a card.
+    """Write a stiffness matrix [N/mm] as springs along each axis.
 
-    The spring between two nodes is the negative of their entry in the matrix. The sum of a row is the spring from its
-    node to the ground.
+    The stiffness of the spring between two nodes is the negative of their entry in the matrix. The sum of a row is the
+    stiffness of the spring from its node to the ground. Springs whose stiffnesses agree to six digits share a card.
     """
-    number = len(elements.cells)
+    number = len(elements.cells)  # springs are numbered after the cells
     for axis in range(3):
-        of_axis = matrix[axis::3, axis::3]
-        between = triu(of_axis, 1).tocoo()
-        ends = zip(between.row.tolist(), between.col.tolist(), (-between.data).tolist(), strict=True)
-        to_ground = np.asarray(of_axis.sum(axis=1)).ravel()
-        held = np.unique(of_axis.tocoo().row).tolist()
-        springs = [*ends, *((node, elements.count, to_ground[node]) for node in held)]
+        stiffness_matrix = matrix[axis::3, axis::3]
+        upper = triu(stiffness_matrix, 1).tocoo()
+        node_springs = zip(upper.row.tolist(), upper.col.tolist(), (-upper.data).tolist(), strict=True)
+        ground_stiffness = np.asarray(stiffness_matrix.sum(axis=1)).ravel()
+        nodes = np.unique(stiffness_matrix.tocoo().row).tolist()
+        springs = [*node_springs, *((node, elements.count, ground_stiffness[node]) for node in nodes)]
         cards: dict[str, list[str]] = {}
         for first, second, stiffness in springs:
             number += 1
@@ -207,15 +220,19 @@ def _write_springs(file: TextIO, matrix: csc_matrix, elements: Elements) -> None
 
 
 def _write_mean(file: TextIO, node: int, weights: Floats) -> None:
-    """Write the equation of a node's u_z as the weighted mean [1] of others."""
-    terms = [(node, -1.0), *((int(one), float(weights[one])) for one in np.flatnonzero(weights))]
-    words = [f"{one + 1}, {VERTICAL}, {weight:.12e}" for one, weight in terms]
-    lines = [", ".join(words[first : first + _TERMS_A_LINE]) for first in range(0, len(words), _TERMS_A_LINE)]
+    """Write the equation that makes the u_z of `node` the mean of other nodes' u_z with `weights` (nodes,) [1]."""
+    terms = [(node, -1.0), *((int(other), float(weights[other])) for other in np.flatnonzero(weights))]
+    words = [f"{number + 1}, {VERTICAL}, {weight:.12e}" for number, weight in terms]
+    lines = [", ".join(words[first : first + _TERMS_PER_LINE]) for first in range(0, len(words), _TERMS_PER_LINE)]
     file.write(f"*EQUATION\n{len(terms)}\n" + "\n".join(lines) + "\n")
 
 
 def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[str]) -> None:
-    """Write a step: supports, prescribed displacements and loads, then the output of reactions and displacements."""
+    """Write a step: its supports, prescribed displacements and loads, and the output that it prints.
+
+    The total reactions of the node set `support` and of the pressed sets are printed, and the displacements of the sets
+    in `printed`.
+    """
     file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
     for name, components in step.held.items():
         file.writelines(f"{name.upper()}, {component}, {component}\n" for component in components)
@@ -233,7 +250,10 @@ def _write_step(file: TextIO, step: LinearStep, support: str, printed: Sequence[
 
 
 def support_nodes(step: LinearStep, sets: Mapping[str, Ints]) -> Ints:
-    """Return the nodes (nodes,) whose u_z is held at zero, each once, because sets meet along edges."""
+    """Return the numbers (nodes,) of the nodes whose u_z is held at zero in a step.
+
+    Each node is listed once, although sets may share nodes along an edge. Nodes with a prescribed u_z are left out.
+    """
     held = np.concatenate([sets[name] for name, components in step.held.items() if VERTICAL in components])
     pressed = [sets[name] for name in step.pressed]
     return np.setdiff1d(held, np.concatenate(pressed) if pressed else [])

@@ -1,4 +1,4 @@
-"""Digests that distinguish a file as a run wrote it from one that a person made or changed."""
+"""Digests that distinguish a file as a run wrote it from a file that a person made or changed."""
 
 import hashlib
 import json
@@ -20,11 +20,11 @@ _KINDS = (
     (stat.S_ISFIFO, "pipe"),
     (stat.S_ISSOCK, "socket"),
 )
-_LONGEST_NAME = 240  # longest name that gets an ending [bytes]; file systems allow 255
+_MAX_NAME_BYTES = 240  # a name is cut to this length before its ending is added; file systems allow 255 [bytes]
 
 
 def file_digest(path: Path) -> str:
-    """Return the sha256 of a file; raises OSError."""
+    """Return the sha256 of a file; raises OSError if it cannot be read."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -38,24 +38,24 @@ def is_regular(path: Path) -> bool:
 
 
 def kind_of(path: Path) -> str:
-    """Return the kind of a path that is no file, as text: folder, link, pipe, socket or device."""
+    """Return what a path is that is not a regular file: folder, link, pipe, socket or device."""
     mode = path.lstat().st_mode
-    for is_kind, word in _KINDS:
-        if is_kind(mode):
-            return word
+    for is_of_kind, kind in _KINDS:
+        if is_of_kind(mode):
+            return kind
     return "device"
 
 
 def has_digest(path: Path, sha256: object) -> bool:
-    """Return whether a path is a file with a digest; raises OSError for an unreadable file."""
+    """Return whether a path is a regular file with the digest `sha256`; raises OSError for an unreadable file."""
     try:
         return is_regular(path) and file_digest(path) == sha256
-    except FileNotFoundError:  # it was removed meanwhile
+    except FileNotFoundError:  # the file was removed between the two checks
         return False
 
 
 def content_digest(data: Mapping[str, Any]) -> str:
-    """Return the sha256 of a JSON object without its own digest: keys sorted, no spaces, UTF-8."""
+    """Return the sha256 of a JSON object without its key `digest`, written in UTF-8 with sorted keys and no spaces."""
     content = {key: value for key, value in data.items() if key != KEY}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return hashlib.sha256(text.encode("utf-8", errors="surrogatepass")).hexdigest()
@@ -67,11 +67,14 @@ def with_digest(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def keep_aside(path: Path, folder: Path) -> None:
-    """Move a file or folder into a folder as NAME.bak, or NAME.2.bak and so on; earlier backups keep their names."""
-    first = os.fsdecode(os.fsencode(_BACKUP.sub("", path.name))[:_LONGEST_NAME])
-    name = path.name if _BACKUP.search(path.name) else f"{first}.bak"
+    """Move a file or folder into `folder` under the first unused name of NAME.bak, NAME.2.bak, NAME.3.bak and so on.
+
+    A path that is a backup already keeps its name if that is unused.
+    """
+    stem = os.fsdecode(os.fsencode(_BACKUP.sub("", path.name))[:_MAX_NAME_BYTES])
+    name = path.name if _BACKUP.search(path.name) else f"{stem}.bak"
     count = 1
     while os.path.lexists(folder / name):
         count += 1
-        name = f"{first}.{count}.bak"
+        name = f"{stem}.{count}.bak"
     path.rename(folder / name)

@@ -1,6 +1,6 @@
-"""Files that a command writes where the user wants them: whole or not at all, and never over foreign files.
+"""Files that a command writes to a path of the user's choice: completely or not at all, and never over foreign files.
 
-The cache keeps the digest of each file written in this way.
+The cache stores the digest of each file that was written in this way, which identifies it later.
 """
 
 import hashlib
@@ -18,21 +18,21 @@ from sensor.quantity import InputError, validation_error
 Content = bytes | Callable[[Path], object]
 """The bytes of a file, or a function that writes them to a path."""
 
-_WRITTEN = "written"
+_WRITTEN = "written"  # stage of the cache whose entries are the digests of written files
 
 
 def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> None:
-    """Raise InputError, which names the flag, if a file cannot be written in one of these places.
+    """Raise InputError if a file could not be written to one of these paths; the message names `flag`.
 
-    An existing file must be one that `write_files` wrote and nobody changed, or with `force` any file. A folder, a
-    link, a pipe or a device is never replaced. The output folder of a run accepts no other file, because its next run
-    would refuse it.
+    An existing file must be one that `write_files` wrote and nobody changed; with `force` any file will do. A folder, a
+    link, a pipe or a device is never replaced. The output folder of a run accepts no further file, because the next run
+    would reject it.
     """
     for path in paths:
         existing = next(folder for folder in path.absolute().parents if folder.exists())
         try:
             with tempfile.TemporaryFile(dir=existing):
-                pass
+                pass  # this only tests whether a file can be created there
         except OSError as error:
             raise _not_writable(path, flag, error) from error
         if is_regular(path.parent / REPORT):
@@ -48,11 +48,12 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> No
 
 
 def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False) -> list[Path]:
-    """Write each file aside and rename it; return their paths. A file with identical bytes is left.
+    """Write the content of each file beside its path and rename it; return the paths.
 
-    Raises InputError like `refuse_taken` before anything is written; with `force` a foreign file is kept as NAME.bak.
+    A file that already has these bytes is left unchanged. With `force` a foreign file is kept as NAME.bak. Raises
+    InputError like `refuse_taken`, before anything is written.
     """
-    new = {path: content for path, content in files.items() if not _holds(path, content)}
+    new = {path: content for path, content in files.items() if not _has_content(path, content)}
     refuse_taken(new, flag, force=force)
     for path, content in new.items():
         try:
@@ -74,8 +75,8 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
     return list(files)
 
 
-def _holds(path: Path, content: Content) -> bool:
-    """Return whether a file already holds the bytes to be written."""
+def _has_content(path: Path, content: Content) -> bool:
+    """Return whether a file already has the bytes to be written; False for a function that writes the content."""
     return isinstance(content, bytes) and has_digest(path, hashlib.sha256(content).hexdigest())
 
 
@@ -85,5 +86,5 @@ def _not_writable(path: Path, flag: str, error: OSError) -> InputError:
 
 
 def is_ours(path: Path) -> bool:
-    """Return whether a file has content that `write_files` once wrote."""
+    """Return whether a file has the content of some file that `write_files` wrote."""
     return is_regular(path) and stored(_WRITTEN, file_digest(path), bool) is True

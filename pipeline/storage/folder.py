@@ -1,7 +1,7 @@
-"""The output folder: written aside and renamed as a whole, by one run at a time; foreign files are never touched.
+"""The output folder: a run writes it beside its place and then renames it as a whole; foreign files are never touched.
 
-Working files for the folder NAME are in the hidden folder .NAME.twintip: the lock, the new outputs, and between two
-renames the old ones. A killed run leaves it behind, and the next run clears it.
+Working files for the folder NAME are in the hidden folder .NAME.twintip: the lock, the new outputs, and between the two
+renames also the old outputs. A killed run leaves the hidden folder behind, and the next run clears it.
 """
 
 import json
@@ -29,17 +29,17 @@ class OutputError(InputError):
 
 @contextmanager
 def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
-    """Yield an empty folder, which replaces `path` if the block succeeds and is removed if it fails.
+    """Yield an empty folder, which replaces `path` if the block succeeds and is removed if the block fails.
 
-    Without a path it is removed in either case. Of the previous folder, only the files listed in its report.json are
-    dropped. Raises OutputError before the block runs if `path` cannot be written, is in use by another run, or holds
-    other files. With `force` other files are kept as NAME.bak.
+    Without a path the folder is removed in either case. Of the previous folder, only files that its report.json lists
+    are deleted. Raises OutputError before the block runs if `path` cannot be written, is in use by another run, or
+    holds other files. With `force` other files are kept as NAME.bak.
     """
     if path is None:
         with uninterrupted(), tempfile.TemporaryDirectory(prefix="twintip-") as name, interruptible():
             yield Path(name)
         return
-    target = _usable(path)
+    target = _check_usable(path)
     missing = [folder for folder in target.parents if not folder.exists()]
     with uninterrupted():
         try:
@@ -47,7 +47,7 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
                 refuse_unmanaged(target, force=force)
                 with interruptible():
                     yield new
-                    _refuse_unlisted(new)
+                    _check_listed(new)
                 _publish(new, target, new.with_name(_OLD), force=force)
         finally:
             with suppress(OSError):  # the folder is not empty: it holds the outputs
@@ -56,34 +56,34 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
 
 
 def refuse_unusable(path: Path, *, force: bool) -> None:
-    """Raise OutputError if `output_folder` would refuse this place; creates nothing and takes no lock."""
-    refuse_unmanaged(_usable(path), force=force)
+    """Raise OutputError if `output_folder` would reject this path; nothing is created or locked."""
+    refuse_unmanaged(_check_usable(path), force=force)
 
 
 def whole_report(path: Path) -> bytes | None:
-    """Return the report.json of an output folder that is unchanged since its last run; None for any other.
+    """Return the content of report.json if all files of an output folder are unchanged since its last run.
 
-    Raises OutputError for an unusable place.
+    None if a file was changed, removed or added. Raises OutputError if no folder can be at this path.
     """
-    target = _usable(path)
-    _clear_after_a_kill(target)
+    target = _check_usable(path)
+    _clear_after_kill(target)
     listed = _listed_digests(target)
     if listed is None or unmanaged_files(target) or not set(listed) <= {file.name for file in target.iterdir()}:
         return None
     return (target / REPORT).read_bytes()
 
 
-def _clear_after_a_kill(target: Path) -> None:
-    """Remove what a killed run left beside a folder; a running one holds the lock and keeps its files."""
+def _clear_after_kill(target: Path) -> None:
+    """Remove the working files that a killed run left beside a folder; those of a run in progress are locked."""
     if _folder_beside(target).exists():
         with suppress(OutputError), written_beside(target, "--out"):
             pass  # leaving the block clears the folder
 
 
 def managed_files(folder: Path) -> list[str]:
-    """Return the names of the files in a folder that are unchanged since the last run, report.json last.
+    """Return the names of the files that the last run wrote into a folder and nobody changed, report.json last.
 
-    Empty if the report is missing or was changed.
+    Empty if the report is missing or was changed itself.
     """
     listed = _listed_digests(folder)
     if listed is None:
@@ -92,7 +92,10 @@ def managed_files(folder: Path) -> list[str]:
 
 
 def unmanaged_files(folder: Path) -> list[str]:
-    """Return the sorted names of all in a folder that the last run did not write, including links and folders."""
+    """Return the sorted names of everything in a folder that is not a managed file, including links and folders.
+
+    A changed report.json comes first.
+    """
     if not folder.exists():
         return []
     managed = set(managed_files(folder))
@@ -101,9 +104,9 @@ def unmanaged_files(folder: Path) -> list[str]:
 
 
 def refuse_unmanaged(folder: Path, *, force: bool) -> None:
-    """Raise OutputError if a folder holds anything except the unchanged files of its report.json.
+    """Raise OutputError if a folder holds anything except the unchanged files of its last run.
 
-    With `force` other files are allowed, but a folder, a link, a pipe or a device is not.
+    With `force` other files are allowed, but folders, links, pipes and devices are not.
     """
     names = unmanaged_files(folder)
     for name in names:
@@ -118,7 +121,10 @@ def refuse_unmanaged(folder: Path, *, force: bool) -> None:
 
 
 def _listed_digests(folder: Path) -> dict[str, str] | None:
-    """Return the sha256 of the files in report.json by name; None unless it is as a run wrote it."""
+    """Return the sha256 of each file that report.json lists, by name.
+
+    None if the report is missing, unreadable or changed, or if it lists a file outside its folder.
+    """
     path = folder / REPORT
     try:
         report = json.loads(read_bytes(path, REPORT)) if is_regular(path) else None
@@ -127,12 +133,15 @@ def _listed_digests(folder: Path) -> dict[str, str] | None:
         listed = {str(entry["path"]): entry["sha256"] for entry in report["files"]}
     except (OSError, ValueError, RecursionError, KeyError, TypeError):
         return None
-    leads_out = any(Path(name).name != name for name in listed)
-    return None if leads_out else listed
+    is_outside = any(Path(name).name != name for name in listed)
+    return None if is_outside else listed
 
 
-def _refuse_unlisted(new: Path) -> None:
-    """Raise ValueError if the new folder holds a file that the next run would take for a foreign one."""
+def _check_listed(new: Path) -> None:
+    """Raise ValueError if the new folder holds a file that report.json does not list.
+
+    The next run would take it for a foreign file and reject the folder.
+    """
     unlisted = unmanaged_files(new)
     if unlisted:
         msg = f"output {unlisted[0]!r}: must be listed in report.json; write it before the report"
@@ -144,8 +153,12 @@ def _refused(path: Path, bound: str, hint: str, flag: str = "--out") -> OutputEr
     return OutputError(line, field=flag, value=str(path), bound=bound)
 
 
-def _usable(path: Path) -> Path:
-    """Return the real path of an output folder; raises OutputError if no folder can be there."""
+def _check_usable(path: Path) -> Path:
+    """Return the real path of an output folder; raises OutputError if no run can write a folder there.
+
+    That is the case for a file, a path that cannot be resolved, a place without permission to write, and a folder that
+    cannot be replaced: the current one, one above it, or a mount point.
+    """
     try:
         target = path.resolve()
         here = Path.cwd()
@@ -157,7 +170,7 @@ def _usable(path: Path) -> Path:
     if target == here or target in here.parents or target.is_mount():
         bound = "a folder that can be replaced, not the current one, one above it or a mounted one"
         raise _refused(path, bound, "name a folder inside it")
-    parent = existing if existing != target else target.parent
+    parent = existing if existing != target else target.parent  # the folder in which names are created and renamed
     if not os.access(parent, os.W_OK | os.X_OK):
         bound = f"in a folder that can be written, and {str(parent)!r} cannot"
         raise _refused(path, bound, "name another folder with --out, or change its permissions")
@@ -166,37 +179,41 @@ def _usable(path: Path) -> Path:
 
 @contextmanager
 def written_beside(target: Path, flag: str) -> Iterator[Path]:
-    """Lock a file or folder, yield an empty folder beside it, and remove both; a killed process frees the lock.
+    """Lock a file or folder `target`, and yield an empty folder beside it; both are removed at the end.
 
-    Signals are held meanwhile; use `interruptible` for work that may be interrupted. Raises OutputError, which names
-    the flag, if another process holds the lock, or a foreign folder has the name of the one beside.
+    The lock of a killed process is free again. Signals are held until the end; use `interruptible` around work that may
+    be interrupted. Raises OutputError if another process holds the lock, or if the working folder beside `target` holds
+    foreign files. The message names `flag`, the flag of the command that names the target.
     """
     with uninterrupted():
-        aside = _folder_beside(target)
-        lock = _locked(aside, target, flag)
+        working_folder = _folder_beside(target)
+        lock = _acquire_lock(working_folder, target, flag)
         try:
-            _clear(aside, target)
-            new = aside / f"{_NEW}{os.getpid()}"  # no worker of a killed run writes there
+            _clear(working_folder, target)
+            new = working_folder / f"{_NEW}{os.getpid()}"  # a new name, because workers of a killed run may still write
             new.mkdir()
             yield new
         finally:
-            _clear(aside, target)
-            (aside / _LOCK).unlink(missing_ok=True)
-            with suppress(OSError):  # files of a person that could not be moved back stay
-                aside.rmdir()
+            _clear(working_folder, target)
+            (working_folder / _LOCK).unlink(missing_ok=True)
+            with suppress(OSError):  # foreign files that could not be moved back remain there
+                working_folder.rmdir()
             lock.release()
 
 
-def _locked(aside: Path, target: Path, flag: str) -> BaseFileLock:
-    """Create the folder beside and return its lock, held; raises OutputError."""
+def _acquire_lock(working_folder: Path, target: Path, flag: str) -> BaseFileLock:
+    """Create the working folder of a target and return its lock, which is held.
+
+    Raises OutputError if another process holds the lock, the folder holds foreign files, or it cannot be created.
+    """
     hint = f"name another place with {flag}"
     try:
-        aside.mkdir(parents=True, exist_ok=True)
-        held = list(aside.iterdir())
-        if held and not (is_regular(aside / _LOCK) and all(_is_of_a_run(path) for path in held)):
-            bound = f"a folder beside which no other {aside.name!r} stands"
+        working_folder.mkdir(parents=True, exist_ok=True)
+        contents = list(working_folder.iterdir())
+        if contents and not (is_regular(working_folder / _LOCK) and all(_is_working_file(path) for path in contents)):
+            bound = f"a folder beside which no other {working_folder.name!r} stands"
             raise _refused(target, bound, "move that folder away", flag)
-        lock = FileLock(aside / _LOCK, blocking=False)
+        lock = FileLock(working_folder / _LOCK, blocking=False)
         lock.acquire()
     except Timeout as error:
         bound = "a folder that no other run is writing"
@@ -211,33 +228,40 @@ def _folder_beside(target: Path) -> Path:
     return target.with_name(f".{target.name}.twintip")
 
 
-def _is_of_a_run(path: Path) -> bool:
-    """Return whether a path in the folder beside is the empty lock, or a folder that a run creates there."""
+def _is_working_file(path: Path) -> bool:
+    """Return whether a path in the working folder is the empty lock, or a folder that a run creates there."""
     if path.name == _LOCK:
         return path.stat().st_size == 0
     is_folder = path.is_dir() and not path.is_symlink()
     return is_folder and (path.name == _OLD or path.name.removeprefix(_NEW).isdecimal())
 
 
-def _clear(aside: Path, target: Path) -> None:
-    """Remove unfinished outputs; restore or drop the old ones that were moved aside."""
-    for new in aside.glob(f"{_NEW}*"):
+def _clear(working_folder: Path, target: Path) -> None:
+    """Remove unfinished outputs from the working folder, and restore or delete the old outputs there.
+
+    Foreign files among the old outputs are moved into the target as NAME.bak.
+    """
+    for new in working_folder.glob(f"{_NEW}*"):
         shutil.rmtree(new, ignore_errors=True)
-    old = aside / _OLD
+    old = working_folder / _OLD
     if not old.exists():
         return
-    if not target.exists():
+    if not target.exists():  # the run ended between the two renames of `_publish`, so the old outputs still count
         old.rename(target)
         return
     for name in managed_files(old):
         (old / name).unlink()
-    for left in sorted(old.iterdir()):
-        keep_aside(left, target)
+    for foreign in sorted(old.iterdir()):
+        keep_aside(foreign, target)
     old.rmdir()
 
 
 def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
-    """Move the old folder aside, check it again once nobody writes to it, and rename the new one to its place."""
+    """Move the old folder `target` to `old`, and rename the `new` one to its place.
+
+    The old folder is checked again after its move, because a file may have been added during the run. If the check
+    fails, the folder is moved back. Raises OutputError like `refuse_unmanaged`.
+    """
     if target.exists():
         new.chmod(stat.S_IMODE(target.stat().st_mode))
         target.rename(old)
@@ -245,5 +269,5 @@ def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
             refuse_unmanaged(old, force=force)
         except OutputError:
             old.rename(target)
-            refuse_unmanaged(target, force=force)  # again, for an error that names this folder
+            refuse_unmanaged(target, force=force)  # raises the same error again, with the name of the target
     new.rename(target)

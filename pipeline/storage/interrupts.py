@@ -1,6 +1,7 @@
 """Ctrl-C and SIGTERM: a command ends at once by KeyboardInterrupt, except in blocks that must be completed.
 
-A signal can arrive at any line of Python. `uninterrupted` holds it where its exception would leave something behind.
+A signal can arrive at any line of Python. `uninterrupted` delays its exception where that would leave files or
+processes behind.
 """
 
 import signal
@@ -10,38 +11,38 @@ from contextlib import contextmanager
 from types import FrameType
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_REPEAT_S = 1.0  # period after which the exception is raised again; some libraries take it for their own
+_REPEAT_S = 1.0  # period after which the exception is raised again, because some libraries catch it [s]
 
 
 class InterruptedCommand(KeyboardInterrupt):
-    """The end of this process by a signal.
+    """The end of this process due to a signal.
 
-    It is a class of its own for one reason: Python remembers a plain KeyboardInterrupt that leaves `exec`, and then
-    ends itself by Ctrl-C instead of with our exit code.
+    A plain KeyboardInterrupt will not do: Python remembers one that leaves `exec`, and then ends itself as if by Ctrl-C
+    instead of with our exit code.
     """
 
 
 class _Ending:
     """The state of the signals in this process."""
 
-    by: int | None = None  # number of the first signal
-    depth = 0  # number of nested blocks that hold signals
-    waiting = False  # whether an exception is due at the end of these blocks
+    signal_number: int | None = None  # number of the first signal
+    depth = 0  # number of nested blocks that delay signals
+    is_pending = False  # whether an exception is due at the end of these blocks
 
 
 def end_by_signals() -> None:
     """Let Ctrl-C and SIGTERM end this process by KeyboardInterrupt, without output from Python itself."""
     for number in SIGNALS:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # a background job of a shell leaves Ctrl-C to the shell
-            signal.signal(number, _end)
-    signal.signal(signal.SIGALRM, _end_again)
+        if signal.getsignal(number) is not signal.SIG_IGN:  # a shell lets its background jobs ignore Ctrl-C
+            signal.signal(number, _handle_signal)
+    signal.signal(signal.SIGALRM, _raise_again)
     for hook in ("excepthook", "unraisablehook"):  # Python would print an exception that no code of ours can catch
-        setattr(sys, hook, _without_interrupts(getattr(sys, hook)))
+        setattr(sys, hook, _silence_after_signal(getattr(sys, hook)))
 
 
 def ended_by() -> int | None:
-    """Return the number of the signal that ends this process, or None."""
-    return _Ending.by
+    """Return the number of the signal that ends this process, or None if no signal has arrived."""
+    return _Ending.signal_number
 
 
 def ignore_signals() -> None:
@@ -53,23 +54,23 @@ def ignore_signals() -> None:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Hold signals that arrive inside the block until it ends."""
+    """Delay the exception of a signal that arrives inside the block until the block ends."""
     before = _Ending.depth
     try:
         _Ending.depth = before + 1
         yield
     finally:
         _Ending.depth = before
-        _end_if_asked()
+        _raise_if_pending()
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let signals end this block; the blocks of `uninterrupted` around it can clean up afterwards."""
+    """Let signals end this block, although it is inside `uninterrupted`, whose blocks can then clean up."""
     before = _Ending.depth
     try:
         _Ending.depth = 0
-        _end_if_asked()
+        _raise_if_pending()
         yield
     finally:
         _Ending.depth = before
@@ -77,10 +78,10 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def signals_for_this_thread() -> Iterator[None]:
-    """Let threads and processes that are started inside the block inherit blocked signals.
+    """Block signals while threads and processes are started inside the block, because these inherit the blocked state.
 
-    A terminal sends Ctrl-C to workers too, which would print tracebacks. A thread would pass a signal to gmsh, which
-    installs its own handlers while `mesh.session` blocks signals in the main thread.
+    A terminal sends Ctrl-C to worker processes too, which would print tracebacks. A thread would receive a signal for
+    which gmsh has a handler of its own, while `mesh.session` blocks signals only in the main thread.
     """
     with uninterrupted():
         try:
@@ -90,35 +91,36 @@ def signals_for_this_thread() -> Iterator[None]:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
 
 
-def _end_if_asked() -> None:
-    if _Ending.waiting and _Ending.depth == 0:
-        _Ending.waiting = False
+def _raise_if_pending() -> None:
+    """Raise the exception of a signal if it is due and no block delays it."""
+    if _Ending.is_pending and _Ending.depth == 0:
+        _Ending.is_pending = False
         raise InterruptedCommand
 
 
-def _end(number: int, _: FrameType | None) -> None:
-    _Ending.by = _Ending.by or number
+def _handle_signal(number: int, _: FrameType | None) -> None:
+    _Ending.signal_number = _Ending.signal_number or number
     signal.setitimer(signal.ITIMER_REAL, _REPEAT_S, _REPEAT_S)
-    _Ending.waiting = True
-    _end_if_asked()
+    _Ending.is_pending = True
+    _raise_if_pending()
 
 
-def _end_again(*_: object) -> None:
-    """Raise the exception of a signal again unless it is held or already on its way through `finally` blocks."""
+def _raise_again(*_: object) -> None:
+    """Raise the exception of a signal again, unless it is delayed or its `finally` blocks are running already."""
     error = sys.exception()
     while error is not None:
         if isinstance(error, KeyboardInterrupt):
             return
         error = error.__context__
-    _Ending.waiting = True
-    _end_if_asked()
+    _Ending.is_pending = True
+    _raise_if_pending()
 
 
-def _without_interrupts(hook: Callable[..., object]) -> Callable[..., None]:
-    """Return a hook of `sys` that prints no error once a signal has arrived."""
+def _silence_after_signal(hook: Callable[..., object]) -> Callable[..., None]:
+    """Return a hook of `sys` that prints errors only until a signal arrives."""
 
     def quiet_hook(*details: object) -> None:
-        if _Ending.by is None:
+        if _Ending.signal_number is None:
             hook(*details)
 
     return quiet_hook

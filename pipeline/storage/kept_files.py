@@ -1,4 +1,4 @@
-"""Files that a task writes, cached with the verdicts on them: equal inputs give equal bytes."""
+"""Files that a stage writes, cached together with the verdicts on them: equal inputs give equal bytes."""
 
 import base64
 import os
@@ -27,14 +27,14 @@ class KeptFiles:
     verdicts: Verdicts = ()
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a name that leads out of the folder, and for invalid base64."""
+        """Raise ValueError for a name with a folder in it, and for invalid base64."""
         for name, text in self.files.items():
             if Path(name).name != name:
                 raise ValueError(name)
             base64.b64decode(text, validate=True)
 
     def write_to(self, folder: Path) -> Verdicts:
-        """Write the files into a folder and return the verdicts on them; raises OSError."""
+        """Write the files into a folder and return the verdicts on them; raises OSError if that fails."""
         for name, text in self.files.items():
             (folder / name).write_bytes(base64.b64decode(text))
         return self.verdicts
@@ -43,18 +43,19 @@ class KeptFiles:
 def begin_files(
     stage: str, inputs: Inputs, write: Callable[[Path], Written], executor: Executor | None
 ) -> Future[KeptFiles]:
-    """Begin to make the files of a stage; `write` writes them into a temporary folder.
+    """Begin to make the files of a stage in a worker, and return their future.
 
-    They are cached by inputs and file date. Cached files need no worker.
+    `write` writes the files into a folder, and returns their paths with the verdicts on them. The files are cached by
+    `inputs` and the file date. Cached files are returned at once, without a worker.
     """
-    found = stored(stage, _dated(inputs), KeptFiles)
-    if found is not None:
-        return finished_future(found)
-    return submit(executor, _made_once, stage, inputs, write)
+    cached_files = stored(stage, _with_date(inputs), KeptFiles)
+    if cached_files is not None:
+        return finished_future(cached_files)
+    return submit(executor, _make_or_load, stage, inputs, write)
 
 
-def _made_once(stage: str, inputs: Inputs, write: Callable[[Path], Written]) -> KeptFiles:
-    """Return the files of a stage; make them unless another process cached them meanwhile."""
+def _make_or_load(stage: str, inputs: Inputs, write: Callable[[Path], Written]) -> KeptFiles:
+    """Make the files of a stage, or load them if another process has cached them meanwhile."""
 
     def make() -> KeptFiles:
         with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
@@ -62,8 +63,8 @@ def _made_once(stage: str, inputs: Inputs, write: Callable[[Path], Written]) -> 
             files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
         return KeptFiles(files=files, verdicts=verdicts)
 
-    return cached(stage, _dated(inputs), make, KeptFiles)
+    return cached(stage, _with_date(inputs), make, KeptFiles)
 
 
-def _dated(inputs: Inputs) -> dict[str, object]:
+def _with_date(inputs: Inputs) -> dict[str, object]:
     return {**inputs, "date": os.environ.get(NAME)}

@@ -12,7 +12,7 @@ from cattrs.strategies import configure_union_passthrough
 from sensor.quantity import InputError
 
 T = TypeVar("T")
-ROUND_OFF = 1e-6
+ROUND_OFF = 1e-6  # relative difference up to which two numbers count as equal
 Plain = dict[str, Any]
 
 
@@ -22,11 +22,10 @@ def to_plain(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
 
 
 def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Converter | None = None) -> T:
-    """Return the record of a type from plain data; errors refer to the data by `name`, else by the type's name.
+    """Return plain data as a record of type `kind`, the inverse of `to_plain`.
 
-    `converter` may be a `strict_converter` with further types.
-
-    Raises ValueError, which names the place, for a missing or unknown key or a value of another type.
+    `converter` may be a `strict_converter` with hooks for further types. Raises ValueError for a missing or unknown key
+    or a value of another type. The message names the place in the data, beginning with `name` or else with the type.
     """
     try:
         _check_container(kind, data)
@@ -38,9 +37,9 @@ def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Co
 
 
 def _check_container(kind: type, data: object) -> None:
-    """Raise TypeError unless records and mappings are JSON objects and tuples are lists."""
-    of_objects = is_dataclass(kind) or get_origin(kind) is dict
-    if of_objects and not isinstance(data, dict):
+    """Raise TypeError unless data for a record or a dict is a JSON object, and data for a tuple is a list."""
+    is_object = is_dataclass(kind) or get_origin(kind) is dict
+    if is_object and not isinstance(data, dict):
         msg = "expected a JSON object"
         raise TypeError(msg)
     if get_origin(kind) is tuple and not isinstance(data, list):
@@ -59,18 +58,18 @@ def _is_array(kind: object) -> bool:
     return getattr(kind, "__origin__", kind) is np.ndarray
 
 
-def _number(value: object, _kind: type) -> float:
-    """Return a number as a float; raises TypeError for text and truth values, which Python would convert."""
+def _to_float(value: object, _kind: type) -> float:
+    """Return a number as a float; raises TypeError for texts and truth values, which `float` would accept."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         msg = f"expected a number, got {value!r}"
         raise TypeError(msg)
     return float(value)
 
 
-def _itself(value: object, kind: type) -> object:
+def _check_type(value: object, kind: type) -> object:
     """Return a text, integer or truth value unchanged.
 
-    Raises TypeError for another type, which Python would convert.
+    Raises TypeError for a value of another type, which `kind` itself would convert.
     """
     if type(value) is not kind:
         msg = f"expected {kind.__name__}, got {value!r}"
@@ -79,12 +78,15 @@ def _itself(value: object, kind: type) -> object:
 
 
 def strict_converter() -> cattrs.Converter:
-    """Return a converter between records and JSON data that converts no value of another type to a number or text."""
+    """Return a cattrs converter between records and JSON data, which rejects a value of the wrong type.
+
+    An integer is accepted where a float is expected.
+    """
     converter = cattrs.Converter(forbid_extra_keys=True, unstruct_collection_overrides={tuple: list})
     configure_union_passthrough(float | int | str | bool | None, converter)
-    converter.register_structure_hook(float, _number)
+    converter.register_structure_hook(float, _to_float)
     for scalar in (str, int, bool):
-        converter.register_structure_hook(scalar, _itself)
+        converter.register_structure_hook(scalar, _check_type)
     converter.register_structure_hook_func(_is_array, lambda data, _: np.array(data, dtype=np.float64))
     converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     return converter
@@ -93,13 +95,14 @@ def strict_converter() -> cattrs.Converter:
 _CONVERTER = strict_converter()
 
 
-def first_largest(values: Iterable[float], least: float = 0.0) -> int:
-    """Return the index of the first number that equals the largest within round-off; nan is ignored.
+def first_largest(values: Iterable[float], scale: float = 0.0) -> int:
+    """Return the index of the first number that equals the largest number within round-off; nan is ignored.
 
-    Values that are equal by symmetry differ by round-off, and differently on another processor. Round-off is the
-    fraction ROUND_OFF of the larger number or of `least`. Raises ValueError if there is no number.
+    Numbers that are equal by symmetry differ by round-off, and the difference depends on the processor. Two numbers are
+    equal within round-off if they differ by at most the fraction ROUND_OFF of the larger one or of `scale`. Raises
+    ValueError if there is no number.
     """
     numbers = list(values)
     largest = max(number for number in numbers if not math.isnan(number))
-    same = (math.isclose(number, largest, rel_tol=ROUND_OFF, abs_tol=ROUND_OFF * least) for number in numbers)
-    return list(same).index(True)
+    is_largest = (math.isclose(number, largest, rel_tol=ROUND_OFF, abs_tol=ROUND_OFF * scale) for number in numbers)
+    return list(is_largest).index(True)

@@ -1,4 +1,4 @@
-"""Wall and processor seconds of each stage of a run; a listener is called when a stage begins."""
+"""Wall-clock and CPU time of each stage of a run; a listener is called when a stage begins."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -29,7 +29,7 @@ WORK = {
 
 @dataclass(frozen=True, kw_only=True)
 class Seconds:
-    """Wall and processor seconds of this process by stage, and `total`."""
+    """Wall-clock and CPU time of this process by stage, and in `total` [s]."""
 
     wall: dict[str, float]
     cpu: dict[str, float]
@@ -40,51 +40,51 @@ def silent(*_: object) -> None:
 
 
 class Stopwatch:
-    """Adds up the seconds of named stages, which may be entered again and nested.
+    """Adds up the time of named stages, each of which may be entered more than once and inside another stage.
 
-    Nested time counts for the inner stage.
+    The time of a nested stage is counted only for the inner stage.
     """
 
     def __init__(self, progress: Progress = silent) -> None:
-        """Start the total; `progress` is called with each new stage."""
+        """Start the total time; `progress` is called with the description of each new stage."""
         self._progress = progress
-        self._told = ""
+        self._description = ""
         self._wall_start = time.perf_counter()
         self._cpu_start = time.process_time()
-        self._wall_counted = self._wall_start
-        self._cpu_counted = self._cpu_start
+        self._wall_last = self._wall_start
+        self._cpu_last = self._cpu_start
         self._wall: dict[str, float] = {}
         self._cpu: dict[str, float] = {}
-        self._entered: list[str] = []
+        self._open_stages: list[str] = []
 
     @contextmanager
     def stage(self, stage: str) -> Iterator[None]:
-        """Add the seconds of a block to a stage."""
-        told = f"{stage}: {WORK[stage]}" if stage in WORK else stage
-        if told != self._told:
-            self._told = told
-            self._progress(told)
+        """Add the time of a block to a stage."""
+        description = f"{stage}: {WORK[stage]}" if stage in WORK else stage
+        if description != self._description:
+            self._description = description
+            self._progress(description)
         self._count()
-        self._entered.append(stage)
+        self._open_stages.append(stage)
         try:
             yield
         finally:
             self._count()
-            self._entered.pop()
+            self._open_stages.pop()
 
     def _count(self) -> None:
-        """Add the seconds since the last call to the innermost stage."""
+        """Add the time since the last call to the innermost stage."""
         wall = time.perf_counter()
         cpu = time.process_time()
-        if self._entered:
-            stage = self._entered[-1]
-            self._wall[stage] = self._wall.get(stage, 0.0) + wall - self._wall_counted
-            self._cpu[stage] = self._cpu.get(stage, 0.0) + cpu - self._cpu_counted
-        self._wall_counted = wall
-        self._cpu_counted = cpu
+        if self._open_stages:
+            stage = self._open_stages[-1]
+            self._wall[stage] = self._wall.get(stage, 0.0) + wall - self._wall_last
+            self._cpu[stage] = self._cpu.get(stage, 0.0) + cpu - self._cpu_last
+        self._wall_last = wall
+        self._cpu_last = cpu
 
     def seconds(self) -> Seconds:
-        """Return the seconds of every stage until now, to the millisecond, and the total since the start."""
+        """Return the time of every stage until now and the total since the start [s], rounded to milliseconds."""
         wall = {**self._wall, "total": time.perf_counter() - self._wall_start}
         cpu = {**self._cpu, "total": time.process_time() - self._cpu_start}
         return Seconds(

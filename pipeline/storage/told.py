@@ -1,17 +1,18 @@
-"""Conversion of records by declarations at their fields: to JSON data and back, and to one line of text.
+"""Conversion of records to JSON data and back, and to one line of text, as the fields of the records declare.
 
-A field declares its key, unit and meaning with `report_field`, and optionally:
+A field declares its key, unit and meaning with `report_field`. Its metadata may also have:
 
-- `key`: its name in the data, if that is not the name of the field;
-- `times`: the factor from the field's own unit to the unit of the key;
-- `left_out`: True to leave its key out if the field has its default, or the name of another field that decides;
-- `inline`: a function from the record to the keys that replace its own;
-- `attribute_unit`: the field's own unit for docstrings, if that is not the unit of its key;
-- `told`: False for a field that is no key;
-- `flat`: the type of a record, or None, whose keys stand beside those of this one. For None they are 0 or false. The
-  key of the field itself, if it is told, is whether there is a record;
-- `line`: a function from the record to the text of this field in a line;
-- `absent`: the text in its place if the field has its default.
+- `key`: the name of the field in the data, if that differs from the name of the field in the record;
+- `times`: the factor from the unit of the field to the unit of the key;
+- `left_out`: True if the key is omitted when the field has its default value. The name of another field, if the key is
+  omitted when that field has its default value;
+- `inline`: a function of the record, which returns the keys and values that replace the key of this field;
+- `attribute_unit`: the unit of the field for docstrings, if that differs from the unit of its key;
+- `told`: False for a field that has no key in the data;
+- `flat`: a record type, for a field that holds such a record or None. The keys of that record are written beside those
+  of this record; for None they are 0 or false. If the field has a key of its own, it states whether there is a record;
+- `line`: a function of the record, which returns the text of this field in a line;
+- `absent`: the text that replaces `line` if the field has its default value.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -34,7 +35,7 @@ def as_data(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
 
 
 def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any record
-    """Return a record as one line: the texts of the named fields in order."""
+    """Return a record as one line: the texts of the fields `names`, in this order."""
     texts = []
     for name in names:
         item = record.__dataclass_fields__[name]
@@ -44,7 +45,10 @@ def as_line(record: Any, names: Sequence[str]) -> str:  # noqa: ANN401 - any rec
 
 
 def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], Any]:  # noqa: ANN401 - any record
-    """Return cattrs' function from a record to JSON data, with keys in the order of the fields."""
+    """Return the cattrs unstructure hook that turns a record of type `kind` into JSON data.
+
+    The keys are in the order of the fields. The head of this module explains the metadata that the hook follows.
+    """
     items = fields(kind)
     unstructure = make_dict_unstructure_fn(kind, converter, **{item.name: _override(item, converter) for item in items})
     by_key = {key_of(item): item for item in items}
@@ -59,8 +63,8 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
                 data |= _flat_data(item, value)
                 continue
             left_out = item.metadata.get("left_out")
-            decides = kind.__dataclass_fields__[left_out] if isinstance(left_out, str) else item
-            if left_out and _is_default(record, decides):
+            condition = kind.__dataclass_fields__[left_out] if isinstance(left_out, str) else item
+            if left_out and _is_default(record, condition):
                 continue
             if "inline" in item.metadata:
                 data |= item.metadata["inline"](record)
@@ -72,30 +76,31 @@ def unstructure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any], 
 
 
 def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any], Any]:  # noqa: ANN401 - any record
-    """Return cattrs' function from JSON data to a record, the inverse of `unstructure_hook`.
+    """Return the cattrs structure hook that turns JSON data into a record, the inverse of `unstructure_hook`.
 
-    A missing key raises InputError, unless it may be left out or was added later (a field with `since`).
+    The hook raises InputError for a missing key, unless the key may be left out or older data lack it (a field with
+    `since`).
     """
     items = fields(kind)
     overrides = {item.name: _override(item, converter) for item in items}
     structure = make_dict_structure_fn(kind, converter, _cattrs_forbid_extra_keys=True, **overrides)
-    needed = [key for key, (item, _) in told_fields(kind).items() if _is_needed(item)]
+    required_keys = [key for key, (item, _) in told_fields(kind).items() if _is_required(item)]
     keys = {item.name: key_of(item) for item in items}
-    flat = [item for item in items if "flat" in item.metadata]
+    flat_fields = [item for item in items if "flat" in item.metadata]
 
     def structure_complete(data: Any, of_kind: Any) -> Any:  # noqa: ANN401 - JSON data, and the record
         if isinstance(data, Mapping):
-            for name in needed:
+            for name in required_keys:
                 if name not in data:
                     msg = f"{name} is missing"
                     raise InputError(msg, field=name)
-            for item in flat:
-                data = _with_record(data, item, converter)
+            for item in flat_fields:
+                data = _nest_record(data, item, converter)
         try:
             return structure(data, of_kind)
         except cattrs.ClassValidationError as error:
             for _, note in error.group_exceptions()[0]:
-                note.name = keys[note.name]  # a message names what stands in the data
+                note.name = keys[note.name]  # the message shall name the key in the data, not the field
             raise
 
     return structure_complete
@@ -103,47 +108,60 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
 
 @cache
 def told_fields(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN401 - any record
-    """Return the fields of a record type by their keys, each with its type, without those that are no key."""
-    found: dict[str, tuple[Field[Any], Any]] = {}
+    """Return for each key of a record type in JSON data its field and the type of its value.
+
+    Fields without a key are left out. The keys of a flat record are included.
+    """
+    fields_by_key: dict[str, tuple[Field[Any], Any]] = {}
     hints = get_type_hints(kind)
     for item in fields(kind):
         is_flat = "flat" in item.metadata
         if item.metadata.get("told", True):
-            found[key_of(item)] = (item, bool if is_flat else hints[item.name])
+            fields_by_key[key_of(item)] = (item, bool if is_flat else hints[item.name])
         if is_flat:
-            found |= told_fields(item.metadata["flat"])
-    return found
+            fields_by_key |= told_fields(item.metadata["flat"])
+    return fields_by_key
 
 
 def told_value(record: Any, key: str) -> Any:  # noqa: ANN401 - any record, and the value of any field
-    """Return the value at a key of a record, in the unit of the key; raises KeyError if it has no such key."""
+    """Return the value that a record has at a key of its JSON data, in the unit of the key.
+
+    Raises KeyError if its type has no such key.
+    """
     kind: Any = type(record)
     item, _ = told_fields(kind)[key]
+    # The value of a flat field, or of a field of a flat record, is known only after the conversion.
     if "flat" in item.metadata or record.__dataclass_fields__.get(item.name) is not item:
         return as_data(record)[key]
     return scaled(getattr(record, item.name), item.metadata.get("times", 1.0))
 
 
 def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
-    """Return the data that a flat field adds, from the data of its record."""
-    own = {item.name: part is not None} if item.metadata.get("told", True) else {}
-    absent = {key: kind() for key, (_, kind) in told_fields(item.metadata["flat"]).items()}
-    return own | (absent if part is None else part)
+    """Return the keys that a flat field contributes to the data of its record.
+
+    `part` is the data of the record in this field, or None. For None each key has the zero value of its type.
+    """
+    own_key = {item.name: part is not None} if item.metadata.get("told", True) else {}
+    zeros = {key: kind() for key, (_, kind) in told_fields(item.metadata["flat"]).items()}
+    return own_key | (zeros if part is None else part)
 
 
-def _with_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Converter) -> Plain:
-    """Return data in which the record of a flat field replaces its keys; the record is None if the data deny it."""
+def _nest_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Converter) -> Plain:
+    """Return data in which one key of a flat field, with its record as value, replaces the keys of that record.
+
+    The record is None if the key of the field is false, or if the field has no key and all values are 0 or false.
+    """
     kind = item.metadata["flat"]
     keys = told_fields(kind)
     part = {key: value for key, value in data.items() if key in keys}
-    others = {key: value for key, value in data.items() if key not in keys}
-    is_told = item.metadata.get("told", True)
-    is_there = converter.structure(data[item.name], bool) if is_told else any(part.values())
-    return others | {item.name: converter.structure(part, kind) if is_there else None}
+    rest = {key: value for key, value in data.items() if key not in keys}
+    has_key = item.metadata.get("told", True)
+    has_record = converter.structure(data[item.name], bool) if has_key else any(part.values())
+    return rest | {item.name: converter.structure(part, kind) if has_record else None}
 
 
 def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or records if the factor is 1
-    """Return a number, or each number of lists and mappings, times a factor; None stays None."""
+    """Return a number, or nested lists and mappings of numbers, multiplied by a factor; None remains None."""
     if factor == 1.0 or value is None:
         return value
     if isinstance(value, Mapping):
@@ -154,9 +172,9 @@ def scaled(value: Any, factor: float) -> Any:  # noqa: ANN401 - numbers, or reco
 
 
 def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: ANN401 - cattrs names no type for it
-    """Return cattrs' override for a field."""
+    """Return the cattrs override for a field: its name in the data, and the conversion of its unit."""
     if "flat" in item.metadata:
-        return override(struct_hook=lambda record, _: record)  # `_with_record` makes it
+        return override(struct_hook=lambda record, _: record)  # `_nest_record` has structured the record already
     if not item.metadata.get("told", True):
         return override(omit=True)
     times = item.metadata.get("times")
@@ -169,13 +187,16 @@ def _override(item: Field[Any], converter: cattrs.Converter) -> Any:  # noqa: AN
     )
 
 
-def _is_needed(item: Field[Any]) -> bool:
-    """Return whether data must have the key of a field: it may not be left out, and was not added later."""
+def _is_required(item: Field[Any]) -> bool:
+    """Return whether data must have the key of a field.
+
+    It need not if the field has a default, and the key may be left out or was added after older data were written.
+    """
     return item.default is item.default_factory is MISSING or not {"left_out", "since"} & item.metadata.keys()
 
 
 def _is_default(record: object, item: Field[Any]) -> bool:
-    """Return whether a field of a record has its default."""
+    """Return whether a field of a record has its default value."""
     default = item.default if item.default_factory is MISSING else item.default_factory()
     return bool(getattr(record, item.name) == default)
 

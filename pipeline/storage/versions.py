@@ -1,4 +1,4 @@
-"""Digests of the program and versions of its packages, on which results depend beside their inputs."""
+"""Digests of the program and versions of its packages, on which results depend in addition to their inputs."""
 
 import functools
 import hashlib
@@ -9,7 +9,7 @@ from pathlib import Path
 
 _SOURCES = ("sensor", "cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
-_OF_PAGES = (".js", ".css", ".html.j2", ".LICENSE")
+_PAGE_SUFFIXES = (".js", ".css", ".html.j2", ".LICENSE")
 """Endings of files that only display numbers; a changed plot needs no new solution."""
 _ROOT = Path(__file__).parents[2]
 _NAME = re.compile(r"[A-Za-z0-9._-]+")
@@ -17,7 +17,7 @@ _NAME = re.compile(r"[A-Za-z0-9._-]+")
 
 @functools.cache
 def code_digest() -> str:
-    """Return the digest of every source file of the project and of the versions of the packages that compute."""
+    """Return a digest of all source files that may affect numbers, and of the versions of the packages that compute."""
     digest = hashlib.sha256()
     for name, number in computing_versions().items():
         digest.update(f"{name}=={number}\n".encode())
@@ -27,7 +27,7 @@ def code_digest() -> str:
 
 @functools.cache
 def pages_digest() -> str:
-    """Return the digest of every file for pages that is not code."""
+    """Return a digest of the scripts, styles and templates of all pages."""
     return sources_digest(_ROOT, of_pages=True)
 
 
@@ -37,15 +37,15 @@ def computing_versions() -> dict[str, str]:
 
 
 def sources_digest(root: Path, *, of_pages: bool = False) -> str:
-    """Return the digest of every file of five packages below a folder that may affect numbers.
+    """Return a digest of the source files in the folder `root` of the project that may affect numbers.
 
-    With `of_pages` it is the digest of the files that only display numbers.
+    With `of_pages` the digest covers the files that only display numbers instead.
     """
     digest = hashlib.sha256()
     for package in _SOURCES:
         for path in sorted((root / package).rglob("*")):
-            shows_numbers = path.name.endswith(_OF_PAGES)
-            if path.is_file() and "__pycache__" not in path.parts and shows_numbers == of_pages:
+            is_of_pages = path.name.endswith(_PAGE_SUFFIXES)
+            if path.is_file() and "__pycache__" not in path.parts and is_of_pages == of_pages:
                 digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_size}\n".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()
@@ -54,16 +54,16 @@ def sources_digest(root: Path, *, of_pages: bool = False) -> str:
 def declared_packages() -> tuple[str, ...]:
     """Return the names of the packages that every run needs; empty if the program is not installed."""
     try:
-        texts = requires("twintip") or []
+        requirements = requires("twintip") or []
     except PackageNotFoundError:
         return ()
-    matches = (_NAME.match(text) for text in texts if "extra ==" not in text)
+    matches = (_NAME.match(requirement) for requirement in requirements if "extra ==" not in requirement)
     return tuple(match[0] for match in matches if match)
 
 
 @functools.cache
 def run_packages() -> dict[str, str | None]:
-    """Return the versions of the program and of the packages that every run needs; None for a missing one."""
+    """Return the versions of the program and of the packages that every run needs; None for a missing package."""
     return {name: installed_version(name) for name in ("twintip", *declared_packages())}
 
 

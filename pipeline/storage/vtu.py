@@ -1,6 +1,7 @@
-"""Meshes and fields as VTU files for ParaView and PyVista; array names carry units, and nodes have VTK's order.
+"""Meshes and fields as VTU files for ParaView and PyVista; the names of arrays contain units.
 
-Eight-node hexahedra of scikit-fem stay cells of this kind; 27-node hexahedra become the 20-node cells that are solved.
+The nodes of a cell are written in VTK's order. Eight-node hexahedra of scikit-fem remain hexahedra with eight nodes.
+Hexahedra with 27 nodes are written as the 20-node cells on which displacements are solved.
 """
 
 import math
@@ -16,7 +17,7 @@ from sensor.arrays import Floats
 
 Ints = NDArray[np.int64]
 
-KNOWN_BITS = 20
+KNOWN_BITS = 20  # number of significant bits that are written for the largest value of an array
 _CORNERS = np.array(
     [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], dtype=np.float64
 )
@@ -26,7 +27,8 @@ _EDGES = np.array(
 VTK_NODES = np.vstack([_CORNERS, _CORNERS[_EDGES].mean(axis=1)])
 """Reference coordinates of the nodes of a 20-node hexahedron in VTK's order, from its file format."""
 
-_CELL_OF = {8: ("hexahedron", 8), 27: ("hexahedron20", 20)}
+_CELLS = {8: ("hexahedron", 8), 27: ("hexahedron20", 20)}
+"""Name of the cell type of meshio and number of its nodes, for each number of nodes in scikit-fem."""
 
 
 class Mesh(Protocol):
@@ -42,49 +44,58 @@ HALF_AT_Y = "half_model_mirror_at_y_mm"
 """Name of the array that marks a mesh as one half: its value is the plane y of symmetry [mm]."""
 
 _GRID = b"<UnstructuredGrid>\n"
-_OF_THE_GRID = (
+_FIELD_DATA = (
     '<FieldData>\n<DataArray type="Float64" Name="{name}" NumberOfTuples="1" format="ascii">{value:g}</DataArray>\n'
     "</FieldData>\n"
 )
 
 
 def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], half_at_y: float | None = None) -> None:
-    """Write a mesh [mm] with arrays, shape (points,), (points, 3) or (points, 6), as a VTU file.
+    """Write a mesh [mm] and the arrays of `point_data` as a VTU file.
 
-    Points are `mesh.doflocs` without the centres of facets and cells; cells are `mesh.t`. Six components are xx, yy,
-    zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the largest in their
-    array. A named boundary becomes a point array of that name, 1 on its nodes. An array of one value marks a mesh that
-    is one half, with the plane y of symmetry [mm]. Raises ValueError for an array of another size, with a value that is
-    not finite or with the name of a boundary. It also refuses cells that VTK lacks.
+    An array has shape (points,), (points, 3) or (points, 6) in the order of `mesh.doflocs`. Six components are xx, yy,
+    zz, xy, yz, xz of a symmetric tensor, as in ParaView. Values are rounded to a millionth of the largest value of
+    their array. Each named boundary is written as an array of this name, which is 1 on its nodes. `half_at_y` marks a
+    mesh that is one half of a body, by the y coordinate of its plane of symmetry [mm].
+
+    Raises ValueError for an array of another size, with a value that is not finite, or with the name of a boundary, and
+    for cells of another type than in `_CELLS`.
     """
     kind, cells = _vtk_cells(mesh)
+    # The nodes of the cells come first in `doflocs`. The centres of facets and cells follow and are not written.
     points = np.ascontiguousarray(mesh.doflocs.T[: 1 + int(cells.max())])
-    arrays = {name: _checked(path, name, values, len(points)) for name, values in point_data.items()}
-    marks = {name: _on_boundary(mesh, facets, len(points)) for name, facets in sorted((mesh.boundaries or {}).items())}
-    taken = sorted(arrays.keys() & marks.keys())
-    if taken:
-        msg = f"{path.name}: array {taken[0]!r} has the name of a boundary; give it another name, with its unit"
+    arrays = {name: _check_array(path, name, values, len(points)) for name, values in point_data.items()}
+    marks = {name: _mark_nodes(mesh, facets, len(points)) for name, facets in sorted((mesh.boundaries or {}).items())}
+    clashes = sorted(arrays.keys() & marks.keys())
+    if clashes:
+        msg = f"{path.name}: array {clashes[0]!r} has the name of a boundary; give it another name, with its unit"
         raise ValueError(msg)
     meshio.Mesh(points, [(kind, cells)], point_data={**arrays, **marks}).write(path)
-    if half_at_y is not None:  # meshio does not write such arrays
-        told = _OF_THE_GRID.format(name=HALF_AT_Y, value=half_at_y).encode()
-        path.write_bytes(path.read_bytes().replace(_GRID, _GRID + told, 1))
+    if half_at_y is not None:  # meshio cannot write an array that belongs to the whole grid
+        field_data = _FIELD_DATA.format(name=HALF_AT_Y, value=half_at_y).encode()
+        path.write_bytes(path.read_bytes().replace(_GRID, _GRID + field_data, 1))
 
 
 def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
-    """Return the kind of the cells and their nodes in VTK's order, found by position; shape (cells, nodes)."""
+    """Return the VTK type of the cells, and their nodes in VTK's order, shape (cells, nodes).
+
+    The order is found by the positions of the nodes in the reference cell. Raises ValueError for another cell type.
+    """
     nodes = np.asarray(mesh.dofs.element_dofs, dtype=np.int64)
-    if len(nodes) not in _CELL_OF:
-        msg = f"mesh: {len(nodes)} nodes a cell; must be one of {', '.join(map(str, _CELL_OF))}; write its linear mesh"
+    if len(nodes) not in _CELLS:
+        msg = f"mesh: {len(nodes)} nodes a cell; must be one of {', '.join(map(str, _CELLS))}; write its linear mesh"
         raise ValueError(msg)
-    kind, count = _CELL_OF[len(nodes)]
-    # a brick of scikit-fem mirrors its reference cell; exchanging two axes gives VTK's order
+    kind, count = _CELLS[len(nodes)]
+    # scikit-fem's hexahedron is mirrored relative to VTK's; exchanging two axes of the reference cell corrects this.
     distance = np.linalg.norm(VTK_NODES[:count, None, [1, 0, 2]] - mesh.elem().doflocs, axis=2)
     return kind, np.ascontiguousarray(nodes[distance.argmin(axis=1)].T)
 
 
-def _checked(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
-    """Return an array rounded for the file; raises ValueError for a wrong shape and for values that are not finite."""
+def _check_array(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
+    """Return an array as it is written, rounded, for `count` points.
+
+    Raises ValueError for a wrong shape and for values that are not finite.
+    """
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape not in ((count,), (count, 3), (count, 6)):
         msg = f"{path.name}: array {name!r} has shape {array.shape}; must be ({count},), ({count}, 3) or ({count}, 6)"
@@ -92,18 +103,22 @@ def _checked(path: Path, name: str, values: Floats, count: int) -> NDArray[np.fl
     if not np.isfinite(array).all():
         msg = f"{path.name}: array {name!r} has values that are not finite; check the solution"
         raise ValueError(msg)
-    return _to_known_digits(array)
+    return _round_values(array)
 
 
-def _to_known_digits(array: Floats) -> NDArray[np.float32]:
-    """Return values rounded to a millionth of the largest; further digits, and so the bytes, depend on threads."""
+def _round_values(array: Floats) -> NDArray[np.float32]:
+    """Return values rounded to about a millionth of the largest magnitude.
+
+    Further digits depend on the number of threads, and so would the bytes of the file.
+    """
+    # The step is a power of 2, so that multiples of it are exact.
     step = math.ldexp(1.0, math.frexp(float(np.abs(array).max(initial=0.0)))[1] - KNOWN_BITS)
-    rounded = np.round(array / step) * step + 0.0  # no negative zeros
+    rounded = np.round(array / step) * step + 0.0  # adding 0 turns negative zeros into positive ones
     return rounded.astype(np.float32)
 
 
-def _on_boundary(mesh: Mesh, facets: Any, count: int) -> NDArray[np.int8]:  # noqa: ANN401 - indices of some int type
-    """Return 1 at the nodes on the facets, including nodes on their edges."""
+def _mark_nodes(mesh: Mesh, facets: Any, count: int) -> NDArray[np.int8]:  # noqa: ANN401 - indices of some int type
+    """Return an array (count,) that is 1 at the nodes of some facets and of their edges, and 0 elsewhere."""
     dofs = mesh.dofs.get_facet_dofs(facets)
     marks = np.zeros(count, dtype=np.int8)
     for nodes in (*dofs.nodal.values(), *dofs.edge.values()):

@@ -1,4 +1,4 @@
-"""Worker processes by loky, behind the interface of `concurrent.futures`."""
+"""Worker processes of the library loky, with the interface of `concurrent.futures`."""
 
 import os
 import signal
@@ -20,13 +20,12 @@ from sensor.quantity import validation_error
 T = TypeVar("T")
 _PROC = Path("/proc/self")
 
-# With one thread, sums have one order, and so the same bits in every process.
+# With one thread, sums are always added in the same order, so results are equal to the last bit in every process.
 ONE_THREAD = dict.fromkeys(("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-# BrokenExecutor reports a crash, so loky's dump of the stack is turned off by an empty text; any other text turns it
-# on.
+# A crash is reported by BrokenExecutor, so loky's dump of the stack is turned off. Only an empty text does that.
 _ENVIRONMENT = {**ONE_THREAD, "PYTHONFAULTHANDLER": ""}
 _LOKY = r"loky\.process_executor"  # not the copy inside joblib
-_IDLE_SECONDS = 20.0  # time after which an idle worker ends; the workers of a killed process have no other end
+_IDLE_SECONDS = 20.0  # time after which an idle worker ends; nothing else ends the workers of a killed process
 
 
 def available_cores() -> int:
@@ -37,24 +36,27 @@ def available_cores() -> int:
 
 
 def open_workers(count: int) -> Executor:
-    """Return an executor of some processes with one thread each; `close_workers` ends it.
+    """Return an executor of `count` processes with one thread each; `close_workers` ends it.
 
-    Raises InputError without /proc, where loky's workers look up their memory.
+    Raises InputError if there is no /proc, which loky's workers read to check their memory.
     """
     if not _PROC.is_dir():
         raise validation_error(
             "/proc", "absent", "", "mounted for worker processes", "mount it, or use another machine"
         )
-    # A worker that has meshed and solved holds more memory. loky then replaces it without losing work.
+    # The memory of a worker grows while it meshes and solves. loky then replaces the worker without losing work, so its
+    # warning is of no use.
     warnings.filterwarnings("ignore", "A worker was restarted", UserWarning, _LOKY)
 
     class Workers(ProcessPoolExecutor):  # type: ignore[misc]  # loky is untyped
-        """Worker processes with a temporary folder for the unfinished files of a killed worker."""
+        """Worker processes with a temporary folder of their own, so that files of a killed worker are removed too."""
 
         def __init__(self) -> None:
             self.folder = tempfile.TemporaryDirectory(prefix="twintip-", ignore_cleanup_errors=True)
             environment = {**_ENVIRONMENT, "TMPDIR": self.folder.name}
-            with uninterrupted():  # starting it unblocks both signals, and the first worker would inherit that state
+            # The start of the resource tracker unblocks both signals. It is started here, because otherwise the first
+            # worker would inherit that state.
+            with uninterrupted():
                 resource_tracker.ensure_running()
             super().__init__(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=environment)
 
@@ -79,7 +81,10 @@ def close_workers(executor: Executor) -> None:
 
 @contextmanager
 def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
-    """Yield a process for the CAD kernel, which it imports in parallel with the solves; None without a spare core."""
+    """Yield a worker process for the CAD kernel, which imports the kernel while this process solves.
+
+    Yields None if it is not `wanted`, or if there is only one core.
+    """
     if not wanted or available_cores() == 1:
         yield None
         return
@@ -94,7 +99,10 @@ def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
 
 
 def submit(executor: Executor | None, work: Callable[..., T], *arguments: object) -> Future[T]:
-    """Return the future of a call in another process; without an executor the call is made here at once."""
+    """Call `work` with these arguments in another process, and return the future of its result.
+
+    Without an executor the call is made here at once.
+    """
     if executor is not None:
         return executor.submit(work, *arguments)
     return finished_future(work(*arguments))
@@ -108,7 +116,7 @@ def finished_future(value: T) -> Future[T]:
 
 
 def _prepare_worker() -> None:
-    """Prepare a worker: accept SIGTERM, which it inherits blocked, ignore Ctrl-C, and silence library warnings."""
+    """Prepare a worker process: unblock SIGTERM, which it inherits blocked, ignore Ctrl-C, and suppress warnings."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     warnings.simplefilter("ignore")
