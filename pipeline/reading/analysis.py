@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.reading.bench_uncertainty import left_by_bench
-from pipeline.reading.form import moved_by_form, of_middle
+from pipeline.reading.bench_uncertainty import calibration_errors
+from pipeline.reading.form import interpolate_to_middle, moved_by_form
 from pipeline.reading.measurement import RiseModel, rise_model, seated_level_readings
-from pipeline.reading.poses import Placement, occurring, read_moduli
+from pipeline.reading.poses import Placement, occurring_placements, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, SampledPresses
 from pipeline.reading.read_out import LevelReading, ReadingConstants
 from pipeline.reading.reading_records import CalibrationLeft, SkinPressure, UnevenFruit
@@ -34,9 +34,9 @@ from sensor.theory.contrast_rise import RiseError, RiseReading
 from solve.contact.pose_forces import Pose
 from solve.halfspace.layered import base_compliance
 
-TILTS = 5
-_SMALL = 0.5
-_LARGEST_POISSON = 0.499
+TILTS = 5  # tilts of the presses for the page
+_LARGE_BIAS = 0.5  # a bias above this share of the largest one gets an error bar
+_LARGEST_POISSON = 0.499  # a larger one is nearly incompressible
 NOISE_LIMIT = 0.1  # uncertainty of the modulus [1] for which the noise is reported
 FoundReadings = list[list[RiseReading | None]]
 """The reading at each modulus in each placement, None for a press without a reading."""
@@ -94,17 +94,17 @@ class ReadingAccuracy(Record):
     @property
     def worst_bias(self) -> ModulusAccuracy:
         """Return the row of the modulus with the largest bias."""
-        return self.moduli[_largest([row.bias.value for row in self.moduli])]
+        return self.moduli[_index_of_largest([row.bias.value for row in self.moduli])]
 
     @property
     def bias(self) -> Estimate | None:
         """Return the largest absolute bias over all moduli, with its error [1]."""
-        return _unsigned(self.worst_bias.bias) if self.moduli else None
+        return _absolute(self.worst_bias.bias) if self.moduli else None
 
     @property
     def reach(self) -> Estimate | None:
         """Return the absolute bias whose error bar reaches farthest [1]."""
-        reaches = [_unsigned(row.reach) for row in self.moduli]
+        reaches = [_absolute(row.reach) for row in self.moduli]
         return max(reaches, key=lambda reach: reach.value + reach.error, default=None)
 
     @property
@@ -133,22 +133,23 @@ class ReadingAccuracy(Record):
 
 
 def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
-    """Return the accuracy of a sensor's readings of whole presses by the rise of their contrast.
+    """Return the accuracy of the moduli that a sensor reads, over all fruits and poses that its design allows.
 
-    None if its design has no `[reading]`. Raises InputError for a pose outside the domain of contact, and SolveError if
-    a solution is not exact.
+    Presses at several moduli in all these poses are solved and read by the rise of the contrast. The moduli read are
+    then compared with the true ones. None if the design has no `[reading]`. Raises InputError for a pose outside the
+    domain of contact, and SolveError if a solution is not exact.
     """
     design = sensor.design
     reading = design.reading
     if reading is None:
         return None
-    presses = sensor.presses(read_moduli(design.fruit), tuple(occurring(design, reading)))
+    presses = sensor.presses(read_moduli(design.fruit), tuple(occurring_placements(design, reading)))
     model = rise_model(sensor)
     press_s = max(PRESS_S, sensor.fastest_press_s or 0.0)  # no faster than the read-out allows, if there is one
     channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
-    calibration = left_by_bench(design, presses.full_scale, 1.0 / np.diag(sensor.C), channels.noises)
+    calibration = calibration_errors(design, presses.full_scale, 1.0 / np.diag(sensor.C), channels.noises)
     channels = channels.calibrated(calibration)
-    found, refused = _read(model, presses, channels, design.tips.side_mm)
+    found, refused = _read_presses(model, presses, channels, design.tips.side_mm)
     analysis = ReadingAccuracy(
         method=model.method,
         touch=touch_fraction(presses),
@@ -158,11 +159,12 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
         face_mm=float(presses.face_mm.max()),
         pressures=_skin_pressures(sensor, presses),
     )
+    # The first placement is the level press, which corrects all others: without it there is no accuracy.
     if any(level is None for level, *_ in found):
         return analysis
     try:
-        moduli = _by_modulus(sensor, model, presses, channels, found)
-    except RiseError:  # finite differences around a press that hardly has a modulus may meet one that has none
+        moduli = _accuracy_by_modulus(sensor, model, presses, channels, found)
+    except RiseError:  # a finite difference changed a press that had just enough rise into one without a modulus
         return analysis
     return replace(
         analysis,
@@ -172,37 +174,43 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
     )
 
 
-def _by_modulus(
+def _accuracy_by_modulus(
     sensor: PressedSensor, model: RiseModel, presses: SampledPresses, channels: Channels, found: FoundReadings
 ) -> tuple[ModulusAccuracy, ...]:
-    """Return for each modulus the worst bias, and the uncertainty of readings in random poses."""
+    """Return for each modulus the largest bias over all placements, and the uncertainty of a reading.
+
+    The uncertainty is a mean over the random placements, because these occur with their natural frequency. `found` has
+    the readings of `presses`.
+    """
     design, placements = sensor.design, presses.placements
     reading = design.reading or ReadingRequirements()
-    read = np.array([[math.nan if each is None else each.E for each in row] for row in found])
-    biases = read / np.array(presses.moduli)[:, None] - 1.0
-    bars = _bars(model, presses, biases)
+    E_read = np.array([[math.nan if each is None else each.E for each in row] for row in found])
+    biases = E_read / np.array(presses.moduli)[:, None] - 1.0
+    bias_errors = _bias_errors(model, presses, biases)
     by_pose = uncertainty_by_pose(biases, placements).tolist()
     by_thickness = uncertainty_by_thickness(biases, placements).tolist()
-    # Place 0 is the level press; it joins the random poses, because these may all lack a reading.
-    drawn = [0, *(place for place, each in enumerate(placements) if each.is_drawn)]
+    # Placement 0 is the level press. It joins the random ones, because all of these may lack a reading.
+    drawn = [0, *(index for index, each in enumerate(placements) if each.is_drawn)]
     drawn_presses = [
-        [forces[place] for place in drawn if row[place] is not None]
+        [forces[index] for index in drawn if row[index] is not None]
         for forces, row in zip(presses.F, found, strict=True)
     ]
-    of_drawn = [[each for each in (row[place] for place in drawn) if each is not None] for row in found]
-    forms = [np.array([moved_by_form(design, model, press) for press in each]) for each in drawn_presses]
-    shown_by_ball: Floats | float = 0.0
+    drawn_readings = [[each for each in (row[index] for index in drawn) if each is not None] for row in found]
+    form_changes = [np.array([moved_by_form(design, model, press) for press in each]) for each in drawn_presses]
+    # Presses on a reference ball correct the change of E that fruit and ball have in common.
+    form_changes_on_ball: Floats | float = 0.0
     ball: dict[str, float] = {}
     if reading.calibrated_by == "ball":
-        shown_by_ball = of_middle(presses.moduli, np.array([each.mean(axis=0) for each in forms]))
-        channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, of_drawn))
+        mean_changes = np.array([each.mean(axis=0) for each in form_changes])
+        form_changes_on_ball = interpolate_to_middle(presses.moduli, mean_changes)
+        channels = replace(channels, on_ball=_slopes_on_ball(presses.moduli, drawn_readings))
         ball = {"ball": 0.01 * reading.ball_percent}
     rows = []
-    for i, (E, bias, bar) in enumerate(zip(presses.moduli, np.nan_to_num(biases), bars, strict=True)):
-        worst, farthest = _largest(bias), _largest(np.abs(bias) + bar)
-        others = {
+    for i, (E, bias, error) in enumerate(zip(presses.moduli, np.nan_to_num(biases), bias_errors, strict=True)):
+        worst, farthest = _index_of_largest(bias), _index_of_largest(np.abs(bias) + error)
+        other_sources = {
             **by_heat(sensor.signal),
-            **_by_form(forms[i] - shown_by_ball),
+            **_form_uncertainty(form_changes[i] - form_changes_on_ball),
             **ball,
             "pose": by_pose[i],
             "thickness": by_thickness[i],
@@ -210,55 +218,62 @@ def _by_modulus(
         }
         row = ModulusAccuracy(
             E=E,
-            bias=Estimate(float(bias[worst]), float(bar[worst])),
+            bias=Estimate(float(bias[worst]), float(error[worst])),
             worst=placements[worst],
-            reach=Estimate(float(bias[farthest]), float(bar[farthest])),
-            sources=uncertainty_sources(of_drawn[i], channels, RISE_TRAVELS, others),
+            reach=Estimate(float(bias[farthest]), float(error[farthest])),
+            sources=uncertainty_sources(drawn_readings[i], channels, RISE_TRAVELS, other_sources),
             uncertainty_limit=reading.uncertainty_limit_at(E, design.fruit.E_MPa),
             uneven=uneven_fruit(design, model, drawn_presses[i]),
-            form=tuple(forms[i].mean(axis=0).tolist()),
+            form=tuple(form_changes[i].mean(axis=0).tolist()),
         )
         rows.append(row)
     return tuple(rows)
 
 
-def _by_form(left: Floats) -> dict[str, float]:
-    """Return the standard uncertainty by the form of domes [1], from the changes of readings (presses, errors) [1]."""
-    return {"dome_form": float(np.sqrt(np.square(left).sum(axis=1).mean()))} if left.size else {}
+def _form_uncertainty(changes: Floats) -> dict[str, float]:
+    """Return the standard uncertainty of a reading due to the form of the domes [1]; empty without domes.
+
+    `changes` (presses, form errors) [1] are the relative changes of E by one standard deviation of each form error.
+    """
+    return {"dome_form": float(np.sqrt(np.square(changes).sum(axis=1).mean()))} if changes.size else {}
 
 
-def _slopes_on_ball(moduli: Sequence[float], of_drawn: Sequence[Sequence[RiseReading]]) -> SlopesOnBall:
-    """Return the slopes on a ball of the middle of moduli [MPa], from the readings of random poses at each modulus."""
+def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseReading]]) -> SlopesOnBall:
+    """Return the slopes of ln E on a reference ball, whose modulus is taken at the middle of the `moduli` [MPa].
+
+    The slopes at each modulus are means over its `readings` in random poses.
+    """
     springs, gains = (
-        np.array([np.mean([getattr(each.slopes, name) for each in row], axis=0) for row in of_drawn])
+        np.array([np.mean([getattr(each.slopes, name) for each in row], axis=0) for row in readings])
         for name in ("springs", "gains")
     )
-    return SlopesOnBall(springs=of_middle(moduli, springs), gains=of_middle(moduli, gains))
+    return SlopesOnBall(springs=interpolate_to_middle(moduli, springs), gains=interpolate_to_middle(moduli, gains))
 
 
-def _read(
+def _read_presses(
     model: RiseModel, presses: SampledPresses, channels: Channels, side_mm: float
 ) -> tuple[FoundReadings, str | None]:
-    """Return the reading at each modulus in each placement, and a text that counts and explains missing ones.
+    """Return the reading of each press, and a text that counts the presses without one and explains the first.
 
-    A contact wider than `side_mm`, the face of a dome, has no reading.
+    The text is None if every press has a reading. A press whose contact is wider than the face of a dome, `side_mm`,
+    has none.
     """
     # A press is solved at few samples, so their noise is scaled to the number of samples in a real press.
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
-    least = channels.least_forces
+    least_forces = channels.least_forces
     reasons = []
     found: FoundReadings = []
     for E, forces, faces in zip(presses.moduli, presses.F, presses.face_mm.tolist(), strict=True):
         row: list[RiseReading | None] = []
-        for placement, press, face in zip(presses.placements, forces, faces, strict=True):
+        for placement, press, width in zip(presses.placements, forces, faces, strict=True):
             reading = None
             try:
-                if face > side_mm:
-                    msg = f"tips.side_mm = {side_mm:g} mm is less than the {face:.3g} mm that the contact needs"
+                if width > side_mm:
+                    msg = f"tips.side_mm = {side_mm:g} mm is less than the {width:.3g} mm that the contact needs"
                     raise ReadingError(msg)
-                reading = model.reading(press, noises, least)
-            except ReadingError as refused:
-                reasons.append(f"as at {E:.3g} MPa, {placement}: {refused}")
+                reading = model.reading(press, noises, least_forces)
+            except ReadingError as error:
+                reasons.append(f"as at {E:.3g} MPa, {placement}: {error}")
             row.append(reading)
         found.append(row)
     if not reasons:
@@ -267,26 +282,27 @@ def _read(
     return found, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
 
 
-def _bars(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
-    """Return the change of E [1] by the error of the forces, with the shape of `biases`.
+def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
+    """Return the error of each bias [1] due to the error of the solved forces, (moduli, placements).
 
-    It is computed only for a bias above half of the largest, and 0 otherwise. The error of the forces has one sign
-    under all tips, because they press the same fruit.
+    To save time it is computed only for a bias above half of the largest, and 0 otherwise. The error of the forces has
+    one sign under all tips, because they press the same fruit.
     """
-    size = np.abs(np.nan_to_num(biases))
-    is_large = np.isfinite(biases) & (size >= _SMALL * size.max(axis=1, keepdims=True))
-    # The level press, place 0, always has a bar.
+    magnitudes = np.abs(np.nan_to_num(biases))
+    is_large = np.isfinite(biases) & (magnitudes >= _LARGE_BIAS * magnitudes.max(axis=1, keepdims=True))
+    # The level press, placement 0, always has an error.
     is_large[:, 0] = True
-    bars = np.zeros_like(biases)
+    errors = np.zeros_like(biases)
     for i, j in np.argwhere(is_large).tolist():
-        bars[i, j] = model.change(presses.F[i, j], presses.error[i, j])
-    return bars
+        errors[i, j] = model.change(presses.F[i, j], presses.error[i, j])
+    return errors
 
 
 def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floats:
-    """Return the standard uncertainty of a reading [1] at each modulus by the shape of the fruit and by the pose.
+    """Return the standard uncertainty of a reading [1] at each modulus due to the shape of the fruit and the pose.
 
-    `biases` [1] have the shape (moduli, placements), nan for a press without a reading.
+    It is the root mean square of the biases in the random placements. `biases` [1] have the shape (moduli, placements),
+    nan for a press without a reading.
     """
     drawn = biases[:, [each.is_drawn for each in placements]]
     count = np.isfinite(drawn).sum(axis=1)
@@ -294,89 +310,94 @@ def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floa
 
 
 def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) -> Floats:
-    """Return the standard uncertainty [1] at each modulus by an unknown thickness, from biases [1].
+    """Return the standard uncertainty of a reading [1] at each modulus due to the unknown thickness of the flesh.
 
-    The thickness is uniform within its range (JCGM 100:2008, 4.3.7).
+    It follows from the largest change of the bias at an end of the range of thicknesses. The thickness is uniform
+    within this range (JCGM 100:2008, 4.3.7). `biases` [1] have the shape (moduli, placements).
     """
     changes = [np.zeros(len(biases))]
-    for place, each in enumerate(placements):
+    for index, each in enumerate(placements):
         if each.thickness_mm is not None:
-            usual = placements.index(replace(each, thickness_mm=None))
-            changes.append(biases[:, place] - biases[:, usual])
+            index_of_usual_flesh = placements.index(replace(each, thickness_mm=None))
+            changes.append(biases[:, index] - biases[:, index_of_usual_flesh])
     return np.asarray(BOUNDED * np.abs(np.nan_to_num(changes)).max(axis=0))
 
 
 def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> float:
-    """Return the standard uncertainty of the reading of a press [1] by Poisson's ratio nu.
+    """Return the standard uncertainty of a reading [1] due to Poisson's ratio nu, which differs between fruits.
 
-    The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one away. A press feels E / (1 - nu^2).
-    Flesh of E and nu' is felt as flesh of r E and nu, where the felt ratio is r = (1 - nu^2) / (1 - nu'^2). Flat tips
-    then read r E. Domes feel the base under the flesh too, S' = S + r base(nu') - base(nu), and read r E / b. The base
-    ratio b is the modulus that a press has by S' over the one it has by S.
+    The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one away. A press on a half-space measures
+    E / (1 - nu^2). So flesh of E and nu' gives the forces of flesh of r E and nu, with r = (1 - nu^2) / (1 - nu'^2),
+    and flat tips read r E. Under domes the rigid base of the flesh adds to the compliance too:
+    S' = S + r base(nu') - base(nu). They read r E / b, where b is the modulus of the `press` (samples, tips) [N] by S'
+    over its modulus by S.
     """
     fruit = design.fruit
     poisson = fruit.poisson
-    other = poisson + 0.5 * fruit.poisson_spread
-    if other > _LARGEST_POISSON:
-        other = poisson - 0.5 * fruit.poisson_spread
-    felt_ratio = (1.0 - poisson**2) / (1.0 - other**2)
+    other_poisson = poisson + 0.5 * fruit.poisson_spread
+    if other_poisson > _LARGEST_POISSON:
+        other_poisson = poisson - 0.5 * fruit.poisson_spread
+    modulus_ratio = (1.0 - poisson**2) / (1.0 - other_poisson**2)
     if design.tips.dome_radius_mm is None:
-        return abs(felt_ratio - 1.0)
+        return abs(modulus_ratio - 1.0)
     axes = np.array(design.tips.places_mm)
-    apart = np.linalg.norm(axes[:, None] - axes, axis=-1)
-    base = base_compliance(fruit.depth_mm, poisson, apart)
-    change = felt_ratio * base_compliance(fruit.depth_mm, other, apart) - base
+    distances = np.linalg.norm(axes[:, None] - axes, axis=-1)
+    base = base_compliance(fruit.depth_mm, poisson, distances)
+    change = modulus_ratio * base_compliance(fruit.depth_mm, other_poisson, distances) - base
     contrast = model.law.contrast
     law = replace(model.law, contrast=replace(contrast, S=rows_of(np.array(contrast.S) + change)))
     base_ratio = replace(model, law=law).modulus(press) / model.modulus(press)
-    return abs(felt_ratio / base_ratio - 1.0)
+    return abs(modulus_ratio / base_ratio - 1.0)
 
 
-def _largest(biases: Sequence[float] | Floats) -> int:
+def _index_of_largest(biases: Sequence[float] | Floats) -> int:
     """Return the index of the first of the largest biases [1]; equal ones may differ by the round-off of E read / E."""
     return first_largest(np.abs(biases).tolist(), least=1.0)
 
 
-def _unsigned(bias: Estimate) -> Estimate:
+def _absolute(bias: Estimate) -> Estimate:
     """Return a bias without its sign [1]."""
     return Estimate(abs(bias.value), bias.error)
 
 
 def touch_fraction(presses: SampledPresses) -> Estimate:
-    """Return the largest travel over all presses at which all tips touch, as a fraction of the whole travel [1].
+    """Return the travel at which the last tip touches over the whole travel [1], the largest of all presses.
 
-    It is 1 if a tip never touches. The touch of a tip is extrapolated from its first forces: travel is proportional to
-    the force of a spring, and to the power 2/3 of the force of flesh under a dome. The truth lies between both.
+    It is 1 if a tip never touches. The touch of a tip is extrapolated from its first two forces. The travel since the
+    touch is proportional to the force of a spring, and to the power 2/3 of the force of flesh under a dome. The true
+    touch lies between both, so the estimate is their mean, with half their difference as its error.
     """
     forces = np.nan_to_num(presses.F)
-    count = forces.shape[2]
-    worst = Estimate(0.0, 0.0)
-    for press in forces.reshape(-1, count, forces.shape[3]):
+    samples = forces.shape[2]
+    latest = Estimate(0.0, 0.0)
+    for press in forces.reshape(-1, samples, forces.shape[3]):
         touching: Flags = np.all(press > 0.0, axis=1)
         first = int(np.argmax(touching))
-        if not touching[first:].all() or first + 1 >= count:
+        # A tip that loses contact again, or touches only in the last sample, is counted as one that never touches.
+        if not touching[first:].all() or first + 1 >= samples:
             return Estimate(1.0, 0.0)
-        by_flesh, by_spring = (_touched(press[first : first + 2] ** power) for power in (2.0 / 3.0, 1.0))
-        least, most = (first + np.clip(since, 0.0, 1.0).max() for since in (by_flesh, by_spring))
-        at = 0.5 * (least + most) / count
-        if at > worst.value:
-            worst = Estimate(float(at), float(0.5 * (most - least) / count))
-    return worst
+        by_flesh, by_spring = (_samples_to_touch(press[first : first + 2] ** power) for power in (2.0 / 3.0, 1.0))
+        earlier, later = (first + np.clip(shift, 0.0, 1.0).max() for shift in (by_flesh, by_spring))
+        fraction = 0.5 * (earlier + later) / samples
+        if fraction > latest.value:
+            latest = Estimate(float(fraction), float(0.5 * (later - earlier) / samples))
+    return latest
 
 
-def _touched(depths: Floats) -> Floats:
-    """Return the samples from the one before the first to the touch of each tip, from its depths in two samples.
+def _samples_to_touch(depths: Floats) -> Floats:
+    """Return the distance in samples from the sample before `depths[0]` to the touch of each tip, (tips,).
 
-    `depths` (2, tips) are extrapolated linearly back to zero.
+    `depths` (2, tips), in any unit, are the indentations in two successive samples. They are extrapolated linearly back
+    to zero.
     """
-    grown = depths[1] - depths[0]
-    return np.asarray(1.0 - np.divide(depths[0], grown, out=np.full_like(grown, math.inf), where=grown > 0.0))
+    growth = depths[1] - depths[0]
+    return np.asarray(1.0 - np.divide(depths[0], growth, out=np.full_like(growth, math.inf), where=growth > 0.0))
 
 
 def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
-    """Return presses at tilts along the tips up to the largest one, with the full travel at the centre.
+    """Return presses at several tilts along the tips, with the full travel at the centre; None if no tilt is allowed.
 
-    None without tilt.
+    The tilts range from minus to plus the largest tilt of the design.
     """
     reading = sensor.design.reading
     if reading is None or reading.tilt_deg == 0.0:
@@ -387,9 +408,9 @@ def tilted_presses(sensor: PressedSensor) -> SampledPresses | None:
 
 
 def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[SkinPressure, ...]:
-    """Return the largest pressure on the skin at full travel for each modulus of the fruit.
+    """Return for each modulus of the fruit the largest mean pressure under a tip at full travel, and its pose.
 
-    Empty without a bruise limit.
+    Empty if the fruit has no bruise limit.
     """
     fruit = sensor.design.fruit
     placements = presses.placements
@@ -397,17 +418,17 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
     if not limits:
         return ()
     if set(fruit.E_MPa) <= set(presses.moduli):
-        at = [presses.moduli.index(E) for E in fruit.E_MPa]
-        pressures, errors = presses.mean_pressure[at, :, -1], presses.pressure_error[at, :, -1]
-    else:  # the readings of a fruit with two or three moduli are evaluated at other moduli
+        rows_of_fruit = [presses.moduli.index(E) for E in fruit.E_MPa]
+        pressures, errors = presses.mean_pressure[rows_of_fruit, :, -1], presses.pressure_error[rows_of_fruit, :, -1]
+    else:  # a fruit with two or three moduli is read at others, so these presses are solved here
         travel = sensor.design.press.travel_mm
         poses = [Pose(E=E, travel=travel, stand=each) for E in fruit.E_MPa for each in placements]
-        forces = sensor.in_poses(poses)
+        forces = sensor.forces_in_poses(poses)
         pressures, errors = forces.mean_pressure, forces.pressure_error
     shape = (len(limits), len(placements), -1)
     rows = []
-    at_moduli = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 for a tip out of contact
-    for E, limit, pressure, error in zip(fruit.E_MPa, limits, *at_moduli, strict=True):
+    by_modulus = (np.nan_to_num(each).reshape(shape) for each in (pressures, errors))  # 0 for a tip out of contact
+    for E, limit, pressure, error in zip(fruit.E_MPa, limits, *by_modulus, strict=True):
         # The array is (placements, tips), so the first index names the pose.
         worst = np.unravel_index(first_largest(pressure.ravel().tolist()), pressure.shape)
         row = SkinPressure(
@@ -422,10 +443,14 @@ def _skin_pressures(sensor: PressedSensor, presses: SampledPresses) -> tuple[Ski
 
 
 def reading_constants(sensor: PressedSensor, press: ScenePress, readings: ReadingAccuracy | None) -> ReadingConstants:
-    """Return the constants that a unit needs for its readings; raises SolveError if a solution is not exact."""
+    """Return the constants with which a printed unit converts its forces into a modulus.
+
+    The model error is the largest of the error of the contact and, with readings, the error of the bias. Raises
+    SolveError if a solution is not exact.
+    """
     contact = sensor.contact
     error = max(contact.error_own, contact.error_pair)
-    full_scale = press.at_largest_E.F[-1, -1]
+    full_scale = press.at_largest_E.F[-1, -1]  # of a level press; readings also cover tilted ones
     if readings is not None:
         if readings.full_scale is not None:
             full_scale = np.array(readings.full_scale)
@@ -444,7 +469,7 @@ def reading_constants(sensor: PressedSensor, press: ScenePress, readings: Readin
         own_less_other = 1.0 / contact.K_m_over_E()
         return replace(constants, level=seated_level_readings(sensor), own_less_other_per_mm=own_less_other)
     law = sensor.contrast
-    lean = np.subtract(law.C, sensor.C)
+    lean = np.subtract(law.C, sensor.C)  # compliance due to the lateral deflection of domes
     return replace(
         constants,
         rise_level=rise_model(sensor).level if readings is None else readings.level,

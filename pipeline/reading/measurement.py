@@ -29,9 +29,9 @@ from sensor.theory.contrast_rise import (
 )
 from solve.contact.linear_response import linear_response, travels
 
-LEVEL_MODULI = 9
-MODULI_BEYOND_RANGE = 25  # linear interpolation between so many moduli approximates a skin within 1e-4
-BEYOND = 1.25  # factor beyond both ends of the range
+LEVEL_MODULI = 9  # moduli of the level readings of a fruit without a skin
+MODULI_BEYOND_RANGE = 25  # with this number, linear interpolation of the curve of a skin is accurate to 1e-4
+BEYOND = 1.25  # factor by which the moduli extend beyond both ends of the range of the fruit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,9 +73,9 @@ class RiseModel:
 
 @functools.lru_cache(maxsize=16)
 def times_by_hand(samples: int) -> Floats:
-    """Return the times of samples at equal steps of the travel X [s], in a press by hand of `PRESS_S`.
+    """Return the times [s] of a number of samples at equal steps of the travel, in a press by hand of T = `PRESS_S`.
 
-    A hand slows to a stop: x = X (1 - (1 - t / T)^2).
+    A hand slows to a stop at the full travel X: x = X (1 - (1 - t / T)^2), which is solved for t here.
     """
     return np.asarray(PRESS_S * (1.0 - np.sqrt(1.0 - np.linspace(0.0, 1.0, samples + 1)[1:])))
 
@@ -86,9 +86,10 @@ def rise_model(sensor: PressedSensor) -> RiseModel:
 
 
 def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return the readings of level presses from the first touch to full travel, over the moduli of the fruit.
+    """Return the readings of level presses on fruit of several known moduli, by which other readings are corrected.
 
-    Under a skin the moduli extend beyond the range of the fruit. Empty if the law is exact for such a press.
+    They contain the effects of the fruit's shape and skin, which the law neglects. Under a skin the moduli extend
+    beyond the range of the fruit. Empty if the law is exact for a level press.
     """
     if sensor.is_exact_seated and not sensor.scene.curved:
         return ()
@@ -98,10 +99,11 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
 
 
 def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return the readings of level flat tips of a pair after full seating; empty if the law is exact for them.
+    """Return the level readings of a pair whose flat tips touch with their whole faces, as corrections of its readings.
 
-    The forces are in closed form, because forces on cells have errors of some parts in a thousand. Tips without a flat
-    face need no seating: their readings come from `level_readings`.
+    They are empty if the law is exact for such a press. The forces are computed in closed form, because forces on
+    contact cells have errors of some parts in a thousand. Tips without a flat face touch fully at once, so their
+    readings are those of `level_readings`.
     """
     if sensor.is_exact_seated:
         return ()
@@ -114,7 +116,10 @@ def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
 
 
 def _read_by_law(sensor: PressedSensor, moduli: Sequence[float], presses: Iterable[Floats]) -> tuple[LevelReading, ...]:
-    """Return the reading of a press at each modulus [MPa] by the law of a sensor; presses without one are left out."""
+    """Return the uncorrected reading of a press at each true modulus [MPa]; presses without a reading are omitted.
+
+    `presses` have forces (samples, tips) [N], one press for each of the `moduli`.
+    """
     model = RiseModel(law=sensor.law)
     rows = []
     for E, press in zip(moduli, presses, strict=True):
@@ -130,5 +135,5 @@ def _moduli_over_range(design: Design) -> list[float]:
 
 def _moduli_beyond_range(design: Design) -> list[float]:
     """Return moduli over the range of a fruit and beyond both ends [MPa], dense enough for the curve of a skin."""
-    least, largest = min(design.fruit.E_MPa), design.fruit.largest_E_MPa
-    return list(np.geomspace(least / BEYOND, largest * BEYOND, MODULI_BEYOND_RANGE).tolist())
+    smallest, largest = min(design.fruit.E_MPa), design.fruit.largest_E_MPa
+    return list(np.geomspace(smallest / BEYOND, largest * BEYOND, MODULI_BEYOND_RANGE).tolist())

@@ -1,7 +1,7 @@
-"""Readings over time on flesh that relaxes: forces, their ratio, the modulus they give, and its steadiest moment.
+"""Readings over time on flesh that relaxes: forces, their ratio, the apparent modulus, and its steadiest moment.
 
-The modulus of the fruit is its modulus at the first instant. The apparent modulus is read from forces at a time as if
-the flesh were elastic.
+The modulus of the fruit is its instantaneous modulus, at the first touch. The apparent modulus at a time is read from
+the forces at this time as if the flesh were elastic.
 """
 
 from dataclasses import dataclass
@@ -22,8 +22,8 @@ from solve.contact.linear_response import high_over_low
 from solve.contact.pose_forces import Pose
 from solve.contact.relaxing import elastic_forces, timed_forces
 
-RAMP_STEPS = 12
-HOLD_STEPS = 12
+RAMP_STEPS = 12  # time steps of the press
+HOLD_STEPS = 12  # time steps of the hold
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -48,7 +48,10 @@ class ReadingOverTime(Record):
 
 
 def refuse_unsolvable_time(design: Design) -> None:
-    """Raise InputError for flesh that relaxes in a scene that is not solved over time, before anything is solved."""
+    """Raise InputError if a design has flesh that relaxes in a scene for which no solver over time exists.
+
+    These are scenes with a skin, and all but level presses of flat tips on a block or of a line or square of domes.
+    """
     if design.fruit.relaxation is None:
         return
     if design.fruit.skin_mm is not None:
@@ -62,7 +65,7 @@ def refuse_unsolvable_time(design: Design) -> None:
 
 
 def _is_solvable(design: Design) -> bool:
-    """Return whether presses of a design can be solved over time, on flesh without a skin."""
+    """Return whether presses of a design can be solved over time; the flesh must have no skin."""
     tips = design.tips
     level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
     domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair
@@ -70,22 +73,26 @@ def _is_solvable(design: Design) -> bool:
 
 
 def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
-    """Return the readings of a sensor over time; None for flesh that does not relax. Raises SolveError."""
+    """Return forces and apparent moduli during a level press and its hold; None if the flesh does not relax.
+
+    The press is solved on fruit of each modulus of the design. Raises SolveError if a solution is not exact.
+    """
     design = sensor.design
     if design.fruit.relaxation is None:
         return None
-    law = _contrast(sensor)
+    law = _contrast_law(sensor)
+    # The travel counts from the first touch of the tips as no weight has shifted them: at their smallest gap.
     first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
-    t, travel, at = _press_and_hold(design)
+    t, travel, read_at = _press_and_hold(design)
     E = np.array(design.fruit.E_MPa)
     times, depths = (np.broadcast_to(each, (len(E), len(t))) for each in (t, first_touch + travel))
     solved = timed_forces(law, Relaxation(design.fruit.relaxation), E, times, depths)
     F = solved.F
-    apparent = _apparent(law, F)
-    moves = _moves(apparent[:, RAMP_STEPS:])
-    best = int(moves.argmin())
-    value = float(moves[at])
-    by_steps = float((solved.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())
+    apparent = _apparent_moduli(law, F)
+    changes = _largest_changes(apparent[:, RAMP_STEPS:])
+    steadiest = int(changes.argmin())
+    change = float(changes[read_at])
+    step_error = float((solved.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())
     return ReadingOverTime(
         E=E,
         t=t,
@@ -93,51 +100,56 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
         P=high_over_low(F, F, design.tips.spring_groups),
         apparent=apparent,
         stop=RAMP_STEPS,
-        at=RAMP_STEPS + at,
-        moves=Estimate(value, 2.0 * by_steps + value * _off_elastic(sensor, law, first_touch)),
+        at=RAMP_STEPS + read_at,
+        # The change is that between two times, so the error of the time steps enters twice.
+        moves=Estimate(change, 2.0 * step_error + change * _elastic_error(sensor, law, first_touch)),
         steadiest=Moment(
             speed_mm_per_s=design.press.speed_mm_per_s or 0.0,
-            at_s=float(t[RAMP_STEPS + best]),
-            moves_percent=100.0 * float(moves[best]) if np.isfinite(moves[best]) else None,
+            at_s=float(t[RAMP_STEPS + steadiest]),
+            moves_percent=100.0 * float(changes[steadiest]) if np.isfinite(changes[steadiest]) else None,
         ),
     )
 
 
 def fall_by_twice_the_time(sensor: PressedSensor) -> float | None:
-    """Return the largest fall of E [1] over all moduli if a press takes twice the time; None if it cannot be solved.
+    """Return the relative decrease of the modulus read [1] if a press takes twice the time, the largest of all moduli.
 
-    The reading of a log corrects the relaxation that the design states. Only the spread between fruits remains.
+    A reading corrects the relaxation that the design states, so that only the spread between fruits counts. For a
+    design that states none, a typical relaxation is assumed. None if the presses cannot be solved or read.
     """
     design = sensor.design
     if not _is_solvable(design):
         return None
     stated = design.fruit.relaxation
-    # Of a stated relaxation only the part counts by which fruits differ from it.
-    flesh, part = (MAY_RELAX, 1.0) if stated is None else (Relaxation(stated), STATED_SPREAD)
-    law = _contrast(sensor)
+    # `share` is the part of the effect that no reading corrects: the spread between fruits if a relaxation is stated.
+    flesh, share = (MAY_RELAX, 1.0) if stated is None else (Relaxation(stated), STATED_SPREAD)
+    law = _contrast_law(sensor)
     first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
     ramp = np.arange(1 + RISE_TRAVELS) / RISE_TRAVELS
-    falls = []
+    decreases = []
     for E in design.fruit.E_MPa:
         times = np.outer([1.0, 2.0], design.press_s * ramp)
         travel = np.stack([first_touch + design.press.travel_mm * ramp] * len(times))
         forces = timed_forces(law, flesh, np.full(len(times), E), times, travel).F[:, 1:]
         try:
-            once, twice = (_risen(sensor.law, each) for each in forces)
+            E_once, E_twice = (_read_by_rise(sensor.law, each) for each in forces)
         except ReadingError:
             continue
-        falls.append(part * (1.0 - twice / once))
-    return max(falls, default=None)
+        decreases.append(share * (1.0 - E_twice / E_once))
+    return max(decreases, default=None)
 
 
-def _risen(law: RiseLaw, F: Floats) -> float:
-    """Return the modulus [MPa] of forces (samples, tips) [N] by their rise; raises RiseError."""
-    none = np.zeros(F.shape[1])
-    return read_rise(law, rise_of(F, F.shape[1], none), none).E
+def _read_by_rise(law: RiseLaw, F: Floats) -> float:
+    """Return the modulus [MPa] read from a whole press without noise, F (samples, tips) [N]; raises RiseError."""
+    no_noise = np.zeros(F.shape[1])
+    return read_rise(law, rise_of(F, F.shape[1], no_noise), no_noise).E
 
 
-def _contrast(sensor: PressedSensor) -> ContrastLaw:
-    """Return the contrast of the tips; for a pair it holds for a level press."""
+def _contrast_law(sensor: PressedSensor) -> ContrastLaw:
+    """Return the contrast law of the tips in a level press.
+
+    The contrast is a weighted sum over the tips in which the travel cancels. For a pair it is the difference of both.
+    """
     if not sensor.design.tips.tip_layout.is_pair:
         return sensor.contrast
     gaps = tuple(-offset for offset in sensor.height_offsets) or (0.0, 0.0)
@@ -147,23 +159,24 @@ def _contrast(sensor: PressedSensor) -> ContrastLaw:
 def _press_and_hold(design: Design) -> tuple[Floats, Floats, int]:
     """Return times from the first touch [s] and travels [mm], (times,), and the index of the reading in the hold.
 
-    The travel is linear in time. Steps are dense at the first touch and at the begin of the hold. One moment of the
-    hold is the time of the reading.
+    The travel is linear in time. Forces change fastest at the first touch and at the beginning of the hold, so the
+    steps are shortest there.
     """
     ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2
     hold = design.press.hold_s or 0.0
-    wait = design.read_s - design.stop_s
+    wait = design.read_s - design.stop_s  # from the beginning of the hold to the reading
     waits = hold * (np.arange(1 + HOLD_STEPS) / HOLD_STEPS) ** 3
-    at = int(np.abs(waits - wait).argmin())
+    # The nearest step is moved to the time of the reading; both ends of the hold keep their times.
+    read_at = int(np.abs(waits - wait).argmin())
     if wait not in (0.0, hold):
-        at = min(max(at, 1), HOLD_STEPS - 1)
-        waits[at] = wait
+        read_at = min(max(read_at, 1), HOLD_STEPS - 1)
+        waits[read_at] = wait
     times = np.concatenate([design.stop_s * ramp, design.stop_s + waits[1:]])
-    return times, design.press.travel_mm * np.concatenate([ramp, np.ones(HOLD_STEPS)]), at
+    return times, design.press.travel_mm * np.concatenate([ramp, np.ones(HOLD_STEPS)]), read_at
 
 
-def _apparent(law: ContrastLaw, F: Floats) -> Floats:
-    """Return the moduli [MPa] of forces (..., tips) [N], shape (...), nan for forces without a modulus."""
+def _apparent_moduli(law: ContrastLaw, F: Floats) -> Floats:
+    """Return the moduli [MPa] read from forces (..., tips) [N] as if the flesh were elastic; nan if none fits."""
     moduli = np.full(F.shape[:-1], np.nan)
     for index in np.ndindex(moduli.shape):
         try:
@@ -173,21 +186,25 @@ def _apparent(law: ContrastLaw, F: Floats) -> Floats:
     return moduli
 
 
-def _moves(held: Floats) -> Floats:
-    """Return the largest relative change of apparent moduli from each moment of a hold [1], (moments,).
+def _largest_changes(held: Floats) -> Floats:
+    """Return the largest relative change of the apparent modulus between each moment and any other [1], (moments,).
 
-    `held` has the shape (moduli, moments). The change is infinite if a tip is out of contact.
+    `held` (moduli, moments) [MPa] are the apparent moduli during the hold. The change is infinite if a tip is out of
+    contact.
     """
     change = np.abs(held[:, None, :] / held[:, :, None] - 1.0).max(axis=(0, 2))
     return np.where(np.isfinite(change), change, np.inf)
 
 
-def _off_elastic(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
-    """Return the relative error of the contrast's law against the forces solved at full travel [1]."""
+def _elastic_error(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
+    """Return the relative error of elastic forces by the contrast law at full travel, compared with solved ones [1].
+
+    It is 0 for flat tips, for which the law is exact. `first_touch` [mm] is the depth at which the first tip touches.
+    """
     design = sensor.design
     if law.hertz == 0.0:
         return 0.0
     travel = design.press.travel_mm
-    solved = sensor.in_poses([Pose(E=modulus, travel=travel) for modulus in design.fruit.E_MPa]).F
+    solved = sensor.forces_in_poses([Pose(E=modulus, travel=travel) for modulus in design.fruit.E_MPa]).F
     by_law = elastic_forces(law, np.array(design.fruit.E_MPa), np.full(len(solved), first_touch + travel))
     return float(np.abs(by_law / solved - 1.0).max())

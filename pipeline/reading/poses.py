@@ -1,4 +1,4 @@
-"""Poses of a sensor on a fruit: all that occur by the design, over which readings are evaluated."""
+"""Poses of a sensor on a fruit: all that the ranges of a design allow, over which readings are evaluated."""
 
 import math
 from collections.abc import Iterator
@@ -20,28 +20,29 @@ Vector = tuple[float, float]
 
 LEVEL: Vector = (0.0, 0.0)
 DIRECTIONS = [(math.cos(angle), math.sin(angle)) for angle in (0.25 * math.pi * k for k in range(8))]
-DRAWN = 48
+DRAWN = 48  # number of random placements
 SEED = 21
-FEWEST_MODULI = 4
+FEWEST_MODULI = 4  # minimum number of moduli at which readings are evaluated
 _AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # names of axes by their angle to +x [deg]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Placement(Stand):
-    """A stand that occurs, with its text; `is_drawn` marks one that was sampled with its natural frequency.
+    """A position and tilt of the sensor on a fruit of given radii and flesh, with its text.
 
-    `turned_deg` is the change of the tilt during the whole press.
+    `is_drawn` marks a random one, which represents the natural frequency of poses. `turned_deg` is the change of the
+    tilt during the whole press.
     """
 
     is_drawn: bool = False
 
     def __str__(self) -> str:
-        """Return the placement as text; a tilt is named by the side whose tips are lower."""
+        """Return the placement as text, for example "tilted 2 deg down towards +x, on a radius of 30 mm"."""
         tilt = math.hypot(*self.tilt_deg)
-        off = math.hypot(*self.off_centre_mm)
+        distance = math.hypot(*self.off_centre_mm)
         parts = [f"tilted {tilt:.2g} deg down towards {_direction(self.tilt_deg)}" if tilt else "level"]
-        if off:
-            parts.append(f"{off:.2g} mm off the apex towards {_direction(self.off_centre_mm)}")
+        if distance:
+            parts.append(f"{distance:.2g} mm off the apex towards {_direction(self.off_centre_mm)}")
         if self.radii_mm and self.azimuth_deg is None:
             parts.append(f"on a radius of {self.radii_mm[0]:.3g} mm")
         elif self.radii_mm:
@@ -59,18 +60,23 @@ def _direction(vector: Vector) -> str:
 
 
 def read_moduli(fruit: Fruit) -> tuple[float, ...]:
-    """Return the moduli at which readings are evaluated [MPa]: the moduli of the fruit, at least four up to E_max."""
-    shown = sorted({*fruit.E_MPa, fruit.E_max_MPa})
-    if len(shown) >= FEWEST_MODULI or shown[0] == shown[-1]:
-        return tuple(shown)
-    return tuple(np.geomspace(shown[0], shown[-1], FEWEST_MODULI).tolist())
+    """Return the moduli at which readings are evaluated [MPa]: those of the fruit, or four over the same range.
+
+    Four are taken if the fruit has fewer. A fruit of a single modulus keeps it.
+    """
+    moduli = sorted({*fruit.E_MPa, fruit.E_max_MPa})
+    if len(moduli) >= FEWEST_MODULI or moduli[0] == moduli[-1]:
+        return tuple(moduli)
+    return tuple(np.geomspace(moduli[0], moduli[-1], FEWEST_MODULI).tolist())
 
 
 @dataclass(frozen=True, kw_only=True)
 class OccurringFruits:
-    """The fruits that occur: ranges of their principal radii and of their flesh [mm]; None is the value of the design.
+    """The ranges in which the shape of the fruits varies [mm]; a range of None means the value of the design.
 
-    Without a range across, the second radius is `aspect` times the first.
+    `radius` and `across` are the ranges of the two principal radii; without `across`, the second radius is `aspect`
+    times the first. `thickness` is the range of the flesh's thickness. `azimuths` are the angles of the first principal
+    direction to the tips [deg].
     """
 
     radius: Vector | None = None
@@ -88,7 +94,11 @@ class OccurringFruits:
 
 
 def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
-    """Return the fruits that occur in a reading; the azimuth of an ellipsoid is arbitrary."""
+    """Return the ranges of the fruits that are read, from the design's `[reading]`.
+
+    They are radii and thicknesses, or a relative spread of the design's radius. If the radii have ranges, the azimuth
+    of the fruit is arbitrary, because nobody turns a fruit before a press. A flat fruit does not vary.
+    """
     if fruit.radius_mm is None:
         return OccurringFruits()
     if reading.radius_mm is not None:
@@ -96,7 +106,11 @@ def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
             radius=reading.radius_mm,
             across=reading.radius_across_mm,
             thickness=reading.thickness_mm,
-            azimuths=(0.0, 45.0, 135.0),  # along a radius, and between both, where the skin twists most under the tips
+            azimuths=(
+                0.0,
+                45.0,
+                135.0,
+            ),  # along a radius, and between both, where the skin's saddle is largest
         )
     radius = None
     if reading.radius_spread:
@@ -105,87 +119,96 @@ def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
     return OccurringFruits(radius=radius, thickness=reading.thickness_mm, aspect=across / along)
 
 
-def occurring(design: Design, reading: ReadingRequirements) -> Iterator[Placement]:
-    """Yield the placements of the sensor that occur: level, at the ends of all ranges, and random ones.
+def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterator[Placement]:
+    """Yield the placements at which readings are evaluated: level, at the ends of all ranges, and random ones.
 
-    The first is level on the design's fruit. Ends are taken of the flesh, and of radii at azimuths along the tips and
-    along the diagonals between them. On the diagonals the sensor is tilted towards each of four tips, up to the largest
-    tilt at the end of the press. It stands as far beside the apex as the design allows.
+    The first is level on the design's fruit, and the next are tilted in eight directions. Then follow the ends of the
+    ranges of the flesh and of the radii, with the fruit at several azimuths. On each such fruit the sensor stands level
+    at the apex. It also stands tilted towards each of four diagonals and as far from the apex as the design allows.
     """
     fruits = fruits_of(design.fruit, reading)
-    # The level press is place 0; the error analysis relies on it.
+    # The level press is placement 0; the error analysis relies on it.
     level = Placement(from_touch=True)
     yield level
     if reading.tilt_deg:
-        yield from (replace(level, tilt_deg=_times(each, reading.tilt_deg)) for each in DIRECTIONS)
+        yield from (replace(level, tilt_deg=_scale(each, reading.tilt_deg)) for each in DIRECTIONS)
     for shape in (level, *fruits.extremes()):
         for thickness in (None, *(fruits.thickness or ())):
             with_flesh = replace(shape, thickness_mm=thickness)
             if with_flesh != level:
                 yield with_flesh
             if shape != level and shape.azimuth_deg != 0.0:
-                yield from (_by_hand(with_flesh, reading, direction) for direction in DIRECTIONS[1::2])
-    yield from _drawn(fruits, reading)
+                diagonals = DIRECTIONS[1::2]
+                yield from (_tilt_and_shift(with_flesh, reading, direction) for direction in diagonals)
+    yield from _sample_placements(fruits, reading)
 
 
-def _by_hand(shape: Placement, reading: ReadingRequirements, direction: Vector) -> Placement:
-    """Return a placement that reaches the largest tilt in a direction [1] at the end, and lies beside the apex."""
+def _tilt_and_shift(shape: Placement, reading: ReadingRequirements, direction: Vector) -> Placement:
+    """Return a placement with the largest tilt at the end of the press, and the largest distance from the apex.
+
+    Both are in a `direction`, a unit vector. The tilt grows by its largest change during the press, as by hand.
+    """
     turned = min(reading.tilt_change_deg, reading.tilt_deg)
     return replace(
         shape,
-        tilt_deg=_times(direction, reading.tilt_deg - turned),
-        turned_deg=_times(direction, turned),
-        off_centre_mm=_times(direction, reading.off_centre_mm),
+        tilt_deg=_scale(direction, reading.tilt_deg - turned),
+        turned_deg=_scale(direction, turned),
+        off_centre_mm=_scale(direction, reading.off_centre_mm),
     )
 
 
-def _drawn(fruits: OccurringFruits, reading: ReadingRequirements) -> Iterator[Placement]:
-    """Yield placements sampled uniformly from every range except the flesh; tilts and positions are uniform in area."""
+def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) -> Iterator[Placement]:
+    """Yield `DRAWN` random placements, uniform in every range except the thickness of the flesh.
+
+    Tilts and positions are uniform over the area of a disc. The thickness has an uncertainty of its own, so it stays
+    at the design's value.
+    """
     rng = np.random.default_rng(SEED)
     for _ in range(DRAWN):
+        # All random numbers are drawn even if a range is missing, so that placements of similar designs stay equal.
         radius, across, azimuth = rng.uniform(size=3).tolist()
-        tilt, place, turned = (_in_disc(rng) for _ in range(3))
+        tilt, position, turned = (_sample_disc(rng) for _ in range(3))
         radii = None
         if fruits.radius is not None:
-            first = _between(fruits.radius, radius)
-            radii = (first, fruits.aspect * first if fruits.across is None else _between(fruits.across, across))
+            first = _interpolate(fruits.radius, radius)
+            radii = (first, fruits.aspect * first if fruits.across is None else _interpolate(fruits.across, across))
         yield Placement(
             from_touch=True,
             is_drawn=True,
             radii_mm=radii,
             azimuth_deg=180.0 * azimuth if fruits.azimuths else None,
-            tilt_deg=_times(tilt, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
-            off_centre_mm=_times(place, reading.off_centre_mm),
-            turned_deg=_times(turned, reading.tilt_change_deg),
+            tilt_deg=_scale(tilt, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
+            off_centre_mm=_scale(position, reading.off_centre_mm),
+            turned_deg=_scale(turned, reading.tilt_change_deg),
         )
 
 
-def _in_disc(rng: np.random.Generator) -> Vector:
+def _sample_disc(rng: np.random.Generator) -> Vector:
     """Return a random point of the unit disc, uniform in area."""
     area, direction = rng.uniform(size=2).tolist()
     angle = 2.0 * math.pi * direction
     return math.sqrt(area) * math.cos(angle), math.sqrt(area) * math.sin(angle)
 
 
-def _times(vector: Vector, length: float) -> Vector:
+def _scale(vector: Vector, length: float) -> Vector:
     return length * vector[0], length * vector[1]
 
 
-def _between(ends: Vector, fraction: float) -> float:
+def _interpolate(ends: Vector, fraction: float) -> float:
     return ends[0] + fraction * (ends[1] - ends[0])
 
 
 def refuse_unsolvable_poses(design: Design) -> None:
-    """Raise InputError if contact cannot be solved in the scene of a design or in a pose of its reading.
+    """Raise InputError if contact cannot be solved in the scene of a design or in a pose of its `[reading]`.
 
-    Nothing is solved.
+    The slope of the fruit under each tip must not exceed the limit of the contact solver. Nothing is solved here.
     """
     refuse_unsolvable_scene(design)
     reading = design.reading
     if reading is None:
         return
     scene = scene_of(design)
-    for placement in occurring(design, reading):
+    for placement in occurring_placements(design, reading):
         posed = posed_scene(scene, placement)
         if posed.steepest_deg <= STEEPEST_DEG:
             continue

@@ -1,4 +1,4 @@
-"""The sensor: a design on its fruit with its springs, which is pressed, read and judged."""
+"""The sensor as it is pressed: a design with its springs over its fruit, and the presses that are solved for it."""
 
 import math
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from pipeline.reading.poses import Placement
-from pipeline.reading.rise import fall_under_domes, rise_law
+from pipeline.reading.rise import gaps_under_domes, rise_law
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
@@ -26,7 +26,7 @@ from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
 RISE_TRAVELS = 16  # samples of a solved press from which the rise is read
-_SAMPLES_BY_HAND = 60  # samples of a press by hand, interpolated in these
+_SAMPLES_BY_HAND = 60  # samples of a press by hand, interpolated between the solved ones
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -77,7 +77,7 @@ class PressedSensor(Record):
 
     @cached_property
     def height_offsets(self) -> tuple[float, ...]:
-        """Return the height of each tip behind the foremost one by its weight [mm]; empty if all tips are level."""
+        """Return the height of each tip relative to the foremost due to its weight [mm]; empty if all are level."""
         return tip_height_offsets(self.springs, self.design.press.attitude)
 
     @cached_property
@@ -96,33 +96,38 @@ class PressedSensor(Record):
 
     @cached_property
     def contrast(self) -> ContrastLaw:
-        """Return the contrast of the tips.
+        """Return the contrast law, from which a modulus is read.
 
-        A pair needs no heights, because its reading of a press does not use them.
+        The contrast is a weighted sum over the tips in which travel and tilt cancel. The law relates it to the forces,
+        by the compliances of springs and fruit and by the gaps under the tips of a level sensor. A pair needs no gaps,
+        because its reading of a whole press does not use them.
         """
         tips = self.design.tips
         if tips.tip_layout.is_pair:
             return pair_law(rows_of(self.C), 1.0 / self.contact.K_m_over_E())
         weights = contrast_weights(tips.places_mm, tips.springs)
         if tips.dome_radius_mm is None:
-            fall = [self.design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
-            gaps = tuple(np.subtract(fall, tips.height_offset_mm).tolist())
+            skin_depths = [self.design.fruit.fall_mm(x, y) for x, y in tips.places_mm]  # below the apex
+            gaps = tuple(np.subtract(skin_depths, tips.height_offset_mm).tolist())
             law = ContrastLaw(weights=weights, gaps=gaps, C=rows_of(self.C), S=rows_of(self.contact.S))
         else:
             law = self._dome_law(weights)
-        if self.height_offsets:
+        if self.height_offsets:  # the weight of the parts moves the tips
             law = replace(law, gaps=tuple(np.subtract(law.gaps, self.height_offsets).tolist()))
         return law
 
     def _dome_law(self, weights: tuple[float, ...]) -> ContrastLaw:
-        """Return the contrast of domes that press level at the centre of the fruit, in the middle of the range of E."""
+        """Return the contrast law of domes with these weights, linearised for a level press at the centre of the fruit.
+
+        Its compliances are those at the geometric mean of the range of moduli.
+        """
         scene = scene_of(self.design, (), self.springs.sideways)
         middle = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
         contrast = dome_contrast(scene, self.contact, self.C, middle)
-        fall = fall_under_domes(scene.fruit, scene.tips)
+        gaps = gaps_under_domes(scene.fruit, scene.tips)
         return ContrastLaw(
             weights=weights,
-            gaps=tuple((fall - scene.tips.height_offset_mm).tolist()),
+            gaps=tuple((gaps - scene.tips.height_offset_mm).tolist()),
             C=rows_of(self.C + contrast.lean),
             S=rows_of(contrast.S),
             hertz=contrast.hertz,
@@ -135,11 +140,11 @@ class PressedSensor(Record):
 
     @cached_property
     def fastest_press_s(self) -> float | None:
-        """Return the shortest press by hand [s] from the first touch to the deepest point that gives an accurate E.
+        """Return the shortest duration of a press by hand [s], from the first touch, that gives an accurate modulus.
 
-        In such a press the time errors of the channels change E by 2 % on level fruit, one standard deviation. Enough
-        samples follow the last touch. None without a read-out, and for a press without a rise. Raises like
-        `pose_forces`.
+        Two conditions limit it. The standard deviation of E due to the conversion times of the channels is at most 2 %
+        in a level press on the firmest fruit. And at least `FEWEST` samples follow the touch of the last tip. None
+        without a read-out, or if the press has too little rise for a reading. Raises like `pose_forces`.
         """
         signal = self.signal
         if signal is None:
@@ -148,33 +153,43 @@ class PressedSensor(Record):
         forces = self.presses([self.design.fruit.largest_E_MPa], [Placement()]).F[0, 0]
         x = np.concatenate([[0.0], travels(travel, RISE_TRAVELS)])
         forces = np.concatenate([np.zeros((1, forces.shape[1])), np.nan_to_num(forces)])
-        shares = np.arange(_SAMPLES_BY_HAND + 1) / _SAMPLES_BY_HAND
-        at = travel * (1.0 - (1.0 - shares) ** 2)  # a hand slows to a stop
-        least = LEAST_OVER_NOISE * np.array(signal.errors_N)
-        press = np.column_stack([np.interp(at, x, row) for row in forces.T])
+        # The times are fractions of the duration, so that the slopes over a time error hold for a press of 1 s.
+        times = np.arange(_SAMPLES_BY_HAND + 1) / _SAMPLES_BY_HAND
+        travel_by_hand = travel * (1.0 - (1.0 - times) ** 2)  # a hand slows to a stop
+        least_forces = LEAST_OVER_NOISE * np.array(signal.errors_N)
+        press = np.column_stack([np.interp(travel_by_hand, x, row) for row in forces.T])
         try:
-            found = read_rise(self.law, rise_of(press, len(least), least, t=shares), np.zeros(len(least)))
+            rise = rise_of(press, len(least_forces), least_forces, t=times)
+            found = read_rise(self.law, rise, np.zeros(len(least_forces)))
         except ReadingError:
             return None
-        by_clocks = float(np.linalg.norm(found.slopes.times)) * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
+        # The deviation of E is inversely proportional to the duration, so its ratio to the limit is a duration [s].
+        change_per_s = float(np.linalg.norm(found.slopes.times))  # of ln E per time error, in a press of 1 s
+        for_times = change_per_s * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
+        # The instrument of a sample lies one sample earlier, or two if channels are interpolated to one time.
         samples = FEWEST + (2 if signal.delays else 1)
-        return max(by_clocks, samples / signal.rate_Hz / math.sqrt(1.0 - LARGEST_TOUCH_FRACTION))
+        # The latest allowed touch leaves this share of the duration, because the hand slows to a stop.
+        share_after_touch = math.sqrt(1.0 - LARGEST_TOUCH_FRACTION)
+        return max(for_times, samples / signal.rate_Hz / share_after_touch)
 
     @property
     def is_exact_seated(self) -> bool:
-        """Return whether the law is exact for fully seated tips: a flat pair at the centre of a fruit without skin."""
+        """Return whether the law is exact once all faces touch: a flat pair at the centre of a fruit without skin."""
         tips = self.design.tips
-        in_the_middle = self.contact.stiffness_ratio() == 1.0
-        is_bare = self.contact.skin is None
-        return tips.tip_layout.is_pair and tips.tip_shape.has_flat_face and in_the_middle and is_bare
+        is_central = self.contact.stiffness_ratio() == 1.0
+        has_no_skin = self.contact.skin is None
+        return tips.tip_layout.is_pair and tips.tip_shape.has_flat_face and is_central and has_no_skin
 
     def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> SampledPresses:
-        """Return the presses at moduli [MPa] in placements; raises like `pose_forces`."""
+        """Solve whole presses on fruit of each modulus [MPa] in each placement, at `RISE_TRAVELS` equal steps.
+
+        Raises like `pose_forces`.
+        """
         travel = self.design.press.travel_mm
         x = travels(travel, RISE_TRAVELS).tolist()
         stands = [(each, placement.after(each / travel)) for placement in placements for each in x]
         poses = [Pose(E=E, travel=each, stand=stand) for E in moduli for each, stand in stands]
-        forces = self.in_poses(poses)
+        forces = self.forces_in_poses(poses)
         shape = (len(moduli), len(placements), RISE_TRAVELS)
         return SampledPresses(
             moduli=tuple(moduli),
@@ -187,6 +202,6 @@ class PressedSensor(Record):
             face_mm=forces.face_mm.reshape(shape).max(axis=2),
         )
 
-    def in_poses(self, poses: Sequence[Pose]) -> PoseForces:
-        """Return the forces of the tips in poses; raises like `pose_forces`."""
+    def forces_in_poses(self, poses: Sequence[Pose]) -> PoseForces:
+        """Return the forces of the tips at the moduli, travels and placements of `poses`; raises like `pose_forces`."""
         return pose_forces(self.scene, self.contact, self.C, poses)

@@ -23,7 +23,11 @@ class LevelReading:
 
 
 def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
-    """Return the true modulus [MPa] for a reading [MPa], by level readings; they contain the fruit's shape and skin."""
+    """Return a modulus read [MPa], corrected for the shape and the skin of the fruit by simulated level readings.
+
+    The logarithm of the correction is interpolated in ln E between the level readings, and constant beyond them.
+    Without level readings the modulus is unchanged.
+    """
     if not level:
         return read
     logs = [math.log(row.read_MPa) for row in level]
@@ -33,7 +37,7 @@ def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadChannels:
-    """The errors of the channels by the read-out, in the order of the tips, and the counts at which they saturate.
+    """The errors of the channels due to the read-out, in the order of the tips, and the counts at which they saturate.
 
     Zeros and gains drift by at most `zero_drift_N` and `gain_drift_percent`.
     """
@@ -134,7 +138,7 @@ class ReadingConstants(Record):
 
     @property
     def level_readings(self) -> tuple[LevelReading, ...]:
-        """Return the level readings that correct all readings, for any layout."""
+        """Return the level readings by which all readings are corrected, whatever the layout."""
         return self.level if self.is_pair else self.rise_level
 
     @property
@@ -143,7 +147,7 @@ class ReadingConstants(Record):
         return self.contrast_on(self.springs_mm_per_N)
 
     def contrast_on(self, springs: Sequence[Sequence[float]]) -> ContrastLaw:
-        """Return the contrast law of the tips on springs of a compliance [mm/N], (tips, tips)."""
+        """Return the contrast law on springs of another compliance matrix [mm/N], (tips, tips)."""
         if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
             return pair_law(springs, self.own_less_other_per_mm or 0.0)
         return ContrastLaw(

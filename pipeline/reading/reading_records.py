@@ -17,13 +17,13 @@ class SkinPressure:
 
     @property
     def over_limit(self) -> float:
-        """Return the pressure over its limit [1]."""
+        """Return the pressure divided by its limit [1]."""
         return self.pressure_MPa / self.limit_MPa
 
 
 @dataclass(frozen=True, kw_only=True)
 class UnevenFruit:
-    """The additional uncertainty of a modulus by uneven skin and flesh, beyond its uncertainty on an even fruit."""
+    """The additional uncertainty of a modulus due to uneven skin and flesh, beyond its uncertainty on an even fruit."""
 
     skin_percent: float = report_field(
         "%", "standard uncertainty of one press by waves of the skin, `fruit.roughness_mm` high"
@@ -42,7 +42,7 @@ class UnevenFruit:
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationLeft:
-    """The errors that calibration leaves in springs and gains, and the bench that causes them."""
+    """The errors that remain in springs and gains after calibration, and the bench that causes them."""
 
     balance_g: float = report_field("g", "last digit of the balance")
     balance_max_g: float = report_field("g", "largest load of the balance")
@@ -63,13 +63,13 @@ class CalibrationLeft:
 
     @property
     def largest_stiffness(self) -> float:
-        """Return the standard uncertainty of the spring that is known least well [1]."""
+        """Return the largest standard uncertainty of a spring [1]."""
         return 0.01 * max(self.stiffness_percent)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moment:
-    """The moment at which a reading moves least at one speed of the press."""
+    """The moment in a hold at which a reading changes least, at one speed of the press."""
 
     speed_mm_per_s: float = report_field("mm/s", "speed of the press")
     at_s: float = report_field("s", "time of the reading at which the apparent modulus changes least during the hold")

@@ -21,22 +21,24 @@ def design_curvatures(design: Design) -> Curvatures:
     return 1.0 / along, 1.0 / across
 
 
-def fall_under_domes(fruit: Fruit, tips: Tips) -> Floats:
-    """Return the gap under level domes beside the apex [mm], (tips,), for spheres on a paraboloid.
+def gaps_under_domes(fruit: Fruit, tips: Tips) -> Floats:
+    """Return the gap between each level dome and the fruit when a tip at the apex touches [mm], (tips,).
 
-    Tips without domes are spheres of radius 0.
+    The domes are spheres and the fruit a paraboloid, so the gap under an axis at the principal coordinates (u, v) is
+    u^2 / 2 (R1 + r) + v^2 / 2 (R2 + r). Tips without domes are spheres of radius r = 0.
     """
-    reach = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)
+    radius_sums = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)
     principal = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)
-    return np.asarray(0.5 * (np.square(principal) / reach).sum(axis=1))
+    return np.asarray(0.5 * (np.square(principal) / radius_sums).sum(axis=1))
 
 
 def rolling_domes(
     design: Design, weights: tuple[float, ...], curvatures: Curvatures | None = None
 ) -> RollingDomes | None:
-    """Return the domes of a design on a skin of principal curvatures [1/mm]; None for other tips.
+    """Return the domes of a design as they roll on a skin with these principal curvatures [1/mm]; None for other tips.
 
-    By default the curvatures are those of the design's fruit.
+    A dome rolls on a curved skin, so that its contact lies nearer to the apex than its axis. `weights` (tips,) [1] are
+    those of the contrast. By default the curvatures are those of the design's fruit.
     """
     radius = design.tips.dome_radius_mm
     if radius is None:
@@ -51,22 +53,24 @@ def rolling_domes(
 
 
 def rise_law(design: Design, contrast: ContrastLaw, curvatures: Curvatures | None = None) -> RiseLaw:
-    """Return the law that reads a press, from the contrast on the design's fruit.
+    """Return the law that reads the modulus from a whole press, for the design's fruit or for known curvatures.
 
-    If the principal curvatures of the fruit are known [1/mm], the contrast is adapted. Its factor h is proportional to
-    R*^(-1/3), and the distances of contacts follow the rolling of the domes. Gaps are then of a ball with the mean
-    curvature.
+    `contrast` is the contrast law on the design's fruit. If the principal curvatures of the fruit are known [1/mm], the
+    law of domes is adapted to them. Hertz's factor h is proportional to R*^(-1/3), with R* the relative radius of dome
+    and skin. The compliance S follows from the new distances between the contacts. The gaps become those on a ball of
+    the same mean curvature, because the saddle is read from the press.
     """
     designed = rolling_domes(design, contrast.weights)
     rolling = rolling_domes(design, contrast.weights, curvatures)
     if designed is None or rolling is None:
         return RiseLaw(contrast=contrast)
     if curvatures is not None:
-        of_ball = 0.5 * rolling.mean_curvature / rolling.rolling_factor
-        gaps = of_ball * np.square(design.tips.places_mm).sum(axis=1) - fall_under_domes(design.fruit, design.tips)
+        gap_per_square = 0.5 * rolling.mean_curvature / rolling.rolling_factor  # gap over squared distance [1/mm]
+        gaps_on_ball = gap_per_square * np.square(design.tips.places_mm).sum(axis=1)
+        gap_changes = gaps_on_ball - gaps_under_domes(design.fruit, design.tips)
         contrast = replace(
             contrast,
-            gaps=tuple((contrast.gaps + gaps).tolist()),
+            gaps=tuple((contrast.gaps + gap_changes).tolist()),
             S=rows_of(np.array(contrast.S) + rolling.S() - designed.S()),
             hertz=contrast.hertz * math.pow(designed.relative_radius / rolling.relative_radius, 1.0 / 3.0),
         )

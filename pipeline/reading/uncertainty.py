@@ -1,4 +1,7 @@
-"""The sources of the standard uncertainty of a reading: each is a deviation times a slope of the reading."""
+"""The sources of the standard uncertainty of a reading.
+
+Each is the standard deviation of a cause times the slope of ln E with respect to this cause.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -31,24 +34,26 @@ OF_FRUIT = ("pose", "thickness", "poisson")
 """Sources that do not depend on the unit: shape and pose of the fruit, flesh over the stone, Poisson's ratio."""
 
 Sources = dict[str, tuple[Floats | float, Floats]]
-"""Deviations of the channels by name, (tips,), and slopes of ln E over them, (tips,) or (readings, tips)."""
+"""For each source by name: its standard deviation in each channel, (tips,), and the slopes of ln E with respect to it,
+(tips,) or (readings, tips)."""
 
 
-def sizes(sources: Sources) -> dict[str, float]:
-    """Return the standard uncertainty of a modulus by each source [1], averaged over equally likely readings."""
-    return {name: _size(deviation * slopes) for name, (deviation, slopes) in sources.items()}
+def standard_uncertainties(sources: Sources) -> dict[str, float]:
+    """Return the relative standard uncertainty of a modulus due to each source, over equally likely readings [1]."""
+    return {name: _root_mean_square(deviation * slopes) for name, (deviation, slopes) in sources.items()}
 
 
-def _size(moved: Floats) -> float:
-    return float(np.sqrt(np.square(moved).sum(axis=-1).mean()))
+def _root_mean_square(changes: Floats) -> float:
+    """Return the root mean square over readings of changes (readings, tips) that are independent between tips [1]."""
+    return float(np.sqrt(np.square(changes).sum(axis=-1).mean()))
 
 
 @dataclass(frozen=True, kw_only=True)
 class UncertaintySources:
-    """The relative standard uncertainty of the modulus by each source [1].
+    """The relative standard uncertainty of the modulus due to each source [1].
 
-    `stiffness_slope` is the uncertainty per relative error of each spring, with independent errors [1]. `noise_slope`
-    is the uncertainty per cent of noise in the forces [1/%].
+    `stiffness_slope` [1] is the uncertainty divided by the relative error of each spring, for independent errors of the
+    springs. `noise_slope` [1/%] is the uncertainty for noise of 1 % of full scale in each force.
     """
 
     contributions: Mapping[str, float]
@@ -57,11 +62,11 @@ class UncertaintySources:
 
     @property
     def total(self) -> float:
-        """Return the standard uncertainty by all sources [1]; they are independent, so their squares add."""
+        """Return the standard uncertainty due to all sources [1]; they are independent, so their squares add."""
         return math.hypot(*self.contributions.values())
 
     def noise_to_reach(self, limit: float) -> float | None:
-        """Return the noise [% of full scale] at which the standard uncertainty reaches a limit [1].
+        """Return the noise of the forces [% of full scale] at which the standard uncertainty reaches a `limit` [1].
 
         None if the other sources reach it without noise.
         """
@@ -70,9 +75,10 @@ class UncertaintySources:
 
 
 class SlopesOnBall(NamedTuple):
-    """The slopes of ln E over springs and gains, (tips,), in presses on a reference ball.
+    """The slopes of ln E with respect to springs and gains in presses on a reference ball, (tips,) [1].
 
-    The ball corrects all readings. So an error of the unit counts only by its slope less the slope on the ball.
+    The ball corrects all later readings. So an error of the unit affects them only by the difference between its slope
+    on the fruit and its slope on the ball.
     """
 
     springs: Floats
@@ -83,11 +89,11 @@ class SlopesOnBall(NamedTuple):
 class Channels:
     """The errors of the channels and springs of a design or a unit, one standard deviation each, (tips,).
 
-    `full_scale` [N] is the largest force. `noise` [N], by its causes, is independent from sample to sample. A zero
-    drifts within `zero_drift` [N], a bound. `gains` [1] are by their causes, `springs` [1] are errors of the
-    stiffnesses, and `time_s` is the error of each channel's time. Channels that were calibrated `on_plate` measure
-    deflections. `creep` [1] is the common error of all stiffnesses in a press by creep of the leaves. It leaves
-    deflections right and changes all forces by the same factor. `on_ball` is None without a reference ball.
+    `full_scale` [N] is the largest force. `noise` [N] has a row for each cause, independent from sample to sample. A
+    zero drifts by at most `zero_drift` [N]. `gains` [1] has the errors of the gains by cause, `springs` [1] are the
+    errors of the stiffnesses, and `time_s` [s] is the error of each channel's time. Channels that were calibrated
+    `on_plate` measure deflections. `creep` [1] is the common error of all stiffnesses due to creep of the leaves. It
+    does not affect deflections, and changes all forces by the same factor. `on_ball` is None without a reference ball.
     """
 
     full_scale: Floats
@@ -102,12 +108,12 @@ class Channels:
 
     @property
     def noises(self) -> Floats:
-        """Return the noise of each force by all causes [N]."""
+        """Return the noise of each force due to all causes [N]."""
         return np.asarray(np.hypot(*self.noise.values()))
 
     @property
     def errors(self) -> Floats:
-        """Return the error of each force without a touch [N], by noise and drift of zero."""
+        """Return the error of each force before the touch [N], due to noise and drift of the zero."""
         return np.hypot(self.noises, self.zero_drift)
 
     @property
@@ -116,42 +122,53 @@ class Channels:
         return np.maximum(LEAST_OVER_NOISE * self.errors, LEAST_OF_SCALE * self.full_scale)
 
     def calibrated(self, left: CalibrationLeft) -> "Channels":
-        """Return the channels with the errors that a calibration leaves in springs and gains."""
+        """Return the channels with the errors of springs and gains that remain after a calibration."""
         gains = {**self.gains, "gain": 0.01 * np.array(left.gain_percent)}
         return replace(self, gains=gains, springs=0.01 * np.array(left.stiffness_percent))
 
     def of_press(self, slopes: Sequence[RiseSlopes]) -> dict[str, float]:
-        """Return the uncertainty of moduli [1] by each cause except noise, averaged over equally likely presses.
+        """Return the relative standard uncertainty of a modulus due to each cause except noise [1].
 
-        A zero may be wrong from the first sample on, or drift by the same amount during the press.
+        `slopes` belong to equally likely whole presses, over which the squares are averaged. A zero may be wrong from
+        the first sample on, or drift by the same amount during the press; both errors are independent.
         """
 
-        def each(name: str) -> Floats:
-            return np.array([getattr(one, name) for one in slopes])
+        def slopes_of(cause: str) -> Floats:
+            """Return the slopes with respect to one cause, (presses, tips)."""
+            return np.array([getattr(each, cause) for each in slopes])
 
-        zeros = np.hypot(each("zeros"), each("drifts"))
-        by_time = sizes({"zero_drift": (BOUNDED * self.zero_drift, zeros), "times": (self.time_s, each("times"))})
-        return {**by_time, **self.of_springs_and_gains(each("springs"), each("gains"))}
+        zeros = np.hypot(slopes_of("zeros"), slopes_of("drifts"))
+        sources: Sources = {
+            "zero_drift": (BOUNDED * self.zero_drift, zeros),
+            "times": (self.time_s, slopes_of("times")),
+        }
+        springs_and_gains = self.of_springs_and_gains(slopes_of("springs"), slopes_of("gains"))
+        return {**standard_uncertainties(sources), **springs_and_gains}
 
     def of_moment(self, slopes: ReadingSlopes, forces: Floats) -> dict[str, float]:
-        """Return the uncertainty of a modulus by the forces of one moment [N], as `of_press` does."""
+        """Return the same uncertainties as `of_press` for a modulus read from the forces of one moment [N], (tips,)."""
         by_force = np.array(slopes.forces)
-        by_zeros = sizes({"zero_drift": (BOUNDED * self.zero_drift, by_force)})
+        by_zeros = standard_uncertainties({"zero_drift": (BOUNDED * self.zero_drift, by_force)})
         return {**by_zeros, **self.of_springs_and_gains(np.array(slopes.springs), by_force * forces)}
 
     def of_springs_and_gains(self, springs: Floats, gains: Floats) -> dict[str, float]:
-        """Return the uncertainty of a modulus [1] by springs and channels, from its slopes over both [1]."""
-        left_springs, left_gains = springs, gains
+        """Return the relative standard uncertainty of a modulus due to errors of stiffnesses, creep and gains [1].
+
+        `springs` and `gains` are the slopes of ln E with respect to relative errors of stiffnesses and gains [1],
+        (tips,) or (readings, tips). A reference ball removes the part of them that it shares.
+        """
+        corrected_springs, corrected_gains = springs, gains
         if self.on_ball is not None:
-            left_springs, left_gains = springs - self.on_ball.springs, gains - self.on_ball.gains
-        # A channel that shows a deflection overestimates the force of a spring that is softer than known, and vice
-        # versa.
-        sources: Sources = {"stiffness": (self.springs, left_springs + left_gains if self.on_plate else left_springs)}
+            corrected_springs, corrected_gains = springs - self.on_ball.springs, gains - self.on_ball.gains
+        # A channel that measures a deflection overestimates the force of a spring that is softer than assumed. So an
+        # error of its stiffness also acts as an error of its gain.
+        stiffness_slopes = corrected_springs + corrected_gains if self.on_plate else corrected_springs
+        sources: Sources = {"stiffness": (self.springs, stiffness_slopes)}
         if self.creep:
             sources["creep"] = (self.creep, np.ones(1))
-        # The drift by temperature differs between the ball and the fruit, so the ball does not remove it.
-        by_gain = {cause: (each, gains if cause == OF_DRIFT else left_gains) for cause, each in self.gains.items()}
-        return sizes(sources | by_gain)
+        # The drift with temperature differs between the ball and the fruit, so the ball does not remove it.
+        by_gain = {cause: (each, gains if cause == OF_DRIFT else corrected_gains) for cause, each in self.gains.items()}
+        return standard_uncertainties(sources | by_gain)
 
 
 def designed_channels(
@@ -161,11 +178,11 @@ def designed_channels(
     creep: CreepLaw = NO_CREEP,
     press_s: float = PRESS_S,
 ) -> Channels:
-    """Return the channels of a design with full scales [N], (tips,), from its read-out or from its `[reading]`.
+    """Return the errors of the channels that a design expects, from the `signal` path of its read-out or `[reading]`.
 
-    Springs and gains without a value are exact until they are `calibrated`. A press by hand takes `press_s` [s], and
-    springs that creep are weighed after `WEIGHED_AFTER_S`. The effect of time errors is inversely proportional to the
-    duration of a press; slopes are computed for a press of `PRESS_S`.
+    `full_scale` (tips,) [N] are the largest forces, and `press_s` [s] is the duration of a press by hand. Springs and
+    gains for which `[reading]` has no value are exact until they are `calibrated`. Creep counts from the time at which
+    the springs are weighed, `WEIGHED_AFTER_S`.
     """
     tips = np.ones(len(full_scale))
     by_reading = Channels(
@@ -176,7 +193,7 @@ def designed_channels(
         springs=0.01 * (reading.stiffness_percent or 0.0) * tips,
         time_s=0.0,
         on_plate=reading.on_plate,
-        # Presses on a ball last as long as presses on fruit, so the creep since a weighing does not matter.
+        # With a reference ball no weighing matters: presses on the ball last as long as presses on fruit.
         creep=creep.deviation(EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S, press_s),
     )
     if signal is None:
@@ -186,15 +203,16 @@ def designed_channels(
         noise={"readout_noise": np.array(signal.noise_N), "quantisation": np.array(signal.rounding_N)},
         zero_drift=np.array(signal.zero_drift_N),
         gains={**by_reading.gains, OF_DRIFT: BOUNDED * 0.01 * np.array(signal.gain_drift_percent)},
+        # The effect of a time error is inversely proportional to the duration; slopes are those of a press of PRESS_S.
         time_s=BOUNDED * 1e-3 * signal.time_error_ms * PRESS_S / press_s,
     )
 
 
 def by_heat(signal: SignalPath | None) -> dict[str, float]:
-    """Return the standard uncertainty of any modulus [1] by the temperature of the leaves.
+    """Return the relative standard uncertainty of any modulus due to the temperature of the leaves [1].
 
-    Leaves of another modulus have the same deflection under another force. Deflections are measured correctly, so all
-    forces have the same relative error. The modulus is proportional to the forces.
+    The temperature changes Young's modulus of the leaves, so that the same deflection means another force. All forces
+    then have the same relative error, and the modulus read is proportional to them. Empty without a read-out.
     """
     return {} if signal is None else {"modulus_drift": BOUNDED * 0.01 * signal.modulus_drift_percent}
 
@@ -202,15 +220,16 @@ def by_heat(signal: SignalPath | None) -> dict[str, float]:
 def uncertainty_sources(
     found: Sequence[RiseReading], channels: Channels, samples: int, others: Mapping[str, float]
 ) -> UncertaintySources:
-    """Return the uncertainty sources of equally likely readings from presses with a number of samples.
+    """Return all sources of the uncertainty of a reading, from the slopes of equally likely readings `found`.
 
-    `others` are sources that are known already [1]. The noise is scaled to a press of `PRESS_SAMPLES`.
+    `samples` is the number of samples with which these presses were solved. A real press has `PRESS_SAMPLES`, to which
+    the effect of noise is scaled. `others` are sources that are computed elsewhere [1].
     """
     slopes = [each.slopes for each in found]
     per_force = np.array([each.noise for each in slopes]) * math.sqrt(samples / PRESS_SAMPLES)
-    by_noise = sizes({cause: (deviation, per_force) for cause, deviation in channels.noise.items()})
+    by_noise = standard_uncertainties({cause: (deviation, per_force) for cause, deviation in channels.noise.items()})
     return UncertaintySources(
         contributions={**by_noise, **channels.of_press(slopes), **others},
-        stiffness_slope=_size(np.array([each.springs for each in slopes])),
-        noise_slope=0.01 * _size(per_force * channels.full_scale),
+        stiffness_slope=_root_mean_square(np.array([each.springs for each in slopes])),
+        noise_slope=0.01 * _root_mean_square(per_force * channels.full_scale),
     )

@@ -1,4 +1,4 @@
-"""Errors of a modulus by uneven skin and flesh, for one press and for the mean of several at other places."""
+"""Errors of a modulus due to uneven skin and flesh, for one press and for the mean of presses at several places."""
 
 import math
 from collections.abc import Iterable
@@ -15,32 +15,35 @@ from sensor.theory.uneven_skin import correlations, wave_numbers
 
 
 def uneven_fruit(design: Design, model: RiseModel, presses: Iterable[Floats]) -> UnevenFruit:
-    """Return the additional errors of equally likely presses (samples, tips) [N] by uneven skin and flesh.
+    """Return the additional uncertainty of a modulus due to uneven skin and flesh, over equally likely presses.
 
-    The waves of the skin have random directions and phases, so the heights under tips closer than a wave are
-    correlated. The flesh varies independently from tip to tip. Raises ReadingError for a press without a reading.
+    The skin has waves of random directions and phases, so its heights under tips closer than a wavelength are
+    correlated. The modulus of the flesh varies independently from tip to tip. `presses` have forces (samples, tips)
+    [N]. Raises ReadingError for a press without a reading.
     """
     fruit, tips = design.fruit, design.tips
     rolling = rolling_domes(design, model.law.contrast.weights)
     axes = np.array(tips.places_mm)
-    apart = np.linalg.norm(axes[:, None] - axes, axis=-1)
+    distances = np.linalg.norm(axes[:, None] - axes, axis=-1)  # between contacts [mm]
     if rolling is not None:
-        apart = apart / rolling.rolling_factor
-    waves, shares = wave_numbers(*fruit.roughness_wave_mm)
-    together = np.array([correlations(k, apart) for k in waves])
+        distances = distances / rolling.rolling_factor
+    waves, shares = wave_numbers(*fruit.roughness_wave_mm)  # [1/mm], and the share of each in the variance [1]
+    correlation = np.array([correlations(k, distances) for k in waves])  # (waves, tips, tips)
     relative_radius = 0.0 if rolling is None else rolling.relative_radius
     slopes = [model.uneven(press, waves, relative_radius) for press in presses]
-    by_skin = [shares @ np.einsum("wi,wij,wj->w", each.heights, together, each.heights) for each in slopes]
-    by_flesh = [each.flesh @ each.flesh for each in slopes]
+    # variances of ln E in each press, for heights of variance 1 mm^2 and for a relative scatter of the flesh of 1
+    skin_variances = [shares @ np.einsum("wi,wij,wj->w", each.heights, correlation, each.heights) for each in slopes]
+    flesh_variances = [each.flesh @ each.flesh for each in slopes]
     # A flat face averages the skin to one height, which is an offset; the computed slope is only round-off.
-    skin = 0.0 if rolling is None else 100.0 * fruit.roughness_mm * math.sqrt(np.mean(by_skin))
-    flesh = fruit.flesh_scatter_percent * math.sqrt(np.mean(by_flesh))
-    of_one = math.hypot(skin, flesh)
+    skin = 0.0 if rolling is None else 100.0 * fruit.roughness_mm * math.sqrt(np.mean(skin_variances))
+    flesh = fruit.flesh_scatter_percent * math.sqrt(np.mean(flesh_variances))
+    one_press = math.hypot(skin, flesh)
     count = (design.reading or ReadingRequirements()).presses
     return UnevenFruit(
         skin_percent=skin,
         flesh_percent=flesh,
-        one_press_percent=of_one,
+        one_press_percent=one_press,
         presses=count,
-        presses_percent=of_one / math.sqrt(count),
+        # Errors at different places of a fruit are independent.
+        presses_percent=one_press / math.sqrt(count),
     )

@@ -7,7 +7,7 @@ import pytest
 from measured_units import text_of
 
 from instrument.press.signals import count_keys
-from pipeline.reading.bench_uncertainty import left_by_bench
+from pipeline.reading.bench_uncertainty import calibration_errors
 from sensor.design.bench import PRESSED, WEIGHED_AT, Bench
 from sensor.quantity import STANDARD_GRAVITY
 from sensor.theory.student import student
@@ -39,7 +39,7 @@ class BenchTables:
         design = self.measured.design
         reading = replace(design.reading, calibrated_by="weights", stiffness_percent=None, gain_percent=None)
         design = replace(design, reading=reading, bench=self.bench)
-        return left_by_bench(design, self.full_scale, self.measured.K, np.zeros(len(self.names)))
+        return calibration_errors(design, self.full_scale, self.measured.K, np.zeros(len(self.names)))
 
     def weights(self, rng):
         """Return a table of weights: each load is near a sixth of the range, as a maker has it."""

@@ -27,7 +27,7 @@ from pipeline.reading.analysis import (
 )
 from pipeline.reading.form import moved_by_form
 from pipeline.reading.measurement import LEVEL_MODULI, rise_model
-from pipeline.reading.poses import Placement, occurring, read_moduli
+from pipeline.reading.poses import Placement, occurring_placements, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, SampledPresses
 from pipeline.reading.uncertainty import UncertaintySources
 from pipeline.verdicts.rules import bias_verdict, skin_verdict, touch_verdict, uncertainty_verdict
@@ -236,9 +236,9 @@ def test_pressure_on_the_skin(shown, plant):
     design = square_design(tilt_deg=2.0)
     fruit = dataclasses.replace(design.fruit, E_MPa=moduli, bruise_limit_MPa=limits)
     sensor = sensor_of(dataclasses.replace(design, fruit=fruit))
-    placements = list(occurring(design, design.reading))
+    placements = list(occurring_placements(design, design.reading))
     for row, E, limit in zip(analyse_readings(sensor).pressures, moduli, limits, strict=True):
-        forces = sensor.in_poses([Pose(E=E, travel=0.6, stand=each) for each in placements]).F.max(axis=1)
+        forces = sensor.forces_in_poses([Pose(E=E, travel=0.6, stand=each) for each in placements]).F.max(axis=1)
         largest = forces.max() / design.tips.face_mm2
         found = (row.E_MPa, row.limit_MPa, row.pressure_MPa, row.error_MPa, row.over_limit)
         assert found == pytest.approx((E, limit, largest, 0.01 * largest, largest / limit), rel=1e-9)

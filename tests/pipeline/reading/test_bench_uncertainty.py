@@ -11,7 +11,7 @@ from stand_ins import with_compliance
 from pipeline.find.fruit_design import PRESETS
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import analyse_readings
-from pipeline.reading.bench_uncertainty import left_by_bench
+from pipeline.reading.bench_uncertainty import calibration_errors
 from pipeline.sensor import Sensor
 from pipeline.verdicts.rules import calibration_verdict
 from sensor.design.bench import Bench
@@ -58,7 +58,7 @@ def by_weights(balance=0.01, most=200.0, dial=0.01):
     ],
 )
 def test_weights_leave_the_digits_of_balance_and_dial(bench, numbers, by):
-    left = left_by_bench(designed(reading__calibrated_by="weights", **bench), FULL, K, NOISES)
+    left = calibration_errors(designed(reading__calibrated_by="weights", **bench), FULL, K, NOISES)
     balance, dial, noise = by_weights(**numbers)
     assert left.stiffness_percent == pytest.approx((100.0 * np.hypot(balance, dial)).tolist(), rel=1e-9)
     assert left.gain_percent == pytest.approx((100.0 * np.hypot(balance, noise)).tolist(), rel=1e-9)
@@ -69,7 +69,7 @@ def test_weights_leave_the_digits_of_balance_and_dial(bench, numbers, by):
 def test_a_plate_calibrates_deflections_whatever_the_dial(calibrated_by):
     """Over five travels, a fifth of the deepest to all of it, which the tip of the least deflection limits."""
     design = designed(reading__calibrated_by=calibrated_by)
-    left = left_by_bench(design, FULL, K, NOISES)
+    left = calibration_errors(design, FULL, K, NOISES)
     fifths = np.linspace(0.2, 1.0, 5)
     deepest = 0.9 * (FULL / K).min()
     process = design.process
@@ -89,21 +89,21 @@ def test_a_plate_calibrates_deflections_whatever_the_dial(calibrated_by):
     alike = 1.5 * 2.0 * np.sqrt(travel**2 + (travel**2 + ratios.sum() / 16.0) / 3.0)
     expected = np.sqrt(balance**2 + noise**2 + deflections**2 + alike**2 + apart**2)
     assert left.stiffness_percent == pytest.approx((100.0 * expected).tolist(), rel=1e-9)
-    coarse = left_by_bench(designed(reading__calibrated_by=calibrated_by, bench__dial_mm=0.1), FULL, K, NOISES)
+    coarse = calibration_errors(designed(reading__calibrated_by=calibrated_by, bench__dial_mm=0.1), FULL, K, NOISES)
     assert coarse.gain_percent == left.gain_percent
 
 
 @pytest.mark.parametrize("given", [{"stiffness_percent": 7.0}, {"stiffness_percent": 7.0, "gain_percent": 0.0}])
 def test_a_percentage_that_the_design_gives_holds(given):
-    solved = left_by_bench(designed(), FULL, K, NOISES)
-    left = left_by_bench(designed(**{f"reading__{key}": value for key, value in given.items()}), FULL, K, NOISES)
+    solved = calibration_errors(designed(), FULL, K, NOISES)
+    left = calibration_errors(designed(**{f"reading__{key}": value for key, value in given.items()}), FULL, K, NOISES)
     assert left.typed == tuple(given)
     for key in ("stiffness_percent", "gain_percent"):
         assert getattr(left, key) == (4 * (given[key],) if key in given else getattr(solved, key))
 
 
 def test_a_tip_without_a_force_has_a_bounded_error():
-    left = left_by_bench(designed(), np.array([np.nan, 0.0, 0.064, 0.67]), K, NOISES)
+    left = calibration_errors(designed(), np.array([np.nan, 0.0, 0.064, 0.67]), K, NOISES)
     assert np.isfinite([*left.stiffness_percent, *left.gain_percent]).all()
     assert left.largest_stiffness > 1.0
 

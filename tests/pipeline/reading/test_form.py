@@ -11,7 +11,7 @@ from squares import GENTLE
 
 from cad.parts.dome_form import CAPS
 from pipeline.options import load_design
-from pipeline.reading.form import moved_by_form, of_middle
+from pipeline.reading.form import interpolate_to_middle, moved_by_form
 from pipeline.reading.measurement import RiseModel
 from pipeline.reading.rise import rolling_domes
 from pipeline.reading.uncertainty import SlopesOnBall, designed_channels
@@ -51,8 +51,8 @@ def test_ground_tips_are_off_by_less_and_flat_ones_have_no_form():
 
 def test_middle_of_moduli_is_that_of_their_logarithms():
     rows = np.array([[1.0, 2.0], [3.0, 6.0], [5.0, 10.0]])
-    assert of_middle([1.0, 2.0, 4.0], rows) == pytest.approx([3.0, 6.0])
-    assert of_middle([1.0, 4.0], rows[:2]) == pytest.approx([2.0, 4.0])
+    assert interpolate_to_middle([1.0, 2.0, 4.0], rows) == pytest.approx([3.0, 6.0])
+    assert interpolate_to_middle([1.0, 4.0], rows[:2]) == pytest.approx([2.0, 4.0])
 
 
 @pytest.mark.parametrize(

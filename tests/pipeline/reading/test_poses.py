@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flat_square import square_design
 
-from pipeline.reading.poses import Placement, fruits_of, occurring, read_moduli
+from pipeline.reading.poses import Placement, fruits_of, occurring_placements, read_moduli
 from sensor.design.fruit import Fruit
 from sensor.design.reading import ReadingRequirements
 from sensor.design.tips import Tips
@@ -19,7 +19,7 @@ def placements(fruit=None, **reading):
     """Return the ends of the ranges, then the drawn placements."""
     square = square_design()
     design = dataclasses.replace(square, fruit=fruit, tips=DOMES) if fruit else square
-    places = list(occurring(design, ReadingRequirements(**reading)))
+    places = list(occurring_placements(design, ReadingRequirements(**reading)))
     return [place for place in places if not place.is_drawn], [place for place in places if place.is_drawn]
 
 
