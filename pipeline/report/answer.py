@@ -33,7 +33,7 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     yield table
     yield from _spring_lines(report)
     wrong = not_passed(verdicts)
-    yield from reasons(wrong[:_REASONS])
+    yield from reasons(wrong[:_REASONS], in_table=lambda verdict: not is_on_the_part(verdict))
     if len(wrong) > _REASONS:
         yield f"and {len(wrong) - _REASONS} more: --verbose lists them all"
     notes = report["notes"]

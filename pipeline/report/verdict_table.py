@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from rich.console import Console, RenderableType
 from rich.markup import escape
@@ -16,6 +16,7 @@ from pipeline.verdicts.in_words import (
     limit_text,
     measured,
     tolerance_text,
+    value_and_limit,
 )
 from sensor.verdict import READABLE, Verdict
 from sensor.words import OUTCOMES
@@ -38,10 +39,11 @@ def verdict_parts(title: str, verdicts: Sequence[Verdict]) -> list[RenderableTyp
     return [verdict_table(escape(title), verdicts), *reasons(told)]
 
 
-def reasons(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
-    """Return one line for each verdict, which ends with its hint.
+def reasons(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = lambda _: True) -> tuple[str, ...]:
+    """Return one line for each verdict, with its reason and its hint.
 
-    A hint that an earlier line gave is replaced by the name of that line's verdict.
+    A verdict for which `in_table` is false has its value and limit in the line, because no table shows them. A hint
+    that an earlier line gave is replaced by the name of that line's verdict.
     """
     first_with: dict[str, str] = {}
     lines = []
@@ -50,7 +52,8 @@ def reasons(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
         if verdict.remedy is not None:
             first = first_with.setdefault(verdict.remedy, verdict.name)
             hint = f"; hint: {verdict.remedy if first == verdict.name else f'as for {first}'}"
-        lines.append(f"{OUTCOME[verdict.passed]} {verdict.name}: {escape(verdict.reference + hint)}")
+        numbers = "" if in_table(verdict) else value_and_limit(verdict)
+        lines.append(f"{OUTCOME[verdict.passed]} {verdict.name}: {escape(numbers + verdict.reference + hint)}")
     return tuple(lines)
 
 

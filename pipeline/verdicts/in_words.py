@@ -65,6 +65,17 @@ def limit_text(verdict: Verdict, unit: str) -> str:
     return bound_sign(verdict) + shown(verdict.limit, unit)
 
 
+def value_and_limit(verdict: Verdict) -> str:
+    """Return the value of a verdict with its error bar and its limit, to be followed by its reason.
+
+    The text is empty without a value, or if the limit is a text, which the reason explains.
+    """
+    if verdict.value is None or isinstance(verdict.limit, str):
+        return ""
+    read = as_read(verdict)
+    return f"{measured(read)}, must be {limit_text(read, read.unit)}; "
+
+
 def tolerance_text(verdict: Verdict) -> str:
     """Return the tolerance of a verdict, in per cent if it is relative; empty if it has none."""
     if verdict.relative and isinstance(verdict.tolerance, int | float):

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design, setting_text
 from pipeline.storage.digests import Json
 from pipeline.storage.files import refuse_taken, write_files
-from pipeline.verdicts.in_words import as_read, limit_text, measured
+from pipeline.verdicts.in_words import value_and_limit
 from sensor.design.design_file import design_as_mapping, design_as_toml, every_key
 from sensor.design.parameters import Design
 from sensor.gone import refuse_gone
 from sensor.quantity import nearest, validation_error
-from sensor.verdict import Verdict
 from sensor.words import OUTCOMES, shown
 from twintip.commands.console import (
     FAILED,
@@ -164,7 +163,7 @@ def _suggestion_lines(found: "Suggestion", changes: list[Json]) -> list[str]:
         for verdict in found.verdicts:
             if verdict.passed is not True:
                 lines.append(
-                    f"{OUTCOMES[verdict.passed]} {verdict.name}: {_value_and_limit(verdict)}{verdict.reference}"
+                    f"{OUTCOMES[verdict.passed]} {verdict.name}: {value_and_limit(verdict)}{verdict.reference}"
                 )
     rows = [("key", "from", "to")] if changes else []
     rows += [(row["key"], *(shown(row[end], digits=6, absent="not set") for end in ("from", "to"))) for row in changes]
@@ -172,11 +171,3 @@ def _suggestion_lines(found: "Suggestion", changes: list[Json]) -> list[str]:
     for row in rows:
         lines.append("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
     return lines
-
-
-def _value_and_limit(verdict: Verdict) -> str:
-    """Return the value of a verdict with its error bar and its limit as text; empty if it has no value."""
-    if verdict.value is None:
-        return ""
-    read = as_read(verdict)
-    return f"{measured(read)}, must be {limit_text(read, read.unit)}; "

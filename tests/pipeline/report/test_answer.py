@@ -16,7 +16,8 @@ from pipeline.report.outputs import write_outputs
 from pipeline.report.verdict_table import WIDTH, print_parts, verdict_parts
 from pipeline.storage.folder import output_folder
 from pipeline.verdicts.in_words import as_read, fails_unread, measured
-from sensor.verdict import Verdict
+from sensor.quantity import Estimate
+from sensor.verdict import Verdict, judge
 from twintip.cli import main
 
 UNNEEDED = {"numpy", "scipy", "cadquery", "gmsh", "skfem", "matplotlib", "vtkmodules", "trimesh", "cattrs", "loky"}
@@ -122,6 +123,15 @@ def test_answer_fits_one_screen_whatever_failed(result, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) <= MOST_LINES
     assert max(map(len, lines)) <= WIDTH
+
+
+def test_a_failed_verdict_on_the_part_shows_its_value_and_limit(capsys):
+    """No row of the table does, unlike for a target."""
+    sideways = judge("sideways.high", Estimate(1.02, 0.01), "why", limit=1.2)
+    print_summary(with_verdicts(RESULT, sideways, failed("P_max")))
+    out = capsys.readouterr().out
+    assert "failed sideways.high: 1.020 ± 0.010, must be ≥ 1.2; why" in out
+    assert "failed P_max: why" in out
 
 
 def test_rest_of_the_verdicts_is_counted(capsys):
