@@ -21,7 +21,7 @@ from skfem import MeshHex1, MeshHex2
 from mesh.cells import facets_area
 from mesh.housing.profile import Profile
 from mesh.housing.sweep import check_jacobian, curved_nodes, half_depth_shares, sweep_profile
-from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
+from mesh.session import Ints, MeshError, Nodes, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
 from sensor.arrays import Flags, Floats
 
 if TYPE_CHECKING:
@@ -355,12 +355,17 @@ class _CurveEnd:
 class _Outline:
     """The outline of a section, sampled at points, with the element size that it requires at each.
 
-    `points` (2, n) [mm] are the samples, and `corners` (2, m) [mm] the sharp inner corners. `sizes` also collects
-    `concave`, gmsh's tags of the curves that are round inner corners.
+    The curves of the outline are approximated by chords. The samples, `points` (2, n) [mm], are the middles of the
+    chords. `corners` (2, m) [mm] are the sharp inner corners. `sizes` also collects `concave`, gmsh's tags of the
+    curves that are round inner corners.
     """
 
     def __init__(self, surfaces: list[int]) -> None:
-        """Sample the outline of the section, given the tags of its surfaces in gmsh."""
+        """Sample the outline of the section, given gmsh's tags of its surfaces.
+
+        Each sample has the tangent of its curve, the radius of curvature, positive if the curve turns left, and the tag
+        of the curve.
+        """
         dim_tags = [(2, tag) for tag in surfaces]
         bounding_curves = [tag for _, tag in gmsh.model.getBoundary(dim_tags, combined=False, oriented=False)]
         # A curve between two surfaces is listed twice; it lies inside the section.
@@ -372,14 +377,14 @@ class _Outline:
         for tag in curves:
             (start,), (end,) = gmsh.model.getParametrizationBounds(1, tag)
             count = max(_FEWEST, int(np.ceil(lengths[tag] / step)))
-            # Even positions are the ends of chords, odd positions the samples between them.
+            # Positions with even indices are the ends of chords. Those with odd indices lie on the curve between them.
             parameters = np.linspace(start, end, 2 * count + 1)
             positions = np.reshape(gmsh.model.getValue(1, tag, parameters), (-1, 3))[:, [0, 2]].T
             derivative = np.reshape(gmsh.model.getDerivative(1, tag, parameters), (-1, 3))[:, [0, 2]].T
             curvature = np.asarray(gmsh.model.getCurvature(1, tag, parameters))
             ends = positions[:, ::2]
             segments.append(np.stack([ends[:, :-1], ends[:, 1:]]))
-            # Samples lie on the chords: from a point beside its own chord, a ray could hit that chord.
+            # Samples lie on the chords: from a point next to its own chord, a ray could hit that chord.
             points.append(ends[:, :-1] + 0.5 * np.diff(ends, axis=1))
             tangents.append(derivative[:, 1::2] / np.linalg.norm(derivative[:, 1::2], axis=0))
             radii.append(1.0 / np.maximum(curvature[1::2], 1e-9) * self._turning_signs(positions))
@@ -514,29 +519,32 @@ def _read_section(surfaces: list[int], concave: set[int], sharp: Floats) -> _Sec
     # The cross product of the diagonals is negative if the corners are numbered clockwise.
     clockwise = _cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) < 0.0
     quads = np.where(clockwise, quads[::-1], quads)
-    # Each edge on the boundary of a surface has a third node, which lies in the middle of the curve.
-    bounding_curves = gmsh.model.getBoundary([(2, tag) for tag in surfaces], combined=False, oriented=False)
-    arcs, midpoints, fillets = [], [], []
-    line_nodes = used_nodes(np.hstack([element_nodes("Line", 2, tag) for _, tag in bounding_curves]))
-    for tag in dict.fromkeys(curve for _, curve in bounding_curves):
-        line = element_nodes("Line", 2, tag)
-        arcs.append(nodes.index[line[:2]])
-        midpoints.append(line_nodes.points[:, line_nodes.index[line[2]]][[0, 2]])
-        if tag in concave:
-            fillets.append(nodes.index[line[:2]])
-    empty = np.zeros((2, 0), dtype=np.int64)
-    profile = Profile(
-        points=points,
-        quads=quads,
-        arcs=np.hstack(arcs),
-        midpoints=np.hstack(midpoints),
-        surfaces={FILLETS: np.hstack([empty, *fillets])},
-    )
+    arcs, midpoints, fillets = _read_edges(surfaces, nodes, concave)
+    profile = Profile(points=points, quads=quads, arcs=arcs, midpoints=midpoints, surfaces={FILLETS: fillets})
+    # A sharp corner is the node nearest to it.
     corner = np.full(quads.shape[1], -1)
     for number, place in enumerate(sharp.T):
         node = int(np.argmin(np.linalg.norm(points - place[:, None], axis=0)))
         corner[(quads == node).any(axis=0)] = number
     return _Section(profile, np.hstack(regions), corner, sharp.shape[1])
+
+
+def _read_edges(surfaces: list[int], nodes: Nodes, concave: set[int]) -> tuple[Ints, Floats, Ints]:
+    """Return the edges on the curves that bound the surfaces, their middles, and the edges on round inner corners.
+
+    Edges (2, k) are pairs of indices in `nodes`. Their middles (2, k) [mm] are gmsh's midside nodes, which lie on the
+    curves. `concave` are the tags of the curves that are round inner corners.
+    """
+    bounding_curves = gmsh.model.getBoundary([(2, tag) for tag in surfaces], combined=False, oriented=False)
+    edges, midpoints, fillets = [], [], [np.zeros((2, 0), dtype=np.int64)]
+    line_nodes = used_nodes(np.hstack([element_nodes("Line", 2, tag) for _, tag in bounding_curves]))
+    for tag in dict.fromkeys(curve for _, curve in bounding_curves):
+        line = element_nodes("Line", 2, tag)
+        edges.append(nodes.index[line[:2]])
+        midpoints.append(line_nodes.points[:, line_nodes.index[line[2]]][[0, 2]])
+        if tag in concave:
+            fillets.append(nodes.index[line[:2]])
+    return np.hstack(edges), np.hstack(midpoints), np.hstack(fillets)
 
 
 def _sweep_ends(extrusion: "Extrusion", section: _Section) -> tuple[Floats, Floats]:
@@ -577,6 +585,7 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     starts at the plane of symmetry if `is_half`. Raises MeshError if a named face of the part has no facets, or if its
     area differs from the area of its facets.
     """
+    # A facet is recognised by the levels and the profile points of its four corners.
     n = profile.points.shape[1]
     boundary_facets = straight.boundary_facets()
     corners = straight.facets[:, boundary_facets]
@@ -603,15 +612,23 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
         boundaries[name] = boundary_facets[on_face]
         if not on_face.any():
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "take another face")
-        area = extrusion.polygon_area(name)
         meshed_area = (2.0 if is_half else 1.0) * facets_area(straight, boundaries[name])
-        if area is not None and abs(meshed_area / area - 1.0) > _SAME_AREA:
-            # An edge of the face lies between two layers of the sweep, or between nodes of the section.
-            reason = f"the area of face {name!r} is {area:g} mm^2, but {meshed_area:g} mm^2 in the mesh"
-            raise MeshError("faces", reason, "take another face")
+        _check_face_area(extrusion, name, meshed_area)
     named_facets = np.concatenate(list(boundaries.values()))
     boundaries[WALLS] = np.setdiff1d(boundary_facets[~is_level], named_facets)
     return boundaries
+
+
+def _check_face_area(extrusion: "Extrusion", name: str, meshed_area: float) -> None:
+    """Raise MeshError if the area of the facets on a named polygonal face, `meshed_area` [mm^2], differs from its own.
+
+    The mesh does not conform to the face if an edge of the face lies between two layers of the sweep, or between nodes
+    of the section. Faces with curved edges are not checked.
+    """
+    area = extrusion.polygon_area(name)
+    if area is not None and abs(meshed_area / area - 1.0) > _SAME_AREA:
+        reason = f"the area of face {name!r} is {area:g} mm^2, but {meshed_area:g} mm^2 in the mesh"
+        raise MeshError("faces", reason, "take another face")
 
 
 def _facet_middles(profile: Profile, straight: MeshHex1, facets: Ints, profile_points: Ints) -> Floats:

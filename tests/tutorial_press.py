@@ -61,7 +61,7 @@ def shown_forces(travels):
     shown = []
     for travel in travels:
         c, h = springs.ahead(PERIOD_S)  # a spring of stiffness K / c whose dome stands back by h
-        pressing.give = c / springs.K
+        pressing.spring_compliance = c / springs.K
         pressing.fruit = replace(FRUIT, heights=tuple(-h))
         pressing.nearest = nearest + h
         with patch.object(presses, "Grids", GridsOverStone):

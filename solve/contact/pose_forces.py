@@ -20,7 +20,7 @@ from solve.contact.domes.fruit_under_domes import dome_body
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.scene import Point, Scene, check_scene
-from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, naming_the_skin, scene_cells
+from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, explain_skin_error, initial_gap, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import fruit_slope
@@ -109,7 +109,7 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
         return _forces_under_skin(scene, compliance, C, poses)
     if scene.on_domes:
         return _dome_forces(scene, compliance, C, poses, scenes)
-    with naming_the_skin(scene, compliance):
+    with explain_skin_error(scene, compliance):
         return _cell_forces(scene, compliance, C, poses, scenes)
 
 

@@ -15,7 +15,7 @@ from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import SensorResponse, TipForces, linear_response, response_of_forces
 from solve.contact.scene import Scene, check_scene, values_in_words
-from solve.contact.scene_cells import SceneCells, naming_the_skin, scene_cells
+from solve.contact.scene_cells import SceneCells, explain_skin_error, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -48,7 +48,7 @@ def scene_response(
         return replace(response, F_error=response.F_error + error, P_error=response.P_error + error)
     if scene.on_domes:
         return _dome_response(scene, compliance, C, moduli, x)
-    with naming_the_skin(scene, compliance):
+    with explain_skin_error(scene, compliance):
         return _cell_response(scene, compliance, C, moduli, x)
 
 

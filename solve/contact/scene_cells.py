@@ -140,7 +140,7 @@ def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
 
 
 @contextmanager
-def naming_the_skin(scene: Scene, compliance: FruitCompliance) -> Iterator[None]:
+def explain_skin_error(scene: Scene, compliance: FruitCompliance) -> Iterator[None]:
     """Convert an IndefiniteCellsError raised in the block into an InputError if the modulus of the skin is its cause.
 
     The new error states a bound on this modulus. In the model, the skin under each tip lies on a half-space. The model

@@ -99,7 +99,7 @@ def pressed_over_time(
         creep_factor, crept = spring_memory.begin_step(step)
         force_factor, compliance_factor = 1.0 - relaxation_factor, creep[0] + creep_factor
         # As a function of n, d is an elastic spring with another compliance, minus a recovered deflection.
-        pressing.give = compliance_factor * force_factor / K
+        pressing.spring_compliance = compliance_factor * force_factor / K
         pressing.recovered = (compliance_factor * relaxed - crept) / K
         previous, elastic = elastic, pressing.forces(travel, np.multiply(way.drift, travel / last_travel))
         if len(flesh) and (elastic < previous * (1.0 - 1e-3)).any():

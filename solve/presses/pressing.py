@@ -34,10 +34,10 @@ SOUGHT = 3.0  # largest distance between a dome's points of first contact with a
 class Pressing:
     """A sensor that is pressed on a fruit to increasing travels.
 
-    `touch` (tips, 2) [mm] are the points of first contact, and `nearest` (tips,) [mm] the gaps there. `give` (tips,)
-    [mm/N] is the compliance of the springs, and `recovered` (tips,) [mm] the part of their deflection that has
-    recovered. Presses over time change both before each sample. `grids` and `cell_forces` [N] are the last solution,
-    from which the next one starts.
+    `touch` (tips, 2) [mm] are the points of first contact, and `nearest` (tips,) [mm] the gaps there.
+    `spring_compliance` (tips,) [mm/N] is the compliance of the springs, and `recovered` (tips,) [mm] the part of their
+    deflection that has recovered. Presses over time change both before each sample. `grids` and `cell_forces` [N] are
+    the last solution, from which the next one starts.
     """
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
@@ -55,7 +55,7 @@ class Pressing:
         if fruit.bumps is not None or sensor.form is not None or math.isfinite(sensor.rim):
             for half_side in (SOUGHT, SOUGHT / 40.0, SOUGHT / 1600.0):
                 self.touch = self._smallest_gaps(half_side)
-        self.give = 1.0 / sensor.K
+        self.spring_compliance = 1.0 / sensor.K
         self.recovered = np.zeros(len(self.touch))  # recovery of the springs due to relaxation of the flesh [mm]
         self.smallest_fill = np.full(len(self.touch), FILLED[0])  # smallest allowed width of a contact over its grid
         self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
@@ -187,7 +187,7 @@ class Pressing:
             x[:, None] - grids.middles[:, 0, None, None], y[:, None] - grids.middles[:, 1, None, None]
         ).clip(1e-3)
         skin_deflection = self.fruit.compliance * (dome_forces[:, None, None] / distance).sum(axis=1)
-        dome_lowering = lowering - self.give * dome_forces
+        dome_lowering = lowering - self.spring_compliance * dome_forces
         is_candidate = is_outside & self._on_domes(x, y)
         overlap = dome_lowering[:, None, None] - self.gap(x, y)
         touches: Flags = (is_candidate & (overlap > skin_deflection)).any(axis=(1, 2))
@@ -224,7 +224,7 @@ class Pressing:
 
     def _deflection(self, grids: Grids, forces: Floats) -> Floats:
         """Return the deflection of fruit and springs together [mm] under forces of cells [N], for each cell."""
-        springs: Floats = self.give[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
+        springs: Floats = self.spring_compliance[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
         return self.fruit.compliance * grids.deflection(forces) + springs
 
     def _contact_forces(self, grids: Grids, required: Floats, start: Floats | None, free: Flags) -> Floats:
