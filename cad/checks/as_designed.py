@@ -60,7 +60,8 @@ def as_designed_verdict(
 
     `pairs` holds the triangles [mm] of each file and of its design, by the name of the file. Without a `limit` [mm],
     each file gets the limit for files of this program. The verdict names the file that exceeds its limit most, and
-    `against`, the part of the design that it was compared with. If the limit is exceeded, likely causes come first.
+    `against`, the part of the design that it was compared with. Beyond the limit, the reference text begins with the
+    likely causes.
     """
     farthest_points = {}
     for name, (mesh, design) in pairs.items():
@@ -73,7 +74,7 @@ def as_designed_verdict(
     place = f", farthest at ({x:.3f}, {y:.3f}, {z:.3f}) mm of the {farthest.owner}" if farthest.distance else ""
     part = f", compared with the {against} of the design" if against else ""
     remarks = [
-        *(() if farthest.distance <= worst_limit else _explanations(mesh, design, worst_limit)),
+        *(() if farthest.distance <= worst_limit else _likely_causes(mesh, design, worst_limit)),
         f"distance between both surfaces, measured from each{part}{place}",
     ]
     volume_change = round(enclosed_volume(mesh) - enclosed_volume(design), _DIGITS) + 0.0  # + 0.0 turns -0 into 0
@@ -107,19 +108,22 @@ def largest_distance(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> Farthest
 
 
 def _largest_distance(file: _Surface, designed: _Surface) -> Farthest:
-    """Return the largest distance between two surfaces, measured from both sides [mm]."""
+    """Return the largest distance between the surfaces of a file and of its design, measured from both sides [mm].
+
+    Only triangles that the other surface does not have are measured.
+    """
     candidates = [Farthest(0.0, file.corners[0, 0], "file")]
-    only_file, only_design = file.without(designed), designed.without(file)
-    for owner, own, unshared, whole in (
-        ("file", only_file, only_design, designed),
-        ("design", only_design, only_file, file),
+    file_only, design_only = file.unshared_triangles(designed), designed.unshared_triangles(file)
+    for owner, own_triangles, other_triangles, other_surface in (
+        ("file", file_only, design_only, designed),
+        ("design", design_only, file_only, file),
     ):
-        points, _ = _points_on(own.corners)
+        points, _ = _sample_points(own_triangles.corners)
         # Most often these points lie on the unshared triangles of the other surface, which divides the same face
         # differently. These triangles are few, so they are tried before the whole surface.
-        is_subset = 0 < len(unshared.corners) < len(whole.corners)
-        if len(points) and not (is_subset and _farthest(points, unshared)[0] == 0.0):
-            candidates.append(Farthest(*_farthest(points, whole), owner))
+        is_subset = 0 < len(other_triangles.corners) < len(other_surface.corners)
+        if len(points) and not (is_subset and _farthest_point(points, other_triangles)[0] == 0.0):
+            candidates.append(Farthest(*_farthest_point(points, other_surface), owner))
     return max(candidates, key=lambda each: each.distance)
 
 
@@ -134,13 +138,13 @@ class _Surface:
 
     corners: Floats
 
-    def without(self, other: _Surface) -> _Surface:
+    def unshared_triangles(self, other: _Surface) -> _Surface:
         """Return the surface of the triangles that the other surface does not have."""
-        is_shared = np.array([key in other.keys for key in self.keys_in_order])
+        is_shared = np.array([key in other.keys for key in self.triangle_keys])
         return _Surface(self.corners[~is_shared])
 
     @functools.cached_property
-    def keys_in_order(self) -> list[bytes]:
+    def triangle_keys(self) -> list[bytes]:
         """Return a key for each triangle, in the order of the triangles.
 
         Triangles have equal keys if their corners are equal within 1e-4 mm, in any order.
@@ -153,16 +157,16 @@ class _Surface:
     @functools.cached_property
     def keys(self) -> frozenset[bytes]:
         """Return the keys of all triangles."""
-        return frozenset(self.keys_in_order)
+        return frozenset(self.triangle_keys)
 
     @functools.cached_property
     def samples(self) -> tuple[cKDTree, npt.NDArray[np.int64]]:
         """Return a search tree of sample points on the triangles, and the index of the triangle of each point, (n,)."""
-        points, of_triangle = _points_on(self.corners)
+        points, of_triangle = _sample_points(self.corners)
         return cKDTree(points), of_triangle
 
 
-def _points_on(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
+def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Return points on triangles (n, 3, 3) in rows along their longest sides, and the triangle index of each point.
 
     Rows are at most 0.4 mm apart, and so are the points in a row. The angles at the longest side are acute, so every
@@ -170,17 +174,19 @@ def _points_on(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     the nearest point of that row.
     """
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3
-    # The longest side runs from a to b. Rows are parallel to it, from the share `up` = 0 there to 1 at c.
-    a, b, c = np.take_along_axis(corners, order[:, :, None], axis=1).transpose(1, 0, 2)
+    corner_order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3
+    # The longest side runs from a to b. Rows are parallel to it, at shares of the height from 0 at this side to 1 at c.
+    a, b, c = np.take_along_axis(corners, corner_order[:, :, None], axis=1).transpose(1, 0, 2)
     longest = sides.max(axis=1)
     doubled_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     heights = np.divide(doubled_areas, longest, out=np.zeros_like(longest), where=longest > 0.0)
-    triangle, up = _spread_evenly(1 + np.ceil(heights / _APART_MM).astype(np.int64))
-    starts = a[triangle] + up[:, None] * (c - a)[triangle]
-    ends = b[triangle] + up[:, None] * (c - b)[triangle]
-    row, along = _spread_evenly(1 + np.ceil(longest[triangle] * (1.0 - up) / _APART_MM).astype(np.int64))
-    return starts[row] + along[:, None] * (ends - starts)[row], triangle[row]
+    row_triangles, row_shares = _spread_evenly(1 + np.ceil(heights / _APART_MM).astype(np.int64))
+    starts = a[row_triangles] + row_shares[:, None] * (c - a)[row_triangles]
+    ends = b[row_triangles] + row_shares[:, None] * (c - b)[row_triangles]
+    rows, point_shares = _spread_evenly(
+        1 + np.ceil(longest[row_triangles] * (1.0 - row_shares) / _APART_MM).astype(np.int64)
+    )
+    return starts[rows] + point_shares[:, None] * (ends - starts)[rows], row_triangles[rows]
 
 
 def _spread_evenly(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
@@ -193,32 +199,32 @@ def _spread_evenly(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64]
     return owner, position / np.maximum(counts[owner] - 1, 1)
 
 
-def _farthest(points: Floats, surface: _Surface) -> tuple[float, Floats]:
+def _farthest_point(points: Floats, surface: _Surface) -> tuple[float, Floats]:
     """Return the largest distance [mm] of points (n, 3) from a surface, and the point where it occurs.
 
     A distance up to 1e-4 mm is returned as 0. The points are measured in descending order of their upper bounds. The
     search ends when no remaining bound exceeds the largest distance by more than 0.1 % and 1e-4 mm.
     """
     tree, of_triangle = surface.samples
-    bounds = _bounds(points, surface)  # an entry is replaced by the distance when its point is measured
+    bounds = _distance_bounds(points, surface)  # an entry is replaced by the distance when its point is measured
     largest = 0.0
     for index in np.argsort(-bounds):
         if bounds[index] <= (1.0 + _SAME_SHARE) * largest + _SAME_MM:
             break
         # The nearest triangle has a sample point within this radius, because samples cover it to within `_COVER_MM`.
         nearby = tree.query_ball_point(points[index], bounds[index] + _COVER_MM)
-        bounds[index] = _distances(points[index], surface.corners[np.unique(of_triangle[nearby])]).min()
+        bounds[index] = _triangle_distances(points[index], surface.corners[np.unique(of_triangle[nearby])]).min()
         largest = max(largest, bounds[index])
     worst = int(np.argmax(bounds))
     return round(float(bounds[worst]), _DIGITS) if bounds[worst] > _SAME_MM else 0.0, points[worst]
 
 
-def _bounds(points: Floats, surface: _Surface) -> Floats:
-    """Return upper bounds of the distances of points (n, 3) from a surface, (n,) [mm]; the largest bounds are close.
+def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
+    """Return upper bounds of the distances of points (n, 3) from a surface, (n,) [mm]; the largest of them are tight.
 
     A bound is the distance from the triangles of the nearest sample points. The true distance is at most `_COVER_MM`
     smaller than the distance from the nearest sample. So the largest distance from a sample, minus `_COVER_MM`, is a
-    lower bound of the result, and points with bounds below it need no closer bound.
+    lower bound of the result, and points with bounds below it need no tighter bound.
     """
     tree, of_triangle = surface.samples
     bounds = np.full(len(points), np.inf)
@@ -228,14 +234,14 @@ def _bounds(points: Floats, surface: _Surface) -> Floats:
         for start in range(0, len(doubtful), _BATCH):
             batch = doubtful[start : start + _BATCH]
             to_samples, nearest = tree.query(points[batch], k=np.arange(1, 1 + min(count, tree.n)))
-            bounds[batch] = _distances(points[batch][:, None], surface.corners[of_triangle[np.asarray(nearest)]]).min(
-                axis=1
-            )
+            bounds[batch] = _triangle_distances(
+                points[batch][:, None], surface.corners[of_triangle[np.asarray(nearest)]]
+            ).min(axis=1)
             lower_bound = max(lower_bound, float(np.asarray(to_samples)[:, 0].max()) - _COVER_MM)
     return bounds
 
 
-def _distances(points: Floats, corners: Floats) -> Floats:
+def _triangle_distances(points: Floats, corners: Floats) -> Floats:
     """Return the distances of points (..., 3) from triangles (..., 3, 3), shape (...) [mm].
 
     A point whose projection lies inside a triangle has its height as distance; any other point is nearest to an edge.
@@ -243,10 +249,12 @@ def _distances(points: Floats, corners: Floats) -> Floats:
     edges = np.roll(corners, -1, axis=-2) - corners
     from_corners = points[..., None, :] - corners
     squared_lengths = np.einsum("...i,...i->...", edges, edges)
+    # The nearest point of each edge, as a share of the edge from its first corner. A collapsed edge has length 0.
     shares = np.einsum("...i,...i->...", from_corners, edges) / np.where(squared_lengths > 0.0, squared_lengths, 1.0)
     to_edges = np.linalg.norm(from_corners - np.clip(shares, 0.0, 1.0)[..., None] * edges, axis=-1).min(axis=-1)
     normals = np.cross(edges[..., 0, :], edges[..., 1, :])
     doubled_areas = np.linalg.norm(normals, axis=-1)
+    # A point projects into the triangle if it lies on the inner side of all three edges.
     side_products = np.einsum("...ij,...j->...i", np.cross(edges, from_corners), normals)
     heights = np.abs(np.einsum("...i,...i->...", from_corners[..., 0, :], normals)) / np.where(
         doubled_areas > 0.0, doubled_areas, 1.0
@@ -255,7 +263,7 @@ def _distances(points: Floats, corners: Floats) -> Floats:
     return np.asarray(np.where(is_inside, heights, to_edges))
 
 
-def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) -> Iterator[str]:
+def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) -> Iterator[str]:
     """Yield the likely causes of a large distance: a wrong unit, position, rotation, or a mirror image.
 
     A cause is given only if correcting it brings the file within `limit` [mm] of its design. A person who exported a
@@ -276,7 +284,7 @@ def _explanations(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) 
         corners = np.asarray(moved.vertices)
         sampled_corners = corners[:: max(1, len(corners) // _TRIED)]
         if (
-            _bounds(sampled_corners, designed).max() <= limit
+            _distance_bounds(sampled_corners, designed).max() <= limit
             and _largest_distance(_surface_of(moved), designed).distance <= limit
         ):
             yield from _displacement_text(transform, mesh)

@@ -47,7 +47,7 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     placement = plate_places(housing)[0]
     return (
         fruit_clearance_verdict("geometry.frame_clearance", sensor, frame.moved(placement)),
-        _clearance("geometry.neck_clearance", sensor, necks.moved(placement), press_tilt(sensor.press)),
+        _clearance_verdict("geometry.neck_clearance", sensor, necks.moved(placement), press_tilt(sensor.press)),
     )
 
 
@@ -56,7 +56,7 @@ def fruit_clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape) ->
 
     `shape` is in the coordinates of the sensor. It is tilted like the frame in `clearance_verdicts`.
     """
-    return _clearance(name, sensor, shape, largest_tilt(sensor.press))
+    return _clearance_verdict(name, sensor, shape, largest_tilt(sensor.press))
 
 
 def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
@@ -68,7 +68,7 @@ def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
     return max(pieces.Solids(), key=lambda solid: solid.Volume(), default=pieces)
 
 
-def _clearance(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) -> Verdict:
+def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) -> Verdict:
     """Return the verdict on the smallest distance [mm] between a shape and the fruit at full travel.
 
     The shape is tilted by `tilt` [deg] in every direction of `HEADINGS`.
@@ -157,7 +157,7 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     """Return the verdicts on the stop of an arm and on the gap above its leaf at the stop.
 
     `deflection` [mm] is the deflection of the shuttle at full travel. The frame stops the shuttle or a point of the
-    leaf, whichever meets it first. A point of the leaf moves by `guided_share` of the deflection of the shuttle.
+    leaf, whichever meets it first. A point of the leaf moves by `guided_leaf_shape` of the deflection of the shuttle.
     """
     stop_name = f"geometry.stops_{arm.name}"
     gap_name = f"geometry.deflected_gap_{arm.name}"
@@ -168,7 +168,7 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
         shuttle_stop = min(shuttle_stop, _gap_above(lines, (x, 0.0, housing.neck_level)))
     leaf_gaps = {}  # gap [mm] above each point of the upper leaf, by the share of the shuttle's deflection it makes
     for fraction in _ON_LEAF:
-        deflection_share = guided_share(fraction)
+        deflection_share = guided_leaf_shape(fraction)
         x = arm.wall + fraction * (arm.shuttle - arm.wall)
         leaf_gaps[deflection_share] = _gap_above(lines, (x, 0.0, arm.levels[1]))
 
@@ -189,7 +189,7 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     return stop, judge(gap_name, smallest_gap, reference)
 
 
-def guided_share(s: float) -> float:
+def guided_leaf_shape(s: float) -> float:
     """Return the deflection of a guided leaf at a point, as a share of the deflection of its shuttle [1].
 
     `s` is the distance of the point from the wall, as a share of the length of the leaf. The formula is the cubic shape

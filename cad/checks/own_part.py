@@ -133,7 +133,7 @@ def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, 
 def _reject_edge(
     faces: Sequence[cq.Face], distances: Sequence[float], wall: Sequence[int], flag: str, point: Place
 ) -> None:
-    """Raise InputError if `point` [mm] lies on a sharp edge between its wall and another face.
+    """Raise InputError if `point` [mm] lies on the edge between a wall and a face at an angle to it.
 
     `wall` holds the indices of the faces of the wall, and `distances` [mm] the distances of all `faces` from the point.
     """
@@ -304,6 +304,7 @@ class Extrusion:
             line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(line_x, start, line_z), along)
             intersector.Perform(line, 0.0, ray_length)
             distances = sorted(intersector.WParameter(number + 1) for number in range(intersector.NbPnt()))
+            # A line through the edge between two faces crosses both at one point, which is counted once.
             distances = [
                 distance
                 for distance, following in itertools.pairwise([*distances, math.inf])
@@ -368,18 +369,23 @@ class Extrusion:
 
 
 def extrusion_of(part: Part) -> Extrusion | None:
-    """Return a part as a section that is swept along y; None if the part is not such an extrusion.
+    """Return a part as a section that is swept along y, or None if the part is not such an extrusion.
 
-    The direction of the sweep is the normal of a plane face that makes the largest share of the surface its sides and
-    ends. Less than 80 % of the surface, or a section in pieces, is not an extrusion.
+    The direction of the sweep is the normal of a plane face for which the sides and ends of the sweep cover the largest
+    share of the surface. The part is no extrusion if this share is below 80 %, or for the reasons in
+    `_largest_section`.
     """
     faces = [_FaceNormals(face) for face in part.shape.Faces()]
     direction = max(_plane_normals(faces), key=lambda axis: _swept_shares(faces, axis), default=None)
     if direction is None or _swept_shares(faces, direction)[0] < _SWEPT_SHARE:
         return None
     rotation = _rotation_to_y(direction)
-    rotated = part if np.allclose(rotation, np.eye(3)) else replace(part, shape=part.shape.moved(_location(rotation)))
-    return _section_of(rotated, rotation)
+    rotated = (
+        part
+        if np.allclose(rotation, np.eye(3))
+        else replace(part, shape=part.shape.moved(_rotation_location(rotation)))
+    )
+    return _largest_section(rotated, rotation)
 
 
 class _FaceNormals:
@@ -393,9 +399,9 @@ class _FaceNormals:
         surface = OCP.BRepAdaptor.BRepAdaptor_Surface(face.wrapped)
         normals = []
         for u, v in itertools.product(_SAMPLES, _SAMPLES):
-            properties = OCP.BRepLProp.BRepLProp_SLProps(surface, u0 + u * (u1 - u0), v0 + v * (v1 - v0), 1, 1e-9)
-            if properties.IsNormalDefined():
-                normal = properties.Normal()
+            local_properties = OCP.BRepLProp.BRepLProp_SLProps(surface, u0 + u * (u1 - u0), v0 + v * (v1 - v0), 1, 1e-9)
+            if local_properties.IsNormalDefined():
+                normal = local_properties.Normal()
                 normals.append((normal.X(), normal.Y(), normal.Z()))
         # A normal is undefined at a singular point, such as the tip of a cone. Without any, the face is neither cap nor
         # side.
@@ -454,18 +460,18 @@ def _rotation_to_y(direction: Floats) -> Floats:
     return np.stack([x, y, np.cross(x, y)])
 
 
-def _location(rotation: Floats) -> cq.Location:
+def _rotation_location(rotation: Floats) -> cq.Location:
     """Return the location of CadQuery that rotates a shape by a matrix (3, 3)."""
     transform = OCP.gp.gp_Trsf()
     transform.SetValues(*(value for row in rotation.tolist() for value in (*row, 0.0)))
     return cq.Location(transform)
 
 
-def _section_of(part: Part, turn: Floats) -> Extrusion | None:
+def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     """Return the largest section across y of a part, with the ends of its sweep; None if it does not describe the part.
 
-    `turn` (3, 3) is the rotation already applied to the part. The result is None if the part has fewer than two levels
-    of faces across y, if the section is in pieces, or if another section has material outside it.
+    `rotation` (3, 3) is the rotation already applied to the part. The result is None if the part has fewer than two
+    levels of faces across y, if the section is in pieces, or if another section has material outside it.
     """
     y_axis = np.array([0.0, 1.0, 0.0])
     shape = part.shape
@@ -480,7 +486,7 @@ def _section_of(part: Part, turn: Floats) -> Extrusion | None:
             levels.append(level)
             cap_areas[level] = cap_areas.get(level, 0.0) + normals.area
         elif not normals.is_side(y_axis):
-            levels += _levels_of(face)
+            levels += _section_levels(face)
             lines += [_projected_edge(edge) for edge in face.Edges() if edge.geomType() == "LINE"]
     if len(cap_areas) < 2:  # noqa: PLR2004 - a sweep has two ends
         return None
@@ -501,10 +507,10 @@ def _section_of(part: Part, turn: Floats) -> Extrusion | None:
     if any(_area_outside(other, level, section, plane) > _BESIDE_MM2 for other, level in sections if level != plane):
         return None
     edges = tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
-    return Extrusion(part=part, turn=turn, section=section.Faces()[0], lines=edges, low=low, high=high, plane=plane)
+    return Extrusion(part=part, turn=rotation, section=section.Faces()[0], lines=edges, low=low, high=high, plane=plane)
 
 
-def _levels_of(face: cq.Face) -> list[float]:
+def _section_levels(face: cq.Face) -> list[float]:
     """Return the levels y [mm] of the corners of a slanted face; for a curved face also its lowest and highest level.
 
     A bridge between other faces may begin or end at these levels.
@@ -526,7 +532,8 @@ def _area_outside(other: cq.Shape, level: float, section: cq.Shape, plane: float
 def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
     """Yield the centroids [mm] of small triangles of a face, with the area of each projected along y [mm^2].
 
-    Each triangle of the face gives count (count + 1) / 2 triangles of the same orientation, at most about 0.5 mm wide.
+    Every triangle of the face is divided into count^2 equal triangles, about 0.5 mm wide or less. Only those with the
+    orientation of the original are used, count (count + 1) / 2 of them, and each represents an equal share of the area.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])
@@ -569,7 +576,8 @@ class Walls:
 def walls_of(part: Part) -> Walls:
     """Return points on every face of a part, with the wall thickness there, or less at round inner corners.
 
-    At each point a ray is cast into the material; the thickness is the distance to the face where the ray leaves it.
+    At each point a ray is cast into the material. The thickness is the distance to the face where the ray leaves the
+    part; a point is left out if the ray meets no face.
     """
     shape = part.shape
     intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
@@ -578,7 +586,7 @@ def walls_of(part: Part) -> Walls:
     points, sizes = [], []
     for face in shape.Faces():
         largest_size = _corner_size(face)
-        for point, normal in _points_on(face, spacing):
+        for point, normal in _sample_points(face, spacing):
             ray = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
             intersector.Perform(ray, 0.0, LONGEST_MM)
             # The first hit may be the face itself, from which its triangles deviate by up to their chord.
@@ -596,7 +604,7 @@ def _corner_size(face: cq.Face) -> float:
     return math.inf if axis is None else _CORNER_SHARE * math.pi * float(axis[0])
 
 
-def _points_on(face: cq.Face, spacing: float) -> Iterator[tuple[Floats, Floats]]:
+def _sample_points(face: cq.Face, spacing: float) -> Iterator[tuple[Floats, Floats]]:
     """Yield points on a face, about `spacing` [mm] from each other, with the outer unit normal at each.
 
     They are the centroids of small triangles, as in `_pieces_along_y`.

@@ -15,9 +15,9 @@ from cad.checks.triangle_checks import (
     POSES,
     body_verdict,
     closed_verdicts,
+    drop_collapsed_triangles,
     printability_verdicts,
     size_verdicts,
-    without_collapsed,
 )
 from cad.files.step import read_step
 from cad.files.stl import read_stl, triangles
@@ -54,7 +54,7 @@ def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) ->
     `poses` are the print poses considered, names from `POSES`. Wall, gap and overhang are left out if the mesh is not
     closed, because then inside and outside are undefined.
     """
-    mesh = without_collapsed(mesh)
+    mesh = drop_collapsed_triangles(mesh)
     closed = closed_verdicts(mesh)
     verdicts = (*closed, body_verdict(mesh), *size_verdicts(mesh, process))
     if any(verdict.passed is not True for verdict in closed):
@@ -74,7 +74,7 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
         raise validation_error(
             "PATH", path.name, "", f"a file of kind {', '.join(KINDS)}", "export the part as one of these"
         )
-    existing_file(path)
+    require_file(path)
     try:
         if kind == ".stl":
             return check_mesh(read_stl(path), process, [AS_IT_STANDS])
@@ -85,7 +85,7 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
         return (judge(READABLE, None, str(error)),)
 
 
-def existing_file(path: Path) -> Path:
+def require_file(path: Path) -> Path:
     """Return the path unchanged; raises FileNotFoundError if there is no file."""
     if not path.is_file():
         msg = f"{path.name}: there is no such file; check the path"

@@ -6,7 +6,7 @@ from cad.checks.assembly_checks import plate_verdicts
 from cad.checks.clearance import clearance_verdicts, stop_verdicts
 from cad.checks.leaf_section import leaf_thickness_verdicts
 from cad.checks.line_probe import Lines, mesh_lines, solid_lines
-from cad.checks.part_checks import check_solid, existing_file
+from cad.checks.part_checks import check_solid, require_file
 from cad.checks.seat_checks import pocket_verdicts
 from cad.checks.triangle_checks import closed_verdicts
 from cad.files.sensor_files import FormsRead, read_forms
@@ -22,7 +22,7 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
     fails geometry.readable. Raises FileNotFoundError if one of the files is missing.
     """
     for name in ("housing.step", "housing.stl"):
-        existing_file(folder / name)
+        require_file(folder / name)
     try:
         forms = read_forms(folder)
     except ValueError as error:

@@ -78,7 +78,7 @@ def body_verdict(mesh: trimesh.Trimesh) -> Verdict:
     return judge("geometry.one_solid", mesh.body_count, "connected sets of triangles")
 
 
-def without_collapsed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+def drop_collapsed_triangles(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """Return a mesh without collapsed triangles, those with two equal corners.
 
     CAD kernels write such triangles at the poles of spheres.
@@ -129,8 +129,10 @@ def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterab
     best_pose = min(widths, key=widths.__getitem__)
     overhang_text = f"widest face beyond {process.overhang_deg:g} deg from the vertical, {best_pose}; {process.name}"
     return (
-        _distance_verdict("geometry.min_wall", least_wall(mesh), process.min_wall_mm, f"inward rays; {process.name}"),
-        _distance_verdict("geometry.min_gap", least_gap(mesh), process.min_gap_mm, f"outward rays; {process.name}"),
+        _distance_verdict(
+            "geometry.min_wall", thinnest_wall(mesh), process.min_wall_mm, f"inward rays; {process.name}"
+        ),
+        _distance_verdict("geometry.min_gap", narrowest_gap(mesh), process.min_gap_mm, f"outward rays; {process.name}"),
         judge("geometry.overhang", widths[best_pose], overhang_text, tolerance=RAY_TOLERANCE_MM),
     )
 
@@ -143,18 +145,18 @@ class FacingDistance:
     start: Floats
 
 
-def least_wall(mesh: trimesh.Trimesh) -> FacingDistance | None:
+def thinnest_wall(mesh: trimesh.Trimesh) -> FacingDistance | None:
     """Return the thinnest wall of a mesh, or None if no two faces enclose a wall of at most 16 mm."""
-    return _least_distance(mesh, -1.0)
+    return _shortest_facing_distance(mesh, -1.0)
 
 
-def least_gap(mesh: trimesh.Trimesh) -> FacingDistance | None:
+def narrowest_gap(mesh: trimesh.Trimesh) -> FacingDistance | None:
     """Return the narrowest gap between two faces of a mesh, or None if there is no gap of at most 16 mm."""
-    return _least_distance(mesh, 1.0)
+    return _shortest_facing_distance(mesh, 1.0)
 
 
-def _least_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDistance | None:
-    """Return the shortest distance from a face to an opposite face, measured along rays; None if no ray hits one.
+def _shortest_facing_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDistance | None:
+    """Return the shortest distance between two opposite faces, measured along rays; None if there is none up to 16 mm.
 
     A `sense` of 1 sends the rays outward, across gaps, and -1 inward, through walls. Rays start at random points, with
     a fixed seed, and at the centre of the largest triangle of each plane face. Faces are opposite if the cosine of the

@@ -137,7 +137,7 @@ class Canvas:
         self.space.add_blockref("SHEET", corner, dxfattribs={"xscale": 1.0 / self.scale, "yscale": 1.0 / self.scale})
         return paper
 
-    def count(self) -> int:
+    def entity_count(self) -> int:
         """Return the number of entities drawn until now, for use with `extents`."""
         return len(self.space)
 
@@ -256,7 +256,7 @@ class Canvas:
         """Draw an arc counter-clockwise from the angle `start` to the angle `end` [deg]."""
         self.space.add_arc(centre, radius, start, end, dxfattribs={"layer": layer})
 
-    def words(
+    def write_text(
         self, text: str, at: Point, height: float, layer: str = "DIMENSIONS", *, from_the_left: bool = False
     ) -> None:
         """Write a line of text with letters of this height [mm of the part].

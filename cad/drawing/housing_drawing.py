@@ -18,7 +18,7 @@ from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.measuring_table import HEADS, STEP_MM, MeasuredDimension, measuring_table
 from cad.drawing.projection import draw_view, view_of
 from cad.drawing.section import draw_section, hatch_section, section
-from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, on_sheet
+from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, lay_out_sheet
 from cad.parts.hall_seats import HallSeats
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Arm, BackToBack, Housing, fillet_corners
 from cad.parts.part import NEAR_MM
@@ -71,7 +71,7 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
         from_behind=view_of(printed, "behind") if housing.back_to_back else (),
         measured=measuring_table(sensor, title.process),
     )
-    return on_sheet(lambda canvas: _draw_views(canvas, contents), _notes(contents, title.process), title)
+    return lay_out_sheet(lambda canvas: _draw_views(canvas, contents), _notes(contents, title.process), title)
 
 
 def _draw_views(canvas: Canvas, contents: _SheetContents) -> tuple[Table, list[Box]]:
@@ -85,11 +85,11 @@ def _draw_views(canvas: Canvas, contents: _SheetContents) -> tuple[Table, list[B
     _draw_section(canvas, contents)
     hatch_section(canvas, contents.cut)
     section_box = canvas.extents()
-    drawn_count = canvas.count()
+    drawn_count = canvas.entity_count()
     _draw_from_the_left(canvas, contents, section_box)
     boxes = [section_box, canvas.extents(after=drawn_count)]
     if housing.back_to_back:
-        drawn_count = canvas.count()
+        drawn_count = canvas.entity_count()
         _draw_from_behind(canvas, contents, housing.back_to_back, section_box)
         boxes.append(canvas.extents(after=drawn_count))
     rows = [row for dimension in measured.values() for row in dimension.rows]
@@ -118,7 +118,7 @@ def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
         _draw_magnet_pockets(canvas, housing, contents.sensor.seats)
     level = canvas.extents().top + 1.6 * canvas.text_height
     # The name of the section is above all dimensions.
-    canvas.words("A-A", (0.5 * (housing.left + housing.right), level), _TITLE * canvas.text_height)
+    canvas.write_text("A-A", (0.5 * (housing.left + housing.right), level), _TITLE * canvas.text_height)
     _mark_holes(canvas, housing, lambda x, z: (x, z))
 
 
@@ -232,7 +232,7 @@ def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimensi
     full_name = f"{name} SPRING ({initial})"
     if text_width(full_name, _NAME * height) >= right - left - height:
         full_name = f"{name} ({initial})"
-    canvas.words(full_name, window_centre, _NAME * height)
+    canvas.write_text(full_name, window_centre, _NAME * height)
 
 
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:
@@ -292,8 +292,8 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
         canvas.line((middle, tip_z), (tip_x, tip_z), "DIMENSIONS")
         for slope in (0.3, -0.3):  # the two strokes of the arrow head
             canvas.line((tip_x, tip_z), (tip_x + 0.8 * height, tip_z + slope * height), "DIMENSIONS")
-        canvas.words("A", (middle + height, tip_z), 1.2 * height)
-    canvas.words("FROM THE LEFT", (middle, view.top + 5.0 * height), height)
+        canvas.write_text("A", (middle + height, tip_z), 1.2 * height)
+    canvas.write_text("FROM THE LEFT", (middle, view.top + 5.0 * height), height)
 
 
 def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: Box) -> None:
@@ -303,7 +303,7 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
     """
     housing = contents.housing
     measured = contents.measured
-    drawn_count = canvas.count()
+    drawn_count = canvas.entity_count()
     pad_left = section_box.right + BETWEEN_MM / canvas.scale
     back = pad_left + (housing.back_to_back.pad_height if housing.back_to_back else 0.0)
     front = back + housing.depth
@@ -395,9 +395,8 @@ def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: Ba
     top_left = to_view(housing.right, housing.top_level)
     bottom_left = to_view(housing.right, housing.protrusion)
     bottom_right = to_view(housing.left, housing.protrusion)
-    right_dowel, left_dowel = (
-        to_view(*dowel) for dowel in sorted(housing.dowels)
-    )  # counted from the left, where x is largest
+    # In this view the dowel with the smallest x of the housing is on the right.
+    right_dowel, left_dowel = (to_view(*dowel) for dowel in sorted(housing.dowels))
     lengths = [
         Length("top", top_left, left_dowel),
         Length("top", left_dowel, right_dowel),
@@ -405,14 +404,14 @@ def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: Ba
     ]
     lengths += _pad_lengths(housing, to_view)
     _, bar_underside = to_view(0.0, housing.cavity_level + SETBACK_MM)
-    canvas.words("PAD", (origin[0], 0.5 * (bar_underside + top_left[1])), height)
+    canvas.write_text("PAD", (origin[0], 0.5 * (bar_underside + top_left[1])), height)
     draw_lengths(canvas, lengths, Box(top_left[0], bottom_left[1], bottom_right[0], top_left[1]))
     _mark_holes(canvas, housing, to_view)
     window_level = origin[1] + 0.5 * (housing.cavity_level + housing.protrusion)
     text = CalloutText((right_dowel[0], window_level), "left", f"2x {MEASURED}")
     canvas.callout("diameter", right_dowel, back_to_back.dowel_hole, text)
     level = bottom_left[1] - _NAME_BELOW_MM / canvas.scale
-    canvas.words("FROM BEHIND", (origin[0], level), _TITLE * height)
+    canvas.write_text("FROM BEHIND", (origin[0], level), _TITLE * height)
 
 
 def _pad_lengths(housing: Housing, to_view: Callable[[float, float], Point]) -> list[Length]:

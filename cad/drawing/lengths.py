@@ -19,7 +19,7 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def holds(self, x: float) -> bool:
+    def contains(self, x: float) -> bool:
         """Return whether a coordinate [mm] lies strictly inside the interval."""
         return self.low < x < self.high
 
@@ -45,7 +45,7 @@ class Length:
 
 
 @dataclass(frozen=True)
-class _Placed:
+class _PlacedLength:
     """A dimension in a row, with the interval of its text along the side [mm]; row 0 is next to the view."""
 
     length: Length
@@ -58,7 +58,7 @@ class _Placed:
         span = self.length.span
         return Interval(min(span.low, self.text.low), max(span.high, self.text.high))
 
-    def collides(self, placed: "_Placed", gap: float) -> bool:
+    def collides(self, placed: "_PlacedLength", gap: float) -> bool:
         """Return whether two dimensions collide.
 
         In one row, their lines or their texts may overlap; texts must be at least `gap` [mm] apart. In two rows, an
@@ -68,7 +68,7 @@ class _Placed:
             return self.extent.overlaps(placed.extent) or self.text.overlaps(placed.text, gap)
         inner, outer = (self, placed) if self.row < placed.row else (placed, self)
         text = Interval(inner.text.low - gap, inner.text.high + gap)
-        return any(text.holds(end) for end in outer.length.span)
+        return any(text.contains(end) for end in outer.length.span)
 
 
 def draw_lengths(canvas: Canvas, lengths: Sequence[Length], view: Box) -> None:
@@ -80,27 +80,30 @@ def draw_lengths(canvas: Canvas, lengths: Sequence[Length], view: Box) -> None:
         side_lengths = [length for length in lengths if length.side == side]
         # Lengths that differ only by round-off are sorted by their position.
         side_lengths.sort(key=lambda length: (round(length.span.high - length.span.low, 6), length.span))
-        placed: list[_Placed] = []
+        placed: list[_PlacedLength] = []
         for number, length in enumerate(side_lengths):
             later_ends = [end for later in side_lengths[number + 1 :] for end in later.span]
             placed.append(_place_length(canvas, length, placed, later_ends))
             _draw_length(canvas, placed[-1], view)
 
 
-def _place_length(canvas: Canvas, length: Length, placed: Sequence[_Placed], later_ends: Sequence[float]) -> _Placed:
+def _place_length(
+    canvas: Canvas, length: Length, placed: Sequence[_PlacedLength], later_ends: Sequence[float]
+) -> _PlacedLength:
     """Return a dimension in the nearest row in which it collides with none of the dimensions already `placed`.
 
     `later_ends` [mm] are the ends of longer lengths, which get rows farther outside. Their extension lines cross this
     row, so positions of the text are tried in ascending order of the number of these lines that cross it.
     """
     texts = _text_positions(canvas, length)
-    texts.sort(key=lambda text: sum(text.holds(end) for end in later_ends))
+    texts.sort(key=lambda text: sum(text.contains(end) for end in later_ends))
     outermost = 1 + max((each.row for each in placed), default=-1)  # the first empty row
     for row, text in itertools.product(range(outermost + 1), texts):
-        candidate = _Placed(length, row, text)
+        candidate = _PlacedLength(length, row, text)
         if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):  # a gap chosen by eye
             return candidate
-    return _Placed(length, outermost, texts[0])  # its extension line crosses an inner text, and would from any row
+    # Its extension line crosses the text of an inner row, as it would from any other row.
+    return _PlacedLength(length, outermost, texts[0])
 
 
 def _text_positions(canvas: Canvas, length: Length) -> list[Interval]:
@@ -122,7 +125,7 @@ def _text_positions(canvas: Canvas, length: Length) -> list[Interval]:
     return positions
 
 
-def _draw_length(canvas: Canvas, placed: _Placed, view: Box) -> None:
+def _draw_length(canvas: Canvas, placed: _PlacedLength, view: Box) -> None:
     """Draw a dimension in its row beside the view, whose bounding box is `view` [mm]."""
     length = placed.length
     distance = (_FIRST_MM + placed.row * _STEP_MM) / canvas.scale

@@ -32,12 +32,12 @@ _SAME_MM = 1e-3  # an edge is straight if its length exceeds its chord by less t
 
 def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
     """Return the visible edges of a solid seen from a side [mm], in the plane z = 0."""
-    hidden_lines = HLRBRep_Algo()
-    hidden_lines.Add(shape.wrapped)
-    hidden_lines.Projector(HLRAlgo_Projector(_frame(side)))
-    hidden_lines.Update()
-    hidden_lines.Hide()
-    projected = HLRBRep_HLRToShape(hidden_lines)
+    hidden_line_removal = HLRBRep_Algo()
+    hidden_line_removal.Add(shape.wrapped)
+    hidden_line_removal.Projector(HLRAlgo_Projector(_frame(side)))
+    hidden_line_removal.Update()
+    hidden_line_removal.Hide()
+    projected = HLRBRep_HLRToShape(hidden_line_removal)
     edges: list[cq.Edge] = []
     # Sharp edges, and the silhouettes of curved faces.
     for compound in (projected.VCompound(), projected.OutLineVCompound()):

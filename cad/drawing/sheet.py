@@ -104,7 +104,9 @@ class Sheet:
         return dxf, svg, pdf
 
 
-def on_sheet(draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title) -> Sheet:
+def lay_out_sheet(
+    draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
+) -> Sheet:
     """Return the first sheet of `_CHOICES` on which the views fit, with frame, table, title block and notes.
 
     `draw_views` draws the views on a canvas, and returns the table and the bounding box of each view [mm]. The table is
@@ -122,7 +124,7 @@ def on_sheet(draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes:
     return Sheet(canvas=canvas, size=layout.size, scale=layout.scale, window=window)
 
 
-class _Drawn(NamedTuple):
+class _ScaledViews(NamedTuple):
     """The views drawn at one scale: their canvas, the table of the sheet, and the bounding box of each view [mm]."""
 
     canvas: Canvas
@@ -138,22 +140,22 @@ class _Layout(NamedTuple):
 
     size: str
     scale: str
-    drawn: _Drawn
+    drawn: _ScaledViews
     corner: Point
 
 
 def _first_layout_that_fits(
     draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
 ) -> _Layout:
-    """Return the first layout of `_CHOICES` in which nothing overlaps; the arguments are those of `on_sheet`.
+    """Return the first layout of `_CHOICES` in which nothing overlaps; the arguments are those of `lay_out_sheet`.
 
     If there is none, return the last choice, with its lower left corner at that of the views.
     """
-    by_scale: dict[str, _Drawn] = {}
+    by_scale: dict[str, _ScaledViews] = {}
     for size, scale in _CHOICES:
         if scale not in by_scale:
             canvas = Canvas(SCALES[scale], decimals=title.decimals)
-            by_scale[scale] = _Drawn(canvas, *draw_views(canvas))
+            by_scale[scale] = _ScaledViews(canvas, *draw_views(canvas))
         drawn = by_scale[scale]
         corner = _sheet_corner(SIZES[size], drawn, notes)
         if corner is not None:
@@ -171,7 +173,7 @@ def _revision(canvas: Canvas, title: Title) -> str:
     return hashlib.sha256(f"{replace(title, mass_g=None)}{texts}{lengths}".encode()).hexdigest()[:8]
 
 
-def _sheet_corner(paper: Size, drawn: _Drawn, notes: Sequence[str]) -> Point | None:
+def _sheet_corner(paper: Size, drawn: _ScaledViews, notes: Sequence[str]) -> Point | None:
     """Return the lower left corner of a sheet in the drawing [mm], or None if the views overlap anything on the sheet.
 
     Three positions of the views on the sheet are tried. Boxes are in mm of paper from the lower left corner of the
@@ -260,7 +262,7 @@ def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
     for number, note in enumerate(notes):
         column, line = divmod(number, lines)
         position = (frame.left + _NOTE_MARGIN_MM + column * step, frame.bottom + _NOTE_STEP_MM * (lines - line))
-        paper.words(note, position, _NOTE_MM, "NOTES", from_the_left=True)
+        paper.write_text(note, position, _NOTE_MM, "NOTES", from_the_left=True)
 
 
 class _Cell(NamedTuple):
@@ -298,17 +300,17 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
     right = size.width - _MARGIN.right
     x = right - _BLOCK.width
     top = base + row_height
-    for text_level in (base, top):
-        paper.line((x, text_level), (right, text_level), "SHEET")
+    for edge in (base, top):
+        paper.line((x, edge), (right, edge), "SHEET")
     for cell in cells:
         largest = _TITLE_LETTER_MM if cell.head else _TABLE_LETTER_MM
         height = min(largest, (cell.width - 2.5) / text_width(cell.text or " ", 1.0))  # long texts get small letters
         paper.line((x, base), (x, top), "SHEET")
         if cell.head:
-            paper.words(cell.head, (x + 1.0, top - 2.0), _HEAD_LETTER_MM, "NOTES", from_the_left=True)
+            paper.write_text(cell.head, (x + 1.0, top - 2.0), _HEAD_LETTER_MM, "NOTES", from_the_left=True)
         text_level = base + (_UNDER_HEAD_MM if cell.head else 0.5 * row_height)
         if cell.text:
-            paper.words(cell.text, (x + 1.5, text_level), height, "SHEET", from_the_left=True)
+            paper.write_text(cell.text, (x + 1.5, text_level), height, "SHEET", from_the_left=True)
         x += cell.width
 
 

@@ -17,12 +17,12 @@ _UNDER_SHELF_MM = 0.5  # the screw heads rest on the shelf, so only parts below 
 def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.mount_clearance and geometry.mount_over_fruit [mm] of a bracket, made or read from a file."""
     return (
-        _clearance(sensor, mount, process),
+        _clearance_verdict(sensor, mount, process),
         fruit_clearance_verdict("geometry.mount_over_fruit", sensor, mount),
     )
 
 
-def _clearance(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdict:
+def _clearance_verdict(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdict:
     """Return the verdict on the smallest distance [mm] between bracket, moving parts, housing and flange screws.
 
     It is the smallest distance of the bracket from moving parts at their stops, or of the screw heads from the housing

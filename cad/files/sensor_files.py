@@ -74,7 +74,7 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
     compare_volume(package_path, read_3mf(package_path).mesh.volume, expected_volume)
 
     assembly_glb = folder / "assembly.glb"
-    assembly_glb.write_bytes(glb_of(shown_bodies(assembly)))
+    assembly_glb.write_bytes(glb_of(view_bodies(assembly)))
 
     paths = [housing_step, assembly_step, stl_path, package_path, assembly_glb]
     if sensor.housing.pin:
@@ -94,7 +94,7 @@ def read_forms(folder: Path) -> FormsRead:
     return FormsRead(step=read_step(folder / "housing.step"), stl=read_stl(folder / "housing.stl"))
 
 
-def shown_bodies(assembly: cq.Assembly) -> list[GlbBody]:
+def view_bodies(assembly: cq.Assembly) -> list[GlbBody]:
     """Return the parts of an assembly as coarse triangles for a picture, with their displacements in the exploded view.
 
     Equal parts share one triangulation.

@@ -24,9 +24,9 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
 
     Raises OSError if the file cannot be written, and MachineError if OCCT cannot translate the solids.
     """
-    with _settings(_WRITING):
+    with _occt_settings(_WRITING):
         writer = OCP.STEPCAFControl.STEPCAFControl_Writer()
-        transferred = writer.Transfer(_document(assembly), OCP.STEPControl.STEPControl_AsIs)
+        transferred = writer.Transfer(_step_document(assembly), OCP.STEPControl.STEPControl_AsIs)
     if not transferred:
         msg = f"STEP: the CAD kernel cannot translate the solids of {path}; check that there is free memory"
         raise MachineError(msg)
@@ -43,7 +43,7 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
 
 
 @contextmanager
-def _settings(values: Mapping[str, str]) -> Iterator[None]:
+def _occt_settings(values: Mapping[str, str]) -> Iterator[None]:
     """Change OCCT's settings, which are global in a process, inside a `with` block, and restore them afterwards.
 
     Raises MachineError for a setting or a value that OCCT does not know.
@@ -62,7 +62,7 @@ def _settings(values: Mapping[str, str]) -> Iterator[None]:
             OCP.Interface.Interface_Static.SetCVal_s(key, value)
 
 
-def _document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
+def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
     """Return OCCT's document of an assembly or a single part.
 
     The parts of an assembly are components of one label, `whole`. Parts with the same shape refer to one product, which
@@ -94,10 +94,10 @@ def _parts(assembly: cq.Assembly) -> Sequence[cq.Assembly]:
 
 
 def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]) -> None:
-    """Name the instances of an assembly, in the order in which they were added; nothing changes without instances.
+    """Name the instances of parts in the order in which they were added.
 
-    OCCT itself finds the name of an instance by its location. It confuses instances that lie where their product was
-    drawn, and then some names are wrong or missing.
+    An assembly has instances, and so has a single part that was moved. OCCT itself finds the name of an instance by its
+    location. It confuses instances that lie where their product was drawn, and then some names are wrong or missing.
     """
     entities = (model.Value(number + 1) for number in range(model.NbEntities()))
     instance_type = OCP.StepRepr.StepRepr_NextAssemblyUsageOccurrence
@@ -127,7 +127,7 @@ def read_step(path: Path) -> cq.Shape:
         without_mark = io.BytesIO(file.read() if has_mark else b"")
     # Without this, OCCT prints its messages to the terminal; the caller gets an error instead.
     OCP.Message.Message.DefaultMessenger_s().ChangePrinters().Clear()
-    with _settings(_READING):
+    with _occt_settings(_READING):
         reader = OCP.STEPControl.STEPControl_Reader()
         status = reader.ReadStream(path.name, without_mark) if has_mark else reader.ReadFile(str(path))
         if status != OCP.IFSelect.IFSelect_RetDone or not reader.TransferRoots():

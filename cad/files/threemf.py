@@ -109,7 +109,7 @@ def read_3mf(path: Path) -> Package:
     reader = model.QueryReader("3mf")
     try:
         reader.ReadFromFile(str(path))
-        bodies = list(_bodies(model))
+        bodies = list(_printed_meshes(model))
         printable_count = _count_printable(path)
     except (lib3mf.ELib3MFException, zipfile.BadZipFile, ValueError) as error:
         msg = f"3MF: {path.name} cannot be read ({error}); export it again"
@@ -117,7 +117,7 @@ def read_3mf(path: Path) -> Package:
     if not bodies:
         msg = f"3MF: {path.name} holds no triangles; export it again"
         raise ValueError(msg)
-    faults = _faults(reader, printable_count)
+    faults = _reader_faults(reader, printable_count)
     for name, mesh in bodies:
         vertex_count = len(mesh.vertices)
         mesh.merge_vertices()
@@ -129,7 +129,7 @@ def read_3mf(path: Path) -> Package:
     return Package(mesh=trimesh.Trimesh(corners, triangles, process=False), names=names, faults=tuple(faults))
 
 
-def _bodies(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
+def _printed_meshes(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
     """Yield the name and the triangles of each mesh to be printed, in its position on the bed [mm].
 
     Supports and other objects that are not of the type `model` are left out. Raises ValueError for an invalid vertex.
@@ -138,7 +138,7 @@ def _bodies(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
     while items.MoveNext():
         item = items.GetCurrent()
         # Transforms are in the unit of the file too, so they are applied before the conversion to mm.
-        for name, mesh in _placed_meshes(item.GetObjectResource(), _matrix(item.GetObjectTransform())):
+        for name, mesh in _placed_meshes(item.GetObjectResource(), _transform_matrix(item.GetObjectTransform())):
             mesh.vertices *= _MILLIMETRES[model.GetUnit()]
             yield name, mesh
 
@@ -153,7 +153,9 @@ def _placed_meshes(body: lib3mf.Object, placement: Floats) -> Iterator[tuple[str
     if not body.IsMeshObject():
         for number in range(body.GetComponentCount()):
             component = body.GetComponent(number)
-            yield from _placed_meshes(component.GetObjectResource(), placement @ _matrix(component.GetTransform()))
+            yield from _placed_meshes(
+                component.GetObjectResource(), placement @ _transform_matrix(component.GetTransform())
+            )
         return
     if body.GetTriangleCount():
         corners = np.array([corner.Coordinates[:] for corner in body.GetVertices()], dtype=float)
@@ -166,7 +168,7 @@ def _placed_meshes(body: lib3mf.Object, placement: Floats) -> Iterator[tuple[str
         yield body.GetName(), mesh
 
 
-def _matrix(transform: lib3mf.Transform) -> Floats:
+def _transform_matrix(transform: lib3mf.Transform) -> Floats:
     """Return the matrix (4, 4) of a transform of lib3mf, whose rows are the images of the axes and of the origin."""
     matrix = np.eye(4)
     matrix[:3] = np.array([row[:] for row in transform.Fields]).T
@@ -180,7 +182,7 @@ def _count_printable(path: Path) -> int:
         return sum(package.read(name).count(b" printable=") for name in models)
 
 
-def _faults(reader: lib3mf.Reader, printable_count: int) -> list[str]:
+def _reader_faults(reader: lib3mf.Reader, printable_count: int) -> list[str]:
     """Return the warnings of lib3mf on a file, without those on the attribute `printable`.
 
     lib3mf warns once for each of the `printable_count` items with this attribute. The attribute is no fault, because

@@ -54,7 +54,7 @@ class Arm:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Sized:
+class _HousingFeature:
     """A feature that only some housings have; all its sizes must be greater than 0."""
 
     HINT: ClassVar[str] = _HINT
@@ -65,7 +65,7 @@ class _Sized:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pin(_Sized):
+class Pin(_HousingFeature):
     """A ground steel pin that is glued into a pocket in the foot of a shuttle [mm]."""
 
     side: float = quantity(
@@ -100,7 +100,7 @@ class Pin(_Sized):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DomeCap(_Sized):
+class DomeCap(_HousingFeature):
     """The spherical cap of a printed tip, with its apex at z = 0 [mm]."""
 
     radius: float = quantity(
@@ -109,7 +109,7 @@ class DomeCap(_Sized):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BackToBack(_Sized):
+class BackToBack(_HousingFeature):
     """The features of a plate of a square [mm].
 
     A second, equal plate is behind it, rotated by 180 degrees about the press axis. The pads on the back faces, y =

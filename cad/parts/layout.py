@@ -44,8 +44,8 @@ def housing_for(
 
     end = _shuttle_end(design, process, depth)
     shuttle_width = max(end.side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
-    neck_level = end.height + _taper(depth, shuttle_width, end.side)
-    protrusion = max(_protrusion(design, lengths, depth) - end.beyond_face, _LEAST_PROTRUSION)
+    neck_level = end.height + _neck_height(depth, shuttle_width, end.side)
+    protrusion = max(_tip_protrusion(design, lengths, depth) - end.beyond_face, _LEAST_PROTRUSION)
 
     # A fillet and a straight ledge separate a leaf from the next corner.
     half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
@@ -151,7 +151,7 @@ def _cap_height(tips: Tips, side: float) -> float:
     return math.ceil(10.0 * (radius - math.sqrt(radius**2 - corner_distance**2)) - 1e-9) / 10.0
 
 
-def _taper(depth: float, shuttle_width: float, tip_side: float) -> float:
+def _neck_height(depth: float, shuttle_width: float, tip_side: float) -> float:
     """Return the height of a neck [mm], which tapers from the shuttle to the tip.
 
     `depth`, `shuttle_width` and `tip_side` are the depth of the plate and the widths of shuttle and tip [mm]. In the
@@ -162,7 +162,7 @@ def _taper(depth: float, shuttle_width: float, tip_side: float) -> float:
     return step if 0.5 * LEDGE <= step < LEDGE else max(step, 0.5 * (shuttle_width - tip_side), LEDGE)
 
 
-def _protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> float:
+def _tip_protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> float:
     """Return the distance by which the tips must protrude below the frame [mm], rounded up to 0.1 mm.
 
     It is the sum of the full travel, the drop of the frame's edge in a tilt, and a clearance. The edge matters only as

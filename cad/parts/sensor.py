@@ -37,10 +37,10 @@ class SensorSolids:
 
         The engraving is 0.3 mm deep and lies between the clamped holes, so the analysis of stiffness leaves it out.
         """
-        return self._marked
+        return self._engraved_part
 
     @cached_property
-    def _marked(self) -> Part:
+    def _engraved_part(self) -> Part:
         """Return the engraved part, cached."""
         return engrave_name(self.part, self.housing, self.name) if self.name else self.part
 

@@ -6,8 +6,8 @@ import trimesh
 from cad.checks.part_checks import check_file
 from cad.checks.triangle_checks import (
     closed_verdicts,
-    least_gap,
-    least_wall,
+    narrowest_gap,
+    thinnest_wall,
     widest_ledge,
 )
 from cad.files import stl
@@ -132,13 +132,15 @@ def test_wall_gap_and_ledge_are_measured(name, make, value, passes, tmp_path):
 
 def test_least_wall_and_gap_of_known_solids():
     small_face = solid().fuse(solid(0.3, 0.9, 0.9, (9.0, 4.0, 5.0))).clean()
-    assert least_wall(mesh_of(small_face)).length == pytest.approx(0.3, abs=SINGLE)
+    assert thinnest_wall(mesh_of(small_face)).length == pytest.approx(0.3, abs=SINGLE)
     wedge = cq.Workplane("XY").polyline([(0, 0), (20, 0), (0, 20)]).close().extrude(5).val()
-    assert least_wall(mesh_of(wedge)).length == pytest.approx(5.0, abs=SINGLE)  # its edge is thin, none of its walls is
+    assert thinnest_wall(mesh_of(wedge)).length == pytest.approx(
+        5.0, abs=SINGLE
+    )  # its edge is thin, none of its walls is
     drilled = cq.Workplane("XY").box(20, 10, 5).faces(">Z").hole(3.0).val()
-    assert least_gap(mesh_of(drilled)).length == pytest.approx(3.0, abs=0.02)
-    assert least_wall(trimesh.creation.box((40.0, 40.0, 40.0))) is None
-    assert least_gap(box()) is None
+    assert narrowest_gap(mesh_of(drilled)).length == pytest.approx(3.0, abs=0.02)
+    assert thinnest_wall(trimesh.creation.box((40.0, 40.0, 40.0))) is None
+    assert narrowest_gap(box()) is None
 
 
 @pytest.mark.parametrize(("slope", "limit", "width"), [(45.0, 45.0, 0.0), (60.0, 45.0, 8.660254), (60.0, 90.0, 0.0)])
