@@ -97,6 +97,7 @@ def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
     """
     linear = np.concatenate([np.ones((1, points.shape[1])), 2.0 * points - 1.0])
     weighted = linear[None] * dx[:, None]  # (elements, 4, points)
+    # The coefficients of the projections are mass^-1 moments, and the integrals moments.T mass^-1 moments.
     moments = weighted @ G.swapaxes(2, 3)
     mass = weighted @ linear.T
     return np.asarray(moments.swapaxes(2, 3)[:, None] @ np.linalg.solve(mass, moments))

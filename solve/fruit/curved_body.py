@@ -74,9 +74,9 @@ def curved_compliance(
 ) -> FruitCompliance:
     """Return the compliance [1/mm] of a curved fruit, given the compliance `block` of its equivalent block.
 
-    With `along_normals`, the tips press along the normals of the skin, as domes do. With a relative `tolerance` [1]
-    above 1e-3, coarser meshes are tried first, which take a tenth of the time. Raises InputError for a fruit that is
-    too steep under a tip, too small or too thick, and SolveError if a solve does not converge.
+    With `along_normals`, the tips press along the normals of the skin, as domes do. Coarser meshes, which take a tenth
+    of the time, are tried first if the block is rough or the relative `tolerance` [1] is above 1e-3. Raises InputError
+    for a fruit that is too steep under a tip, too small or too thick, and SolveError if a solve does not converge.
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)

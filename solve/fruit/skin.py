@@ -216,6 +216,7 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
     not converge.
     """
     poisson = layers[0].poisson_below
+    # 1 for elements of the skin and 0 for elements of the flesh.
     in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
     flesh = stiffness_matrix(body.bent, 1.0 - in_skin, poisson, b_bar=True)
     skin = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)

@@ -103,9 +103,10 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     number of distances is cheap.
     """
     h = layers[0].thickness
-    farthest = max(float(distances.max(initial=0.0)), h)
-    table = h * np.sinh(np.linspace(0.0, math.asinh(farthest / h), DISTANCES))
-    table[-1] = farthest
+    largest = max(float(distances.max(initial=0.0)), h)
+    # Distances of the table: equal steps up to about the thickness, and equal ratios beyond.
+    table = h * np.sinh(np.linspace(0.0, math.asinh(largest / h), DISTANCES))
+    table[-1] = largest
     return np.asarray(_spline(table, _added_at(layers, table), axis=1)(distances))
 
 

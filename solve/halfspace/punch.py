@@ -202,7 +202,7 @@ def influence(x: Floats, y: Floats) -> Floats:
     log_x = np.where(dx > 0.0, np.arcsinh(dy / np.where(dx > 0.0, dx, 1.0)), 0.0)
     log_y = np.where(dy > 0.0, np.arcsinh(dx / np.where(dy > 0.0, dy, 1.0)), 0.0)
     G = 0.5 * dx * dy * (dx * log_x + dy * log_y) - r**3 / 6.0
-    for axis in range(4):
+    for axis in range(4):  # between the two edges of each cell of a pair, in x and in y
         G = np.diff(G, axis=axis)
     return np.asarray(G / np.pi)
 

@@ -23,6 +23,7 @@ Arms = Sequence[tuple[float, float]]
 """The arms of a viscoelastic law: pairs of a share g_i or a_i [1] and a time constant tau_i [s]."""
 
 _DECADES = np.arange(-3.0, 6.5, 0.5)  # log10 of the time constants of Kelvin elements [s]
+_SHRINKS = 1e-3  # relative decrease of an elastic force up to which its contact is treated as growing
 
 
 class _Memory:
@@ -102,7 +103,7 @@ def pressed_over_time(
         pressing.spring_compliance = compliance_factor * force_factor / K
         pressing.recovered = (compliance_factor * relaxed - crept) / K
         previous, elastic = elastic, pressing.forces(travel, np.multiply(way.drift, travel / last_travel))
-        if len(flesh) and (elastic < previous * (1.0 - 1e-3)).any():
+        if len(flesh) and (elastic < previous * (1.0 - _SHRINKS)).any():
             raise ArithmeticError(travel)
         force = np.maximum(force_factor * elastic - relaxed, 0.0)
         flesh_memory.end_step(elastic)

@@ -28,6 +28,12 @@ LEAST_PART = 1e-3  # smallest fraction of a step to the forces of an active set
 SETTLED = 1e-7  # tolerance of the gap in contact, over the largest interference
 NEARLY_FULL = 0.9  # width over the grid from which a contact at its edge may be much wider than the grid
 FILLED = (0.72, 0.94)  # smallest and largest allowed width of a contact over the width of its grid
+TOUCH_STEPS = 20  # Newton steps to a point of first contact on a smooth ellipsoid
+MOST_GRIDS = 12  # maximum number of times that grids are fitted to their contacts
+BEYOND_RIM = 1.1  # largest half width of the first grid over the rim of a dome
+WIDEN = 0.8  # factor on the smallest fill of a grid, and on 1 / its width, if a bump touches outside the grid
+CUT_OFF_GROWTH = 1.5  # growth of a grid whose contact is cut off at its edge
+AIM = 0.83  # width of a contact over its new grid, the middle of FILLED
 SOUGHT = 3.0  # largest distance between a dome's points of first contact with and without the height map [mm]
 
 
@@ -49,7 +55,7 @@ class Pressing:
         self.sensor, self.fruit, self.cells = sensor, fruit, cells
         self.kernel = love(cells)
         self.touch = sensor.positions.copy()
-        for _ in range(20):
+        for _ in range(TOUCH_STEPS):
             step = np.array([np.linalg.solve(*self._gap_derivatives(tip)) for tip in range(len(self.touch))])
             self.touch = self.touch - step
         if fruit.bumps is not None or sensor.form is not None or math.isfinite(sensor.rim):
@@ -119,20 +125,21 @@ class Pressing:
         """
         lowering = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
         interference = lowering - self.nearest
-        # At first a grid covers the overlap of the undeformed bodies: a paraboloid, up to a little beyond the rim.
+        # The first grid covers the overlap of the undeformed bodies, which are paraboloids, up to a little beyond the
+        # rim. A dome out of contact gets the grid of an interference of 1e-4 mm.
         overlap_radius = np.sqrt(2.0 * self.relative_radius * np.maximum(interference, 1e-4))
-        reach = np.minimum(overlap_radius, 1.1 * self.sensor.rim) if self.grids is None else self.grids.reach
+        reach = np.minimum(overlap_radius, BEYOND_RIM * self.sensor.rim) if self.grids is None else self.grids.reach
         middles = self.touch if self.grids is None else self.grids.middles
         start = None if self.grids is None else self.cell_forces
-        for _ in range(12):
+        for _ in range(MOST_GRIDS):
             grids = Grids(middles, reach, self.cells, self.kernel, self.fruit)
             cell_forces = self._cell_forces(grids, lowering, start)
             dome_forces: Floats = cell_forces.sum(axis=(1, 2))
             middles, reach, fits = self._fit_grids(grids, cell_forces, interference)
             if fits and self.fruit.bumps is not None:
                 touches_outside = self._touches_outside(grids, dome_forces, lowering)
-                self.smallest_fill[touches_outside] *= 0.8
-                reach = np.where(touches_outside, reach / 0.8, reach)
+                self.smallest_fill[touches_outside] *= WIDEN
+                reach = np.where(touches_outside, reach / WIDEN, reach)
                 fits = not touches_outside.any()
             if fits:
                 break
@@ -164,12 +171,12 @@ class Pressing:
             width = (last - first + 1).max() / grids.cells
             is_at_edge = first.min() == 0 or last.max() == grids.cells - 1
             if is_at_edge or not self.smallest_fill[tip] <= width <= FILLED[1]:
-                # A contact cut off by the edge may be much wider. Otherwise it will fill the new grid to 0.83, the
-                # middle of FILLED.
+                # A contact cut off by the edge may be much wider. Otherwise it will fill the new grid to AIM. A contact
+                # of one or two cells counts as 2.5 cells wide.
                 fits = False
                 middles[tip] = grids.middles[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.size[tip]
                 reach[tip] = grids.reach[tip] * (
-                    1.5 if is_at_edge and width > NEARLY_FULL else max(width, 2.5 / grids.cells) / 0.83
+                    CUT_OFF_GROWTH if is_at_edge and width > NEARLY_FULL else max(width, 2.5 / grids.cells) / AIM
                 )
         return middles, reach, fits
 
@@ -196,9 +203,9 @@ class Pressing:
     def _cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
         """Return the forces of all cells [N], none above the force at which the flesh yields.
 
-        `lowering` (tips,) [mm] is the displacement of the domes, and `start` the forces to start from. Yielded cells
-        carry their largest force. They are determined by iteration, until they do not change. A yielded cell stays so
-        as long as the skin under it is deflected less than the dome requires.
+        `lowering` (tips,) [mm] is the displacement of the domes, and `start` the initial guess of the forces. Yielded
+        cells carry their largest force. They are determined by iteration, until they do not change. A yielded cell
+        stays so as long as the skin under it is deflected less than the dome requires.
         """
         x, y = grids.positions()
         required = lowering[:, None, None] - self.gap(x, y)
@@ -228,10 +235,11 @@ class Pressing:
         return self.fruit.compliance * grids.deflection(forces) + springs
 
     def _contact_forces(self, grids: Grids, required: Floats, start: Floats | None, free: Flags) -> Floats:
-        """Return the nonnegative forces of the cells [N] that minimise the energy, by an active-set method.
+        """Return the nonnegative forces f of the cells [N] that minimise the energy, by an active-set method.
 
-        `required` [mm] is the deflection of each cell if it is in contact. Only cells marked in `free` may carry a
-        force. `start` are the forces to start from, or None. Raises ArithmeticError if the active set does not settle.
+        The energy is f.(A f) / 2 - f.required, with the deflection A f. `required` [mm] is the deflection of each cell
+        if it is in contact. Only cells marked in `free` may carry a force. `start` is the initial guess of the forces,
+        or None. Raises ArithmeticError if the active set does not settle.
         """
 
         def deflection(forces: Floats) -> Floats:
@@ -249,11 +257,11 @@ class Pressing:
             solved, gaps = system.solve(np.where(active, f, 0.0), active)
             has_tension = (solved < -ignored_tension).any()
             # If cells would be in tension, the step is shortened until it lowers the energy.
-            previous, f, part = f, solved, 1.0
-            while has_tension and part > LEAST_PART:
-                f = np.maximum(previous + part * (solved - previous), 0.0)
+            previous, f, fraction = f, solved, 1.0
+            while has_tension and fraction > LEAST_PART:
+                f = np.maximum(previous + fraction * (solved - previous), 0.0)
                 gaps = deflection(f) - required
-                part *= 0.5
+                fraction *= 0.5
                 if 0.5 * (f * (gaps - required)).sum() < energy:
                     break
             energy = 0.5 * (f * (gaps - required)).sum()
