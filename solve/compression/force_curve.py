@@ -53,7 +53,7 @@ class ForceCurve:
     error: float
 
     def force(self, travel: Floats) -> Floats:
-        """Return the force [N at E = 1 MPa] at travels [mm]."""
+        """Return the force [N] at the given travels [mm], for E = 1 MPa."""
         root = np.sqrt(travel / self.deepest)
         return np.asarray(travel**self.exponent * np.polynomial.polynomial.polyval(root, self.coefficients))
 

@@ -251,5 +251,5 @@ def _graded_lines(first: float, refinement: float, growth: float = _GROWTH) -> F
 
 
 def _with_midpoints(lines: Floats) -> Floats:
-    """Return rising coordinates together with the middle of each interval."""
+    """Return increasing coordinates together with the middle of each interval."""
     return np.sort(np.concatenate([lines, 0.5 * (lines[1:] + lines[:-1])]))

@@ -114,7 +114,7 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
 
 
 def posed_scene(scene: Scene, stand: Stand) -> Scene:
-    """Return the scene for a stand: with its tilt, its offset from the apex, and its fruit."""
+    """Return the scene with the sensor at another position on the fruit, which `stand` describes."""
     fruit = _changed_fruit(scene.fruit, stand.radii_mm, stand.azimuth_deg, stand.thickness_mm)
     off_centre = (scene.off_centre_mm[0] + stand.off_centre_mm[0], scene.off_centre_mm[1] + stand.off_centre_mm[1])
     tilt, roll = stand.tilt_deg

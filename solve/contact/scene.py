@@ -112,7 +112,7 @@ class Scene:
 
     @property
     def on_domes(self) -> bool:
-        """Return whether contact is solved by the law of domes."""
+        """Return whether contact is solved by the dome law."""
         return self.tips.tip_shape.obeys_hertz
 
     @property
@@ -189,7 +189,7 @@ def _fruit_gap(fruit: Fruit, x: Floats, y: Floats) -> Floats:
 
 
 def _gap_under(fruit: Fruit, tips: Tips, centre: Point, x: Floats, y: Floats) -> Floats:
-    """Return `Scene.gap_under`."""
+    """Return the initial gap [mm] under a tip at `centre`; see `Scene.gap_under`."""
     return _fruit_gap(fruit, centre[0] + x, centre[1] + y) + tip_gap(tips.tip_shape, x, y)
 
 

@@ -24,7 +24,7 @@ COMPLEMENTARITY = 1e-8  # largest allowed violation of the conditions, relative 
 
 
 class IndefiniteCellsError(SolveError):
-    """The compliance of the cells is not positive definite, as it is for every elastic body.
+    """The compliance of the cells is not positive definite, although it is for every elastic body.
 
     The half-space part and the remainder of the compliance are then inconsistent.
     """

@@ -166,7 +166,7 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
-    """Return the domes of one sensor in a scene for each pose, at the travels (poses,) [mm].
+    """Return the domes of one sensor in many poses, given a scene and a travel [mm] for each pose.
 
     The travel is vertical, from the first touch of a level sensor. If a scene has `from_touch`, it is along the axis of
     the sensor, from the first touch in the pose. Raises SolveError if no first touch is found.

@@ -374,7 +374,7 @@ class _Law:
         return fraction * state.N / np.where(state.stiffness > 0.0, state.stiffness, 1.0)
 
     def _fruit_curvature(self, approach: DomeApproach) -> Floats:
-        """Return the mean curvature of the fruit under the domes, from the relative radius [1/mm], (poses, tips)."""
+        """Return the relative curvature minus the curvature of the dome: that of the fruit [1/mm], (poses, tips)."""
         return 1.0 / approach.radius - 1.0 / self._poses.dome_radius
 
 
