@@ -182,6 +182,7 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
     for _ in range(HALVINGS):
         middle = (solvable * unsolvable) ** 0.5
         solvable, unsolvable = (middle, unsolvable) if is_solvable(middle) else (solvable, middle)
+    # The bound is for the softest or the stiffest flesh of the table, whichever is stricter, with a margin.
     moduli = table_moduli(fruit)
     if unsolvable > solvable:
         return f"at most {solvable / OF_BOUND * moduli[0]:.2g} MPa on flesh of {moduli[0]:.3g} MPa under these tips"

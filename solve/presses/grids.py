@@ -91,6 +91,7 @@ class Grids:
         transferred: Floats = np.zeros_like(forces)
         for tip in range(len(forces)):
             offset = (middles - self.middles)[tip, :, None]
+            # Row and column in this grid of the cell that contains the centre of each cell of the other grid.
             cell_index = (self.coordinates * reach[tip] + offset + self.reach[tip]) / self.size[tip]
             row, column = np.floor(cell_index).astype(int)
             is_inside = [(index >= 0) & (index < self.cells) for index in (row, column)]

@@ -291,7 +291,7 @@ class _Law:
 
         All are for the local indentations q (poses, tips) [mm].
         """
-        depth = np.maximum(q, 0.0) / approach.depth_ratio
+        depth = np.maximum(q, 0.0) / approach.depth_ratio  # of the round contact with the same force
         if self._body.skinned is not None:
             return self._layered_hertz(depth, approach, self._body.skinned)
         contact = np.sqrt(approach.radius * depth)
