@@ -24,7 +24,7 @@ from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
 
 NAME = "geometry.as_designed"
-OWN_MM = 0.02  # largest distance of a file of this program, beside the chord of its triangles
+OWN_MM = 0.02  # largest distance of a file of this program, in addition to the chord of its triangles
 FOREIGN_MM = 0.05  # largest distance of a file of another program, which chose its own chord
 STEP_KINDS = (".step", ".stp")
 _STEP_ANGLE_RAD = 0.5  # largest angle between triangles of STEP files; the chord already bounds their distance
@@ -324,6 +324,6 @@ def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> Iterator[str
     x, y, z = np.round(centre - (rotation @ centre + transform[:3, 3]), _DIGITS) + 0.0
     # The trace of a rotation by an angle is 1 + 2 cos(angle).
     angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(rotation)) - 1.0)))))
-    rotation_text = f" and turned by {angle:.1f} deg" if angle > _SAME_DEG else ""
+    rotation_text = f" and rotated by {angle:.1f} deg" if angle > _SAME_DEG else ""
     if rotation_text or any((x, y, z)):
         yield f"moved by ({x:g}, {y:g}, {z:g}) mm at its centre of mass{rotation_text}, but otherwise as designed"

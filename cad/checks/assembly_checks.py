@@ -28,7 +28,7 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
         for side, shape in covers.items():
             pairs[f"{side}, {pose}"] = (arm, shape)
     nearest, distance = nearest_pair(pairs)
-    reference = f"least distance of the moving parts from a cover: {nearest}; {process.name}"
+    reference = f"smallest distance between a cover and the moving parts: {nearest}; {process.name}"
     clearance = judge(
         "geometry.cover_clearance", distance, reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM
     )
@@ -72,5 +72,7 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
         reference = f"the pads of the plates do not touch: screws would bend the plates by {pad_gap:.3g} mm"
         return (judge(name, None, reference),)
     nearest, distance = nearest_pair({pose: (arm, other_plate) for pose, arm in _arm_poses(sensor)})
-    reference = f"the pads of the plates touch; least distance of the moving parts of one from the other: {nearest}"
+    reference = (
+        f"the pads of the plates touch; smallest distance between the moving parts of one and the other: {nearest}"
+    )
     return (judge(name, distance, reference, tolerance=PLACE_TOLERANCE_MM),)

@@ -81,8 +81,8 @@ def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: f
         distances[heading] = _signed_distance(at_first_touch.moved(pressed_pose(travel, tilt, heading)), fruit)
     worst = min(distances, key=distances.__getitem__)
     pose = f"travel {travel:g} mm, tilt {tilt:g} deg in any direction"
-    direction = f"least if the tilt lowers the side at {worst:g} deg from +x"
-    reference = f"smallest distance to the undeformed fruit: {pose}, {direction}"
+    direction = f"smallest if the tilt lowers the side at {worst:g} deg from +x"
+    reference = f"distance from the undeformed fruit: {pose}, {direction}"
     return judge(name, distances[worst], reference)
 
 
@@ -185,7 +185,7 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     reference = f"lines from shuttle and leaf to the frame; limit is {limit_text}; the {first} touches first"
     stop = judge(stop_name, min(shuttle_stop, leaf_stop), reference, limit=limit)
     smallest_gap = min(distance - shuttle_stop * deflection_share for deflection_share, distance in leaf_gaps.items())
-    reference = f"least distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
+    reference = f"smallest distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
     return stop, judge(gap_name, smallest_gap, reference)
 
 

@@ -36,8 +36,8 @@ def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Line
         thickness = chords[0].leave - chords[0].enter
         if abs(thickness - nominal) > abs(worst - nominal):
             worst = thickness
-            worst_text = f", farthest {point_text}"
-    reference = f"lines through both leaves at 15 places each in {', '.join(forms)}{worst_text}"
+            worst_text = f", largest deviation {point_text}"
+    reference = f"lines through both leaves at 15 points each in {', '.join(forms)}{worst_text}"
     return judge(name, worst, reference, limit=nominal, tolerance=THICKNESS_TOLERANCE_MM)
 
 

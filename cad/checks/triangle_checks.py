@@ -184,7 +184,7 @@ def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, 
     """Return the verdict on a wall or a gap against its lower limit [mm]; it passes if there is no wall or gap."""
     if distance is None:
         return judge(name, None, f"{method}; none within {_FARTHEST_MM:g} mm", limit=limit, passed=True)
-    reference = f"{method}; least at {_point_text(distance.start)} mm"
+    reference = f"{method}; smallest at {_point_text(distance.start)} mm"
     return judge(name, distance.length, reference, limit=limit, tolerance=RAY_TOLERANCE_MM)
 
 

@@ -1,1 +1,1 @@
-"""Documents and parts for a workshop beside the files of the housing: sheet, bill, coupon, cover and bracket."""
+"""The documents and parts that a workshop needs in addition to the housing: sheet, bill, coupon, cover and bracket."""

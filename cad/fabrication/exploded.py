@@ -67,6 +67,7 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
             continue
         box = cq.Compound.makeCompound([in_place(part) for part in group]).BoundingBox()
         groups[position] = _displace(group, front_y - box.ymin)
+        # A plate holds the pins whose names end with its number.
         held_pins = [
             pin
             for pin in pins
@@ -81,7 +82,7 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
 def place_balloons(groups: dict[str, list[cq.Assembly]], bill: Sequence[BillLine]) -> list[Balloon]:
     """Return the numbers of the groups of parts, in one row above the picture [mm].
 
-    Each number is above the highest point of its group, or farther right if the number before it is too close.
+    Each number is above the highest point of its group, or farther right if the number to its left is too close.
     """
     numbers: dict[str, int] = {}
     for number, row in enumerate(bill, start=1):

@@ -65,6 +65,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         paths.append(folder / "wiring.svg")
         write_wiring(paths[-1], sensor.tips.names, housing.plates, signal.board)
     paths.append(folder / "exploded.svg")
+    # The bracket is a part of the exploded view, but not of the assembly that is counted for the bill.
     write_exploded(assembly.add(parts["mount"]), bill, paths[-1])
     texts = {
         "bom.csv": bill_csv(bill),

@@ -41,7 +41,7 @@ def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]
 def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
     """Return, by the name of the file, the functions that draw the shapes of a sensor in the poses of the files [mm].
 
-    A function draws only when it is called, because drawing all parts takes seconds.
+    A shape is drawn only when its function is called.
     """
     draw_printed = functools.partial(print_shape, sensor)
     shapes: dict[str, Callable[[], cq.Shape]] = {

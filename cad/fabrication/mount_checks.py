@@ -38,7 +38,7 @@ def _clearance_verdict(sensor: SensorSolids, mount: cq.Shape, process: Process) 
     for arm in housing.arms:
         stop = cq.Location(cq.Vector(0.0, 0.0, housing.cavity_level - arm.top_level))
         distances.append(float(moving_part(sensor, arm).moved(placement * stop).distance(mount)))
-    reference = f"least distance of the bracket from moving parts, and room of the flange screws; {process.name}"
+    reference = f"smallest distance between bracket and moving parts, or around the flange screws; {process.name}"
     return judge(
         "geometry.mount_clearance", min(distances), reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM
     )

@@ -71,7 +71,7 @@ def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
     if opening is not None:
         box = opening.BoundingBox()
         sizes.append(SizeLine("window, width x height", _times(box.xlen, box.zlen)))
-        sizes.append(SizeLine("its middle, from the left and the upper edge", _points_text([_from_corner(box, plate)])))
+        sizes.append(SizeLine("its centre, from the left and the upper edge", _points_text([_from_corner(box, plate)])))
     return tuple(sizes)
 
 

@@ -39,8 +39,8 @@ def write_plate(
 def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, int]) -> dict[str, trimesh.Trimesh]:
     """Return each copy of the parts in its position on the smallest square bed [mm].
 
-    The parts are in rows with their longer sides along y, the longest part first. The width of the rows is chosen from
-    the widths of the first one, two, three, ... parts.
+    The parts are in rows with their longer sides along y, the longest part first. The total width of the first n parts
+    is tried as the width of the rows, for every n.
     """
     rotated = {
         name: _rotate_lengthwise(rest_on_flange(meshes[name]) if name == "mount" else meshes[name]) for name in counts
@@ -62,6 +62,7 @@ def _place_in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) 
     row_depth = 0.0
     for name, mesh in copies:
         part_width, part_depth, _ = mesh.extents.tolist()
+        # A part that does not fit beside the parts of its row begins a new row.
         if x > GAP_MM and x + part_width > width + _ROUND_OFF_MM:
             x, y, row_depth = GAP_MM, y + row_depth + GAP_MM, 0.0
         left, front, _ = mesh.bounds[0].tolist()

@@ -163,12 +163,12 @@ def mirrored(shape):
     ("change", "words", "kind"),
     [
         (lambda shape: shape.translate(cq.Vector(0.3, 0, 0)), "moved by (0.3, 0, 0) mm", ".stl"),
-        (lambda shape: shape.moved(QUARTER), "turned by 90.0 deg", ".3mf"),
-        (lambda shape: shape.moved(TURNED), "turned by 40.0 deg", ".step"),
+        (lambda shape: shape.moved(QUARTER), "rotated by 90.0 deg", ".3mf"),
+        (lambda shape: shape.moved(TURNED), "rotated by 40.0 deg", ".step"),
         (lambda shape: shape.scale(1.0 / 25.4), "inches", ".step"),
         (mirrored, "mirrored", ".3mf"),
         # Without marks the front is the mirror of the back: mirrored left to right is turned half round.
-        (mirrored, "turned by 180.0 deg", ".step"),
+        (mirrored, "rotated by 180.0 deg", ".step"),
     ],
 )
 def test_a_part_in_another_place_or_unit_fails_and_says_so(named, change, words, kind, tmp_path):

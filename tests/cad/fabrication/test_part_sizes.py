@@ -77,7 +77,7 @@ def test_sizes_of_the_bracket_are_those_of_its_solid(seated):
     across = max(width, shift + flange[0]) - min(0.0, shift)
     assert [across, height, flange[1]] == pytest.approx([box.xlen, box.zlen, box.ylen], abs=2.0 * DIGITS)
     screws, *window = numbers(sizes, "their centres, from the left and the upper edge") + numbers(
-        sizes, "its middle, from the left and the upper edge"
+        sizes, "its centre, from the left and the upper edge"
     )
     left = seated.housing.left
     found = [[x + box.xmin - left, down] for x, down in hole_places(bracket, seated.housing.hole_diameter, "z")]
