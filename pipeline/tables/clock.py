@@ -16,7 +16,7 @@ _LONGEST_PAUSE = 60.0  # [s] longest pause between two samples at a restart, and
 
 
 class Clock:
-    """The times of a column [s], continued across restarts of its clock; each restart is reported."""
+    """The times of a column [s], which continue to rise across restarts of its clock; `say` reports each restart."""
 
     def __init__(self, table: FoundTable, column: Column, say: Callable[[str], None]) -> None:
         """Begin before the first row."""
@@ -24,30 +24,36 @@ class Clock:
         self._column = column
         self._say = say
         self._before: float | None = None
-        self._paused = False
-        self._added = 0.0
+        self._was_pause = False  # whether a long pause precedes the last row
+        self._offset = 0.0  # sum of the periods of all restarts until now [s]
 
     def seconds(self, row: Row, *, rises: bool = False) -> float:
-        """Return the time of a row [s]; raises InputError if it falls, or with `rises` if it does not rise."""
-        t = self._table.number(row, self._column) + self._added
+        """Return the time of a row [s], with the periods of all restarts added.
+
+        Raises InputError if the time decreases without a restart of the clock; with `rises` also if it is unchanged.
+        """
+        t = self._table.number(row, self._column) + self._offset
         before, self._before = self._before, t
         if before is None or t > before or (t == before and not rises):
-            self._paused = before is not None and t - before > _LONGEST_PAUSE
+            self._was_pause = before is not None and t - before > _LONGEST_PAUSE
             return t
-        for period in () if self._paused else self._periods(row):
+        # A restart is assumed only if the two samples before it follow each other closely.
+        for period in () if self._was_pause else self._periods(row):
             if t < before and 0.0 <= t + period - before <= _LONGEST_PAUSE:
-                self._added += period
+                self._offset += period
                 self._before = t + period
-                what = "passes midnight" if period == _DAY else f"passes 2^32 and restarts after {period:.10g} s"
-                self._say(f"line {row.line}: the clock of {self._column.label!r} {what}; its times continue from there")
+                event = "passes midnight" if period == _DAY else f"passes 2^32 and restarts after {period:.10g} s"
+                self._say(
+                    f"line {row.line}: the clock of {self._column.label!r} {event}; its times continue from there"
+                )
                 return self._before
         place = self._table.place(row.line, self._column)
-        bound = f"{'after' if rises else 'at least'} the {before - self._added:g} s of the line before"
+        bound = f"{'after' if rises else 'at least'} the {before - self._offset:g} s of the line before"
         hint = "the clock stood still or restarted there: give each press a file of its own, or correct its times"
-        raise validation_error(place, t - self._added, "s", bound, hint)
+        raise validation_error(place, t - self._offset, "s", bound, hint)
 
     def _periods(self, row: Row) -> tuple[float, ...]:
-        """Return the periods after which the clock may restart [s]."""
+        """Return the periods after which the clock of a row may restart [s]: those of a day or of a 32-bit counter."""
         if seconds_of_day(self._column.cell(row)) is not None:
             return (_DAY,)
         return _PERIODS.get(self._column.unit, ())

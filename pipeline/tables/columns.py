@@ -1,4 +1,4 @@
-"""The columns of a table with their units: all statements of a file about one column must agree."""
+"""The columns of a table with their units: all statements in a file about the unit of one column must agree."""
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -15,16 +15,16 @@ from sensor.quantity import validation_error
 
 _UNIT_WORDS = set(map(folded, WORDS["words"]["unit"]))
 _FILLERS = set(WORDS["fillers"])
-_SYSTEMS = {"", "system", "systems", "measure", "measurement", "measurements"}  # as in `Unit system,Imperial`
-_UNIT = r"(?!in\s+\w)([^\W\d_]{1,12}|\u00b5m|\u03bcm)"  # except a preposition, as in `test 3 in air`
-_NAMED = re.compile(
+_SYSTEM_WORDS = {"", "system", "systems", "measure", "measurement", "measurements"}  # as in `Unit system,Imperial`
+_UNIT = r"(?!in\s+\w)([^\W\d_]{1,12}|\u00b5m|\u03bcm)"  # "in" is no unit if it is a preposition, as in `test 3 in air`
+_MENTION = re.compile(
     rf"(?<![\w.,:])[+-]?\d[\d.,]*\s?{_UNIT}(?![\w^])"  # beside a number
     rf"|[(\[{{<]\s*{_UNIT}\s*[)\]}}>/]"  # in brackets
 )
 
 
-class Said(NamedTuple):
-    """A text that states a unit, and the name of its place for errors."""
+class UnitStatement(NamedTuple):
+    """A text that states a unit, and the name of its place for error messages."""
 
     text: str
     place: str
@@ -32,10 +32,11 @@ class Said(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A column by its index, from 0: its header, the name of its quantity, and its unit, "" for a column of texts.
+    """A column: its index from 0, its label in the header, its quantity, and its unit, "" for a column of texts.
 
-    `note` names an assumed unit, if any. `unit_index` is the column of its units, if there is one. The clock of a
-    serial monitor has the index -1. `place` is the name of its header in errors.
+    `name` is the name of the quantity. `note` says that the unit is assumed, if it is. `unit_index` is the index of the
+    column with the units, if there is one. The clock of a serial monitor is a column with the index -1. `place` is the
+    name of the header cell for error messages.
     """
 
     index: int
@@ -48,7 +49,7 @@ class Column:
     place: str = ""
 
     def __str__(self) -> str:
-        """Return the name of the column in answers."""
+        """Return the column as text for answers, as `force = 'Load' [N]`."""
         unit = f" [{self.unit}]" if self.unit not in ("", "1") else ""
         return f"{self.name} = {self.label[:SHOWN_LABEL]!r}{unit}"
 
@@ -59,77 +60,83 @@ class Column:
 
     @property
     def is_written(self) -> bool:
-        """Return whether it holds numbers in cells."""
+        """Return whether the column holds numbers in cells; the clock of a serial monitor does not."""
         return bool(self.unit) and self.index >= 0
 
     def cell(self, row: Row) -> str:
         """Return the cell of a row in this column, "" beyond the end of the row."""
         return row.clock if self.index < 0 else row.cell(self.index)
 
-    def refuse_other_unit(self, said: Iterable[Said]) -> None:
-        """Raise InputError if a text states another unit of the column than the one used."""
+    def refuse_other_unit(self, statements: Iterable[UnitStatement]) -> None:
+        """Raise InputError if a statement gives the column a unit that differs from its own."""
         if self.is_written:
-            told_unit(self.quantity, [Said(self.unit, self.place), *said])
+            agreed_unit(self.quantity, [UnitStatement(self.unit, self.place), *statements])
 
 
 class StatedUnits:
-    """Statements of text lines about units: some state one, as `Force unit: kN`, and some only mention one.
+    """The units that lines of text state, as `Force unit: kN`, or only mention, as `load cell 5 kN`.
 
-    A statement holds for all tables below it until another one replaces it.
+    A statement is valid for all tables below it, until another statement replaces it. A mention never determines a
+    unit, but it prevents that another unit is assumed.
     """
 
     def __init__(self, words: HeaderWords) -> None:
         """Begin without statements."""
         self._words = words
-        self._stated: dict[str, list[Said]] = {}
-        self._others: dict[str, list[Said]] = {}  # mentioned beside a table, and not the default
-        self._assumed: dict[str, str] = {}
+        self._stated: dict[str, list[UnitStatement]] = {}  # by quantity
+        self._mentioned: dict[str, list[UnitStatement]] = {}  # units that are not the default, by quantity
+        self._assumed: dict[str, str] = {}  # for each quantity whose unit is assumed, the place of its header
 
-    def hear(self, source: str, rows: Iterable[Row]) -> Mapping[str, list[Said]]:
-        """Record the statements of lines beside a table, and return them by quantity.
+    def record_statements(self, source: str, rows: Iterable[Row]) -> Mapping[str, list[UnitStatement]]:
+        """Record the statements in lines outside a table, and return them by quantity.
 
-        Raises InputError if they contradict an assumed unit.
+        Raises InputError if a statement or a mention contradicts an assumed unit.
         """
-        stated: dict[str, list[Said]] = {}
+        stated: dict[str, list[UnitStatement]] = {}
         for row in rows:
             for index, cell in enumerate(row.cells):
                 for name, text in self._statements(row, index, cell[:LONGEST_LABEL]):
-                    stated.setdefault(name, []).append(Said(text, place_of(source, row.line)))
-            self.hear_named(source, row)
+                    stated.setdefault(name, []).append(UnitStatement(text, place_of(source, row.line)))
+            self.record_mentions(source, row)
             for name in self._assumed:
-                self._refuse_contradiction(name, [*stated.get(name, []), *self._others.get(name, [])])
+                self._refuse_contradiction(name, [*stated.get(name, []), *self._mentioned.get(name, [])])
         self._stated |= stated
         return stated
 
-    def hear_named(self, source: str, row: Row, used: Collection[int] = ()) -> None:
-        """Record the units that unused cells mention: by themselves, beside a number, or in brackets.
+    def record_mentions(self, source: str, row: Row, used: Collection[int] = ()) -> None:
+        """Record the units that cells mention by themselves, beside a number, or in brackets.
 
-        Such a unit is recorded for each quantity with another default. Lines mention times for many reasons, so times
-        count only if they are stated.
+        `used` are the indices of cells that belong to the table, which are left out. A unit is recorded for each
+        quantity whose default is another unit. Units of time are not recorded, because text mentions them for many
+        reasons.
         """
         for cell in (cell[:LONGEST_LABEL] for index, cell in enumerate(row.cells) if cell and index not in used):
-            for text in (cell, *(beside or inside for beside, inside in _NAMED.findall(cell))):
+            for text in (cell, *(after_number or bracketed for after_number, bracketed in _MENTION.findall(cell))):
                 for name, quantity in self._words.quantities.items():
                     is_other = unit_of(quantity, text) not in ("", quantity.default)
                     if quantity.default and quantity.units is not TIME and is_other:
-                        self._others.setdefault(name, []).append(Said(cell, place_of(source, row.line)))
+                        self._mentioned.setdefault(name, []).append(UnitStatement(cell, place_of(source, row.line)))
 
     def columns(self, source: str, header: Row, below: Sequence[Row], first: Row) -> list[Column]:
         """Return the columns that a header names, each with its unit.
 
-        Units may be in the header, in rows below it, beside the first numbers, in lines above, or in a flag. Raises
-        InputError if they differ or are invalid, and if the default is assumed while a line mentions another unit.
+        `below` are the rows of text between the header and the `first` row of numbers. A unit may be stated in the
+        header, in these rows, beside the first number, in a line above the table, or by a flag. Raises InputError if
+        the statements about a column differ or are invalid, and if the default unit is assumed while a line mentions
+        another unit.
         """
-        named = self._words.columns(header)
-        unit_columns = self._unit_columns(header, named, first)
-        used = {column.at for column in named} | set(unit_columns.values())
+        named_columns = self._words.columns(header)
+        unit_columns = self._unit_columns(header, named_columns, first)
+        used = {column.at for column in named_columns} | set(unit_columns.values())
         units = first._replace(cells=tuple(cell if is_unit(cell) else "" for cell in first.cells))
         for row in (header, *below, units):
-            self.hear_named(source, row, used)
+            self.record_mentions(source, row, used)
         quantities = self._words.quantities
-        of_units = [row for row in below if any(unit_of(quantities[each.name], row.cell(each.at)) for each in named)]
+        unit_rows = [
+            row for row in below if any(unit_of(quantities[each.name], row.cell(each.at)) for each in named_columns)
+        ]
         columns = []
-        for at, name, in_label in named:
+        for at, name, label_units in named_columns:
             quantity = quantities[name]
             label = header.cell(at) or f"{at + 1}"
             column = Column(
@@ -141,89 +148,108 @@ class StatedUnits:
                 place=place_of(source, header.line, label),
             )
             if quantity.units:
-                said = [Said(text, "--units") for text in [quantity.flag_unit] if text]
-                said += [Said(text, column.place) for text in in_label]
-                # Below a column without a unit, any text may be an unknown unit.
-                rows = of_units if said else below
-                said += [Said(row.cell(at), place_of(source, row.line)) for row in rows if not is_missing(row.cell(at))]
+                statements = [UnitStatement(text, "--units") for text in [quantity.flag_unit] if text]
+                statements += [UnitStatement(text, column.place) for text in label_units]
+                # If nothing else states a unit, any text below the header is taken for a unit, which may be unknown.
+                rows = unit_rows if statements else below
+                statements += [
+                    UnitStatement(row.cell(at), place_of(source, row.line))
+                    for row in rows
+                    if not is_missing(row.cell(at))
+                ]
                 number = as_number(first.cell(at))
-                beside = (number.unit if number else "", first.cell(unit_columns.get(at, -1)))
-                said += [Said(text, place_of(source, first.line, label)) for text in beside if text]
-                said += [each for each in self._stated.get(name, []) if not said or unit_of(quantity, each.text)]
+                first_units = (number.unit if number else "", first.cell(unit_columns.get(at, -1)))
+                statements += [UnitStatement(text, place_of(source, first.line, label)) for text in first_units if text]
+                # A line above the table is ignored if it states no unit of the quantity, and the table itself does.
+                statements += [
+                    each for each in self._stated.get(name, []) if not statements or unit_of(quantity, each.text)
+                ]
                 is_of_day = seconds_of_day(first.cell(at)) is not None
-                column = self._with_unit(column, said, is_told=is_of_day)
+                column = self._with_unit(column, statements, is_known=is_of_day)
             columns.append(column)
         return columns
 
-    def _with_unit(self, column: Column, said: Sequence[Said], *, is_told: bool) -> Column:
-        """Return a column with its stated unit, or else with the default unit and a note that this is assumed.
+    def _with_unit(self, column: Column, statements: Sequence[UnitStatement], *, is_known: bool) -> Column:
+        """Return a column with the unit that all statements give, or else with the default unit of its quantity.
 
-        `is_told` states that the numbers themselves show their unit, as a time of day does; then there is no note.
+        A default unit is noted as assumed, unless `is_known`: the numbers themselves show it, as a time of day does.
+        Raises InputError if the statements differ, or if a mention contradicts the assumption.
         """
         quantity = column.quantity
-        unit = told_unit(quantity, said) or needed_unit(column.place, quantity, quantity.default)
-        if said or unit == "1" or is_told:
+        unit = agreed_unit(quantity, statements) or needed_unit(column.place, quantity, quantity.default)
+        if statements or unit == "1" or is_known:
             return replace(column, unit=unit)
         self._assumed[column.name] = column.place
         systems = [] if quantity.units is TIME else self._stated.get("", [])
-        self._refuse_contradiction(column.name, [*self._others.get(column.name, []), *systems])
+        self._refuse_contradiction(column.name, [*self._mentioned.get(column.name, []), *systems])
         return replace(
             column, unit=unit, note=f"the unit of {column.label[:SHOWN_LABEL]!r} is not given: {unit} is assumed"
         )
 
-    def _unit_columns(self, header: Row, named: Sequence[NamedColumn], first: Row) -> dict[int, int]:
-        """Return the index of the units' column for each column: one labelled so, or an unlabelled one behind it."""
-        taken = {column.at: column.name for column in reversed(named)}
-        found: dict[int, int] = {}
+    def _unit_columns(self, header: Row, named_columns: Sequence[NamedColumn], first: Row) -> dict[int, int]:
+        """Return, for the index of each column of numbers, the index of the column that holds its units.
+
+        A column of units has a word for "unit" in its label, or no label and a unit in the `first` row of numbers. It
+        belongs to the quantity that its label names, or else to the column before it.
+        """
+        names = {column.at: column.name for column in reversed(named_columns)}
+        unit_columns: dict[int, int] = {}
         for index in range(max(len(header.cells), len(first.cells))):
             label = header.cell(index)
             words = re.sub(r"[()\[\]]", " ", folded(label[:LONGEST_LABEL])).split()
-            others = [word for word in words if re.sub(r"[.\d]+$", "", word) not in _UNIT_WORDS]
-            if index in taken or (len(others) == len(words) and (label or not is_unit(first.cell(index)))):
+            other_words = [word for word in words if re.sub(r"[.\d]+$", "", word) not in _UNIT_WORDS]
+            if index in names or (len(other_words) == len(words) and (label or not is_unit(first.cell(index)))):
                 continue
-            name = self._words.quantity_of(" ".join(word for word in others if not word.isdecimal()))
-            of = next((at for at in reversed(taken) if taken[at] == name), None) if name else index - 1
-            if of in taken:
-                found.setdefault(of, index)
-        return found
+            name = self._words.quantity_of(" ".join(word for word in other_words if not word.isdecimal()))
+            owner = next((at for at in reversed(names) if names[at] == name), None) if name else index - 1
+            if owner in names:
+                unit_columns.setdefault(owner, index)
+        return unit_columns
 
-    def _refuse_contradiction(self, name: str, said: Iterable[Said]) -> None:
-        """Raise InputError for the first text that contradicts the assumed default of a quantity."""
+    def _refuse_contradiction(self, name: str, statements: Iterable[UnitStatement]) -> None:
+        """Raise InputError for the first statement that contradicts the assumed default unit of a quantity."""
         quantity = self._words.quantities[name]
-        for each in said:
+        for each in statements:
             if unit_of(quantity, each.text) != quantity.default:
                 bound = f"in {quantity.default}, or the unit of {name} given in the header of {self._assumed[name]}"
                 hint = f"set the unit by --units {name}={quantity.default} or another one"
                 raise validation_error(each.place, each.text[:SHOWN_LABEL], "", bound, hint)
 
     def _statements(self, row: Row, index: int, cell: str) -> Iterator[tuple[str, str]]:
-        """Yield quantity ("" for none) and unit of each statement that begins in a cell, as `Force unit: kN`."""
+        """Yield the quantity and the unit of each statement that begins in a cell, as in `Force unit: kN`.
+
+        The value may also be in the next cell. The quantity is "" for a system of units that names no unit.
+        """
         key, _, value = cell.replace("=", ":").partition(":")
         parts = folded(re.sub(r"[()\[\]]", " ", key)).split(" ")
         if _UNIT_WORDS.isdisjoint(parts):
             return
         values = list(filter(None, (value.strip(), *row.cells[index + 1 :])))
-        of = " ".join(part for part in parts if part not in _UNIT_WORDS and part not in _FILLERS)
-        name = self._words.quantity_of(of)
+        subject = " ".join(part for part in parts if part not in _UNIT_WORDS and part not in _FILLERS)
+        name = self._words.quantity_of(subject)
         if name:
             if self._words.quantities[name].units and values:
                 yield name, values[0]
-        elif of in _SYSTEMS:  # as `Units: N, mm`, or `Unit system: Imperial`, which contradicts each assumed unit
+        elif subject in _SYSTEM_WORDS:
+            # As in `Units: N, mm`, or in `Unit system: Imperial`, which contradicts every assumed unit.
             for text in filter(None, re.split(r"[\s,;]+", " ".join(values))):
                 names = [each for each, quantity in self._words.quantities.items() if unit_of(quantity, text)]
                 yield from ((each, text) for each in names or [""])
 
 
-def told_unit(quantity: Quantity, said: Iterable[Said]) -> str:
-    """Return the unit that all texts state, "" without texts; raises InputError if they differ or are invalid."""
-    told: dict[str, Said] = {}
-    for each in said:
+def agreed_unit(quantity: Quantity, statements: Iterable[UnitStatement]) -> str:
+    """Return the unit on which all statements agree, or "" if there are none.
+
+    Raises InputError for a text that is no unit of the quantity, and if two statements differ.
+    """
+    by_unit: dict[str, UnitStatement] = {}
+    for each in statements:
         unit = unit_of(quantity, each.text)
         if not unit:
             raise no_unit(each.place, quantity, each.text)
-        told.setdefault(unit, each)
-    if len(told) > 1:
-        (unit, first), (_, second), *_ = told.items()
+        by_unit.setdefault(unit, each)
+    if len(by_unit) > 1:
+        (unit, first), (_, second), *_ = by_unit.items()
         bound = f"in {unit}, as {first.place} says"
         raise validation_error(second.place, second.text[:SHOWN_LABEL], "", bound, "correct or leave out one of them")
-    return next(iter(told), "")
+    return next(iter(by_unit), "")

@@ -1,4 +1,4 @@
-"""Lines of text from the bytes of a file or the standard input, in any common encoding."""
+"""Lines of text from the bytes of a file or of the standard input, in any common encoding."""
 
 import io
 import itertools
@@ -10,43 +10,47 @@ from collections.abc import Iterator
 from pipeline.tables.header_words import FOREIGN_WORDS
 from sensor.quantity import validation_error
 
-MOST_LINES = 1_000_000
-LONGEST_LINE = 65536  # longest line of a stream [bytes]; a longer one holds no numbers
+MAX_LINES = 1_000_000
+LONGEST_LINE = 65536  # maximum length of a line of a stream [bytes]; a longer one holds no numbers
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-_FORMER = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # encodings of exports beside Unicode
-_ANY_BYTES = ("mac_roman", "cp850")  # encodings in which all bytes are letters, accepted only if a header word is found
-_NULS = 0.3  # share of null bytes at every second place that indicates 16-bit text without its mark
+_LEGACY = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # legacy encodings of exported tables
+# Legacy encodings in which every byte is valid. They are accepted only if a known word is found in the text.
+_ANY_BYTES = ("mac_roman", "cp850")
+_NULL_SHARE = 0.3  # share of null bytes at every second place that indicates UTF-16 without a byte order mark
 _ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # colours of a terminal
-_NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x84\x86-\x9f\ufffd\ufffe\uffff]")
+_NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x84\x86-\x9f\ufffd\ufffe\uffff]")  # characters that no text contains
 
 
 def place_of(source: str, line: int, label: str = "") -> str:
-    """Return the name of a place in a file for error messages."""
+    """Return the name of a line or of a cell in a file for error messages."""
     return f"{source}, line {line}, column {label!r}" if label else f"{source}, line {line}"
 
 
 def lines_of_text(source: str, content: bytes) -> list[str]:
-    """Return the lines of a text with their ends; raises InputError for bytes that are no text."""
-    text = _ANSI.sub("", _decoded(content).rstrip("\x1a")).replace("\r\r\n", "\n").replace("\ufeff", "")
+    """Return the lines of a text file with their line ends.
+
+    Raises InputError for bytes that are no text, for too many lines, and for a line that is too long.
+    """
+    text = _ANSI.sub("", _decode_text(content).rstrip("\x1a")).replace("\r\r\n", "\n").replace("\ufeff", "")
     if _NO_TEXT.search(text):
         hint = "export the table as CSV in UTF-8, or as XLSX"
         raise validation_error(source, "bytes", "", "a text file, CSV, or a workbook, XLSX", hint)
-    lines = list(itertools.islice(io.StringIO(text, newline=None), MOST_LINES + 1))
-    if len(lines) > MOST_LINES:
-        raise validation_error(source, "its lines", "", f"at most {MOST_LINES}", "export fewer samples a second")
-    long = next((number for number, line in enumerate(lines, start=1) if len(line) >= LONGEST_LINE), None)
-    if long is not None:
+    lines = list(itertools.islice(io.StringIO(text, newline=None), MAX_LINES + 1))
+    if len(lines) > MAX_LINES:
+        raise validation_error(source, "its lines", "", f"at most {MAX_LINES}", "export fewer samples a second")
+    too_long = next((number for number, line in enumerate(lines, start=1) if len(line) >= LONGEST_LINE), None)
+    if too_long is not None:
         bound = f"a line of less than {LONGEST_LINE} letters"
-        raise validation_error(place_of(source, long), lines[long - 1][:40], "", bound, "correct that line")
+        raise validation_error(place_of(source, too_long), lines[too_long - 1][:40], "", bound, "correct that line")
     return lines
 
 
 def lines_of_stream() -> Iterator[str]:
-    """Yield the lines of the standard input with their ends as they arrive.
+    """Yield the lines of the standard input with their line ends, as they arrive.
 
-    Raises InputError for other data than text.
+    Raises InputError for bytes that are no text in UTF-8, and for a line that is too long.
     """
-    encoding = "utf-8-sig"
+    encoding = "utf-8-sig"  # only the first line may begin with a byte order mark
     number = 0
     while raw := sys.stdin.buffer.readline(LONGEST_LINE):
         number += 1
@@ -57,22 +61,24 @@ def lines_of_stream() -> Iterator[str]:
         yield text
 
 
-def _decoded(content: bytes) -> str:
-    """Return the text of bytes; other data give characters that no text contains.
+def _decode_text(content: bytes) -> str:
+    """Return the text of a file whose encoding is unknown.
 
-    Among encodings before Unicode, it is the one with the most letters of header words, or else the first possible one.
+    Byte order marks, escape sequences and null bytes are tried first, then UTF-8. Of the legacy encodings it is the one
+    in which the text has the most letters of known header words, or else the first one that is possible. Bytes that are
+    no text give characters that no text contains.
     """
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
             return content.decode(encoding, "replace")
-    if b"\x1b$" in content:
+    if b"\x1b$" in content:  # the escape sequence that begins Japanese characters
         return content.decode("iso2022_jp", "replace")
     half = len(content) // 2
     for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
-        if content[start::2].count(0) > _NULS * half:
+        if content[start::2].count(0) > _NULL_SHARE * half:
             return content[: 2 * half].decode(encoding, "replace")
-    best, most = content.decode("cp1252", "replace"), -1
-    for encoding in ("utf-8", *_FORMER, *_ANY_BYTES):
+    best, most_letters = content.decode("cp1252", "replace"), -1
+    for encoding in ("utf-8", *_LEGACY, *_ANY_BYTES):
         try:
             text = content.decode(encoding)
         except UnicodeDecodeError:
@@ -81,6 +87,6 @@ def _decoded(content: bytes) -> str:
             return text
         head = unicodedata.normalize("NFKC", text[:LONGEST_LINE]).casefold()
         letters = sum(len(word) for word in FOREIGN_WORDS if word in head)
-        if letters > most and (letters or encoding in _FORMER):
-            best, most = text, letters
+        if letters > most_letters and (letters or encoding in _LEGACY):
+            best, most_letters = text, letters
     return best

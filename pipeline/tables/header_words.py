@@ -5,7 +5,7 @@ import unicodedata
 from pathlib import Path
 
 WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
-"""The words of headers and units: words.toml."""
+"""The content of words.toml."""
 FOREIGN_WORDS = {
     unicodedata.normalize("NFKC", word).casefold()
     for words in (*WORDS["words"].values(), *WORDS["units"].values())

@@ -1,4 +1,4 @@
-"""Headers: the quantity and the unit of each column, by known words or by flags."""
+"""Headers of tables: the quantity and the unit of each column, from known words or from flags."""
 
 import functools
 import itertools
@@ -13,7 +13,7 @@ from pipeline.tables.rows import Row
 from pipeline.tables.units import LONGEST_LABEL, Quantity, is_other_unit, is_unit, needed_unit, unit_of
 from sensor.quantity import validation_error
 
-_MOST_LOOKS = 50_000  # most lines that are checked for a header
+_MAX_HEADER_CHECKS = 50_000  # maximum number of lines that are checked for a header
 _IN_BRACKETS = re.compile(r"([^(\[{<]*)[(\[{<]([^)\]}>]*)[)\]}>]")
 _WRITTEN_BY_R = re.compile(r"[^\W\d_]\w*([.]+[\w%]+)+[.]*")  # R turns Force (kgf) into Force..kgf.
 _SIGNS_BY_R = re.compile(r"[.]{3,}$")
@@ -21,14 +21,20 @@ _SEPARATOR = re.compile(r"[\s_/,:;-]+")
 
 
 class ColumnFlags(NamedTuple):
-    """The flags `--columns NAME=HEADER,...` and `--units NAME=UNIT,...`; `others` are names in other tables."""
+    """The flags `--columns NAME=HEADER,...` and `--units NAME=UNIT,...`.
+
+    `others` are names that are allowed in the flags because another table of the same command has them.
+    """
 
     columns: str | None = None
     units: str | None = None
     others: tuple[str, ...] = ()
 
     def applied(self, quantities: Mapping[str, Quantity]) -> dict[str, Quantity]:
-        """Return quantities with the settings of the flags; raises InputError for another name or unit."""
+        """Return the quantities with the headers and units that the flags give.
+
+        Raises InputError for an unknown name, and for a text that is no unit of its quantity.
+        """
         flagged = dict(quantities)
         names = (*quantities, *self.others)
         for name, header in _named_values("--columns", self.columns, names):
@@ -44,7 +50,10 @@ NO_FLAGS = ColumnFlags()
 
 
 def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield name and value of each part of NAME=VALUE,..., whose values may contain commas; raises InputError."""
+    """Yield each name and value of the text NAME=VALUE,... of a flag, whose values may contain commas.
+
+    Raises InputError for another form of text, an unknown name, or a name that occurs twice.
+    """
     if text is None:
         return
     known = "|".join(sorted(map(re.escape, names), key=len, reverse=True))
@@ -58,7 +67,7 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
 
 
 class NamedColumn(NamedTuple):
-    """A column that a row names: its index, from 0, its quantity, and the units in its label."""
+    """A column that a header names: its index from 0, the name of its quantity, and the units in its label."""
 
     at: int
     name: str
@@ -66,124 +75,147 @@ class NamedColumn(NamedTuple):
 
 
 class HeaderWords:
-    """The meaning of labels for a set of quantities."""
+    """The words by which labels of columns name the quantities of a table."""
 
     def __init__(self, quantities: Mapping[str, Quantity]) -> None:
-        """Store the words of quantities; a quantity with a column chosen by a flag has no other words in a header."""
+        """Store the words of the quantities. If a flag chooses the column of a quantity, its words name no column."""
         self.quantities = quantities
-        self._every: dict[str, str] = {}
-        self._names: dict[str, str] = {}
-        self._beside_unit: dict[str, str] = {}
+        self._all_words: dict[str, str] = {}
+        self._header_words: dict[str, str] = {}
+        self._words_with_unit: dict[str, str] = {}  # words that name a quantity only together with a unit
         for name, quantity in quantities.items():
-            words, weak = dict.fromkeys(map(folded, (name, *quantity.words)), name), map(folded, quantity.beside_unit)
-            of_unit = dict.fromkeys(weak, name)
-            self._every |= {**of_unit, **words, folded(quantity.chosen): name}
+            words = dict.fromkeys(map(folded, (name, *quantity.words)), name)
+            words_with_unit = dict.fromkeys(map(folded, quantity.beside_unit), name)
+            self._all_words |= {**words_with_unit, **words, folded(quantity.chosen): name}
             if not quantity.chosen:
-                self._beside_unit |= of_unit
-                self._names |= words
-        for names in (self._every, self._names):
+                self._words_with_unit |= words_with_unit
+                self._header_words |= words
+        for names in (self._all_words, self._header_words):
+            # A header may also write two words as one.
             names |= {words.replace(" ", ""): name for words, name in names.items() if " " in words}
             names.pop("", None)
-        self._looks = _MOST_LOOKS
+        self._checks_left = _MAX_HEADER_CHECKS
         self.named = functools.lru_cache(maxsize=4096)(self._named)
 
     def quantity_of(self, words: str) -> str:
-        """Return the quantity that words name anywhere in a file, or an empty string."""
-        return self._every.get(folded(words), "")
+        """Return the name of the quantity that some words mean, in a header or in other text; "" for none."""
+        return self._all_words.get(folded(words), "")
 
     def columns(self, row: Row) -> list[NamedColumn]:
-        """Return the columns that a row names, in order."""
-        found = [
+        """Return the columns that a row names as a header, in order.
+
+        A column is named by a flag, by a known word, or by a word with a unit if no other column has its quantity.
+        """
+        columns = [
             NamedColumn(index, name, tuple(_units_in(row.cells[index], name, quantity)))
             for name, quantity in self.quantities.items()
             for index in _chosen_columns(row.cells, quantity.chosen)
         ]
-        read = [(index, *self.named(label)) for index, label in enumerate(row.cells) if len(label) <= LONGEST_LABEL]
-        found += [
-            NamedColumn(index, name, (tail,) if tail else ()) for index, name, tail, weak in read if name and not weak
+        labels = [(index, *self.named(label)) for index, label in enumerate(row.cells) if len(label) <= LONGEST_LABEL]
+        columns += [
+            NamedColumn(index, name, (unit,) if unit else ())
+            for index, name, unit, by_unit in labels
+            if name and not by_unit
         ]
-        names = {column.name for column in found}
-        found += [NamedColumn(index, name, (tail,)) for index, name, tail, weak in read if weak and name not in names]
-        return sorted(found)
+        names = {column.name for column in columns}
+        columns += [
+            NamedColumn(index, name, (unit,)) for index, name, unit, by_unit in labels if by_unit and name not in names
+        ]
+        return sorted(columns)
 
     def names(self, row: Row) -> set[str]:
-        """Return the quantities that a row names."""
+        """Return the names of the quantities that a row names as a header."""
         return {column.name for column in self.columns(row)}
 
     def is_header(self, row: Row, needed: Sequence[Collection[str]]) -> bool:
-        """Return whether a row names all of one needed set, and the named columns hold no numbers."""
-        if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._looks == 0:  # true for empty cells too
+        """Return whether a row is a header: it names all quantities of at least one set in `needed`.
+
+        None of the cells that name them may be a number.
+        """
+        # A row of numbers and empty cells is no header; "" is in every text.
+        if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._checks_left == 0:
             return False
-        self._looks -= 1
-        named = self.columns(row)
-        names = {column.name for column in named}
-        is_named = bool(names) and any(names.issuperset(each) for each in needed)
-        return is_named and not any(is_number(row.cells[column.at]) for column in named)
+        self._checks_left -= 1
+        columns = self.columns(row)
+        names = {column.name for column in columns}
+        is_complete = bool(names) and any(names.issuperset(each) for each in needed)
+        return is_complete and not any(is_number(row.cells[column.at]) for column in columns)
 
     def measured(self, header: Row) -> list[int]:
-        """Return the indices of the number columns that a row names."""
+        """Return the indices of the columns of numbers that a header names."""
         return [column.at for column in self.columns(header) if self.quantities[column.name].units]
 
     def columns_by_number(self, needed: Sequence[Collection[str]]) -> dict[int, Quantity]:
-        """Return the number columns by index if flags select all of one needed set by number."""
+        """Return the quantities of the columns that flags select by number, by index from 0.
+
+        Empty unless the flags select all quantities of at least one set in `needed`. Columns of texts are left out.
+        """
         chosen = {name: int(each.chosen) for name, each in self.quantities.items() if each.chosen.isdecimal()}
         if not any(names and chosen.keys() >= set(names) for names in needed):
             return {}
         return {at - 1: self.quantities[name] for name, at in chosen.items() if at and self.quantities[name].units}
 
     def near(self, row: Row, names: Collection[str]) -> tuple[str, str, str] | None:
-        """Return label, quantity and tail of the first column that begins with a quantity and ends in no unit."""
+        """Return the first label that names one of these quantities but ends in text that is no unit.
+
+        The label, the name of the quantity and the text after it are returned, or None if there is no such label.
+        """
         for label in row.cells:
             for words, tail in reversed(list(label_parts(label)) if len(label) <= LONGEST_LABEL else []):
-                name = self._names.get(folded(words), "")
+                name = self._header_words.get(folded(words), "")
                 if name in names and self.quantities[name].units:
                     return label, name, tail
         return None
 
     def _named(self, label: str) -> tuple[str, str, bool]:
-        """Return the quantity of a label (or ""), the unit after its words, and whether only that unit identifies it.
+        """Return the quantity that a label names, the unit in it, and whether the label names it only with that unit.
 
-        The label is a known word, by itself or with a unit of its quantity. Some words are valid only with a unit.
+        The label must be a known word, by itself or with a unit of its quantity. The quantity and the unit are "" if
+        there is none.
         """
-        if name := self._names.get(folded(label), ""):
+        if name := self._header_words.get(folded(label), ""):
             return name, "", False
         for words, tail in label_parts(label):
-            name = self._names.get(folded(words), "")
+            name = self._header_words.get(folded(words), "")
             if name and self.quantities[name].units and (not tail or unit_of(self.quantities[name], tail)):
                 return name, tail, False
-            name = self._beside_unit.get(folded(words), "")
+            name = self._words_with_unit.get(folded(words), "")
             if name and unit_of(self.quantities[name], tail):
                 return name, tail, True
         return "", "", False
 
 
 def _chosen_columns(labels: Sequence[str], chosen: str) -> list[int]:
-    """Return the columns whose label equals a flag's header, with or without its unit, or the column of its number."""
+    """Return the indices of the columns that `chosen` selects, the value of a flag.
+
+    It is a label, the number of a column from 1, or a label without its unit, in this order of preference.
+    """
     if not chosen:
         return []
-    wanted = folded(chosen)
-    whole = [index for index, label in enumerate(labels) if label and folded(label) == wanted]
+    chosen_words = folded(chosen)
+    by_label = [index for index, label in enumerate(labels) if label and folded(label) == chosen_words]
     by_number = [int(chosen) - 1] if chosen.isdecimal() and 0 < int(chosen) <= len(labels) else []
     return (
-        whole
+        by_label
         or by_number
         or [
             index
             for index, label in enumerate(labels)
             if any(
-                folded(words) == wanted and (is_unit(tail) or is_other_unit(tail)) for words, tail in label_parts(label)
+                folded(words) == chosen_words and (is_unit(tail) or is_other_unit(tail))
+                for words, tail in label_parts(label)
             )
         ]
     )
 
 
 def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
-    """Yield all units in the label of a column chosen by a flag, including units of other quantities.
+    """Yield all units in the label of a column that a flag chose, including units of other quantities.
 
-    Unless a flag gives the unit, some texts are taken as unknown units: a text in brackets, a text after a known word,
-    and R's notation of (%).
+    If there is none and no flag gives the unit, a text in brackets or after a known word is yielded as an unknown unit.
+    So are the dots that R writes for (%).
     """
-    units = list(_units_behind(label, name, quantity)) if quantity.units else []
+    units = list(_trailing_units(label, name, quantity)) if quantity.units else []
     known = set(map(folded, (*quantity.words, *quantity.beside_unit)))
     yield from units
     if units or not quantity.units or quantity.flag_unit or folded(label) in known:
@@ -193,27 +225,33 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
     elif dots := _SIGNS_BY_R.search(label):
         yield dots[0]
     else:
-        behind = (tail for words, tail in label_parts(label) if folded(words) in known and not tail.isdecimal())
-        yield from itertools.islice(behind, 1)
+        tails = (tail for words, tail in label_parts(label) if folded(words) in known and not tail.isdecimal())
+        yield from itertools.islice(tails, 1)
 
 
-def _units_behind(label: str, name: str, quantity: Quantity) -> Iterator[str]:
-    """Yield each unit at the end of a label, last one first; the end of a name such as F_l is its channel."""
+def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
+    """Yield each unit at the end of a label, from the last one on, and stop at a unit of another quantity.
+
+    The end of a quantity's name such as F_l is its channel, not a unit.
+    """
     channel = name.rpartition("_")[2] if "_" in name else ""
     parts = [(words, tail) for words, tail in label_parts(label) if folded(tail).split(" ")[0] != channel]
-    of_quantity = [(words, tail) for words, tail in parts if unit_of(quantity, tail)]
-    others = [tail for _, tail in parts if is_other_unit(tail) and not unit_of(quantity, tail)]
-    others += [tail for _, tail in parts if is_unit(tail) and not of_quantity]
-    if others:
-        yield others[0]
-    elif of_quantity:
-        words, tail = of_quantity[0]
+    own_units = [(words, tail) for words, tail in parts if unit_of(quantity, tail)]
+    other_units = [tail for _, tail in parts if is_other_unit(tail) and not unit_of(quantity, tail)]
+    other_units += [tail for _, tail in parts if is_unit(tail) and not own_units]
+    if other_units:
+        yield other_units[0]
+    elif own_units:
+        words, tail = own_units[0]
         yield tail
-        yield from _units_behind(re.sub(r"\s(in|en|em)$", "", words), name, quantity)
+        yield from _trailing_units(re.sub(r"\s(in|en|em)$", "", words), name, quantity)
 
 
 def label_parts(label: str) -> Iterator[tuple[str, str]]:
-    """Yield each split of a label into words and a tail, brackets first, then the longest words."""
+    """Yield each way to split a label into words and a tail, which may be a unit.
+
+    Text in brackets is the first tail; then come the splits at spaces and signs, those with the most words first.
+    """
     label = unicodedata.normalize("NFKC", label[:LONGEST_LABEL]).strip(" :;,\t")
     if ".." in label or _WRITTEN_BY_R.fullmatch(label):
         label = re.sub(r"[.]+", " ", label).strip()
@@ -225,14 +263,15 @@ def label_parts(label: str) -> Iterator[tuple[str, str]]:
         words, tail = label[: separator.start()], label[separator.end() :]
         if words and tail:
             yield words, re.sub(r"^(in|en|em) ", "", tail)
-    last = label.rstrip(")]}>")
-    opening = max(map(last.rfind, "([{<"))
-    if last != label and opening > 0:
-        yield last[:opening].strip(), last[opening + 1 :].strip()
+    # Brackets that are not the only ones in the label.
+    without_closing = label.rstrip(")]}>")
+    opening = max(map(without_closing.rfind, "([{<"))
+    if without_closing != label and opening > 0:
+        yield without_closing[:opening].strip(), without_closing[opening + 1 :].strip()
 
 
 def folded(words: str) -> str:
-    """Return words without case, accents and marks, with spaces for underscores and hyphens."""
+    """Return words for a comparison: in lower case, without accents and signs, and with single spaces between them."""
     letters = unicodedata.normalize("NFKD", words[:LONGEST_LABEL].replace("\u00df", "ss")).casefold()
     plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
     return re.sub(r"[\s_-]+", " ", plain).strip(" .:;,*#\"'")

@@ -1,4 +1,4 @@
-"""Notations of numbers: decimal signs, thousands, units after numbers, times of day, and empty cells."""
+"""Notations of numbers: decimal signs, thousands separators, units after numbers, times of day, and empty cells."""
 
 import datetime
 import functools
@@ -10,14 +10,14 @@ from pipeline.tables.decoding import place_of
 from pipeline.tables.units import is_unit
 from sensor.quantity import validation_error
 
-_LONGEST_NUMBER = 64
+_MAX_NUMBER_LENGTH = 64  # [characters]
 _SPACES = " '\u2019\u00a0\u202f\u2009"  # characters that may separate thousands
 
 
-def _number(decimal: str, other: str) -> re.Pattern[str]:
-    """Return the pattern of a number with a decimal sign, where the other sign may separate thousands.
+def _number_pattern(decimal: str, other: str) -> re.Pattern[str]:
+    """Return the pattern of a number with the sign `decimal`, in which the sign `other` may separate thousands.
 
-    A number with an exponent has no single thousands sign: 1,500e3 is 1.5e3.
+    A number with an exponent and a single sign has no thousands separator: 1,500e3 is 1.5e3.
     """
     whole = rf"[0-9]+|[0-9]{{1,3}}(?:[{_SPACES}][0-9]{{3}})+|[1-9][0-9]{{0,2}}(?:\{other}[0-9]{{3}})+"
     exponent = "[eEdD][+-]?[0-9]{1,4}"
@@ -27,7 +27,7 @@ def _number(decimal: str, other: str) -> re.Pattern[str]:
     )
 
 
-_WITH_POINT, _WITH_COMMA = _number(".", ","), _number(",", ".")
+_WITH_POINT, _WITH_COMMA = _number_pattern(".", ","), _number_pattern(",", ".")
 _FOUR_DIGITS = re.compile("[+-]?[0-9]{4}")
 _TIME_OF_DAY = re.compile(
     r"(?:(?P<date>\d{4}-\d\d-\d\d)[ T])?(?P<h>\d{1,2}):(?P<min>\d\d):(?P<s>\d\d(?:[.,]\d{1,9})?)", re.ASCII
@@ -38,10 +38,10 @@ _MISSING = frozenset(
 
 
 class WrittenNumber(NamedTuple):
-    """A cell that is a number: its text without spaces, its Python notations, and the unit after it.
+    """A cell that is a number: its text without spaces, and the unit after the number.
 
-    `with_point` and `with_comma` are the notations for these decimal signs, None if the text is no number with that
-    sign.
+    `with_point` is the number in Python's notation if a point is decimal in the cell, and `with_comma` if a comma is.
+    Each is None if the text is no number with that decimal sign.
     """
 
     text: str
@@ -51,16 +51,19 @@ class WrittenNumber(NamedTuple):
 
     @property
     def is_sure(self) -> bool:
-        """Return whether it is a number with only one decimal sign."""
+        """Return whether the text is a number for only one of the two decimal signs."""
         return self.with_point is None or self.with_comma is None
 
     @property
     def unclear(self) -> bool:
-        """Return whether its only sign may be decimal or separate thousands, as in 1,500 and 1.500."""
+        """Return whether the sign in the text may be decimal or may separate thousands, as in 1,500 and 1.500."""
         return not self.is_sure and self.with_point != self.with_comma
 
     def plain(self, decimal: str) -> str | None:
-        """Return the number in Python's notation for a decimal sign; for "", by the sign that the cell itself shows."""
+        """Return the number in Python's notation for the decimal sign `decimal`, or None if it is none with that sign.
+
+        If `decimal` is "", the text itself determines the sign, and a point is preferred.
+        """
         if decimal:
             return self.with_comma if decimal == "," else self.with_point
         return self.with_comma if self.with_point is None else self.with_point
@@ -68,8 +71,8 @@ class WrittenNumber(NamedTuple):
 
 @functools.lru_cache(maxsize=4096)
 def as_number(cell: str) -> WrittenNumber | None:
-    """Return the notation of a cell as a number, in digits 0 to 9; None for other text."""
-    if not cell or len(cell) > _LONGEST_NUMBER:
+    """Return the number that a cell holds, in the digits 0 to 9 and perhaps with a unit; None for other text."""
+    if not cell or len(cell) > _MAX_NUMBER_LENGTH:
         return None
     text = cell.replace("\u2212", "-")
     matches = [pattern.fullmatch(text) for pattern in (_WITH_POINT, _WITH_COMMA)]
@@ -95,7 +98,7 @@ def is_missing(cell: str) -> bool:
 
 
 def seconds_of_day(text: str) -> float | None:
-    """Return the seconds of a time of day, with or without a date; None for other text."""
+    """Return a time of day in seconds, counted from year 1 if the text has a date; None for other text."""
     match = _TIME_OF_DAY.fullmatch(text)
     if match is None:
         return None
@@ -108,27 +111,27 @@ def seconds_of_day(text: str) -> float | None:
 
 
 def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> str:
-    """Return the decimal sign of the columns of a table, each a sequence of lines and cells.
+    """Return the decimal sign of all numbers in a table; each of its `columns` is a sequence of line numbers and cells.
 
-    It is the comma if a number has no other reading, else the point. Raises InputError if numbers have two decimal
-    signs, and if a sign may be a decimal comma or separate thousands.
+    It is the comma if some number is valid only with a comma and none only with a point; otherwise it is the point.
+    Raises InputError if numbers have different decimal signs, or if a sign may be decimal or may separate thousands.
     """
-    written = [[(line, number) for line, cell in cells if (number := as_number(cell))] for cells in columns]
-    every = [number for column in written for _, number in column]
-    has_points = any(number.with_comma is None for number in every)
-    sign = "," if any(number.with_point is None for number in every) and not has_points else "."
-    odd = []
-    for column in written:
+    numbers_by_column = [[(line, number) for line, cell in cells if (number := as_number(cell))] for cells in columns]
+    all_numbers = [number for column in numbers_by_column for _, number in column]
+    has_points = any(number.with_comma is None for number in all_numbers)
+    sign = "," if any(number.with_point is None for number in all_numbers) and not has_points else "."
+    ambiguous = []
+    for column in numbers_by_column:
         # A column separates thousands if one of its numbers shows the decimal sign, and none has four adjacent digits.
         numbers = [number for _, number in column]
-        parts = any(number.is_sure for number in numbers) and not any(
+        has_thousands_sign = any(number.is_sure for number in numbers) and not any(
             _FOUR_DIGITS.match(number.text) for number in numbers
         )
         for line, number in column:
-            if number.plain(sign) is None or (number.unclear and sign not in number.text and not parts):
-                odd.append((line, number.text))
-    if odd:
-        line, text = min(odd)
+            if number.plain(sign) is None or (number.unclear and sign not in number.text and not has_thousands_sign):
+                ambiguous.append((line, number.text))
+    if ambiguous:
+        line, text = min(ambiguous)
         bound = "a number whose comma or point is surely decimal: commas may separate thousands here"
         raise validation_error(place_of(source, line), text, "", bound, "export it with decimal points")
     return sign

@@ -7,14 +7,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.tables.decoding import LONGEST_LINE, MOST_LINES, lines_of_stream, lines_of_text, place_of
+from pipeline.tables.decoding import LONGEST_LINE, MAX_LINES, lines_of_stream, lines_of_text, place_of
 from pipeline.tables.number_formats import is_number
 from pipeline.tables.workbook import cells_of_workbook
 from sensor.input_file import read_bytes
 from sensor.quantity import validation_error
 
-_MOST_JOINED = 5  # most lines of a row with a quoted cell
-_SAMPLE = 400  # lines that determine the delimiter
+_MAX_JOINED = 5  # maximum number of lines over which a quoted cell extends
+_SAMPLE = 400  # number of lines that determine the delimiter
 _DELIMITERS = ("\t", ";", "|", ",", "  ", " ")
 _SPACES = {
     " ": re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])"),  # a unit in brackets stays with its word
@@ -26,10 +26,11 @@ _MARKED = ('"', "'", ">", "\u2192", "#", "%", "/")  # signs of quoted cells, clo
 
 
 class Row(NamedTuple):
-    """One line of a file: its number, from 1, and its stripped cells.
+    """One line of a file: its number from 1, and its cells without surrounding spaces.
 
-    `clock` is the time of day that a serial monitor writes before it. `fault` is the reason why its cells are invalid.
-    A row is `cut` if it is the last one and has no line end, while earlier lines have one.
+    `clock` is the time of day that a serial monitor writes before the line. `fault` is the reason why its cells are
+    invalid. A row is `cut` if it is the last one and has no line end, although earlier lines have one. It is
+    `commented` if a comment sign precedes it.
     """
 
     line: int
@@ -45,65 +46,69 @@ class Row(NamedTuple):
         return not any(self.cells)
 
     def cell(self, index: int) -> str:
-        """Return a cell, "" beyond the end of the row."""
+        """Return the cell at an index, or "" beyond the ends of the row."""
         return self.cells[index] if 0 <= index < len(self.cells) else ""
 
     @property
     def text(self) -> str:
-        """Return the row as text for errors."""
+        """Return the row as text for error messages."""
         return ",".join(self.cells)
 
 
 class Rows:
-    """The rows of lines, or of the cells of a workbook, as they arrive.
+    """Rows of cells from lines of text, or from the cells of a workbook, as they arrive.
 
-    They are split at `delimiter`. If it is empty, each line determines its own delimiter, until the reader of a table
-    keeps the header's. A commented line with numbers is skipped as data that somebody removed. A commented line without
-    numbers may be the header.
+    Lines are split at `delimiter`. If it is empty, each line determines its own delimiter, until the reader of a table
+    calls `keep_delimiter` at the header. A commented line with numbers is skipped, as data that somebody removed. A
+    commented line without numbers may be the header.
     """
 
     def __init__(self, lines: Iterable[str | Sequence[str]], source: str, delimiter: str = "") -> None:
-        """Store lines, with or without their ends."""
+        """Store the lines, with or without their line ends, and the name of their source."""
         self.source = source
         self._lines = lines
-        self._fixed = delimiter
-        self._last = delimiter
+        self._kept_delimiter = delimiter
+        self._last_delimiter = delimiter
 
     @property
     def are_parted_by_spaces(self) -> bool:
-        """Return whether spaces delimit the last row, so that empty cells are invisible."""
-        return not self._last.strip(" ")
+        """Return whether spaces separate the cells of the last row, so that an empty cell is invisible."""
+        return not self._last_delimiter.strip(" ")
 
     def keep_delimiter(self, *, keep: bool = True) -> None:
-        """Split all further lines like the last one; without `keep`, each by its own cells again."""
-        self._fixed = self._last if keep else ""
+        """Split all further lines at the delimiter of the last one; without `keep`, each at its own delimiter again."""
+        self._kept_delimiter = self._last_delimiter if keep else ""
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows."""
-        numbered = enumerate(self._lines, start=1)
-        waiting: list[tuple[int, str | Sequence[str]]] = []
-        has_ends = False
-        while (line := waiting.pop(0) if waiting else next(numbered, None)) is not None:
-            row = self._row(*line)
+        numbered_lines = enumerate(self._lines, start=1)
+        lookahead: list[tuple[int, str | Sequence[str]]] = []  # lines that were read for a quoted cell, but not used
+        has_line_ends = False
+        while (line := lookahead.pop(0) if lookahead else next(numbered_lines, None)) is not None:
+            row = self._split_line(*line)
             if row.fault and str(line[1]).count('"') % 2:  # a quoted cell may continue in the next lines
-                waiting += itertools.islice(numbered, _MOST_JOINED - 1 - len(waiting))
-                for end in range(1, len(waiting) + 1):
-                    joined = self._row(row.line, " ".join(str(text).rstrip() for _, text in (line, *waiting[:end])))
+                lookahead += itertools.islice(numbered_lines, _MAX_JOINED - 1 - len(lookahead))
+                for end in range(1, len(lookahead) + 1):
+                    text = " ".join(str(text).rstrip() for _, text in (line, *lookahead[:end]))
+                    joined = self._split_line(row.line, text)
                     if not joined.fault:
-                        row, waiting = joined, waiting[end:]
+                        row, lookahead = joined, lookahead[end:]
                         break
             is_whole = not isinstance(line[1], str) or line[1].endswith(("\n", "\r"))
             if not row.commented or not any(map(is_number, row.cells)):
-                yield row if is_whole or not has_ends else row._replace(cut=True)
-            has_ends = has_ends or is_whole
+                yield row if is_whole or not has_line_ends else row._replace(cut=True)
+            has_line_ends = has_line_ends or is_whole
 
-    def _row(self, number: int, line: str | Sequence[str]) -> Row:
-        self._last = self._fixed or delimiter_of([line])
-        return row_of(self._last, number, line)
+    def _split_line(self, number: int, line: str | Sequence[str]) -> Row:
+        self._last_delimiter = self._kept_delimiter or delimiter_of([line])
+        return row_of(self._last_delimiter, number, line)
 
 
 class WholeRows(Rows):
-    """The rows of a sheet, all available, without empty rows if every other row is empty."""
+    """The rows of a sheet, which are all available at once.
+
+    If every second row is empty, as after a wrong conversion of line ends, the empty rows are removed.
+    """
 
     def __init__(self, lines: Sequence[str | Sequence[str]], source: str) -> None:
         """Store all lines, which share one delimiter."""
@@ -118,27 +123,28 @@ class WholeRows(Rows):
 
 
 def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
-    """Return each sheet of a file that is not empty; a text is one sheet. Raises InputError for a file without tables.
+    """Return the sheets of a file that are not empty. A text file is one sheet, as is the standard input for `-`.
 
-    `name` is the name of an unreadable file in the error.
+    Raises InputError if the file cannot be read, or if all its sheets are empty. `name` is the name of the file's
+    parameter in the message.
     """
-    named: Iterable[tuple[str, Sequence[str | Sequence[str]]]]
+    lines_by_sheet: Iterable[tuple[str, Sequence[str | Sequence[str]]]]
     if str(source) == "-":
-        named = [("-", list(itertools.islice(lines_of_stream(), MOST_LINES)))]
-    elif (content := read_bytes(source, name)).startswith(b"PK\x03\x04"):
-        named = cells_of_workbook(str(source), content)
+        lines_by_sheet = [("-", list(itertools.islice(lines_of_stream(), MAX_LINES)))]
+    elif (content := read_bytes(source, name)).startswith(b"PK\x03\x04"):  # a ZIP archive, as every workbook is
+        lines_by_sheet = cells_of_workbook(str(source), content)
     else:
-        named = [(str(source), lines_of_text(str(source), content))]
-    sheets = [WholeRows(lines, name) for name, lines in named]
-    filled = [sheet for sheet in sheets if not all(row.empty for row in sheet.rows)]
-    if not filled:
+        lines_by_sheet = [(str(source), lines_of_text(str(source), content))]
+    sheets = [WholeRows(lines, name) for name, lines in lines_by_sheet]
+    filled_sheets = [sheet for sheet in sheets if not all(row.empty for row in sheet.rows)]
+    if not filled_sheets:
         bound = "a CSV file with a header and numbers, not an empty one"
         raise validation_error(str(source), "", "", bound, "export the table again")
-    return filled
+    return filled_sheets
 
 
 def single_sheet(source: Path | str, name: str = "FILE") -> WholeRows:
-    """Return the only sheet with numbers; raises InputError like `sheets_of`."""
+    """Return the only sheet of a file that has numbers; raises InputError like `sheets_of`, and if several have."""
     sheets = sheets_of(source, name)
     with_numbers = [sheet for sheet in sheets if any(is_number(cell) for row in sheet.rows for cell in row.cells)]
     if len(with_numbers) > 1:
@@ -157,23 +163,31 @@ def rows_of(source: Path | str, name: str = "FILE") -> Rows:
 
 
 def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
-    """Return the delimiter that gives the most numbers, or else the first one in half of the lines."""
-    filled = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
-    filled = filled[:: max(1, len(filled) // _SAMPLE)]
+    """Return the delimiter at which lines of text split into the most numbers.
+
+    Of two that give equally many numbers, it is the one with fewer other cells. If no delimiter gives two numbers, it
+    is the first one that occurs in half of the lines, or else a comma. Long files are judged by a sample of lines.
+    """
+    sample = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
+    sample = sample[:: max(1, len(sample) // _SAMPLE)]
     best = ""
-    most = (1, 0)  # a single number has no delimiter
+    best_score = (1, 0)  # a single number has no delimiter
     for delimiter in _DELIMITERS:
-        cells = [cell for line in filled if delimiter in line for cell in row_of(delimiter, 0, line).cells]
+        cells = [cell for line in sample if delimiter in line for cell in row_of(delimiter, 0, line).cells]
         numbers = sum(map(is_number, cells))
-        if (numbers, numbers - len(cells)) > most:
-            best, most = delimiter, (numbers, numbers - len(cells))
-    half = max(1, len(filled)) / 2
-    return best or next((each for each in _DELIMITERS if sum(each in line for line in filled) >= half), ",")
+        if (numbers, numbers - len(cells)) > best_score:
+            best, best_score = delimiter, (numbers, numbers - len(cells))
+    half = max(1, len(sample)) / 2
+    return best or next((each for each in _DELIMITERS if sum(each in line for line in sample) >= half), ",")
 
 
 def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
-    """Return the cells of a line; an open quote or a huge cell is its fault."""
-    # true for most lines
+    """Split a line at a delimiter and return its row; `number` is the number of the line.
+
+    A comment sign and the clock of a serial monitor are removed from its start. An open quote or a huge cell is
+    recorded as the fault of the row.
+    """
+    # Most lines need none of the steps below, and this is faster.
     if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _MARKED):
         return Row(number, tuple(map(str.strip, line.split(delimiter))))
     first, *others = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
@@ -190,19 +204,19 @@ def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
             cells = next(csv.reader(cells, delimiter=delimiter, strict=True, skipinitialspace=True), [])
         except csv.Error as error:
             fault = str(error)
-    return Row(number, tuple(map(_bare, cells)), clock[1] if clock else "", fault, commented=comment is not None)
+    return Row(number, tuple(map(_strip_cell, cells)), clock[1] if clock else "", fault, commented=comment is not None)
 
 
-def _bare(cell: str) -> str:
-    """Return a cell without surrounding spaces, single quotes or a spreadsheet's =""."""
-    bare = cell.strip()
-    if bare.startswith('="') and bare.endswith('"'):
-        return bare[2:-1].strip()
-    return bare.strip("'").strip() if bare.startswith("'") else bare
+def _strip_cell(cell: str) -> str:
+    """Return a cell without surrounding spaces, without single quotes, and without the ="" of a spreadsheet."""
+    stripped = cell.strip()
+    if stripped.startswith('="') and stripped.endswith('"'):
+        return stripped[2:-1].strip()
+    return stripped.strip("'").strip() if stripped.startswith("'") else stripped
 
 
 def refuse_fault(source: str, row: Row) -> None:
-    """Raise InputError for a row with invalid cells."""
+    """Raise InputError if the cells of a row are invalid."""
     if row.fault:
         name = place_of(source, row.line)
         raise validation_error(name, row.cells[0][:40], "", f"cells of a table ({row.fault})", "correct that line")

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pipeline.tables.header_words import WORDS
 from sensor.quantity import STANDARD_GRAVITY, InputError, nearest, validation_error
 
-LONGEST_LABEL = 200
-SHOWN_LABEL = 60
+LONGEST_LABEL = 200  # maximum length of a label that is searched for words [characters]
+SHOWN_LABEL = 60  # length to which a label is cut in messages [characters]
 FORCE = {
     "N": 1.0,
     "kN": 1e3,
@@ -39,13 +39,15 @@ _MEASURED = (FORCE, LENGTH, TIME, MODULUS)
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """The content of a column: a number in one of some units, or a text if there are none.
+    """The quantity that a column holds: a number in one of some units, or a text if `units` is empty.
 
-    `default` is the unit for a header without one; without a default a unit is required. `most` bounds the size of the
-    number in the unit with factor 1. `words` are other names in headers. Those in `beside_unit` are valid only with one
-    of its units, and if no other column has it. `flag_unit` is the unit of a flag, which a header may omit but not
-    contradict. `chosen` is the header, or the number of a column from 1, in a flag. With `by_clock`, the clock of a
-    serial monitor may replace it.
+    `units` gives the factor of each unit. `default` is the unit that is assumed if none is stated; without a default a
+    unit is required. `most` is the maximum magnitude of the number in the unit with factor 1.
+
+    `words` are further names of the quantity in headers. The words in `beside_unit` are names only together with one
+    of its units, and if no other column holds the quantity. From flags come `flag_unit`, a unit that a header may omit
+    but not contradict, and `chosen`, the header of its column or its number from 1. With `by_clock`, the clock of a
+    serial monitor may replace the column.
     """
 
     units: Mapping[str, float]
@@ -58,22 +60,26 @@ class Quantity:
     by_clock: bool = False
 
 
-def _short(text: str) -> str:
+def _strip_signs(text: str) -> str:
+    """Return a text without spaces, and without the signs that are usual in and around a unit."""
     return re.sub(r"[\s_.-]+", "", unicodedata.normalize("NFKC", text)).strip("()[]{}<>:;*'\"")
 
 
 _SPELLINGS = {
-    **{_short(name).casefold(): name for units in _MEASURED for name in units},
-    **{_short(word).casefold(): name for name, words in WORDS["units"].items() for word in words},
+    **{_strip_signs(name).casefold(): name for units in _MEASURED for name in units},
+    **{_strip_signs(word).casefold(): name for name, words in WORDS["units"].items() for word in words},
 }
 
 
 def unit_of(quantity: Quantity, text: str) -> str:
-    """Return the unit of a quantity that a text spells, "" for none; `ms`, `mN` and `MPa` are case-sensitive."""
-    short = _short(text[:LONGEST_LABEL])
+    """Return the unit of a quantity that a text spells, or "" if it spells none.
+
+    The case of letters is ignored, except in `m`, `ms`, `mN` and `MPa`.
+    """
+    short = _strip_signs(text[:LONGEST_LABEL])
     if short in quantity.units:
         return short
-    # In another case a symbol may be another unit: Ms is not ms, and mPa not MPa. Words such as "Newton" have no case.
+    # A symbol in another case may be another unit: Ms is not ms, and mPa not MPa. This does not apply to words.
     unit = _SPELLINGS.get(short.casefold(), "")
     is_symbol = unit.casefold() == short.casefold()
     is_other = is_symbol and unit in ("m", "ms", "mN") and short[0] == "M"
@@ -81,7 +87,7 @@ def unit_of(quantity: Quantity, text: str) -> str:
     return unit if unit in quantity.units and not is_other and not is_milli else ""
 
 
-_NAMES = {_short(word).casefold() for words in (*WORDS["others"].values(), WORDS["units"]["1"]) for word in words}
+_NAMES = {_strip_signs(word).casefold() for words in (*WORDS["others"].values(), WORDS["units"]["1"]) for word in words}
 _POWER = re.compile(r"(?<=[^\W\d_])\^?[23]")
 _PARTS = re.compile(r"[/*\u00b7.\s-]+")
 
@@ -92,8 +98,8 @@ def is_unit(text: str) -> bool:
 
 
 def is_other_unit(text: str) -> bool:
-    """Return whether a text spells a unit that no table here uses: V, %, counts, or a compound such as N/mm."""
-    if _short(text).casefold() in _NAMES:
+    """Return whether a text spells a unit of a quantity that no table holds: V, %, counts, or a compound as N/mm."""
+    if _strip_signs(text).casefold() in _NAMES:
         return True
     plain, powers = _POWER.subn("", unicodedata.normalize("NFKC", text).strip("()[]{}<> "))
     parts = _PARTS.split(plain)
@@ -101,7 +107,7 @@ def is_other_unit(text: str) -> bool:
 
 
 def needed_unit(place: str, quantity: Quantity, text: str) -> str:
-    """Return the unit of a quantity that a text spells; raises InputError, which names the place."""
+    """Return the unit of a quantity that a text spells; raises InputError, which names `place`, if it spells none."""
     unit = unit_of(quantity, text)
     if not unit:
         raise no_unit(place, quantity, text)
@@ -109,7 +115,7 @@ def needed_unit(place: str, quantity: Quantity, text: str) -> str:
 
 
 def no_unit(place: str, quantity: Quantity, text: str) -> InputError:
-    """Return the error for a text that spells no unit of a quantity."""
+    """Return the error for a text at `place` that spells no unit of a quantity."""
     near = difflib.get_close_matches(text.lower(), [unit.lower() for unit in quantity.units], n=1)
     hint = f"did you mean {nearest(text, [*quantity.units])}?" if near else "correct it, or name another column"
     return validation_error(place, text[:SHOWN_LABEL], "", f"in one of {', '.join(quantity.units)}", hint)

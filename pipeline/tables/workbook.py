@@ -9,22 +9,22 @@ import zlib
 
 import python_calamine
 
-from pipeline.tables.decoding import MOST_LINES
+from pipeline.tables.decoding import MAX_LINES
 from sensor.quantity import InputError, validation_error
 
-_MOST_UNPACKED = 64 * 2**20  # largest unpacked workbook [bytes]
-_MOST_CELLS = 2_000_000  # most cells of a sheet, from its first cell to its last
-_MOST_TEXT = 2**26  # most characters of a sheet, if all texts had the length of the longest
+_MAX_UNPACKED = 64 * 2**20  # maximum size of an unpacked workbook [bytes]
+_MAX_CELLS = 2_000_000  # maximum number of cells of a sheet, in the rectangle of its rows and columns
+_MAX_TEXT = 2**26  # maximum number of characters of all texts, if each had the length of the longest
 
 
 def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[str]]]]:
-    """Return the name of each visible sheet that is not empty, and the texts of its cells by rows.
+    """Return the visible sheets of a workbook that are not empty: the name of each, and its rows of cells as text.
 
-    Raises InputError for bytes that are no workbook.
+    Raises InputError for bytes that are no workbook, and for a workbook that is too large.
     """
     sheets = []
     try:
-        book = python_calamine.CalamineWorkbook.from_filelike(io.BytesIO(_unpacked(source, content)))
+        book = python_calamine.CalamineWorkbook.from_filelike(io.BytesIO(_unpack(source, content)))
         for about in book.sheets_metadata:
             if (
                 about.visible == python_calamine.SheetVisibleEnum.Visible
@@ -45,39 +45,44 @@ def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[
             raise
         bound = f"a workbook, XLSX, that can be read ({error!r:.100})"
         raise validation_error(source, "bytes", "", bound, "save it as CSV in UTF-8") from error
-    filled = [(name, rows) for name, rows in sheets if any(map(any, rows))]
-    if len(filled) == 1:
-        return [(source, filled[0][1])]
-    return [(f"{source}, sheet {name!r}", rows) for name, rows in filled]
+    filled_sheets = [(name, rows) for name, rows in sheets if any(map(any, rows))]
+    if len(filled_sheets) == 1:
+        return [(source, filled_sheets[0][1])]
+    return [(f"{source}, sheet {name!r}", rows) for name, rows in filled_sheets]
 
 
-def _unpacked(source: str, content: bytes) -> bytes:
-    """Return an unpacked workbook; raises InputError if reading it would need too much memory."""
+def _unpack(source: str, content: bytes) -> bytes:
+    """Return a workbook with the same parts, uncompressed.
+
+    Raises InputError if it is no workbook, or if the library that reads it would need too much memory.
+    """
     unpacked = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(content)) as packed, zipfile.ZipFile(unpacked, "w") as stored:
         members = packed.infolist()
         size = sum(member.file_size for member in members)
-        if "xl/workbook.xml" not in packed.namelist() or size > _MOST_UNPACKED:
-            bound = f"a workbook, XLSX, of at most {_MOST_UNPACKED // 2**20} MiB unpacked"
+        if "xl/workbook.xml" not in packed.namelist() or size > _MAX_UNPACKED:
+            bound = f"a workbook, XLSX, of at most {_MAX_UNPACKED // 2**20} MiB unpacked"
             raise validation_error(source, size, "bytes", bound, "save the table as CSV in UTF-8")
-        # The reader fills a complete rectangle for each sheet, and copies a shared text into each of its cells.
-        texts = cells = 0
-        longest = 0
+        # The library fills a complete rectangle of cells for each sheet, and copies a shared text into each cell that
+        # uses it. The size of both is estimated here from the XML text, without reading the workbook.
+        shared_texts = max_cells = 0
+        longest_text = 0
         for member in members:
             part = packed.read(member)
-            if part.count(b"row") > 2 * MOST_LINES:
-                raise validation_error(source, part.count(b"row"), "rows", f"at most {MOST_LINES}", "export fewer")
+            if part.count(b"row") > 2 * MAX_LINES:
+                raise validation_error(source, part.count(b"row"), "rows", f"at most {MAX_LINES}", "export fewer")
             rows = re.split(rb"<(?:\w+:)?row\b", part)
+            # A cell may state its position, such as r="C5". If it does not, it follows the cell before it.
             columns = [_column_number(match[1]) for match in re.finditer(rb"\br=[\"']([A-Z]{1,3})[0-9]", part)]
             lines = [int(match[1]) for match in re.finditer(rb"\br=[\"'][A-Z]{0,3}([0-9]{1,9})[\"']", part)]
-            wide = max([*columns, *(len(re.findall(rb"<(?:\w+:)?c\b", row)) for row in rows[1:])], default=0)
-            cells = max(cells, wide * max([*lines, len(rows) - 1]))
-            texts += len(re.findall(rb"\bt=[\"']s[\"']", part))
-            longest = max([longest, *(len(text) for text in re.split(rb"<(?:\w+:)?si\b", part)[1:])])
+            width = max([*columns, *(len(re.findall(rb"<(?:\w+:)?c\b", row)) for row in rows[1:])], default=0)
+            max_cells = max(max_cells, width * max([*lines, len(rows) - 1]))
+            shared_texts += len(re.findall(rb"\bt=[\"']s[\"']", part))
+            longest_text = max([longest_text, *(len(text) for text in re.split(rb"<(?:\w+:)?si\b", part)[1:])])
             stored.writestr(member.filename, part)
-        if cells > _MOST_CELLS or texts * longest > _MOST_TEXT:
-            bound = f"a workbook whose sheets have at most {_MOST_CELLS} cells, and no huge texts"
-            raise validation_error(source, cells, "cells", bound, "save the table as CSV in UTF-8")
+        if max_cells > _MAX_CELLS or shared_texts * longest_text > _MAX_TEXT:
+            bound = f"a workbook whose sheets have at most {_MAX_CELLS} cells, and no huge texts"
+            raise validation_error(source, max_cells, "cells", bound, "save the table as CSV in UTF-8")
     return unpacked.getvalue()
 
 
@@ -86,7 +91,7 @@ def _column_number(letters: bytes) -> int:
 
 
 def _cell_text(cell: object) -> str:
-    """Return a cell of a workbook as text of the same number or time of day."""
+    """Return the value of a cell as text: a number with all its digits, a time of day in ISO format, or text."""
     if isinstance(cell, datetime.timedelta):
         seconds = cell.total_seconds()
         return f"{seconds // 3600:.0f}:{seconds % 3600 // 60:02.0f}:{seconds % 60:09.6f}"
