@@ -13,9 +13,10 @@ LONGEST_FRACTION = 0.5  # largest deflection for the elastica, as a fraction of 
 
 
 def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
-    """Return the behaviour at full travel under the largest force on each spring; None without a housing.
+    """Return tilt, stiffening, natural frequency and crosstalk of the printed springs; None without a housing.
 
-    The frequency is Rayleigh's quotient of a shuttle on its leaves, in closed form.
+    Tilt and stiffening are those under the largest force on each spring, at full travel. The frequency is Rayleigh's
+    quotient of a shuttle on its leaves, in closed form.
     """
     fitted = springs.fitted
     if fitted is None:
@@ -25,7 +26,8 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehavio
     density = 1e-3 * springs.process.density_g_per_cm3  # [g/mm^3]
     arms = {}
     for i, arm in enumerate(housing.arms):
-        force = float(press.table.F[:, -1, list(springs.tips.spring_groups[i])].max())
+        tips_on_spring = list(springs.tips.spring_groups[i])
+        force = float(press.table.F[:, -1, tips_on_spring].max())
         leaf = arm.flexure
         leaf_mass = density * leaf.thickness * leaf.length * leaf.depth
         arms[arm.name] = ArmBehaviour(
@@ -38,5 +40,8 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehavio
 
 
 def stiffening(flexure: Flexure, deflection: Floats | float) -> Floats:
-    """Return the relative stiffening of a spring at deflections [mm] [1], constant beyond half its length."""
+    """Return the relative increase of a spring's stiffness at large deflections [mm], by the elastica [1].
+
+    Beyond half the length of a leaf it is taken as constant.
+    """
     return large_deflection_stiffening(flexure.length, np.minimum(deflection, LONGEST_FRACTION * flexure.length))

@@ -42,7 +42,10 @@ GRAVITY = 1e-6 * STANDARD_GRAVITY  # [N/mm^3] for 1 g/cm^3
 def printable_leaves(
     design: Design, sizing: SpringSizing, lengths_mm: tuple[float, ...] | None = None
 ) -> dict[str, Printable]:
-    """Return whether the process can print the leaves of each spring, at solved lengths or by the beam law."""
+    """Return for each spring whether the process can print its leaves, and the reason if not.
+
+    The leaves have the given lengths [mm], low spring first, or else the lengths that follow from the beam law.
+    """
     low, high = check_printable(design, sizing.springs, sizing.K_m_max, lengths_mm, sizing.sizing_stiffness_ratio)
     return {"low": low, "high": high}
 
@@ -53,8 +56,8 @@ class FittedSprings(Record):
 
     Each spring represents all tips of its kind. `printable` states whether the process can print it. `ideal` springs
     are exactly as stiff as sized: nothing is printed, and `ideal_offsets_mm` are the heights of their tips relative to
-    the foremost one. `of_plate` is the sideways compliance of the tips of one plate. It is None before it is solved,
-    and for flat tips on a flat fruit, whose forces do not lean.
+    the foremost one. `of_plate` is the lateral compliance of the tips on one plate. It is None until it is solved, and
+    for flat tips on a flat fruit, whose forces are not inclined.
     """
 
     springs: dict[str, MadeSpring]
@@ -74,7 +77,7 @@ class FittedSprings(Record):
 
     @property
     def known(self) -> bool:
-        """Return whether the stiffnesses are known: by FE of a housing, or because the springs are ideal."""
+        """Return whether the stiffnesses are known, from FE of a housing or because the springs are ideal."""
         return self.ideal or self.fitted is not None
 
     @property
@@ -99,18 +102,18 @@ class FittedSprings(Record):
         return self.process.creep
 
     def undecided(self, reason: str) -> "FittedSprings":
-        """Return the springs with undecided verdicts on their printability, for a reason."""
+        """Return the springs with undecided verdicts on their printability; `reason` says why, for the user."""
         verdicts = {name: replace(verdict, passed=None, reason=reason) for name, verdict in self.printable.items()}
         return replace(self, printable=verdicts)
 
     @cached_property
     def per_spring(self) -> "FittedSprings":
-        """Return the springs with one tip each."""
+        """Return the springs with one tip each, as those of a pair."""
         return replace(self, tips=self.tips.per_spring)
 
     @property
     def C(self) -> Floats:
-        """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N].
+        """Return the compliance matrix of all tips due to their springs, (tips, tips) [mm/N].
 
         Tips of one plate are slightly coupled through its frame. Tips of different plates are not, nor are springs
         without a housing.
@@ -123,10 +126,10 @@ class FittedSprings(Record):
 
     @property
     def sideways(self) -> SidewaysGive | None:
-        """Return the sideways compliance of all tips under inclined forces; None if no force is inclined.
+        """Return the lateral compliance of all tips under inclined forces; None if no force is inclined.
 
-        Tips of different plates are not coupled. Each plate is turned by half a turn about the press axis against the
-        one before, which changes the signs of x and y.
+        Tips of different plates are not coupled. Each plate is rotated by half a turn about the press axis relative to
+        the previous one, which changes the signs of x and y.
         """
         if self.of_plate is None:
             return None
@@ -148,16 +151,16 @@ def springs_for(
     tolerance: float = TOLERANCE,
     begin_solid: BeginSolid | None = None,
 ) -> FittedSprings:
-    """Return the springs of a design: as sized or given, or fitted by FE to a relative tolerance.
+    """Return the springs of a design in one of three kinds, from the cheapest to the most accurate.
 
-    "sized" springs have only their stiffness. "leaning" springs also have the sideways compliance of their housing
-    under domes, from one rough mesh and the leaf lengths of the beam law. "fitted" springs are printed, and their
-    sideways compliance is left to `with_sideways_give`. `begin_solid` is called with each housing that may be the last
-    one.
+    "sized" springs have only the stiffness that the targets or the design require. "leaning" springs also have the
+    lateral compliance of their housing under domes, from one rough mesh and the leaf lengths of the beam law. "fitted"
+    springs have leaves whose stiffness by FE meets the target within a relative `tolerance`; `with_sideways_give` adds
+    their lateral compliance. `begin_solid` is called with each housing that may be the final one.
 
-    A line has no housing, so its springs are as stiff as the design gives them. Springs that the beam law excludes are
-    not printed; without a mesh or a fit, all springs are undecided. The two springs represent all tips of their kinds;
-    a square has two equal plates.
+    A line has no housing, so its springs are ideal. If the beam law shows that a spring cannot be printed, nothing is
+    solved. If meshing or fitting fails, the verdicts on all springs are undecided. Each of the two springs represents
+    all tips of its kind; a square has two equal plates.
     """
     process = design.process
     has_housing = design.tips.tip_layout.has_housing
@@ -171,8 +174,8 @@ def springs_for(
         ideal=as_ != "fitted" or not has_housing,
     )
     needs_housing = {"sized": False, "leaning": design.tips.tip_shape.obeys_hertz, "fitted": True}[as_]
-    is_ruled_out = any(leaves.passed is False for leaves in springs.printable.values())
-    if is_ruled_out or not (has_housing and needs_housing):
+    is_unprintable = any(leaves.passed is False for leaves in springs.printable.values())
+    if is_unprintable or not (has_housing and needs_housing):
         return springs
     lengths = tuple(leaves.length_mm for leaves in springs.printable.values())
     targets = sizing.springs.stiffnesses
@@ -183,20 +186,21 @@ def springs_for(
             return replace(springs, of_plate=give)
         begin = None if begin_solid is None else (lambda housing: begin_solid(housing, springs.deflections))
         solver = HousingSolver(process.E_MPa, process.poisson, begin)
-        fitted = _fitted_housing(housing, targets, solver, tolerance)
+        fitted = _fit_housing(housing, targets, solver, tolerance)
     except (InputError, MeshError, SolveError) as error:
         return springs.undecided(str(error))
-    return _as_fitted(springs, design, sizing, fitted)
+    return _add_solution(springs, design, sizing, fitted)
 
 
 def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptions) -> FittedSprings:
-    """Return springs with the sideways compliance of their plate, if forces are inclined; undecided if it is not found.
+    """Return springs with the lateral compliance of their plate, which inclined forces need; else unchanged.
 
-    The result is cached. The housing does not depend on it, so solids may be begun before.
+    Their verdicts are undecided if it cannot be solved. The result is cached. The housing does not depend on it, so
+    solids may be begun earlier.
     """
     fitted = springs.fitted
-    may_lean = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
-    if fitted is None or not may_lean:
+    is_inclined = design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None
+    if fitted is None or not is_inclined:
         return springs
     E = springs.process.E_MPa
     poisson = springs.process.poisson
@@ -210,10 +214,8 @@ def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptio
         return springs.undecided(str(error))
 
 
-def _fitted_housing(
-    guess: Housing, targets: tuple[float, ...], solver: HousingSolver, tolerance: float
-) -> FittedHousing:
-    """Return the housing with leaves fitted to the targets [N/mm], from a first guess; cached."""
+def _fit_housing(guess: Housing, targets: tuple[float, ...], solver: HousingSolver, tolerance: float) -> FittedHousing:
+    """Return the housing with leaves fitted to the targets [N/mm], from an initial guess; the result is cached."""
     inputs = {
         "guess": asdict(guess),
         "targets": targets,
@@ -224,8 +226,11 @@ def _fitted_housing(
     return cached("flexures", inputs, partial(fit_lengths, guess, targets, solver, tolerance), FittedHousing)
 
 
-def _as_fitted(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:
-    """Return sized springs with stiffness and root strain of their solution, checked at their solved lengths."""
+def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:
+    """Return the springs with stiffness and root strain from FE, and with printability checked at their final lengths.
+
+    The root strain is that at full travel on the firmest fruit.
+    """
     solution = fitted.stiffness
     arms = fitted.housing.arms
     made = {}
@@ -247,17 +252,17 @@ def _as_fitted(springs: FittedSprings, design: Design, sizing: SpringSizing, fit
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[SpringToRead, ...]:
-    """Return the springs for a read-out: stiffness [N/mm] and deflection [mm]."""
-    pairs = zip(springs.springs.items(), springs.deflections, strict=True)
-    return tuple(SpringToRead(name=name, K=spring.stiffness, deflection=move) for (name, spring), move in pairs)
+    """Return what a read-out needs of each spring: its stiffness [N/mm] and its deflection at full travel [mm]."""
+    rows = zip(springs.springs.items(), springs.deflections, strict=True)
+    return tuple(SpringToRead(name=name, K=spring.stiffness, deflection=bend) for (name, spring), bend in rows)
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
-    """Return the movement of each tip towards the fruit by the weight of its parts [mm]; empty without a housing.
+    """Return the displacement of each tip towards the fruit due to the weight of its parts [mm], with its error.
 
-    It is positive if the sensor presses down, and negative if it presses up. If the sensor is held sideways, the weight
-    acts across the press. Along the plate it moves a tip by at most the error, either way. Across the plate it does not
-    move the tip, by symmetry.
+    It is positive if the sensor presses down, and negative if it presses up. A sensor held sideways has its weight
+    across the press, in an unknown direction. Weight along the plate moves a tip by at most the error, in either
+    direction. Weight across the plate does not move it, by symmetry. Empty without a housing.
     """
     fitted = springs.fitted
     if fitted is None:
@@ -272,22 +277,20 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     sign = 1.0 if attitude == "down" else -1.0
     sags = []
     for per_weight, K, error in zip(solution.weight_sag, solution.K, solution.weight_sag_error, strict=True):
-        sag = weight * per_weight + of_pin / K
+        sag = weight * per_weight + of_pin / K  # of the flexure, and due to the weight of a pin at its end
         sags.append(Estimate(sign * sag, error * sag, "mm"))
     return tuple(sags)
 
 
 def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
-    """Return the height of each tip relative to the foremost one by the weight of its parts [mm].
+    """Return the height of each tip relative to the foremost due to the weight of its parts [mm].
 
-    Empty if all are level.
-
-    The foremost tips are at 0 and the others below 0, in the order of the layout.
+    The tips have the order of the layout. The foremost are at 0 and the others below 0. Empty if all are level.
     """
     if springs.ideal:
         return springs.ideal_offsets_mm
     sags = [sag.value for sag in weight_sag(springs, attitude)]
     if not any(sags):
         return ()
-    of_kind = {name: sag - max(sags) for name, sag in zip(springs.springs, sags, strict=True)}
-    return tuple(of_kind[kind] for kind in springs.tips.springs)
+    offsets = {name: sag - max(sags) for name, sag in zip(springs.springs, sags, strict=True)}
+    return tuple(offsets[kind] for kind in springs.tips.springs)

@@ -1,6 +1,6 @@
 """Leaf lengths that give the springs their target stiffness, by finite elements.
 
-One loop changes the lengths by secants until the stiffnesses on a mesh meet the targets. It runs on a coarse mesh and
+The secant method changes the lengths until the stiffnesses on a mesh meet the targets. It runs on a coarse mesh and
 then on a fine one, or on one rough mesh.
 """
 
@@ -38,14 +38,14 @@ from solve.housing.stiffness import (
 from solve.linear import SolveError
 
 TOLERANCE = 1e-3  # relative tolerance of the stiffnesses, and of their targets on the solved mesh
-# relative miss of the targets that is enough on coarse and rough meshes, and the most on a fine one
+# relative deviation from the targets that is accepted on coarse and rough meshes, and the largest on a fine one
 LOOSEST_MISS = 5e-3
-MOST_SOLVES = 10
+MOST_SOLVES = 10  # maximum number of solves on a coarse or rough mesh
 MOST_FINE_SOLVES = 4
 COARSE = 2.0  # scale of the mesh that determines the lengths
 _DIGITS = 3  # decimals of a drawn length [mm]
-_LONGEST_STEP = 1.6  # largest factor on a length in one step, either way
-# least relative step that updates the slope; a shorter one would measure the scatter between meshes
+_LONGEST_STEP = 1.6  # largest factor by which one step lengthens or shortens a leaf
+# smallest relative step that updates the slope; a shorter one would measure the scatter between meshes
 _SHORTEST_STEP = 2e-3
 
 # Stiffness on the rough mesh over stiffness on the normal mesh: 1.0035 to 1.0146 for 93 random designs. The rough error
@@ -56,10 +56,10 @@ ROUGH_ERROR = 0.0088
 
 @dataclass(frozen=True, kw_only=True)
 class MeshPair:
-    """Scales of the solved mesh and of the coarser one that judges it, with the resulting error bar.
+    """Scales of a fine mesh and of a coarser one by which its error is estimated, with the constants of the estimate.
 
-    The error bar is a fraction [1] of the difference between both meshes plus a floor [1]. The pair is used for
-    tolerances of at least `least_tolerance` [1].
+    A larger scale means larger elements. The relative error bar is a `fraction` [1] of the difference between both
+    meshes plus a `floor` [1]. The pair is used for tolerances of at least `least_tolerance` [1].
     """
 
     fine: float
@@ -92,11 +92,12 @@ MESH_PAIRS = (
 
 
 def odd_shape_factor(flexure: Flexure) -> float:
-    """Return the factor on the error bar of two meshes for a leaf of unusual shape [1].
+    """Return the factor by which the error bar of two meshes is enlarged for a leaf of unusual shape [1].
 
-    All meshes have the same fans of elements at the roots, whose error matters if a leaf is hardly deeper than thick.
-    They have few layers for the bending across a leaf that is deeper than long. The factor 2.5 for a leaf as thick as
-    deep covers an observed factor of 2.
+    For such leaves the difference between two meshes underestimates the error. All meshes have the same fans of
+    elements at the roots, whose error matters if a leaf is hardly deeper than thick. They have few layers for the
+    bending across a leaf that is deeper than long. The factor 2.5 for a leaf as thick as deep covers an observed factor
+    of 2.
     """
     shallow = min(1.0, flexure.thickness / flexure.depth)
     short = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))
@@ -112,24 +113,25 @@ class FittedHousing(Record):
 
 
 class HousingSolver:
-    """Solver for housings of one material on meshes of several scales.
+    """Solver for the compliance of housings of one material, on meshes of several scales.
 
-    It also compares the last mesh with its solid.
+    It keeps the last mesh of each scale, to stretch it for the next housing and to compare it with the solid.
     """
 
     def __init__(
         self, E: float, poisson: float, begin_solid: Callable[[Housing], Future[PartSize]] | None = None
     ) -> None:
-        """Store the material [MPa], and the function that begins a solid in parallel with the solves."""
+        """Store the modulus [MPa] and Poisson's ratio, and the function that begins a solid while meshes are solved."""
         self.E = E
         self.poisson = poisson
         self._begin_solid = None if begin_solid is None else functools.lru_cache(maxsize=1)(begin_solid)
         self._last: dict[float, tuple[Housing, FlexureMesh]] = {}  # by the scale of the mesh
 
     def solve(self, housing: Housing, scale: float) -> TipCompliance:
-        """Return the compliance on a mesh of a scale [mm/N]; the coarse mesh is stretched from one housing to the next.
+        """Return the compliance of the tips of a housing on a mesh of a given scale [mm/N].
 
-        A fine solve also begins the solid, because this housing may be the last one.
+        The coarse mesh is stretched from one housing to the next, which is faster than a new mesh. A fine solve also
+        begins the solid, because this housing may be the final one.
         """
         if self._begin_solid is not None and scale < COARSE:
             self._begin_solid(housing)
@@ -151,10 +153,10 @@ class HousingSolver:
 
 @dataclass(frozen=True, kw_only=True)
 class Secant:
-    """Stiffness over length of one spring, almost a straight line in K^(-1/3) as for a beam.
+    """A secant through the relation between the length of a leaf and K^(-1/3), which is a straight line for a beam.
 
-    `slope` is d length / d K^(-1/3), and `root` the last K^(-1/3). `length` [mm] and `root` are nan before the first
-    solve.
+    `slope` is d length / d K^(-1/3). `length` [mm] and `root`, K^(-1/3), belong to the last solve, and are nan before
+    the first.
     """
 
     slope: float
@@ -162,7 +164,10 @@ class Secant:
     root: float = math.nan
 
     def through(self, length: float, K: float) -> "Secant":
-        """Return the line through a new point [mm, N/mm] and the last one, if that is far enough away."""
+        """Return the secant through a new point, `length` [mm] and K [N/mm], and the previous one.
+
+        The slope stays if both points are too close together, or if they do not rise.
+        """
         root = K ** (-1.0 / 3.0)
         step = length - self.length
         is_slope = abs(step) > _SHORTEST_STEP * length and (root - self.root) * step > 0.0
@@ -173,10 +178,10 @@ class Secant:
         return 1.0 / (self.root + (length - self.length) / self.slope) ** 3
 
     def length_for(self, K: float) -> float:
-        """Return the length [mm] for a stiffness K, to 0.001 mm and within a factor of 1.6 of the last length."""
+        """Return the length [mm] for a stiffness K [N/mm], rounded to 0.001 mm, within a factor of 1.6 of the last."""
         root: float = K ** (-1.0 / 3.0)
-        wanted = self.length + self.slope * (root - self.root)
-        return round(min(max(wanted, self.length / _LONGEST_STEP), self.length * _LONGEST_STEP), _DIGITS)
+        extrapolated = self.length + self.slope * (root - self.root)
+        return round(min(max(extrapolated, self.length / _LONGEST_STEP), self.length * _LONGEST_STEP), _DIGITS)
 
 
 class Solved(NamedTuple):
@@ -186,10 +191,13 @@ class Solved(NamedTuple):
     compliance: TipCompliance
     secants: tuple[Secant, ...]
 
-    def moved(self, aims: Floats) -> Housing:
-        """Return the housing with the lengths that aim at other stiffnesses [N/mm] on this mesh; raises InputError."""
+    def aim_at(self, targets: Floats) -> Housing:
+        """Return the housing with the leaf lengths at which the secants reach other stiffnesses [N/mm] on this mesh.
+
+        Raises InputError if a leaf would be shorter than its two fillets.
+        """
         flexures = {}
-        for arm, secant, K in zip(self.housing.arms, self.secants, aims.tolist(), strict=True):
+        for arm, secant, K in zip(self.housing.arms, self.secants, targets.tolist(), strict=True):
             length = secant.length_for(K)
             key = f"flexures.{arm.name}.length"
             if not length > 2.0 * arm.flexure.fillet:
@@ -199,8 +207,11 @@ class Solved(NamedTuple):
             flexures[arm.name] = dataclasses.replace(arm.flexure, length=length)
         return self.housing.with_flexures(flexures)
 
-    def carried_to(self, housing: Housing) -> TipCompliance:
-        """Return the result of this mesh scaled to lengths so close that a further solve would add nothing."""
+    def scale_to(self, housing: Housing) -> TipCompliance:
+        """Return the compliance on this mesh for a housing of nearly the same lengths, scaled instead of solved.
+
+        The secants give its stiffnesses. The lengths are so close that a further solve would not improve them.
+        """
         found = self.compliance
         pairs = zip(self.secants, housing.arms, strict=True)
         K = np.array([secant.stiffness(arm.flexure.length) for secant, arm in pairs])
@@ -209,18 +220,19 @@ class Solved(NamedTuple):
         return dataclasses.replace(found, C=found.C * np.outer(scale, scale), weight_sag=sag)
 
 
-def meet(
+def fit_on_mesh(
     housing: Housing,
     slopes: Sequence[float],
-    aims: Floats,
+    targets: Floats,
     solve: Callable[[Housing], TipCompliance],
     miss: float = LOOSEST_MISS,
     most_solves: int = MOST_SOLVES,
 ) -> Solved:
-    """Return the housing whose springs meet their aims [N/mm] on one mesh within a relative miss [1].
+    """Fit the leaf lengths of a housing by the secant method until its springs meet the targets on one mesh.
 
-    The secants start with the given slopes. Raises InputError if an aim leaves no leaf, and SolveError if `most_solves`
-    are not enough.
+    `targets` are stiffnesses [N/mm], and `miss` [1] is the largest relative deviation from them. `solve` computes the
+    compliance of a housing on the mesh, at most `most_solves` times. `slopes` are the initial slopes of the secants,
+    one for each spring. Raises InputError if a target leaves no leaf, and SolveError if the solves do not suffice.
     """
     secants = tuple(Secant(slope=slope) for slope in slopes)
     for _ in range(most_solves):
@@ -228,11 +240,11 @@ def meet(
         rows = zip(secants, housing.arms, found.K, strict=True)
         secants = tuple(secant.through(arm.flexure.length, K) for secant, arm, K in rows)
         solved = Solved(housing, found, secants)
-        if largest_miss(found.K, aims) <= miss:
+        if largest_miss(found.K, targets) <= miss:
             return solved
-        housing = solved.moved(aims)
+        housing = solved.aim_at(targets)
     K = ", ".join(f"{stiffness:.6g}" for stiffness in found.K)
-    wanted = ", ".join(f"{aim:.6g}" for aim in aims)
+    wanted = ", ".join(f"{target:.6g}" for target in targets)
     msg = (
         f"flexures: K = {K} N/mm after {most_solves} solves: must be {wanted} N/mm within {miss:g}; choose other "
         f"targets or another --tol"
@@ -250,9 +262,10 @@ def fit_lengths(
 ) -> FittedHousing:
     """Return the housing whose leaf lengths give each spring its target stiffness [N/mm] within 0.1 %.
 
-    The error bars are within the relative tolerance if a mesh reaches it. A tolerance above 0.1 % also applies to the
-    targets, up to 0.5 %. Pins glued into the feet are in series with the springs. Raises InputError if a target leaves
-    no leaf, SolveError if the solves do not meet the targets, and MeshError.
+    `housing` is the initial guess. The error bars of the stiffnesses are within the relative `tolerance` [1], if a mesh
+    reaches it. A tolerance above 0.1 % also applies to the targets, up to 0.5 %. Pins glued into the feet are in series
+    with the springs. Raises InputError if a target leaves no leaf, SolveError if the solves do not meet the targets,
+    and MeshError if a mesh differs from its solid.
     """
     start = time.perf_counter()
     pin = None if housing.pin is None else pin_compliance(housing.pin, solver.E, solver.poisson)
@@ -279,9 +292,10 @@ def _percents(errors: Sequence[float]) -> str:
 def _fit_on_pairs(
     housing: Housing, targets: Floats, solver: HousingSolver, tolerance: float
 ) -> tuple[Housing, HousingStiffness]:
-    """Return a housing fitted to targets [N/mm] and its stiffness, on the cheapest pair of meshes within tolerance.
+    """Return a housing fitted to targets [N/mm] with its stiffness, on the cheapest pair of meshes within a tolerance.
 
-    The coarse mesh finds the lengths, so that one solve on the fine mesh is usually enough.
+    The lengths are first fitted on the coarse mesh, so that one solve on the fine mesh is usually enough. If no pair
+    meets the tolerance, the finest one is returned.
     """
     slopes = _beam_slopes(housing, solver.E)
     miss = min(max(tolerance, TOLERANCE), LOOSEST_MISS)
@@ -289,17 +303,18 @@ def _fit_on_pairs(
     for pair in (pair for pair in MESH_PAIRS if pair.least_tolerance <= tolerance):
         solve = functools.partial(solver.solve, scale=pair.fine)
         if pair.fine == COARSE:
-            coarse = fine = meet(housing, slopes, targets, solve, miss)
-            judge = solver.solve(fine.housing, pair.coarse)
+            coarse = fine = fit_on_mesh(housing, slopes, targets, solve, miss)
+            coarser_solution = solver.solve(fine.housing, pair.coarse)
         else:
-            lifted = targets * [coarse_lift(arm.flexure) for arm in housing.arms]
+            # The coarse mesh is too stiff by a known factor, so it is fitted to higher targets.
+            coarse_targets = targets * [coarse_lift(arm.flexure) for arm in housing.arms]
             if coarse is None:
-                coarse = meet(housing, slopes, lifted, functools.partial(solver.solve, scale=COARSE))
-            learnt = [secant.slope for secant in coarse.secants]
-            fine = meet(coarse.moved(lifted), learnt, targets, solve, miss, MOST_FINE_SOLVES)
-            judge = coarse.carried_to(fine.housing)
+                coarse = fit_on_mesh(housing, slopes, coarse_targets, functools.partial(solver.solve, scale=COARSE))
+            coarse_slopes = [secant.slope for secant in coarse.secants]
+            fine = fit_on_mesh(coarse.aim_at(coarse_targets), coarse_slopes, targets, solve, miss, MOST_FINE_SOLVES)
+            coarser_solution = coarse.scale_to(fine.housing)
         housing = fine.housing
-        stiffness = pair.judged(housing, fine.compliance, judge)
+        stiffness = pair.judged(housing, fine.compliance, coarser_solution)
         if max(stiffness.error) <= tolerance:
             break
     solver.check(pair.fine)
@@ -307,30 +322,33 @@ def _fit_on_pairs(
 
 
 def coarse_lift(flexure: Flexure) -> float:
-    """Return an estimate of the stiffness on the coarse mesh over the stiffness on a finer one [1].
+    """Return an estimate of the ratio of the stiffness on the coarse mesh to that on a finer one [1].
 
-    It is usually accurate to 5e-4. Fitted by tests/reference/fits/test_housing.py.
+    It is usually accurate to 5e-4. The constants are fitted in tests/reference/fits/test_housing.py.
     """
     return 1.0 + 0.0035 / (1.0 + 0.55 * flexure.length / flexure.depth)
 
 
 def _beam_slopes(housing: Housing, E: float) -> list[float]:
-    """Return the slope of each leaf's length [mm] over K^(-1/3) by the beam law [E in MPa]."""
+    """Return the slope d length / d K^(-1/3) of each leaf by the beam law K = 2 E d (t / L)^3, with E in MPa."""
     return [arm.flexure.thickness * math.cbrt(2.0 * E * arm.flexure.depth) for arm in housing.arms]
 
 
 def _fit_on_rough_mesh(housing: Housing, targets: Floats, solver: HousingSolver) -> tuple[Housing, HousingStiffness]:
     """Return a housing fitted to targets [N/mm] on the rough mesh, and its stiffness.
 
-    No solid is compared with the mesh.
+    The mesh is not compared with a solid.
     """
     solve = functools.partial(rough_compliance, E=solver.E, poisson=solver.poisson)
-    solved = meet(housing, _beam_slopes(housing, solver.E), targets, solve)
+    solved = fit_on_mesh(housing, _beam_slopes(housing, solver.E), targets, solve)
     return solved.housing, rough_stiffness(solved.housing, solved.compliance)
 
 
 def rough_compliance(housing: Housing, E: float, poisson: float) -> TipCompliance:
-    """Return the compliance [mm/N, E in MPa] on the rough mesh, corrected to the normal mesh; raises SolveError."""
+    """Return the compliance of the tips [mm/N] on the rough mesh, corrected to the normal mesh; raises SolveError.
+
+    E is in MPa.
+    """
     found = compliance_of(coarse_half(housing, E, poisson, rough=True))
     return dataclasses.replace(found, C=ROUGH_LIFT * found.C)
 
@@ -344,7 +362,10 @@ def rough_stiffness(housing: Housing, found: TipCompliance) -> HousingStiffness:
 
 
 def targets_without_pins(targets: Sequence[float], pin: Estimate) -> tuple[float, ...]:
-    """Return the stiffnesses [N/mm] of the feet that give the targets with glued pins of this compliance [mm/N]."""
+    """Return the stiffnesses [N/mm] that the feet need so that they meet the targets with pins in series.
+
+    `pin` is the compliance of a pin glued into its foot [mm/N]. Raises InputError if a pin is softer than its target.
+    """
     for name, K in zip(SPRINGS, targets, strict=True):
         if pin.value * K >= 1.0:
             bound = f"less than {1.0 / pin.value:.4g} N/mm, the stiffness of a pin in its foot"
@@ -355,13 +376,13 @@ def targets_without_pins(targets: Sequence[float], pin: Estimate) -> tuple[float
 
 
 def add_pin_compliance(stiffness: HousingStiffness, pin: Estimate) -> HousingStiffness:
-    """Return the stiffness [N/mm] at the faces of pins from the stiffness of the feet and the pins' compliance [mm/N].
+    """Return the stiffness [N/mm] at the faces of pins, from that of their feet and the compliance of a pin [mm/N].
 
-    Half the pins' span is in the error.
+    The error of the pin's compliance is added to the error of the mesh.
     """
     C = stiffness.C + pin.value * np.eye(len(stiffness.C))
     errors = []
     for with_pin, foot, mesh_error in zip(tip_stiffnesses(C), stiffness.K, stiffness.error, strict=True):
-        of_foot = with_pin / foot  # share of the foot in the compliance, and so of its error
-        errors.append(of_foot * mesh_error + pin.error * with_pin)
+        foot_share = with_pin / foot  # share of the foot in the compliance, and so of its error
+        errors.append(foot_share * mesh_error + pin.error * with_pin)
     return dataclasses.replace(stiffness, C=C, error=tuple(errors))

@@ -1,4 +1,4 @@
-"""The mount of a housing in the solver, as elastic layers."""
+"""The mount of a housing as elastic layers of the solver, and the lateral compliance of its tips."""
 
 import functools
 from collections.abc import Sequence
@@ -24,9 +24,10 @@ ROUGH_SCALE = 3.0  # scale of the only mesh of a rough answer, which has one lay
 
 
 def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
-    """Return the elastic layers between frame and ground [mm]; empty if the walls of the holes are fixed.
+    """Return the elastic layers that represent the mount between the frame and rigid ground [mm].
 
-    A cover is a layer of the housing's material, whose outer face a flat metal plate holds.
+    A cover is a layer of the housing's material, whose outer face is held by a flat metal plate. A washer is a thin
+    layer under its disc. Empty if the walls of the holes are fixed.
     """
     holes = discs_at(housing, housing.hole_diameter)
     if housing.mount == "covers":
@@ -41,10 +42,10 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
 
 
 def _with_twin(front: ElasticLayer, housing: Housing, gap: float) -> tuple[ElasticLayer, ...]:
-    """Return the layers of one plate of a square: its own layer in front, and its twin behind a gap [mm].
+    """Return the layers of one plate of a square: its own cover in front, and the second plate behind a `gap` [mm].
 
     The solver puts every layer on both sides. So each layer is twice as thick here, which makes it half as stiff. K_h
-    becomes 0.02 % too high, which is less than the mesh error; the load of the twin changes it even less.
+    becomes 0.02 % too high, which is less than the mesh error. The load on the second plate changes it even less.
     """
     twin = gap + housing.depth + front.thickness
     back = ElasticLayer(name=SIDES, thickness=2.0 * twin, rectangles=rim(housing), holes=front.holes)
@@ -53,26 +54,27 @@ def _with_twin(front: ElasticLayer, housing: Housing, gap: float) -> tuple[Elast
 
 @functools.lru_cache(maxsize=1)
 def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> ClampedHalf:
-    """Return half the housing in its mount on a coarse or a rough mesh [E in MPa]; the last result is cached.
+    """Return the factorised model of half the housing in its mount, on a coarse or a rough mesh; E is in MPa.
 
-    The sideways compliance of tips is computed on it; a rough answer uses nothing else. Raises SolveError.
+    The lateral compliance of tips and the stress on the page are computed with it; a rough answer uses no other mesh.
+    The last result is cached. Raises SolveError.
     """
     mesh = flexure_mesh(housing, ROUGH_SCALE, layers=1) if rough else flexure_mesh(housing, COARSE_SCALE)
     return clamped_half(mesh, E, poisson, mount_layers(housing))
 
 
 def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool) -> SidewaysGive:
-    """Return the sideways compliance of the tips of a plate under inclined forces, E in MPa.
+    """Return the lateral compliance of the tips of a plate under inclined forces, from a coarse mesh; E is in MPa.
 
-    It belongs to the centres of the spheres of domes, or to flat faces, on a coarse mesh. Its error is the relative
-    difference between that mesh and the stiffness K [N/mm] on finer ones. Raises MeshError or SolveError.
+    The forces act at the centres of the spheres of domes, or at flat faces. The error is the relative difference
+    between the stiffness along the press on this mesh and K [N/mm] on finer ones. Raises MeshError or SolveError.
     """
-    centre = housing.dome.radius if housing.dome else 0.0
-    lever = centre - housing.beyond_face
+    height_of_force = housing.dome.radius if housing.dome else 0.0
+    lever = height_of_force - housing.beyond_face
     half = coarse_half(housing, E, poisson, rough=rough)
     compliance = lever_compliance(half, lever)
     error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())
-    compliance[..., 2, 2] = 0.0  # the springs contain the compliance from up to up
+    compliance[..., 2, 2] = 0.0  # the compliance along the press due to forces along it is in the springs' matrix C
     return SidewaysGive(compliance, error)
 
 
@@ -83,7 +85,10 @@ def walls(housing: Housing) -> tuple[Rectangle, ...]:
 
 
 def rim(housing: Housing) -> tuple[Rectangle, ...]:
-    """Return the contact of a cover's rim or a pad with the frame [mm]: posts and bar, set back from their edges."""
+    """Return the rectangles in which a cover's rim or a pad touches the frame [mm], set back from its edges.
+
+    They are the posts, left one first, and the bar above the cavity.
+    """
     foot = max(housing.cover_level, housing.protrusion)
     top = housing.top_level
     rectangles = []

@@ -1,6 +1,7 @@
-"""The stiffness of a part that the user made, with its error bar: swept where it is an extrusion.
+"""The stiffness of a part that the user made, with its error bar.
 
-A part is held and pressed as the housing of a design is, or at faces that points name.
+A part is held and pressed as the housing of a design is, or at faces that points name. If most of it is an extrusion,
+its section is meshed and swept into hexahedra; any other part is meshed with tetrahedra.
 """
 
 from __future__ import annotations
@@ -44,38 +45,39 @@ if TYPE_CHECKING:
     from cad.parts.part import Part
     from solve.housing.elastic_layer import ElasticLayer
 
-HELD = "mounting_holes"  # as the solver names what does not move
-_MESHES = ((4.0, 1), (3.0, 2))  # scale of the section and layers over half the depth: of the judge, and of the answer
-# Size of elements at sharp inner corners over the thickness, in the judge and in the answer; without these it is 1.
+HELD = "mounting_holes"  # the solver's name for the faces that do not move
+# Scale of the section and number of layers through half the depth: of the coarse mesh, and of the fine one, whose
+# result is returned.
+_MESHES = ((4.0, 1), (3.0, 2))
+# Size of elements at sharp inner corners over the thickness, in the coarse and in the fine mesh; elsewhere it is 1.
 _CORNER_SIZES = (0.2, 0.1)
-# Strain grows at most like r^-0.5, as at a slit, and its energy within a size at most like the size. So the answer
-# still lacks this share of the change of K between size 1 and the size of the judge. M. L. Williams, J. Appl. Mech.
-# 19, 526.
+# Towards a corner, strain grows at most like r^-0.5, as at a slit, so its energy within a radius grows at most like the
+# radius. The error that remains in the fine mesh is thus this share of the change of K between element size 1 and the
+# size in the coarse mesh. M. L. Williams, J. Appl. Mech. 19, 526.
 _CORNER_ERROR = _CORNER_SIZES[1] / (1.0 - _CORNER_SIZES[0])
 _MOST_STIFF = 0.02  # largest K of a part that bends, over E times the distance from pressed to held faces
-# Scales of tetrahedra, until the bar is fine enough; a mesh of 186,000 unknowns took 38 CPU s and 1.4 GiB.
+# Scales of tetrahedra, refined until the error bar is small enough; 186,000 unknowns took 38 s of CPU time and 1.4 GiB.
 _SCALES = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35)
-_FEWEST = 3
-_SHARP = "it is not largest at a round inner corner, and at a sharp one it has no limit"
-_FINE_ENOUGH = 0.01
-_SWEPT_ENOUGH = 0.1  # the bar of a sweep beyond which too much of the part is left out for it
-MOST_SECONDS = 120.0
-MOST_BYTES = 6.0 * 2**30
+_FEWEST = 3  # minimum number of meshes for an extrapolation
+_FINE_ENOUGH = 0.01  # relative error at which the refinement ends
+_SWEPT_ENOUGH = 0.1  # largest relative error of a sweep; above it, too much of the part is not swept
+MOST_SECONDS = 120.0  # limit of CPU time for all meshes of tetrahedra
+MOST_BYTES = 6.0 * 2**30  # limit of memory for one mesh of tetrahedra
 _SECONDS_PER_UNKNOWN = 2e-4
 _BYTES_PER_UNKNOWN = 7e3
 _UP = (0.0, 0.0, 1.0)
 
 Where = str | tuple[float, float, float] | Sequence[tuple[float, float, float]]
-"""Faces by a tag, by a point on one, or by points on several [mm]."""
+"""One or more faces: a tag, a point on a face, or points on several faces [mm]."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class PressedFace(Record):
     """One pressed face of a part: its stiffness K [N/mm] with its relative error, and its largest strain.
 
-    `K_held` is its stiffness where the walls of the design's screw holes are held, and not the design's covers.
-    `strain_per_N` [1/N] is the largest strain at a round inner corner, with its relative error; `no_strain` says why
-    there is none.
+    `K_held` [N/mm] is its stiffness if the walls of the design's screw holes are held instead of the design's covers.
+    `strain_per_N` [1/N] is the largest strain at a round inner corner, with its relative error `strain_error`. If it is
+    unknown, `no_strain` gives the reason.
     """
 
     K: float
@@ -152,8 +154,9 @@ def stiffness(
 ) -> PartStiffness:
     """Return the stiffness of a part of your own, pressed at faces that you name, by finite elements.
 
-    An even load against its outer normal presses each face, one at a time. The face moves by the mean over its area.
-    The error bars contain meshes and what they leave out, but not the error of the material.
+    Each face in turn carries a uniform pressure. Its stiffness is the force divided by the mean displacement of the
+    face along the pressure. The error bars contain the error of the meshes and of features that they leave out, but not
+    the error of the material.
 
     Parameters
     ----------
@@ -203,43 +206,48 @@ def stiffness(
     if not isinstance(names, Mapping) or not pressed or HELD in pressed:
         hint = "as in {'tip': (20.5, -3, -3)}"
         raise validation_error("pressed", str(pressed), "", "a mapping of names to one face or more", hint)
-    one = own_solid(as_one_shape(solid), "solid")
-    faces = {name: _faces_of(solid, one, f"pressed[{name!r}]", where) for name, where in pressed.items()}
-    directions = {name: pressed_direction(one, f"pressed[{name!r}]", places) for name, places in faces.items()}
-    faces[HELD] = _faces_of(solid, one, "held", held)
+    body = own_solid(as_one_shape(solid), "solid")
+    faces = {name: _find_faces(solid, body, f"pressed[{name!r}]", where) for name, where in pressed.items()}
+    directions = {name: pressed_direction(body, f"pressed[{name!r}]", indices) for name, indices in faces.items()}
+    faces[HELD] = _find_faces(solid, body, "held", held)
     _refuse_held_and_pressed(faces, "pressed")
-    return _stiffness(own_part(one, faces), _Scene(presses=directions, material=(E_MPa, poisson), housing=None))
+    return _solve_part(own_part(body, faces), _Scene(presses=directions, material=(E_MPa, poisson), housing=None))
 
 
-def _faces_of(solid: object, one: cq.Solid, flag: str, where: Where) -> tuple[int, ...]:
-    """Return the faces of a part that a tag or points name; raises InputError."""
+def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> tuple[int, ...]:
+    """Return the indices of the faces of a body that a tag or points name.
+
+    `solid` is the object that the user passed, which may have tags. Raises InputError with the name of the `argument`
+    if the tag or a face is not found, or if `where` is neither a tag nor points.
+    """
     from cad.checks.own_part import faces_at, tagged_faces
 
     if isinstance(where, str):
-        return tagged_faces(solid, one, flag, where)
+        return tagged_faces(solid, body, argument, where)
     try:
         points = np.array(where, dtype=float)
     except (TypeError, ValueError):
         points = np.empty(0)
     points = points[None] if points.ndim == 1 else points
     if not points.size or points.shape[1:] != (3,) or not np.isfinite(points).all():
-        raise validation_error(flag, str(where), "mm", "a tag, or points of three numbers", "as in (4, 0, 0)")
-    return faces_at(one, flag, [(x, y, z) for x, y, z in points.tolist()])
+        raise validation_error(argument, str(where), "mm", "a tag, or points of three numbers", "as in (4, 0, 0)")
+    return faces_at(body, argument, [(x, y, z) for x, y, z in points.tolist()])
 
 
 def _refuse_held_and_pressed(faces: Mapping[str, tuple[int, ...]], flag: str) -> None:
-    """Raise InputError where a face is held and pressed at once; the flag names what is pressed."""
-    for name, places in faces.items():
-        if name != HELD and set(places) & set(faces[HELD]):
+    """Raise InputError if a face is both held and pressed; `flag` is the flag or argument of the pressed faces."""
+    for name, indices in faces.items():
+        if name != HELD and set(indices) & set(faces[HELD]):
             what = f"{flag} {name}"
             hint = "press another face, or hold another"
             raise validation_error(what, "a face", "", "free: it is held too", hint)
 
 
 def refuse_part(path: Path, points: Mapping[str, Sequence[Place]]) -> None:
-    """Raise InputError if a STEP file is not one part, or a point of a flag [mm] lies on no face of it.
+    """Raise InputError if a STEP file is not one solid, or if a point of a flag [mm] lies on none of its faces.
 
-    It takes a second, and `file_stiffness` asks the same when the springs of a design are known.
+    `points` has the points of each flag. The check takes a second. `file_stiffness` repeats it, but only when the
+    springs of a design are known, which takes longer.
     """
     from cad.checks.own_part import faces_at, read_own_solid
 
@@ -256,9 +264,11 @@ def file_stiffness(
     pressed: Mapping[str, Place] | None = None,
     housing: Housing | None = None,
 ) -> PartStiffness:
-    """Return the stiffness of the part of a STEP file, held and pressed at points [mm], else as a design's housing.
+    """Return the stiffness of the part in a STEP file, which is held and pressed at given points [mm].
 
-    Pins count with the feet that carry them. `material` is E [MPa] and Poisson's ratio. Raises InputError.
+    Without points it is held and pressed where the `housing` of a design is. The compliance of pins in the feet of that
+    housing is added. `material` is Young's modulus [MPa] and Poisson's ratio. Raises InputError if a face is not found,
+    or if the part cannot be solved.
     """
     from cad.checks.own_part import (
         faces_at,
@@ -273,7 +283,7 @@ def file_stiffness(
     solid = read_own_solid(path, housing)
     if pressed:
         faces = {name: faces_at(solid, "--pressed", [point]) for name, point in pressed.items()}
-        directions = {name: pressed_direction(solid, "--pressed", places) for name, places in faces.items()}
+        directions = {name: pressed_direction(solid, "--pressed", indices) for name, indices in faces.items()}
     else:
         tips = tip_points(housing) if housing is not None else {}
         solid = with_flat_tips(solid, tips.values())
@@ -285,23 +295,25 @@ def file_stiffness(
         faces[HELD] = faces_at(solid, "a screw hole of the design", hole_points(housing))
     _refuse_held_and_pressed(faces, "--pressed")
     scene = _Scene(presses=directions, material=material, housing=None if held else housing)
-    found = _stiffness(own_part(solid, faces), scene)
+    found = _solve_part(own_part(solid, faces), scene)
     if housing is None or housing.pin is None:
         return found
     pin = pin_compliance(housing.pin, *material)
-    return replace(found, faces={name: _with_pin(face, pin) for name, face in found.faces.items()})
+    return replace(found, faces={name: _add_pin(face, pin) for name, face in found.faces.items()})
 
 
-def _with_pin(face: PressedFace, pin: Estimate) -> PressedFace:
+def _add_pin(face: PressedFace, pin: Estimate) -> PressedFace:
+    """Return a pressed foot with the compliance of its pin [mm/N] in series."""
     K = 1.0 / (1.0 / face.K + pin.value)
     return replace(face, K=K, K_error=K / face.K * face.K_error + pin.error * K)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Scene:
-    """Unit directions in which named faces are pressed, the modulus [MPa] and Poisson's ratio, and what holds a part.
+    """Loads, material and support of a part.
 
-    That is the mount of a housing, or if there is none, that the faces named `HELD` do not move.
+    `presses` are the unit directions in which named faces are pressed, and `material` is Young's modulus [MPa] and
+    Poisson's ratio. The part is held by the mount of a `housing`. Without one, the faces named `HELD` do not move.
     """
 
     presses: Mapping[str, tuple[float, float, float]]
@@ -310,12 +322,16 @@ class _Scene:
 
     @property
     def layers(self) -> tuple[ElasticLayer, ...]:
-        """Return the layers of the mount of the housing; none without one."""
+        """Return the elastic layers of the housing's mount; empty without a housing."""
         return () if self.housing is None else mount_layers(self.housing)
 
 
-def _stiffness(part: Part, scene: _Scene) -> PartStiffness:
-    """Return the stiffness of a part whose faces are named; raises InputError."""
+def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
+    """Return the stiffness of a part at its named faces, by a swept mesh if that is accurate, else by tetrahedra.
+
+    If the tetrahedra would cost too much, the result of the sweep is returned despite its large error bar. Raises
+    InputError if neither method can solve the part.
+    """
     from cad.checks.own_part import extrusion_of
 
     start = time.perf_counter()
@@ -324,16 +340,16 @@ def _stiffness(part: Part, scene: _Scene) -> PartStiffness:
     reason = "no section is swept over most of it"
     if extrusion is not None:
         try:
-            swept = replace(_swept(extrusion, scene), seconds=time.perf_counter() - start)
-        except MeshError as error:  # its part is solved whole
+            swept = replace(_solve_swept(extrusion, scene), seconds=time.perf_counter() - start)
+        except MeshError as error:  # the part is then meshed with tetrahedra
             reason = str(error)
     if swept is not None:
-        bar = max(face.K_error for face in swept.faces.values())
-        if bar <= _SWEPT_ENOUGH:
+        largest_error = max(face.K_error for face in swept.faces.values())
+        if largest_error <= _SWEPT_ENOUGH:
             return swept
-        reason = f"what its sweep leaves out may move K by {100.0 * bar:.2g} %"
+        reason = f"what its sweep leaves out may move K by {100.0 * largest_error:.2g} %"
     try:
-        found = _in_tetrahedra(part, scene)
+        found = _solve_in_tetrahedra(part, scene)
     except InputError:
         if swept is None:
             raise
@@ -341,8 +357,12 @@ def _stiffness(part: Part, scene: _Scene) -> PartStiffness:
     return replace(found, not_swept=reason, seconds=time.perf_counter() - start)
 
 
-def _in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
-    """Return the stiffness of any solid, on finer and finer meshes until the bar or the cost is reached."""
+def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
+    """Return the stiffness of a solid of any shape, extrapolated from successively finer meshes of tetrahedra.
+
+    The refinement ends when the error is small enough, or when the next mesh would exceed the limit of time or memory.
+    Raises InputError if this limit allows fewer than three meshes.
+    """
     from cad.checks.own_part import walls_of, with_sides
 
     layers = scene.layers
@@ -363,19 +383,18 @@ def _in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
         solved.append(tetrahedral_compliance(mesh, scene.material, scene.presses, layers))
         if len(solved) == 1:
             _refuse_block(solved[0], part, scene)
-        if len(solved) >= _FEWEST and max(step / abs(K) for K, step in _extrapolated(solved)) < _FINE_ENOUGH:
+        if len(solved) >= _FEWEST and max(error / abs(K) for K, error in _extrapolate(solved)) < _FINE_ENOUGH:
             break
     if len(solved) < _FEWEST:
-        bound = (
-            f"at most about {MOST_SECONDS / _SECONDS_PER_UNKNOWN:.3g} for all meshes, {MOST_SECONDS:g} s of a processor"
-        )
+        most_unknowns = MOST_SECONDS / _SECONDS_PER_UNKNOWN
+        bound = f"at most about {most_unknowns:.3g} for all meshes, {MOST_SECONDS:g} s of CPU time"
         hint = "take fine details away from where nothing bends, or draw the part as one section that is swept"
         what = "unknowns of the part in tetrahedra"
         raise validation_error(what, unknowns, "", bound, hint)
     no_strain = "tetrahedra are too coarse at the roots of leaves for it"
     faces = {
-        name: PressedFace(K=K, K_error=step / K + ERROR_FLOOR, no_strain=no_strain)
-        for name, (K, step) in zip(scene.presses, _extrapolated(solved), strict=True)
+        name: PressedFace(K=K, K_error=error / K + ERROR_FLOOR, no_strain=no_strain)
+        for name, (K, error) in zip(scene.presses, _extrapolate(solved), strict=True)
     }
     return PartStiffness(
         faces=faces,
@@ -389,14 +408,20 @@ def _in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
     )
 
 
-def _extrapolated(solved: Sequence[PartCompliance]) -> list[tuple[float, float]]:
-    """Return the stiffness of each pressed face at size 0 and its error [N/mm]."""
+def _extrapolate(solved: Sequence[PartCompliance]) -> list[tuple[float, float]]:
+    """Return the stiffness of each pressed face extrapolated to element size 0, and its error [N/mm]."""
     sizes = _SCALES[: len(solved)]
     return [at_size_zero(sizes, K) for K in np.array([each.K for each in solved]).T.tolist()]
 
 
-def _swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
-    """Return the stiffness of an extrusion from two meshes, held by the layers of the design's mount if any."""
+def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
+    """Return the stiffness of an extrusion from two swept meshes of its section, with an error bar.
+
+    The error bar has three parts: the difference between both meshes, sharp inner corners, and features that are not
+    swept. The mount of the design holds the part if its layers lie on the ends of the extrusion. Raises MeshError if
+    the section cannot be meshed.
+    """
+    # The mesh is swept along y, so the loads are rotated into the axes of the extrusion.
     turned = {name: tuple((extrusion.turn @ direction).tolist()) for name, direction in scene.presses.items()}
     layers = scene.layers if np.allclose(extrusion.turn, np.eye(3)) else ()
     (coarse_scale, coarse_layers), (fine_scale, fine_layers) = _MESHES
@@ -405,54 +430,59 @@ def _swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     coarse = swept_compliance(mesh, scene.material, turned, layers)
     _refuse_block(coarse, extrusion.part, scene)
     numbers = strained_corners(coarse)
-    missed = np.zeros(len(turned))
+    neglected = np.zeros(len(turned))  # relative error of K due to corners and features that are not swept
     if numbers:
-        mesh = _judge_at_corners(extrusion, turned, numbers)
-        rough, coarse = coarse, swept_compliance(mesh, scene.material, turned, layers)
-        missed = _CORNER_ERROR * np.abs(rough.K / coarse.K - 1.0)
-    of_answer = FineCorners(numbers=numbers, size=_CORNER_SIZES[1])
-    mesh = swept_part(extrusion, fine_scale, fine_layers, turned.values(), of_answer)
+        mesh = _coarse_mesh_with_fine_corners(extrusion, turned, numbers)
+        unrefined, coarse = coarse, swept_compliance(mesh, scene.material, turned, layers)
+        neglected = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
+    fine_corners = FineCorners(numbers=numbers, size=_CORNER_SIZES[1])
+    mesh = swept_part(extrusion, fine_scale, fine_layers, turned.values(), fine_corners)
     fine = swept_compliance(mesh, scene.material, turned, layers)
     held = swept_compliance(mesh, scene.material, turned) if layers else fine
-    missed += left_out(mesh, fine)
+    neglected += left_out(mesh, fine)
     volume = mesh.excess * mesh.area
-    where = None
-    if volume.sum() > 1e-6 * mesh.area.sum():
+    largest_place = None
+    if volume.sum() > 1e-6 * mesh.area.sum():  # less is round-off
         x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volume))]
-        where = (float(x), float(y), float(z))
+        largest_place = (float(x), float(y), float(z))
     return PartStiffness(
-        faces=_faces(scene.presses, (coarse, fine), missed, held if layers else None),
+        faces=_pressed_faces(scene.presses, (coarse, fine), neglected, held if layers else None),
         material=scene.material,
         method="section in quadratic hexahedra, swept",
         held_by="the design's covers" if layers else "the faces that are held",
         dofs=fine.dofs,
         left_out_mm3=float(volume.sum()),
-        left_out_at=where,
+        left_out_at=largest_place,
     )
 
 
-def _judge_at_corners(
+def _coarse_mesh_with_fine_corners(
     extrusion: Extrusion, presses: Mapping[str, tuple[float, ...]], numbers: tuple[int, ...]
 ) -> SweptPart:
-    """Return the coarse mesh with finer elements at sharp corners; raises MeshError.
+    """Return the coarse mesh with smaller elements at the sharp corners of these `numbers`; raises MeshError.
 
-    Coarse quadrilaterals may be folded where they grow from small ones; those between both meshes then are not.
+    Coarse quadrilaterals may be folded where their size grows quickly from that of small ones. A scale between the
+    coarse and the fine mesh is then used instead.
     """
     (coarse, layers), (fine, _) = _MESHES
-    of_judge = FineCorners(numbers=numbers, size=_CORNER_SIZES[0])
+    fine_corners = FineCorners(numbers=numbers, size=_CORNER_SIZES[0])
     try:
-        return swept_part(extrusion, coarse, layers, presses.values(), of_judge)
+        return swept_part(extrusion, coarse, layers, presses.values(), fine_corners)
     except MeshError:
-        return swept_part(extrusion, 0.5 * (coarse + fine), layers, presses.values(), of_judge)
+        return swept_part(extrusion, 0.5 * (coarse + fine), layers, presses.values(), fine_corners)
 
 
-def _faces(
+def _pressed_faces(
     names: Iterable[str],
     meshes: tuple[PartCompliance, PartCompliance],
-    missed: Floats,
+    neglected: Floats,
     held: PartCompliance | None,
 ) -> dict[str, PressedFace]:
-    """Return each pressed face with the bar of two meshes, of sharp corners and of what the meshes leave out."""
+    """Return stiffness and strain of each pressed face, with errors from the coarse and the fine mesh.
+
+    `neglected` (faces,) [1] is the relative error of K due to sharp corners and to features that the meshes leave out.
+    `held` is the solution with held screw holes, None if a mount does not hold the part.
+    """
     coarse, fine = meshes
     faces = {}
     for i, name in enumerate(names):
@@ -461,7 +491,7 @@ def _faces(
         is_known = math.isfinite(strain) and strain > 0.0
         faces[name] = PressedFace(
             K=float(fine.K[i]),
-            K_error=float(ERROR_SHARE * change + ERROR_FLOOR + missed[i]),
+            K_error=float(ERROR_SHARE * change + ERROR_FLOOR + neglected[i]),
             K_held=None if held is None else float(held.K[i]),
             strain_per_N=strain if is_known else None,
             strain_error=STRAIN_ERROR_SHARE * abs(inside / strain - 1.0) if is_known else None,
@@ -473,7 +503,7 @@ def _faces(
 
 
 def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
-    """Return whether the layers of a mount lie on the ends of the sweep."""
+    """Return whether the layers of a mount lie on an end of the sweep, the facets named `SIDES`."""
     if not layers:
         return False
     middles = mesh.p[:, mesh.facets[:, mesh.boundaries[SIDES]]].mean(axis=1)  # type: ignore[attr-defined]
@@ -481,11 +511,16 @@ def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
 
 
 def _refuse_block(found: PartCompliance, part: Part, scene: _Scene) -> None:
-    """Raise InputError for a part in which nothing bends between what is pressed and what is held."""
+    """Raise InputError for a part without leaves: one in which nothing bends between pressed and held faces.
+
+    Such a part is as stiff as a block, so its stiffness exceeds a fraction of E times the distance of both faces.
+    """
     for name, K in zip(scene.presses, found.K.tolist(), strict=True):
-        away = part.face_distance(name, HELD)
-        most = _MOST_STIFF * scene.material[0] * away
-        if not most >= K:
-            bound = f"at most {1e3 * most:.3g} N/m: nothing of the part bends over the {away:.3g} mm to what is held"
+        distance = part.face_distance(name, HELD)
+        limit = _MOST_STIFF * scene.material[0] * distance
+        if not limit >= K:
+            bound = (
+                f"at most {1e3 * limit:.3g} N/m: nothing of the part bends over the {distance:.3g} mm to what is held"
+            )
             what = f"stiffness at {name}"
             raise validation_error(what, 1e3 * K, "N/m", bound, "export the part with its leaves")

@@ -1,4 +1,4 @@
-"""Sizing of the two springs from the targets and the fruit's compliance, by the law that also judges them."""
+"""Sizing of the two springs from the targets and the fruit's compliance, by the law that later checks them."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -17,15 +17,16 @@ from sensor.theory.two_spring_law import (
 )
 from solve.fruit.compliance import FruitCompliance
 
-LEAST_RISE = 1e-9  # least relative rise of P over the moduli; a smaller one is lost in round-off
+LEAST_RISE = 1e-9  # smallest relative rise of P with the modulus; a smaller one is lost in round-off
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpringSizing:
     """The springs that a design requires and the fruit stiffness that sized them [N/mm; K_m / E in mm].
 
-    `K_m_max` and `sizing_stiffness_ratio` sized the springs. `K_m_max_contact` and `stiffness_ratio` (high tip over low
-    tip) come from the true contact, which judges the springs for any `basis` of the sizing. `K_m_at_largest_E` is at
+    K_m is the stiffness of the fruit under one tip. `K_m_max` and `sizing_stiffness_ratio` sized the springs; a ratio
+    is the stiffness under the high tip over that under the low tip. `K_m_max_contact` and `stiffness_ratio` come from
+    the solved contact, by which the springs are checked whatever the `basis` of the sizing. `K_m_at_largest_E` is at
     the largest modulus of the design, which may exceed E_max. `stiffening` is K_m over K_m,max [1] at `curve_shares` of
     E_max on a fruit with a skin; it is empty if K_m is proportional to E.
     """
@@ -51,10 +52,11 @@ class SpringSizing:
 
 
 def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions) -> SpringSizing:
-    """Return the springs [N/mm] by the targets or from the design, with the fruit stiffness that sized them.
+    """Return the stiffnesses that the springs need for the targets, or those that the design gives [N/mm].
 
-    The basis "contact" uses K_m = E / (s11 - s12), and "hayes" the paper's circular tip, whose radius is half the side.
-    More than two tips are represented by a pair. Raises InputError if no springs meet the targets.
+    They depend on K_m, the fruit's stiffness under one tip. The basis "contact" takes K_m = E / (s11 - s12) from the
+    solved compliance `contact`. The basis "hayes" takes the paper's formula for a circular tip, whose radius is half
+    the side. More than two tips are represented by a pair. Raises InputError if no springs meet the targets.
     """
     fruit = design.fruit
     pair = contact.per_spring(*design.tips.spring_groups)
@@ -83,18 +85,24 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
 
 
 def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
-    """Return K_m at `curve_shares` of E_max [MPa] over K_m at E_max [1]; empty without a skin."""
+    """Return K_m at the moduli `curve_shares` of E_max [MPa], divided by K_m at E_max [1]; empty without a skin.
+
+    A skin makes K_m rise less than in proportion to E, because the stiffness of the skin itself is constant.
+    """
     if pair.skin is None:
         return ()
-    top = pair.at(E_max).K_m_over_E()
-    return tuple(fraction * pair.at(fraction * E_max).K_m_over_E() / top for fraction in curve_shares(CURVE_STEPS))
+    K_m_over_E_max = pair.at(E_max).K_m_over_E()
+    return tuple(
+        fraction * pair.at(fraction * E_max).K_m_over_E() / K_m_over_E_max for fraction in curve_shares(CURVE_STEPS)
+    )
 
 
 def _given_or_sized(design: Design, K_m_max: float, ratio: float, stiffening: tuple[float, ...]) -> Springs:
-    """Return the springs of the design, or else the springs for its targets, on fruit of K_m_max [N/mm].
+    """Return the springs that the design gives, or else the springs for its targets.
 
-    `ratio` [1] is the fruit's stiffness under the high tip over its stiffness under the low one. `stiffening` [1] is
-    K_m on softer fruit over K_m_max from `fruit_stiffening`, () if K_m is proportional to E. Raises InputError.
+    `K_m_max` [N/mm] is the stiffness of the firmest fruit under the low tip, and `ratio` [1] that under the high tip
+    over it. `stiffening` comes from `fruit_stiffening`. Raises InputError if P hardly rises with the given springs, or
+    if no springs meet the targets.
     """
     given = design.springs
     targets = design.nominal_targets
@@ -110,6 +118,6 @@ def _given_or_sized(design: Design, K_m_max: float, ratio: float, stiffening: tu
         raise validation_error("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
     try:
         return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio, stiffening)
-    except ValueError as refused:
-        msg = f"targets.{refused}"
-        raise InputError(msg, field="targets.NL", value=targets.NL) from refused
+    except ValueError as error:
+        msg = f"targets.{error}"
+        raise InputError(msg, field="targets.NL", value=targets.NL) from error

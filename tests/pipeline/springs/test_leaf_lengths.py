@@ -21,7 +21,7 @@ from pipeline.springs.leaf_lengths import (
     HousingSolver,
     add_pin_compliance,
     fit_lengths,
-    meet,
+    fit_on_mesh,
     targets_without_pins,
 )
 from sensor.design.parameters import Design
@@ -277,10 +277,10 @@ def test_secants_of_a_beam_lead_to_its_length(slope, aim, scatter, lengths):
 
     aims = np.full(2, (25.0 / aim) ** 3)
     with suppress(SolveError):
-        meet(with_leaves([30.0, 30.0]), (slope, slope), aims, solve, miss=1e-6, most_solves=len(lengths))
+        fit_on_mesh(with_leaves([30.0, 30.0]), (slope, slope), aims, solve, miss=1e-6, most_solves=len(lengths))
     assert tried == pytest.approx(lengths, rel=1e-12)
 
 
 def test_target_that_leaves_no_leaf_is_refused():
-    refused = refusal(meet, shaped(length=1.5), (25.0, 25.0), np.array([1.0, 1e6]), lambda _: TIPS)
+    refused = refusal(fit_on_mesh, shaped(length=1.5), (25.0, 25.0), np.array([1.0, 1e6]), lambda _: TIPS)
     assert refused.field == "flexures.high.length"

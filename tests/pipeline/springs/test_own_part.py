@@ -107,7 +107,7 @@ def test_a_wall_whose_edge_lies_between_two_layers_is_not_swept(level):
     """Its facets would hold more or less than the face."""
     solid = leaf_with_split_wall(level)
     faces = {"held": faces_at(solid, "held", [(0.0, -0.9 * DEEP, 0.5 * THICK)])}
-    with pytest.raises(MeshError, match="the area of face 'held' is"):
+    with pytest.raises(MeshError, match="face 'held'"):
         swept_part(extrusion_of(own_part_of(solid, faces)), 1.0, 2)
 
 
