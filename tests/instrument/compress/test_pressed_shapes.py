@@ -1,13 +1,10 @@
 """Virtual tests of bodies whose force other finite elements solved: the true modulus is in the error bar.
 
-pressed_bodies.csv holds the forces of whole bodies of half height 1 mm and E 1 MPa at travels of the plates towards
-each other, by reference/pressed_bodies.py: body, Poisson's ratio, law of flesh, Coulomb's friction, as many
-travels as forces. A cylinder on its side has a length of 1 mm in plane strain.
+`reference/stored/pressed_bodies.json` holds the forces on whole bodies of half height 1 mm and E 1 MPa at travels of
+the tools towards each other. A cylinder on its side has a length of 1 mm in plane strain.
 """
 
-import csv
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ from stand_ins import specimen
 from instrument.compress.force_law import TestGeometry, hertz_law, solved_law
 from instrument.compress.modulus import measured_modulus
 from instrument.compress.pressed_shapes import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
-from reference.pressed_bodies import Body, Tool, pressed
+from reference.stored import stored
 from solve.compression.flesh_law import FleshLaw
 from solve.compression.force_curve import FINE, fitted_curve
 
@@ -37,18 +34,13 @@ FORMS = {
     ),
 }
 """Test, exponent of its force, how many half heights the body is long."""
-
-
-def rows():
-    with Path(__file__).with_name("pressed_bodies.csv").open(encoding="utf-8", newline="") as file:
-        return [row for row in csv.reader(file) if row[0] in FORMS]
+PRESSED = [row for row in stored("pressed_bodies") if row["body"] in FORMS]
 
 
 def true_force(row):
     """Return the force [N at E = 1 MPa] over the travel [mm] of a body of the tests, and the largest travel [mm]."""
-    _, exponent, length = FORMS[row[0]]
-    values = np.array(row[4:], dtype=float)
-    travels, forces = np.split(values, 2)
+    _, exponent, length = FORMS[row["body"]]
+    travels, forces = np.array(row["travels"]), np.array(row["forces"])
     ratios = forces / travels**exponent
     ratio = PchipInterpolator(np.sqrt(travels), ratios)
 
@@ -70,7 +62,7 @@ def virtual_error(row, told, rng):
 
     A toe, noise of up to 1 % of the largest force, a zero line, an end at 4 to 10 % of the height.
     """
-    test, _, _ = FORMS[row[0]]
+    test, _, _ = FORMS[row["body"]]
     force, reach = true_force(row)
     E = rng.uniform(0.3, 5.0)
     depth = np.linspace(0.0, rng.uniform(0.4, 1.0) * reach, 3000)
@@ -87,29 +79,33 @@ def virtual_error(row, told, rng):
 
 def test_modulus_of_a_body_is_in_its_bar(rng):
     """The study below has all bodies."""
-    row = next(row for row in rows() if row[0] == "end")
-    error, bar = virtual_error(row, told_ratio(float(row[1]), rng), rng)
+    row = next(row for row in PRESSED if row["body"] == "end")
+    error, bar = virtual_error(row, told_ratio(row["poisson"], rng), rng)
     assert abs(error) < bar < 0.25
 
 
 @pytest.mark.study
 def test_modulus_is_in_its_bar_in_95_of_100_tests(rng):
     """The ratio of a body is told the same in all of its tests, which follow each other: its law is solved once."""
-    table = rows()
     told = {}
-    for name, poisson, *_ in table:
-        if (name, poisson) not in told:
-            told[name, poisson] = told_ratio(float(poisson), rng)
+    for row in PRESSED:
+        key = row["body"], row["poisson"]
+        if key not in told:
+            told[key] = told_ratio(row["poisson"], rng)
     found = []
-    for index in sorted(rng.integers(len(table), size=200)):
-        row = table[index]
-        found.append(virtual_error(row, told[row[0], row[1]], rng))
+    for index in sorted(rng.integers(len(PRESSED), size=200)):
+        row = PRESSED[index]
+        found.append(virtual_error(row, told[row["body"], row["poisson"]], rng))
     errors, bars = np.abs(found).T
     assert (errors < bars).mean() >= 0.95
     assert errors.max() < 0.25
 
 
-SLIPPERY = {"-".join(row[:3]): row for row in rows() if row[3] == "0.0" and FORMS[row[0]][0].plunger is None}
+SLIPPERY = {
+    f"{row['body']}-{row['poisson']}-{row['law']}": row
+    for row in PRESSED
+    if row["friction"] == 0.0 and FORMS[row["body"]][0].plunger is None
+}
 MARKS = {"end-0.3-neo-hooke": (), "side-0.4-foam": pytest.mark.slow}
 
 
@@ -117,9 +113,9 @@ MARKS = {"end-0.3-neo-hooke": (), "side-0.4-foam": pytest.mark.slow}
 def test_force_between_slippery_plates_is_that_of_other_elements(name):
     """To 0.3 % of each mesh: nu 0.49 does not lock."""
     row = SLIPPERY[name]
-    test, _, _ = FORMS[row[0]]
+    test, _, _ = FORMS[row["body"]]
     side = test.body.sides(None, 2)[0]
-    curve = fitted_curve(replace(side, law=FleshLaw(name=row[2], poisson=float(row[1]))), FINE)
+    curve = fitted_curve(replace(side, law=FleshLaw(name=row["law"], poisson=row["poisson"])), FINE)
     force, reach = true_force(row)
     travels = np.linspace(0.2, 0.95, 6) * min(0.5 * reach, curve.deepest)
     assert curve.force(travels) == pytest.approx(force(2.0 * travels), rel=0.006)
@@ -129,22 +125,11 @@ def test_force_between_slippery_plates_is_that_of_other_elements(name):
 @pytest.mark.parametrize("name", ["ball plunger", "flat plunger"])
 def test_force_under_a_plunger_that_grips_is_that_of_other_elements(name):
     """Travels of two unlike tools add up at equal force: the other elements solve the whole body at once."""
-    row = next(row for row in rows() if row[0] == name and row[2:4] == ["neo-hooke", "inf"])
-    gripped = solved_law(replace(FORMS[name][0], poisson=float(row[1]))).others["friction"][1]
+    row = next(row for row in PRESSED if row["body"] == name and row["law"] == "neo-hooke" and row["friction"] is None)
+    gripped = solved_law(replace(FORMS[name][0], poisson=row["poisson"])).others["friction"][1]
     force, reach = true_force(row)
     travels = np.linspace(0.2, 0.95, 6) * min(reach, gripped.deepest)
     assert np.interp(travels, gripped.travels, gripped.forces) == pytest.approx(force(travels), rel=0.01)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "body"), [pytest.param("end", ("flat", 0.8), marks=pytest.mark.study), ("ball", ("round", 1.0))]
-)
-def test_forces_of_the_file_are_those_of_the_other_elements(name, body):
-    row = next(row for row in rows() if row[:4] == [name, "0.3", "neo-hooke", "0.0"])
-    travels, forces = np.split(np.array(row[4:], dtype=float), 2)
-    tools = (Tool(), Tool())
-    assert pressed(Body(*body), tools, travels[:3], "neo-hooke", 0.3) == pytest.approx(forces[:3], rel=5e-3)
 
 
 def test_tools_of_another_kind_have_hertz_s_law_in_series():
