@@ -117,11 +117,11 @@ class MeasuredDesign:
         self.report = ReportOfUnits(
             design=design,
             tips=TipReport.rows(design.tips),
-            contact=ContactReport.filled(self.contact),
+            contact=ContactReport.from_stage(self.contact),
             compliance=self.contact,
             read_out=read_out,
-            moduli=() if readings is None else ReadingReport.filled(readings).moduli,
-            reading=None if readings is None else ReadingReport.filled(readings),
+            moduli=() if readings is None else ReadingReport.from_stage(readings).moduli,
+            reading=None if readings is None else ReadingReport.from_stage(readings),
         )
 
     def forces(self, poses, factors=1.0):

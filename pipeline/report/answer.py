@@ -13,8 +13,8 @@ from pipeline.verdicts.in_words import is_on_the_part, not_passed
 from sensor.verdict import Verdict, all_passed
 from sensor.words import OUTCOMES, shown, with_bar
 
-_REASONS = 3  # most lines on verdicts that did not pass; the rest is counted
-_NOTES = 5  # most lines of notes, together with these lines
+_REASONS = 3  # maximum number of lines on verdicts that did not pass; the rest is counted
+_NOTES = 5  # maximum number of notes together with these lines
 
 
 def report_passed(report: Json) -> bool | None:
@@ -23,12 +23,17 @@ def report_passed(report: Json) -> bool | None:
 
 
 def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
-    """Yield the answer on one screen: outcome, targets, springs, verdicts that did not pass, notes and files."""
+    """Yield the answer that fits on one screen, part by part for `print_parts`.
+
+    It has the outcome, the verdicts on the targets, the springs, the first reasons and notes, and the files in
+    `folder`.
+    """
     verdicts = _verdicts(report)
     table = verdict_table("", [verdict for verdict in verdicts if not is_on_the_part(verdict)])
-    others = [verdict.passed for verdict in verdicts if is_on_the_part(verdict)]
-    if others:
-        table.add_row(f"{len(others)} on geometry and print", "", "", "", f"{others.count(True)} passed")
+    part_outcomes = [verdict.passed for verdict in verdicts if is_on_the_part(verdict)]
+    if part_outcomes:
+        passed = f"{part_outcomes.count(True)} passed"
+        table.add_row(f"{len(part_outcomes)} on geometry and print", "", "", "", passed)
     yield _headline(report, verdicts)
     yield table
     yield from _spring_lines(report)
@@ -37,6 +42,7 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     if len(wrong) > _REASONS:
         yield f"and {len(wrong) - _REASONS} more: --verbose lists them all"
     notes = report["notes"]
+    # Fewer notes if there are reasons and the line that counts the rest, so that the answer stays on one screen.
     for note in notes[: _NOTES - min(len(wrong), _REASONS + 1)]:
         yield f"- {escape(note)}"
     out = escape(str(folder))
@@ -46,7 +52,10 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
 
 
 def every_section(report: Json) -> Iterator[RenderableType]:
-    """Yield every verdict, the springs, the parts of the errors, the paper's springs, notes and costs."""
+    """Yield the whole answer, as with --verbose, part by part for `print_parts`.
+
+    It has every verdict, the springs, the sources of the errors, the paper's springs, all notes, and the times.
+    """
     verdicts = _verdicts(report)
     yield _headline(report, verdicts)
     yield verdict_table(f"twintip · {escape(report['design']['name'])}", verdicts)
@@ -62,21 +71,22 @@ def every_section(report: Json) -> Iterator[RenderableType]:
 
 
 def _verdicts(data: Json) -> list[Verdict]:
+    """Return the verdicts of a report, or of its part on the paper's springs."""
     return [Verdict(**entry) for entry in data["verdicts"]]
 
 
 def _headline(report: Json, verdicts: list[Verdict]) -> str:
-    """Return the outcome, the name of the design, and the numbers of passed, failed or undecided verdicts."""
+    """Return the first line: the outcome, the name of the design, and how many verdicts failed or are undecided."""
     outcomes = [verdict.passed for verdict in verdicts]
-    wrong = [f"{outcomes.count(passed)} {OUTCOMES[passed]}" for passed in (False, None) if passed in outcomes]
-    words = f"of {len(verdicts)} verdicts {', '.join(wrong)}" if wrong else f"all {len(verdicts)} verdicts passed"
+    counts = [f"{outcomes.count(passed)} {OUTCOMES[passed]}" for passed in (False, None) if passed in outcomes]
+    words = f"of {len(verdicts)} verdicts {', '.join(counts)}" if counts else f"all {len(verdicts)} verdicts passed"
     return f"{OUTCOME[all_passed(verdicts)]}  twintip · {escape(report['design']['name'])}: {words}"
 
 
 def _spring_lines(report: Json) -> Iterator[str]:
     """Yield a line for each spring: its stiffness with its error, its leaves, their strain and the strain limit.
 
-    A line of tips has no flexures: its only line has the given stiffnesses.
+    A layout without a housing has no flexures; one line then shows the given stiffnesses.
     """
     if "flexures" not in report:
         K_l, K_h = (report["springs"][key] for key in ("K_l_N_per_m", "K_h_N_per_m"))
@@ -99,9 +109,10 @@ def _spring_lines(report: Json) -> Iterator[str]:
 
 
 def _error_table(report: Json) -> Table:
-    """Return the table of the parts of each error [%].
+    """Return a table with a row for each number: the error of the mesh, of the model and of the print [%].
 
-    Verdicts use only the error of the mesh; calibrating a print removes most of the scatter.
+    The last column names the two largest causes. Verdicts use only the error of the mesh; calibrating a print removes
+    most of the scatter.
     """
     columns = ("error of, at 95 %", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
     table = Table(*columns)
@@ -117,7 +128,7 @@ def _error_table(report: Json) -> Table:
 
 
 def _method_lines(report: Json) -> Iterator[str]:
-    """Yield the methods and accuracies of contact and springs."""
+    """Yield for contact and springs the accuracy reached, the tolerance requested, and the method chosen."""
     accuracy = report["accuracy"]
     for name in ("contact", "springs"):
         solved = accuracy[name]
@@ -126,7 +137,10 @@ def _method_lines(report: Json) -> Iterator[str]:
 
 
 def _scatter_lines(report: Json) -> Iterator[str]:
-    """Yield the bands of prints before calibration and the error of the modulus after it; empty without bands."""
+    """Yield the scatter of prints before calibration, as bands, and the error of the modulus after calibration.
+
+    Only reports of `pipeline design` have these bands.
+    """
     scatter = report.get("tolerance")
     if scatter is None:
         return
@@ -143,6 +157,7 @@ def _scatter_lines(report: Json) -> Iterator[str]:
 
 
 def _cost_line(report: Json) -> str:
+    """Return the wall-clock and CPU seconds of each stage as one line."""
     cpu = report["cpu_seconds"]
     stages = [f"{name} {wall:.2f}/{cpu[name]:.2f}" for name, wall in report["seconds"].items()]
     return f"seconds (wall/processor): {', '.join(stages)}"

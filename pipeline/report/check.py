@@ -1,4 +1,7 @@
-"""Check of files: unchanged since they were written, and geometry measured in a worker, because a file may crash it."""
+"""The check of files: whether they are unchanged since the run, and whether their geometry is sound.
+
+Geometry is measured in a worker process, because a file may crash the CAD kernel.
+"""
 
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, wait
@@ -21,21 +24,22 @@ _FROM_OUTSIDE = ("SIGKILL", "SIGTERM")
 def check_path(
     path: Path, process: Process | None, designed: tuple[Design, Housing] | None = None
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts on a file by the rules of a process, or without one on an output folder.
+    """Return the verdicts on one file, or on an output folder if no print process is given.
 
-    If a design and its housing are given, the file is compared with their parts. A file that crashes the kernel, or
-    keeps it busy for minutes, gets the failed verdict geometry.readable. Raises InputError if a folder's report is not
-    one of ours, and BrokenExecutor if the worker was ended from outside.
+    A file is checked by the rules of `process`. If a design and its housing are given in `designed`, the file is also
+    compared with their part. A file that crashes the CAD kernel, or that takes more than `SECONDS`, gets the failed
+    verdict geometry.readable. Raises InputError if a folder has no valid report, and BrokenExecutor if the system ends
+    the worker.
     """
-    written = unchanged_verdicts(path) if process is None else ()
+    unchanged = unchanged_verdicts(path) if process is None else ()
     executor = open_workers(1)
     try:
         if process is None:
-            judged = executor.submit(folder_geometry, path)
+            future = executor.submit(folder_geometry, path)
         else:
-            judged = executor.submit(file_geometry, path, process, designed)
-        if wait([judged], SECONDS).done:
-            geometry = judged.result()
+            future = executor.submit(file_geometry, path, process, designed)
+        if wait([future], SECONDS).done:
+            geometry = future.result()
         else:
             geometry = (judge(READABLE, None, f"reading {path.name} took more than {SECONDS:g} s; export it again"),)
     except BrokenExecutor as error:
@@ -44,11 +48,11 @@ def check_path(
         geometry = (judge(READABLE, None, f"reading {path.name} ended the CAD kernel; export it again"),)
     finally:
         close_workers(executor)
-    return *written, *geometry
+    return *unchanged, *geometry
 
 
 def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
-    """Return the verdicts on the digests of a report and of its files; raises InputError."""
+    """Return the verdicts that a report and the files that it lists are as the run wrote them; raises InputError."""
     data = read_data(folder)
     report = report_of(folder, data)
     changed = [file.path for file in report.files if not file.is_unchanged_in(folder)]
@@ -60,7 +64,10 @@ def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
 
 
 def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing] | None) -> tuple[Verdict, ...]:
-    """Return the geometry verdicts on a STEP, STL or 3MF file [mm] by the rules of a process, and against a design."""
+    """Return the geometry verdicts on a STEP, STL or 3MF file [mm] by the rules of a process.
+
+    If a design and its housing are given in `designed`, the first verdict compares the file with their part.
+    """
     from cad.checks.part_checks import check_file
     from cad.fabrication.file_shapes import part_as_designed
     from cad.parts.assembly import sensor_of
@@ -72,7 +79,11 @@ def file_geometry(path: Path, process: Process, designed: tuple[Design, Housing]
 
 
 def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
-    """Return the geometry verdicts on the files of an output folder; raises InputError."""
+    """Return the geometry verdicts on the files of an output folder.
+
+    They are measured on the design in the folder's report and on the files themselves. A folder without the files of a
+    whole run has one verdict that says what is missing. Raises InputError if the report is invalid.
+    """
     from cad.checks.assembly_checks import cover_verdicts
     from cad.checks.part_checks import check_file
     from cad.checks.sensor_checks import check_sensor
@@ -94,20 +105,20 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         return (judge(READABLE, None, reason),)
     process = report.design.process
     sensor = sensor_of(report.design, report.housing)
-    there = [name for name in file_shapes(sensor) if is_regular(folder / name)]
+    names = [name for name in file_shapes(sensor) if is_regular(folder / name)]
     verdicts = check_sensor(sensor, report.deflections_mm, folder)
-    verdicts += _measured(lambda: (files_as_designed(sensor, folder, there),))
-    known = {verdict.name for verdict in verdicts}
-    verdicts += tuple(one for one in check_file(folder / "housing.3mf", process) if one.name not in known)
-    if "cover.step" in there:  # only `pipeline design` writes cover and bracket
-        verdicts += _measured(lambda: cover_verdicts(sensor, read_step(folder / "cover.step"), process))
-    if "mount.step" in there:
-        verdicts += _measured(lambda: mount_verdicts(sensor, read_step(folder / "mount.step"), process))
+    verdicts += _verdicts_or_unreadable(lambda: (files_as_designed(sensor, folder, names),))
+    evaluated = {verdict.name for verdict in verdicts}
+    verdicts += tuple(one for one in check_file(folder / "housing.3mf", process) if one.name not in evaluated)
+    if "cover.step" in names:  # only `pipeline design` writes cover and bracket
+        verdicts += _verdicts_or_unreadable(lambda: cover_verdicts(sensor, read_step(folder / "cover.step"), process))
+    if "mount.step" in names:
+        verdicts += _verdicts_or_unreadable(lambda: mount_verdicts(sensor, read_step(folder / "mount.step"), process))
     return verdicts
 
 
-def _measured(measure: Callable[[], tuple[Verdict, ...]]) -> tuple[Verdict, ...]:
-    """Return the verdicts of a measurement, or the failed verdict on an unreadable file."""
+def _verdicts_or_unreadable(measure: Callable[[], tuple[Verdict, ...]]) -> tuple[Verdict, ...]:
+    """Return the verdicts of a measurement, or the failed verdict geometry.readable if a file cannot be read."""
     try:
         return measure()
     except ValueError as error:

@@ -15,7 +15,11 @@ _INDEX = re.compile(r"-?[0-9]+")
 
 @dataclass(frozen=True, kw_only=True)
 class ReportKey:
-    """A key with its unit and meaning; `level` names what a study solves for it, empty if a study cannot request it."""
+    """A key of report.json with its unit and its meaning.
+
+    `level` names the stage that a study solves for it; it is empty if a study cannot request the key. `is_value` marks
+    a key of a single value, not of a list or a record.
+    """
 
     name: str
     unit: str
@@ -25,12 +29,13 @@ class ReportKey:
 
 
 def report_key(name: str) -> ReportKey | None:
-    """Return the key of a dotted name; None if no report has it.
+    """Return the key of a dotted name, such as "contact.error_percent"; None if no report has it.
 
-    A verdict is named by its name, which may contain dots; an element of a list by its index.
+    The types of the fields of `Report` are followed word by word. An element of a list is named by its index. A verdict
+    is named by its own name, which may contain dots: "verdicts.reading.bias.value".
     """
     words = name.split(".")
-    if words[0] == "verdicts" and len(words) > 1:
+    if words[0] == "verdicts" and len(words) > 1:  # all verdicts have the same keys, so the first represents them
         words = ["verdicts", "0", words[-1]]
     kind: Any = Report
     metadata: dict[str, Any] = {}  # metadata along the path; inner fields override outer ones
@@ -54,19 +59,23 @@ def report_key(name: str) -> ReportKey | None:
 
 
 def report_keys() -> Iterator[ReportKey]:
-    """Yield every key in the order of a report.
+    """Yield every key that a report may have, in the order of a report.
 
-    `[]` represents the elements of a list and SPRING low or high. Other words in capitals represent names that depend
-    on the design or run.
+    In a name, `[]` represents the elements of a list, and SPRING represents low or high. Other words in capitals
+    represent names that depend on the design or the run.
     """
     for name, (item, kind) in _fields(Report).items():
-        yield from _keys(item, kind, name, "")
+        yield from _walk_keys(item, kind, name, "")
 
 
-def _keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[ReportKey]:  # noqa: ANN401 - any type
-    """Yield the key of a field, then the keys of the record in it; `level` is inherited from above."""
+def _walk_keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[ReportKey]:  # noqa: ANN401 - any type
+    """Yield the key of a field, then the keys of the record in it, depth first.
+
+    `kind` is the type of the field, and `name` its dotted name. `level` is that of the record around it, which a field
+    without a level inherits.
+    """
     level = item.metadata.get("level", level)
-    while get_origin(kind) is tuple:  # for nested rows too: one `[]` represents both indices
+    while get_origin(kind) is tuple:  # one `[]` also represents both indices of a matrix
         name = name if name.endswith("[]") else f"{name}[]"
         kind = _element_type(kind)
     if get_origin(kind) is dict:
@@ -76,37 +85,38 @@ def _keys(item: Field[Any], kind: Any, name: str, level: str) -> Iterator[Report
     below = {} if each == "KEY" else _fields(kind)  # KEY: another page lists these keys
     metadata = item.metadata
     yield ReportKey(name=name, unit=metadata["unit"], meaning=metadata["meaning"], level=level, is_value=not below)
+    # A record with equal entries for both springs is described once, under SPRING.
     both_springs = {"low", "high"} <= below.keys() and below["low"][1] == below["high"][1]
     for word, (inner, inner_kind) in below.items():
         if both_springs and word == "high":
             continue
         if both_springs and word == "low":
-            _, *of_spring = _keys(inner, inner_kind, f"{name}.SPRING", level)  # the first key is the spring itself
-            yield from of_spring
+            _, *keys_of_spring = _walk_keys(inner, inner_kind, f"{name}.SPRING", level)  # without the spring itself
+            yield from keys_of_spring
         else:
-            yield from _keys(inner, inner_kind, f"{name}.{word}", level)
+            yield from _walk_keys(inner, inner_kind, f"{name}.{word}", level)
 
 
 def value_at(report: object, name: str) -> object:
-    """Return the value at a dotted key of a report, or of parts by their keys.
+    """Return the value at a dotted key of a report, or of a mapping of its parts that are solved on first use.
 
-    Verdicts are found by name, and elements of lists by index. Raises KeyError if there is none. Errors of solving a
-    part propagate.
+    Verdicts are found by their names, and elements of lists by index. Raises KeyError if there is no such key, and the
+    errors of the solvers if a part cannot be solved.
     """
     words = name.split(".")
     value = report
     if words[0] == "verdicts":
-        verdicts: Any = _part(report, "verdicts", name)
+        verdicts: Any = _get_part(report, "verdicts", name)
         by_name = verdicts if isinstance(verdicts, Mapping) else {verdict.name: verdict for verdict in verdicts}
-        value = _part(by_name, ".".join(words[1:-1]), name)  # names of verdicts contain dots
+        value = _get_part(by_name, ".".join(words[1:-1]), name)  # names of verdicts contain dots
         words = words[-1:]
     for word in words:
-        value = _part(value, word, name)
+        value = _get_part(value, word, name)
     return value
 
 
-def _part(value: Any, word: str, name: str) -> object:  # noqa: ANN401 - a mapping, a list or a record
-    """Return the named part of a mapping, list or record; raises KeyError with the name of the key."""
+def _get_part(value: Any, word: str, name: str) -> object:  # noqa: ANN401 - a mapping, a list or a record
+    """Return the part of a mapping, list or record at one `word` of the dotted key `name`; raises KeyError."""
     if isinstance(value, Mapping):
         if word in value:
             return value[word]

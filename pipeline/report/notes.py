@@ -26,40 +26,52 @@ _ALWAYS_FIRST = math.inf
 
 
 class Note(NamedTuple):
-    """A sentence, and the change of the reading by its subject [%]; infinite if it matters before any number."""
+    """A sentence, and the largest change of a reading or a number due to its subject [%].
+
+    Notes are sorted by this change. It is infinite for a note that comes before all numbers.
+    """
 
     percent: float
     text: str
 
 
 def notes(result: SensorResult) -> list[str]:
-    """Return the notes of a result, the largest change of its numbers or readings first."""
+    """Return the notes of a result as text, those on the largest changes of its numbers or readings first.
+
+    Unusual moduli and files that were left out come first of all, and the method of the response last.
+    """
     info = result.press.table.info
-    judged = _of_the_scene(result) if result.readings is None else _of_the_reading(result.pressed, result.readings)
+    main_notes = _ratio_notes(result) if result.readings is None else _reading_notes(result.pressed, result.readings)
     found = [
-        *_advice(result.errors.budgets),
-        *_given_springs(result),
-        _relaxation(result),
-        *_skin(result),
-        *_weight(result),
-        *_table(result),
-        *judged,
+        *_advice_notes(result.errors.budgets),
+        *_given_springs_note(result),
+        _relaxation_note(result),
+        *_skin_note(result),
+        *_weight_note(result),
+        *_support_note(result),
+        *main_notes,
     ]
     found.sort(key=lambda note: note.percent, reverse=True)
-    told = [note.text for note in found]
-    return [*_unusual(result.design), *result.left_out, *told, f"Response: {info.method}; {info.status}."]
+    texts = [note.text for note in found]
+    return [*_unusual_moduli(result.design), *result.left_out, *texts, f"Response: {info.method}; {info.status}."]
 
 
-def _unusual(design: Design) -> list[str]:
-    """Return a note on the first unusual modulus of a design; empty if all are usual."""
+def _unusual_moduli(design: Design) -> list[str]:
+    """Return a sentence on the first modulus of a design that is unusual for fruit, perhaps due to a wrong unit.
+
+    Empty if all moduli are usual.
+    """
     moduli = [("fruit.E_max_MPa", design.fruit.E_max_MPa), *(("fruit.E_MPa", E) for E in design.fruit.E_MPa)]
     usual = f"fruit mostly have {USUAL_MODULI.at_least:g} to {USUAL_MODULI.at_most:g} MPa"
     unusual = [f"Check the unit of {key} = {E:g}: {usual}." for key, E in moduli if not USUAL_MODULI.hold(E)]
     return unusual[:1]
 
 
-def _advice(budgets: Budgets) -> Iterator[Note]:
-    """Yield each advice on causes of error once, with the cause and the number that it changes most."""
+def _advice_notes(budgets: Budgets) -> Iterator[Note]:
+    """Yield a note for each piece of advice on causes of error, with the cause and the number that it changes most.
+
+    Several causes may share their advice; only the one with the largest change is named.
+    """
     largest: dict[str, Note] = {}
     for number in ("K_l", "K_h", "P_max", "NL"):
         budget = getattr(budgets, number)
@@ -71,8 +83,8 @@ def _advice(budgets: Budgets) -> Iterator[Note]:
     yield from largest.values()
 
 
-def _given_springs(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on a line of tips, which has no housing; none for other tips."""
+def _given_springs_note(result: SensorResult) -> Iterator[Note]:
+    """Yield the note on the given springs of a layout without a housing; nothing for other layouts."""
     if not result.design.tips.tip_layout.has_housing:
         K_l, K_h = (1e3 * K for K in result.springs.stiffnesses.stiffnesses)
         yield Note(
@@ -82,8 +94,8 @@ def _given_springs(result: SensorResult) -> Iterator[Note]:
         )
 
 
-def _of_the_scene(result: SensorResult) -> Iterator[Note]:
-    """Yield the notes on a force ratio: the pressure on the skin, and the fruit of the targets."""
+def _ratio_notes(result: SensorResult) -> Iterator[Note]:
+    """Yield the notes on a sensor that reads a force ratio: on bruises, and on the fruit for which its targets hold."""
     design = result.design
     if design.fruit.bruise_limit_MPa is None:
         pressure = mean_tip_pressure(design, result.press)
@@ -98,8 +110,8 @@ def _of_the_scene(result: SensorResult) -> Iterator[Note]:
     )
 
 
-def _noise(readings: ReadingAccuracy) -> Note:
-    """Return the note on the noise at which the uncertainty reaches its limit."""
+def _noise_note(readings: ReadingAccuracy) -> Note:
+    """Return the note on the largest allowed noise of the forces, at which the uncertainty of E reaches its limit."""
     worst = readings.worst_uncertainty
     percent = 100.0 * COVERAGE * worst.uncertainty_limit
     noise = worst.sources.noise_to_reach(worst.uncertainty_limit)
@@ -113,21 +125,21 @@ def _noise(readings: ReadingAccuracy) -> Note:
     )
 
 
-def _of_the_reading(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator[Note]:
-    """Yield the notes on readings: the allowed noise, and assumptions that change them."""
+def _reading_notes(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterator[Note]:
+    """Yield the notes on a sensor that reads whole presses: the allowed noise, and assumptions that change E."""
     design = sensor.design
     fruit = design.fruit
-    # d ln(1 - nu^2) for the spread of nu
-    moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
+    # E is proportional to 1 - nu^2, whose relative change for a change d nu is 2 nu d nu / (1 - nu^2).
+    poisson_percent = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     if readings.moduli:
-        yield _noise(readings)
+        yield _noise_note(readings)
     uneven = readings.uneven
     if uneven is not None:
-        one, several = (COVERAGE * each for each in (uneven.one_press_percent, uneven.presses_percent))
+        one_press, mean_of_presses = (COVERAGE * each for each in (uneven.one_press_percent, uneven.presses_percent))
         yield Note(
-            one,
-            f"Press {uneven.presses:g} places of a fruit: uneven skin and flesh move E by {one:.2g} % in one press, by "
-            f"{several:.2g} % in their mean (95 %).",
+            one_press,
+            f"Press {uneven.presses:g} places of a fruit: uneven skin and flesh move E by {one_press:.2g} % in one "
+            f"press, by {mean_of_presses:.2g} % in their mean (95 %).",
         )
     if design.tips.dome_radius_mm is not None:
         yield Note(
@@ -142,55 +154,64 @@ def _of_the_reading(sensor: PressedSensor, readings: ReadingAccuracy) -> Iterato
             f"Allow {percent:.2g} % if you compare E with other instruments, because laws of the flesh differ by it.",
         )
     yield Note(
-        moved,
+        poisson_percent,
         f"Set fruit.poisson if it is known: E assumes {fruit.poisson:g}, and within {fruit.poisson_spread:g} of it "
-        f"E moves by {moved:.2g} %.",
+        f"E moves by {poisson_percent:.2g} %.",
     )
-    yield from _pace(sensor)
+    yield from _duration_note(sensor)
 
 
-def _pace(sensor: PressedSensor) -> Iterator[Note]:
-    """Yield the note on the duration of a press; none if no press of the design is read."""
-    fall = fall_by_twice_the_time(sensor)
-    if fall is not None:
+def _duration_note(sensor: PressedSensor) -> Iterator[Note]:
+    """Yield the note on the duration of a press, because relaxation lowers E in a longer one.
+
+    Nothing if presses of the design cannot be solved over time or read.
+    """
+    decrease = fall_by_twice_the_time(sensor)
+    if decrease is not None:
         yield Note(
-            100.0 * fall,
-            f"Press always equally fast: twice the time of a press may lower E by {100.0 * fall:.2g} %.",
+            100.0 * decrease,
+            f"Press always equally fast: twice the time of a press may lower E by {100.0 * decrease:.2g} %.",
         )
 
 
-def _relaxation(result: SensorResult) -> Note:
-    """Return the note on readings that fall as the flesh relaxes; published data replace a missing relaxation."""
+def _relaxation_note(result: SensorResult) -> Note:
+    """Return the note on the decrease of readings as the flesh relaxes.
+
+    For a design that states no relaxation, published data on its fruit, or on an orange, show how large it may be.
+    """
     over_time = result.over_time
     if over_time is None:
         curve = result.press.curve
         name = result.design.fruit.name
-        left = MAY_RELAX.left if name is None else FRUITS[name].relaxes_to
-        one = "an orange" if name is None else f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+        remaining = MAY_RELAX.left if name is None else FRUITS[name].relaxes_to  # share of the force
+        fruit = "an orange" if name is None else f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
         E = np.array(result.design.fruit.E_MPa)
-        P = np.interp([E, left * E], curve.E, curve.P[:, -1])
+        P = np.interp([E, remaining * E], curve.E, curve.P[:, -1])
         change = 100.0 * (P[1] / P[0] - 1.0)
         return Note(
-            100.0 * (1.0 - left),
-            f"Read soon after the touch or set fruit.relaxation: {one} relaxes to {100.0 * left:g} %, so "
+            100.0 * (1.0 - remaining),
+            f"Read soon after the touch or set fruit.relaxation: {fruit} relaxes to {100.0 * remaining:g} %, so "
             f"P moves by {change.max():.2g} to {change.min():.2g} %.",
         )
-    fallen = over_time.apparent[:, over_time.at] / over_time.E
+    apparent_shares = over_time.apparent[:, over_time.at] / over_time.E
     return Note(
         0.0,
         f"Read by `pipeline read`, which corrects for relaxation: {over_time.t[over_time.at]:.3g} s after touch E "
-        f"has fallen to {fallen.min():.3g} to {fallen.max():.3g} times its first value.",
+        f"has fallen to {apparent_shares.min():.3g} to {apparent_shares.max():.3g} times its first value.",
     )
 
 
-def _skin(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on a skin: the gain in K_m at the least and the largest modulus; none without a skin."""
+def _skin_note(result: SensorResult) -> Iterator[Note]:
+    """Yield the note on a skin: by how many per cent it stiffens the softest and the firmest fruit.
+
+    Nothing for a fruit without a skin.
+    """
     if result.contact.skin is None:
         return
-    bare = result.contact.K_m_over_E()
+    without_skin = result.contact.K_m_over_E()
     gains = []
     for E in (min(result.design.fruit.E_MPa), result.design.fruit.E_max_MPa):
-        gains.append((100.0 * (result.contact.at(E).K_m_over_E() / bare - 1.0), E))
+        gains.append((100.0 * (result.contact.at(E).K_m_over_E() / without_skin - 1.0), E))
     texts = [f"{gain:+.3g} % at {E:g} MPa" for gain, E in gains]
     yield Note(
         max(gain for gain, _ in gains),
@@ -198,20 +219,23 @@ def _skin(result: SensorResult) -> Iterator[Note]:
     )
 
 
-def _weight(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on the weight of the moving parts, for a sensor that reads whole presses."""
+def _weight_note(result: SensorResult) -> Iterator[Note]:
+    """Yield the note on the height difference of the tips due to their weight, for a sensor that reads presses."""
     sags = [sag.value for sag in weight_sag(result.springs, "down")]
     if sags and result.readings is not None:
-        apart = max(sags) - min(sags)
+        difference = max(sags) - min(sags)
         yield Note(
             0.0,
-            f"Tare in any attitude: pointing down, the tips differ by {apart:.2g} mm in height, which cancels in a "
-            "press that is read whole.",
+            f"Tare in any attitude: pointing down, the tips differ by {difference:.2g} mm in height, which cancels in "
+            "a press that is read whole.",
         )
 
 
-def _table(result: SensorResult) -> Iterator[Note]:
-    """Yield the note on a whole fruit, which is solved as held at its base: the deflection on a table."""
+def _support_note(result: SensorResult) -> Iterator[Note]:
+    """Yield the note on the support of a whole fruit: the flattening on a table, which the solution neglects.
+
+    The fruit is solved as held at its base. Nothing for a piece of fruit, which cannot roll.
+    """
     fruit = result.design.fruit
     if fruit.can_roll:
         at_largest_E = result.press.at_largest_E

@@ -1,4 +1,4 @@
-"""The report of a run, filled key by key from the stages of a sensor."""
+"""The report of a run, built key by key from the results of its stages."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
@@ -30,55 +30,57 @@ from sensor.verdict import Verdict
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
 
 OF_SENSOR: dict[str, Callable[[Sensor | SensorResult], Any]] = {
-    "springs": lambda sensor: SizingReport.filled(sensor.sizing, _beam_law_leaves(sensor)),
+    "springs": lambda sensor: SizingReport.from_stage(sensor.sizing, _beam_law_leaves(sensor)),
     "flexures": lambda sensor: {} if sensor.springs.ideal else sensor.springs.springs,
     "deflections_mm": lambda sensor: sensor.sizing.deflections(sensor.design.full_travels_mm),
-    "contact": lambda sensor: ContactReport.filled(sensor.contact),
+    "contact": lambda sensor: ContactReport.from_stage(sensor.contact),
     "response": lambda sensor: ResponseReport.rows(
         sensor.press.table,
         sensor.design.tips,
         [force_errors_of_springs(sensor.pressed, E) for E in sensor.press.table.E.tolist()],
     ),
-    "reading": lambda sensor: None if sensor.readings is None else ReadingReport.filled(sensor.readings),
+    "reading": lambda sensor: None if sensor.readings is None else ReadingReport.from_stage(sensor.readings),
     "level": lambda sensor: sensor.level,
 }
-"""The keys that need no solid; a study may request any of them."""
+"""A function for each key that needs no solid; a study may request any of them."""
 
 OF_RESULT: dict[str, Callable[[SensorResult], Any]] = {
     "design": lambda result: result.design,
     "housing": lambda result: result.springs.housing,
-    "material": lambda result: MaterialReport.filled(result.springs.process),
+    "material": lambda result: MaterialReport.from_stage(result.springs.process),
     "behaviour": lambda result: result.behaviour,
-    "curve": lambda result: CurveReport.filled(result.errors.reading, result.design.tips),
+    "curve": lambda result: CurveReport.from_stage(result.errors.reading, result.design.tips),
     "tips": lambda result: TipReport.rows(result.design.tips),
     "read_out": lambda result: result.read_out,
     "verdicts": lambda result: result.verdicts,
     "remedy": lambda result: next((one.remedy for one in result.verdicts if one.remedy is not None), None),
     "errors": lambda result: _errors(result),
-    "paper": lambda result: None if result.paper is None else PaperReport.filled(result.paper),
-    "accuracy": lambda result: AccuracyReport.filled(result.options.tolerance, result.springs.fitted, result.contact),
+    "paper": lambda result: None if result.paper is None else PaperReport.from_stage(result.paper),
+    "accuracy": lambda result: AccuracyReport.from_stage(
+        result.options.tolerance, result.springs.fitted, result.contact
+    ),
     "notes": lambda result: tuple(notes(result)),
     "versions": lambda _: {name: version(name) for name in PACKAGES},
     "seconds": lambda result: result.seconds.wall,
     "cpu_seconds": lambda result: result.seconds.cpu,
-    "relaxation": lambda result: None if result.over_time is None else RelaxationReport.filled(result.over_time),
+    "relaxation": lambda result: None if result.over_time is None else RelaxationReport.from_stage(result.over_time),
     "tolerance": lambda result: result.errors.scatter if result.options.fabrication else LeftOut.LEFT_OUT,
     "key": lambda result: run_key(result.design, result.options),
 }
-"""The other keys, which need a complete result."""
+"""A function for each of the other keys, which need a complete result."""
 
 
 def report_of_result(result: SensorResult, files: Iterable[ListedFile] = ()) -> Report:
-    """Return the report of a run whose folder has these files."""
-    filled = {name: fill(result) for name, fill in (OF_SENSOR | OF_RESULT).items()}
-    return Report(**filled, files=tuple(files))
+    """Return the report of a run; `files` are those of its output folder."""
+    values = {name: compute(result) for name, compute in (OF_SENSOR | OF_RESULT).items()}
+    return Report(**values, files=tuple(files))
 
 
 class SensorParts(Mapping[str, object]):
-    """The keys of a report that need no solid; each is solved on first use."""
+    """A mapping of the keys of a report that need no solid to their values; each is solved on first use."""
 
     def __init__(self, sensor: Sensor) -> None:
-        """Take the sensor."""
+        """Keep the sensor, whose stages are solved when a key needs them."""
         self._part = cache(lambda name: OF_SENSOR[name](sensor))  # several keys share one part
         self._verdicts = _VerdictsByName(sensor)
 
@@ -100,7 +102,7 @@ class SensorParts(Mapping[str, object]):
 
 
 class _VerdictsByName(Mapping[str, Verdict]):
-    """The verdicts of a sensor by their names; each is judged on first use."""
+    """The verdicts on a sensor by name; each is evaluated on first use."""
 
     def __init__(self, sensor: Sensor) -> None:
         self._sensor = sensor
@@ -123,14 +125,14 @@ class _VerdictsByName(Mapping[str, Verdict]):
 
 
 def _beam_law_leaves(sensor: Sensor | SensorResult) -> tuple[float, ...] | None:
-    """Return the lengths of leaves by the beam law [mm]; None for a line of tips, which has no housing."""
+    """Return the lengths of the leaves by the beam law [mm], low spring first; None for a layout without a housing."""
     if not sensor.design.tips.tip_layout.has_housing:
         return None
     return tuple(spring.length_mm for spring in printable_leaves(sensor.design, sensor.sizing).values())
 
 
 def _errors(result: SensorResult) -> dict[str, UncertaintyBudget | None]:
-    """Return the budget of each number; the given springs of a line have none."""
+    """Return the error budget of each number; the springs of a layout without a housing are given, and have none."""
     has_housing = result.design.tips.tip_layout.has_housing
     budgets = vars(result.errors.budgets)
     return {name: budget for name, budget in budgets.items() if has_housing or name not in ("K_l", "K_h")}

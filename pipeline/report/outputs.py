@@ -22,15 +22,15 @@ LATEST = "latest.js"  # the page of a look reads it to reload itself
 
 
 class EarlierAnswer(NamedTuple):
-    """The names of the files of an earlier answer, and the command that repeats it in its folder."""
+    """The names of the files that an earlier run wrote into a folder, and the command that repeats that run."""
 
     names: tuple[str, ...]
     command: str
 
     def lost_files(self, folder: Path, command: str) -> str | None:
-        """Return as text how many of these files a command removed, and the command that makes them again.
+        """Return a sentence on the files that a new run removed from the folder, and how to make them again.
 
-        None if none.
+        `command` is that of the new run. None if every file of the earlier run still exists.
         """
         gone = [name for name in self.names if name != LATEST and not (folder / name).exists()]
         if not gone:
@@ -43,9 +43,10 @@ class EarlierAnswer(NamedTuple):
 
 
 def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> Plain:
-    """Write the files, report.json last with the digests of all others; return its data.
+    """Write the files that state the results into a folder, and return the data of report.json.
 
-    A `page`, report.html, is made from the report without the page itself. Raises ValueError for nan or infinity.
+    report.json is the last, because it has the digests of all others. With `page`, report.html is written too; it
+    shows the report without the digest of the page itself. Raises ValueError if a number is nan or infinite.
     """
     design = f"# {result.options.command}\n{design_as_toml(result.design)}"
     (folder / "design.toml").write_text(design, encoding="utf-8")
@@ -72,10 +73,15 @@ def refuse_folder_of_a_run(folder: Path) -> None:
 
 
 def earlier_answer(folder: Path) -> EarlierAnswer:
-    """Return the files of the answer that a new one replaces."""
+    """Return the files and the command of the run that wrote a folder; empty for a new folder.
+
+    The first line of design.toml holds the command.
+    """
     names = managed_files(folder)
-    first = (folder / "design.toml").read_text(encoding="utf-8").partition("\n")[0] if "design.toml" in names else ""
-    return EarlierAnswer(names=tuple(names), command=first.removeprefix("# "))
+    first_line = (
+        (folder / "design.toml").read_text(encoding="utf-8").partition("\n")[0] if "design.toml" in names else ""
+    )
+    return EarlierAnswer(names=tuple(names), command=first_line.removeprefix("# "))
 
 
 def listed_files(folder: Path) -> tuple[ListedFile, ...]:

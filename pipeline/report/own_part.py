@@ -1,4 +1,4 @@
-"""The report on a part that the user made: its verdicts, its numbers, and what its solve does not cover."""
+"""The report on a part that the user made: verdicts, numbers, and what the solution does not cover."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _VERDICTS = {"low": "K_l", "high": "K_h"}
 
 
 def part_verdicts(found: PartStiffness, targets: Mapping[str, float]) -> tuple[Verdict, ...]:
-    """Return K_l and K_h of a part, judged by the targets of a design [N/m]."""
+    """Return the verdicts on K_l and K_h of a part, against the `targets` of a design [N/m] by spring."""
     words = f"FE of this part, {found.method}, held by {found.held_by}; tolerance relative"
     return tuple(
         own_part_verdict(_VERDICTS[name], face.estimate, target, words)
@@ -25,7 +25,7 @@ def part_verdicts(found: PartStiffness, targets: Mapping[str, float]) -> tuple[V
 
 
 def part_data(found: PartStiffness) -> dict[str, object]:
-    """Return the numbers of a part for JSON."""
+    """Return the numbers of a solved part as JSON data, in the units that their keys name."""
     return {
         "method": found.method,
         "held_by": found.held_by,
@@ -52,21 +52,22 @@ def part_data(found: PartStiffness) -> dict[str, object]:
 
 
 def part_notes(found: PartStiffness) -> list[str]:
-    """Return a sentence on how a part was solved and what the solution leaves out."""
-    return list(_notes(found))
+    """Return sentences on how a part was solved, on its meshes and faces, and on what the solution leaves out."""
+    return list(_part_notes(found))
 
 
-def _notes(found: PartStiffness) -> Iterator[str]:
+def _part_notes(found: PartStiffness) -> Iterator[str]:
+    """Yield the sentences of `part_notes` in the order of the output."""
     E, poisson = found.material
     material = f"E {E:g} MPa, Poisson's ratio {poisson:g}"
     yield f"solved as {found.method}: {found.dofs} unknowns, {found.seconds:.1f} s, held by {found.held_by}; {material}"
     if found.not_swept:
         yield f"not swept: {found.not_swept}"
     for unknowns, seconds, *K in found.curve:
-        each = ", ".join(f"{value:.5g}" for value in K)
-        yield f"{unknowns:.0f} unknowns, {seconds:.1f} s without its mesh: {each} N/m"
+        stiffnesses = ", ".join(f"{value:.5g}" for value in K)
+        yield f"{unknowns:.0f} unknowns, {seconds:.1f} s without its mesh: {stiffnesses} N/m"
     for name, face in found.faces.items():
-        if name not in _VERDICTS:  # those have a row of their own
+        if name not in _VERDICTS:  # low and high have verdicts, which state their stiffness
             yield f"{name}: {with_bar(face.estimate.value, face.estimate.error)} N/m"
         if face.K_held is not None:
             with_holes = with_bar(1e3 * face.K_held, 1e3 * face.K_error * face.K_held)

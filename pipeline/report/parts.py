@@ -1,4 +1,4 @@
-"""Parts of report.json that differ from the records of their stages: keys, and functions that fill them.
+"""Parts of report.json whose keys differ from the records of their stages, each with its conversion `from_stage`.
 
 A reader of reports imports this file without the stages.
 """
@@ -53,8 +53,8 @@ class SizingReport:
     )
 
     @classmethod
-    def filled(cls, sizing: "SpringSizing", beam_law_leaves_mm: tuple[float, ...] | None) -> Self:
-        """Return the springs as sized, with the lengths of their leaves [mm]."""
+    def from_stage(cls, sizing: "SpringSizing", beam_law_leaves_mm: tuple[float, ...] | None) -> Self:
+        """Return the springs as sized in the units of report.json, with the lengths of their leaves [mm]."""
         return cls(
             K_l_N_per_m=1e3 * sizing.springs.K_l,
             K_h_N_per_m=1e3 * sizing.springs.K_h,
@@ -75,8 +75,8 @@ class MaterialReport:
     process: str = report_field("", "name of the print process")
 
     @classmethod
-    def filled(cls, process: "Process") -> Self:
-        """Return the material of a process."""
+    def from_stage(cls, process: "Process") -> Self:
+        """Return the material of a print process."""
         return cls(name=process.material, E_MPa=process.E_MPa, poisson=process.poisson, process=process.name)
 
 
@@ -115,8 +115,11 @@ class ContactReport:
     )
 
     @classmethod
-    def filled(cls, contact: FruitCompliance) -> Self:
-        """Return the compliance of the fruit with its errors and cost."""
+    def from_stage(cls, contact: FruitCompliance) -> Self:
+        """Return the solved compliance of the fruit, with its errors [%] and its cost.
+
+        `compliance` is the inverse of this conversion.
+        """
         skin = None
         if contact.skin is not None:
             matrices = tuple(rows_of(S) for S in contact.skin.S)
@@ -135,7 +138,7 @@ class ContactReport:
         )
 
     def compliance(self, tips: tuple[str, ...]) -> FruitCompliance:
-        """Return the compliance of the fruit under tips of these names [1/mm], with its errors."""
+        """Return the compliance of the fruit [1/mm] with its errors [1], under tips of these names."""
         skin = None
         if self.skin is not None:
             skin = SkinTable(E=np.array(self.skin.E_MPa), S=np.array(self.skin.compliance_per_mm))
@@ -180,15 +183,19 @@ class ResponseReport:
 
     @classmethod
     def rows(cls, table: "SensorResponse", tips: "Tips", spring_errors: Sequence[Floats]) -> tuple[Self, ...]:
-        """Return the response at each modulus; `spring_errors` are relative errors of the forces by the springs [1]."""
+        """Return the response at each modulus of a table of forces.
+
+        `spring_errors` has a row for each modulus: the relative error of each tip's force due to the numerical error of
+        its spring [1], (tips,). The error of P is at most their sum.
+        """
         columns = force_columns(table, tips) | {"slope_ratio": table.slope_ratio}
         rows = []
-        for i, (E, of_springs) in enumerate(zip(table.E.tolist(), spring_errors, strict=True)):
-            over_travel: dict[str, Any] = {name: numbers(grid[i]) for name, grid in columns.items()}
+        for i, (E, spring_error) in enumerate(zip(table.E.tolist(), spring_errors, strict=True)):
+            by_travel: dict[str, Any] = {name: numbers(grid[i]) for name, grid in columns.items()}
             row = cls(
-                **over_travel | {"E_MPa": E},
-                F_error_percent=numbers(100.0 * (table.F_error[i] + of_springs.max())),
-                P_error_percent=numbers(100.0 * (table.P_error[i] + of_springs.sum())),
+                **by_travel | {"E_MPa": E},
+                F_error_percent=numbers(100.0 * (table.F_error[i] + spring_error.max())),
+                P_error_percent=numbers(100.0 * (table.P_error[i] + spring_error.sum())),
                 F_N=tuple(numbers(table.F[i, :, tip]) for tip in tips.own_columns),
             )
             rows.append(row)
@@ -217,8 +224,11 @@ class CurveReport:
     )
 
     @classmethod
-    def filled(cls, table: "ReadingTable", tips: "Tips") -> Self:
-        """Return P at full travel with its bands; the first modulus of the table represents the softest fruit."""
+    def from_stage(cls, table: "ReadingTable", tips: "Tips") -> Self:
+        """Return P at full travel over the modulus, with the bands of the modulus for each P.
+
+        The first modulus of the table represents the softest possible fruit, whose P becomes `P_softest`.
+        """
         bands = band_columns(table)
         columns = force_columns(table.response, tips) | bands
         at_full_travel: dict[str, Any] = {name: numbers(grid[:, -1]) for name, grid in columns.items()}
@@ -270,7 +280,7 @@ class ModulusReport:
     )
 
     @classmethod
-    def filled(cls, row: "ModulusAccuracy") -> Self:
+    def from_stage(cls, row: "ModulusAccuracy") -> Self:
         """Return the bias and uncertainty of readings at one modulus."""
         return cls(
             E_MPa=row.E,
@@ -336,8 +346,11 @@ class ReadingReport:
     )
 
     @classmethod
-    def filled(cls, readings: "ReadingAccuracy") -> Self:
-        """Return the bias and uncertainty of readings, and the pressure on the skin."""
+    def from_stage(cls, readings: "ReadingAccuracy") -> Self:
+        """Return bias and uncertainty of readings in per cent, at the worst modulus and at each, and the skin pressure.
+
+        Bias and uncertainty are None if a level press has no reading.
+        """
         bias = readings.bias
         uncertainty = readings.uncertainty
         return cls(
@@ -349,7 +362,7 @@ class ReadingReport:
             touch_fraction=readings.touch.value,
             noise_for_10_percent=readings.noise_percent,
             refused=readings.refused,
-            moduli=tuple(ModulusReport.filled(row) for row in readings.moduli),
+            moduli=tuple(ModulusReport.from_stage(row) for row in readings.moduli),
             skin_pressure=readings.pressures,
             fruit=readings.uneven,
             calibration=readings.calibration,
@@ -365,8 +378,8 @@ class PaperReport:
     verdicts: tuple[Verdict, ...] = report_field("", "verdicts on these springs, as in `verdicts[]`", each="KEY")
 
     @classmethod
-    def filled(cls, verdicts: tuple[Verdict, ...]) -> Self:
-        """Return the springs of the paper with their verdicts."""
+    def from_stage(cls, verdicts: tuple[Verdict, ...]) -> Self:
+        """Return the paper's springs with the verdicts on them."""
         return cls(K_l_N_per_m=1e3 * PAPER_SPRINGS.K_l, K_h_N_per_m=1e3 * PAPER_SPRINGS.K_h, verdicts=verdicts)
 
 
@@ -389,8 +402,11 @@ class AccuracyReport:
     contact: SolveReport = report_field("", "accuracy of the compliance s11 - s12")
 
     @classmethod
-    def filled(cls, tolerance: float, fitted: "FittedHousing | None", contact: FruitCompliance) -> Self:
-        """Return the requested accuracy, with the largest errors of springs and contact."""
+    def from_stage(cls, tolerance: float, fitted: "FittedHousing | None", contact: FruitCompliance) -> Self:
+        """Return the requested tolerance [1], and the largest errors of springs and contact [%] with their methods.
+
+        `fitted` is None if no housing was made.
+        """
         springs = None
         if fitted is not None:
             stiffness = fitted.stiffness
@@ -432,8 +448,11 @@ class RelaxationReport:
     moments: tuple[Moment, ...] = report_field("", "the best time of a reading")
 
     @classmethod
-    def filled(cls, over_time: "ReadingOverTime") -> Self:
-        """Return forces, P and the apparent modulus over time, and the steadiest moment for a reading."""
+    def from_stage(cls, over_time: "ReadingOverTime") -> Self:
+        """Return forces, P and the apparent modulus over time for each modulus, and the steadiest moment for a reading.
+
+        A change that is infinite, because a tip is out of contact, becomes None.
+        """
         moduli = []
         for i, E in enumerate(over_time.E.tolist()):
             row = RelaxingModulusReport(
@@ -456,4 +475,5 @@ class RelaxationReport:
 
 
 def _percent(sources: Mapping[str, float]) -> dict[str, float]:
+    """Return uncertainties [1] in per cent, under keys that end in `_percent`."""
     return {f"{name.removesuffix('_percent')}_percent": 100.0 * value for name, value in sources.items()}

@@ -167,7 +167,7 @@ class Report(Record):
     )
 
     def __post_init__(self) -> None:
-        """Refuse a layout with a housing but without flexures, and deflections that do not match the housing."""
+        """Raise InputError if a layout with a housing has no flexures, or if deflections do not match the housing."""
         if self.design.tips.tip_layout.has_housing and not self.flexures:
             bound = f"given for tips.layout = {self.design.tips.layout!r}"
             raise validation_error("flexures", None, "", bound, "run the design again")
@@ -187,7 +187,7 @@ class Report(Record):
 
     @property
     def moduli(self) -> tuple[ModulusReport, ...]:
-        """Return bias and uncertainty at each modulus; empty if the design has no readings."""
+        """Return bias and uncertainty of readings at each modulus; empty if the design has no readings."""
         return () if self.reading is None else self.reading.moduli
 
     @property
@@ -235,10 +235,10 @@ def read_report(folder: Path) -> Report:
 
 
 def written_data(folder: Path) -> Plain:
-    """Return the JSON data of a folder's report; raises a one-line InputError if it was changed."""
+    """Return the JSON data of a folder's report; raises InputError if the file was changed since the run."""
     data = read_data(folder)
     if not is_as_written(data):
-        raise _refused(folder, "its report.json must be as the run wrote it, and its digest is another")
+        raise _report_error(folder, "its report.json must be as the run wrote it, and its digest is another")
     return data
 
 
@@ -248,58 +248,62 @@ def is_as_written(data: Plain) -> bool:
 
 
 def read_data(folder: Path) -> Plain:
-    """Return the JSON data of a folder's report, with finite numbers; raises a one-line InputError."""
+    """Return the JSON data of a folder's report, unchecked except for its schema and finite numbers.
+
+    Raises InputError if the file cannot be read, is no JSON, or is of another schema.
+    """
     path = folder / "report.json"
     try:
         if path.exists() and not is_regular(path):
             raise IsADirectoryError(path)
         text = path.read_text(encoding="utf-8")
-        data = json.loads(text, parse_constant=_finite, parse_float=_finite)
+        data = json.loads(text, parse_constant=_finite_number, parse_float=_finite_number)
     except (OSError, ValueError, RecursionError) as error:
-        raise _refused(folder, f"must hold a report.json that can be read ({type(error).__name__})") from error
+        raise _report_error(folder, f"must hold a report.json that can be read ({type(error).__name__})") from error
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise _refused(folder, f"its report.json must be one of pipeline run, schema {SCHEMA}")
+        raise _report_error(folder, f"its report.json must be one of pipeline run, schema {SCHEMA}")
     return data
 
 
 def report_of(folder: Path, data: Plain) -> Report:
-    """Return the report of a folder's JSON data; raises a one-line InputError for invalid data.
+    """Return the report that a folder's JSON data describe; raises InputError if they are invalid.
 
-    A report of 0.2 is read without the keys that were removed.
+    A report of version 0.2 may have keys that were removed since; these are ignored.
     """
     design = data.get("design")
     try:
         design_from_mapping(design if isinstance(design, dict) else {})
     except InputError as error:
-        raise _refused(folder, f"its design must be one of today: {error}") from error
+        raise _report_error(folder, f"its design must be one of today: {error}") from error
     try:
-        # cattrs would structure a str as a list of characters
+        # cattrs would turn a string into a tuple of characters, so each list is checked first.
         for key, kind in get_type_hints(Report).items():
             if get_origin(kind) is tuple and not isinstance(data.get(key, []), list):
                 msg = f"expected a JSON list @ report.{key}"
                 raise ValueError(msg)
-        return from_plain(Report, _without_gone_keys(data), "report", _CONVERTER)
+        return from_plain(Report, _drop_removed_keys(data), "report", _CONVERTER)
     except ValueError as error:
-        raise _refused(folder, f"its report.json must be as it was written ({error})") from error
+        raise _report_error(folder, f"its report.json must be as it was written ({error})") from error
 
 
-def _without_gone_keys(data: Plain) -> Plain:
-    """Return the JSON data of a report without keys of older versions that were removed."""
+def _drop_removed_keys(data: Plain) -> Plain:
+    """Return the JSON data of a report without the keys that only older versions have."""
     for name in REPORT_KEYS:
-        data = _without(data, name.split("."))
+        data = _drop_key(data, name.split("."))
     return data
 
 
-def _without(data: Plain, names: Sequence[str]) -> Plain:
-    """Return JSON data without the key at a path of names; unchanged if there is none."""
-    first, *others = names
-    if not others:
+def _drop_key(data: Plain, path: Sequence[str]) -> Plain:
+    """Return JSON data without the key at a path of nested keys; unchanged if there is no such key."""
+    first, *rest = path
+    if not rest:
         return {key: value for key, value in data.items() if key != first}
-    held = data.get(first)
-    return {**data, first: _without(held, others)} if isinstance(held, dict) else data
+    table = data.get(first)
+    return {**data, first: _drop_key(table, rest)} if isinstance(table, dict) else data
 
 
-def _finite(text: str) -> float:
+def _finite_number(text: str) -> float:
+    """Return the number of a JSON text; raises ValueError for nan and infinity, which JSON does not have."""
     value = float(text)
     if not math.isfinite(value):
         msg = f"{text} is no number of JSON"
@@ -307,8 +311,8 @@ def _finite(text: str) -> float:
     return value
 
 
-def _refused(folder: Path, bound: str) -> InputError:
-    """Return the one-line error for a folder whose report cannot be used."""
+def _report_error(folder: Path, bound: str) -> InputError:
+    """Return the error for a folder whose report cannot be used, on one line; `bound` says what it must be."""
     reason = " ".join(bound.split())
     message = f"PATH = {str(folder)!r} {reason}. Name an output folder, or run the design again."
     return InputError(message, field="PATH", value=str(folder), bound=reason)

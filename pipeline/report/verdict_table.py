@@ -1,4 +1,4 @@
-"""Verdicts as a table as wide as the terminal, with a line for each that did not pass."""
+"""Verdicts as a table for the terminal, and a line with the reason for each that did not pass."""
 
 import os
 import sys
@@ -27,7 +27,10 @@ OUTCOME = {passed: f"[{_COLOURS[passed]}]{word}[/]" for passed, word in OUTCOMES
 
 
 def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> None:
-    """Print tables and sentences; without a terminal and COLUMNS, in a width that fits every table [characters]."""
+    """Print tables and sentences in the width of the terminal.
+
+    Output that goes to a file or a pipe has the given `width`, or `WIDTH`, unless COLUMNS is set [characters].
+    """
     console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else width or WIDTH)
     for part in parts:
         console.print(part)
@@ -35,8 +38,8 @@ def print_parts(parts: Iterable[RenderableType], width: int | None = None) -> No
 
 def verdict_parts(title: str, verdicts: Sequence[Verdict]) -> list[RenderableType]:
     """Return the verdicts on a file or folder as a table, with reasons for those that did not pass."""
-    told = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name == READABLE]
-    return [verdict_table(escape(title), verdicts), *reasons(told)]
+    explained = [verdict for verdict in verdicts if verdict.passed is not True or verdict.name == READABLE]
+    return [verdict_table(escape(title), verdicts), *reasons(explained)]
 
 
 def reasons(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = lambda _: True) -> tuple[str, ...]:
@@ -45,7 +48,7 @@ def reasons(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = l
     A verdict for which `in_table` is false has its value and limit in the line, because no table shows them. A hint
     that an earlier line gave is replaced by the name of that line's verdict.
     """
-    first_with: dict[str, str] = {}
+    first_with: dict[str, str] = {}  # for each hint, the first verdict that has it
     lines = []
     for verdict in verdicts:
         hint = ""
@@ -58,7 +61,7 @@ def reasons(verdicts: Iterable[Verdict], in_table: Callable[[Verdict], bool] = l
 
 
 def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
-    """Return the table of verdicts under a title in rich's markup."""
+    """Return the verdicts as a table with value, limit, tolerance and outcome; `title` is in rich's markup."""
     heads = ("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", "")
     columns = [Column(head, overflow="fold") for head in heads]  # a narrow terminal wraps a word and truncates none
     table = Table(*columns, title=title or None, title_justify="left")

@@ -22,13 +22,13 @@ _CONSTANTS = {"touch_fraction": LARGEST_TOUCH_FRACTION, "shortest_leaf": SHORTES
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """The meaning of a name: a paragraph, its formula and its source.
+    """The meaning of a verdict, a symbol or a key: a paragraph, its formula and its source.
 
-    The number of a symbol is at `key` in report.json, elements of lists by their index, with its error in per cent at
-    `error_percent`. It has the unit of the key, and `part` names its subject. The number of a verdict is found by its
-    name, or at `key` if nothing was judged. A name that ends in `*` represents the names in `each`. `level` names what
-    a study solves for a verdict, None if it cannot be requested. `value_level` names what it solves for the value, if
-    the outcome needs less. `in_main_job` marks the ten nouns that are enough to read `pipeline/main_job.py`.
+    The number of a symbol is at the dotted `key` of report.json, and its error in per cent at the key `error_percent`.
+    `part` says to which part of the sensor that number belongs. The number of a verdict is found by its name, or at
+    `key` if the report has no such verdict. A name that ends in `*` represents the names in `each`. `level` is the
+    stage that a study solves for a verdict, None if a study cannot request it. `value_level` is the stage for its
+    value, if the outcome needs less. `in_main_job` marks the ten nouns that are enough to read `pipeline/main_job.py`.
     """
 
     name: str
@@ -49,24 +49,25 @@ class Entry:
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Return every entry, verdicts first.
+    """Return every entry: verdicts from `sensor/verdicts.toml`, then symbols from `symbols.toml`.
 
-    An entry with a key of report.json has the unit of the key, and its meaning unless it has its own.
+    A symbol with a key of report.json has the unit of the key. It also has the meaning of the key, unless the file
+    gives another.
     """
-    loaded = [_of_verdict(row) for row in verdict_rows()]
+    loaded = [_verdict_entry(row) for row in verdict_rows()]
     text = (Path(__file__).parent / "symbols.toml").read_text(encoding="utf-8")
     for name, table in tomllib.loads(text).items():
         aliases = tuple(table.pop("aliases", ()))
         key = report_key(table.get("key", ""))
         if key is not None:
-            table = {"meaning": _sentence(key), **table, "unit": key.unit}
-        table |= {column: _filled(table[column], _CONSTANTS) for column in ("meaning", "formula")}
+            table = {"meaning": _meaning_of(key), **table, "unit": key.unit}
+        table |= {column: _fill_in(table[column], _CONSTANTS) for column in ("meaning", "formula")}
         loaded.append(Entry(name=name, is_verdict=False, aliases=aliases, **table))
     return tuple(loaded)
 
 
-def _of_verdict(row: VerdictRow) -> Entry:
-    """Return the entry of a verdict, whose texts may name its own numbers too."""
+def _verdict_entry(row: VerdictRow) -> Entry:
+    """Return the entry of a verdict; its texts may name its limit and its tolerances in braces."""
     numbers = {
         "limit": row.limit,
         "tolerance": row.tolerance,
@@ -75,24 +76,26 @@ def _of_verdict(row: VerdictRow) -> Entry:
         **_CONSTANTS,
     }
     columns = {item.name: getattr(row, item.name) for item in fields(Entry) if hasattr(row, item.name)}
-    columns |= {text: _filled(columns[text], numbers) for text in ("meaning", "formula")}
+    columns |= {text: _fill_in(columns[text], numbers) for text in ("meaning", "formula")}
     return Entry(is_verdict=True, **columns)
 
 
-def _filled(text: str, numbers: Mapping[str, float | str | None]) -> str:
-    """Return a text with the numbers that it names in braces."""
+def _fill_in(text: str, numbers: Mapping[str, float | str | None]) -> str:
+    """Return a text in which the numbers that it names in braces are filled in."""
     texts = {name: f"{number:g}" if isinstance(number, float) else number for name, number in numbers.items()}
     return text.format(**texts)
 
 
-def _sentence(key: ReportKey) -> str:
+def _meaning_of(key: ReportKey) -> str:
+    """Return the meaning of a key as a sentence."""
     return f"{key.meaning[:1].upper()}{key.meaning[1:]}."
 
 
 def entry_of(name: str) -> Entry:
-    """Return the entry of a name, of a key of report.json, or of a fruit.
+    """Return the entry of a verdict, a symbol, a key of report.json or a fruit.
 
-    Raises InputError for an unknown name, with the closest match.
+    They are tried in this order. Raises InputError for an unknown name, with the closest known name, and for a name
+    that was removed.
     """
     refuse_gone(f"verdicts.{name}")
     refuse_gone_key(name)
@@ -106,10 +109,16 @@ def entry_of(name: str) -> Entry:
     if key is not None:
         source = "docs/report-json.md"
         return Entry(
-            name=name, meaning=_sentence(key), formula="", source=source, is_verdict=False, key=name, unit=key.unit
+            name=name,
+            meaning=_meaning_of(key),
+            formula="",
+            source=source,
+            is_verdict=False,
+            key=name,
+            unit=key.unit,
         )
     if name in FRUITS:
-        return _of_fruit(FRUITS[name])
+        return _fruit_entry(FRUITS[name])
     by_lower_case |= {fruit: fruit for fruit in FRUITS}
     near = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
     hint = f"Did you mean {by_lower_case[near[0]]}? " if near else ""
@@ -118,13 +127,13 @@ def entry_of(name: str) -> Entry:
     raise InputError(msg, field="NAME", value=name, bound=bound)
 
 
-def _of_fruit(fruit: NamedFruit) -> Entry:
-    """Return the entry of a fruit, with the source of each of its ranges."""
-    least, most = fruit.bruise_limit_MPa
+def _fruit_entry(fruit: NamedFruit) -> Entry:
+    """Return the entry of a fruit: its ranges as a paragraph, with the source of each."""
+    lowest, highest = fruit.bruise_limit_MPa
     meaning = (
-        f"A fruit of {fruit.in_words} [mm, MPa]. It bruises at a mean pressure of {least:g} to {most:g} MPa, and ripe "
-        f"flesh relaxes to {100.0 * fruit.relaxes_to:g} % of a force. `pipeline suggest --fruit {fruit.name}` searches "
-        "a sensor for it."
+        f"A fruit of {fruit.in_words} [mm, MPa]. It bruises at a mean pressure of {lowest:g} to {highest:g} MPa, and "
+        f"ripe flesh relaxes to {100.0 * fruit.relaxes_to:g} % of a force. "
+        f"`pipeline suggest --fruit {fruit.name}` searches a sensor for it."
     )
     source = "; ".join(f"{key}: {text}" for key, text in fruit.sources)
     return Entry(name=fruit.name, meaning=meaning, formula="", source=source, is_verdict=False)

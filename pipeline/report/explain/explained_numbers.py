@@ -1,4 +1,4 @@
-"""The number in a report for a verdict or a symbol."""
+"""The value that a verdict or a symbol has in a report, as text."""
 
 from pathlib import Path
 
@@ -11,38 +11,40 @@ from sensor.words import OUTCOMES, shown, with_bar
 
 
 def number_in(folder: Path, entry: Entry, name: str) -> str:
-    """Return the number in a folder's report for a name, as text with its error and unit; raises InputError.
+    """Return the value that a verdict or a symbol has in a folder's report, as text with error bar and unit.
 
-    If the report has none, the text says so.
+    `name` is the name that the user typed, which may be one of several in the `entry`. If the report has no value, the
+    text says so. Raises InputError if the folder has no valid report.
     """
     report = read_report(folder)
     if not entry.is_verdict:
-        return _of_symbol(report, entry) or "no number in this report"
+        return _symbol_text(report, entry) or "no number in this report"
     names = entry.each if name == entry.name and entry.each else (name,)
-    words = [_of_verdict(verdict) for verdict in report.verdicts if verdict.name in names]
+    words = [_verdict_text(verdict) for verdict in report.verdicts if verdict.name in names]
     return "; ".join(words) or "no verdict in this design"
 
 
-def _of_verdict(verdict: Verdict) -> str:
+def _verdict_text(verdict: Verdict) -> str:
+    """Return value, limit, outcome and hint of a verdict as text."""
     read = as_read(verdict)
     limit = "" if read.limit is None else f", limit {shown(read.limit, read.unit)}"
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
     return f"{verdict.name} {measured(read) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"
 
 
-def _of_symbol(report: object, entry: Entry) -> str | None:
-    """Return the number at the key of an entry as text, or None."""
-    value = None if entry.key is None else _at(report, entry.key)
+def _symbol_text(report: object, entry: Entry) -> str | None:
+    """Return the number of a symbol as text with its error bar and its part; None if the report has no such number."""
+    value = None if entry.key is None else _value_or_none(report, entry.key)
     if not isinstance(value, int | float):
         return None
-    percent = None if entry.error_percent is None else _at(report, entry.error_percent)
+    percent = None if entry.error_percent is None else _value_or_none(report, entry.error_percent)
     error = 0.01 * abs(value) * percent if isinstance(percent, int | float) else None
     part = f", {entry.part}" if entry.part else ""
     return f"{with_bar(value, error, entry.unit)}{part}"
 
 
-def _at(report: object, key: str) -> object:
-    """Return the value at a key of a report or of its parts, or None."""
+def _value_or_none(report: object, key: str) -> object:
+    """Return the value at a dotted key of a report; None if the report has no such key."""
     try:
         return value_at(report, key)
     except KeyError:

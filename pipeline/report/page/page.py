@@ -25,13 +25,13 @@ TAKEN_FROM = ("base.html.j2", "words.html.j2")  # included by the template of th
 _SPEED = 50.0  # of a filament printer [mm/s], until the reader enters another rate
 _LIMITING_NOTES = 2  # notes beside the answer of a design that passes
 _USUAL_SLIDERS = ("E", "travel")  # sliders for tilt and noise are folded
-_FIRST_NUMBERS = 3  # numbers at the top of the page, failed ones first
+_FIRST_NUMBERS = 3  # number of values at the top of the page, failed ones first
 
 
 def prepare_page(result: SensorResult) -> None:
-    """Do the slowest work for a page ahead of its files: compile its templates, and solve the springs under load.
+    """Do the slowest work for a page before its files exist: compile the templates, and solve the springs under load.
 
-    Errors are ignored here; the page reports them.
+    The results are cached. An error is ignored here, because the page reports it when it needs the solution.
     """
     load_templates(TEMPLATE, *TAKEN_FROM)
     with suppress(ValueError, SolveError):
@@ -39,21 +39,23 @@ def prepare_page(result: SensorResult) -> None:
 
 
 def page_of(report: Report, result: SensorResult, folder: Path) -> str:
-    """Return the page of a report, with the bodies of a result and of its output folder.
+    """Return report.html: answer, verdicts, notes, plots, three-dimensional bodies and files of a run.
 
-    Bodies that cannot be drawn are left out, and the page gives the reason.
+    Bodies come from `result` and from the files of the output `folder`. The page gives the reason for each body that
+    cannot be drawn.
     """
-    own = {file.path for file in report.files}
-    bodies, missing = _bodies(report, result, folder)
-    drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
-    bill = answer.bill(folder) if answer.BILL in own else []
+    file_names = {file.path for file in report.files}
+    bodies, missing = _draw_bodies(report, result, folder)
+    sorted_names = sorted(file_names, key=lambda name: Path(name).stem)
+    drawings = [folder / name for name in sorted_names if name.endswith(".svg")]
+    bill = answer.bill(folder) if answer.BILL in file_names else []
     verdicts = [as_read(verdict) for verdict in report.verdicts]
     wrong = not_passed(verdicts)
-    # The page finds a verdict in its data by this index.
+    # Each verdict has its index, by which the page's script finds it in the data.
     on_the_part = [(i, one) for i, one in enumerate(verdicts) if is_on_the_part(one)]
     targets = [(i, one) for i, one in enumerate(verdicts) if not is_on_the_part(one)]
     paper = () if report.paper is None else report.paper.verdicts
-    # The first notes are beside the answer only if nothing failed; else the failures are there.
+    # The first notes stand beside the answer only if nothing failed; otherwise the failures stand there.
     limiting = [] if wrong else report.notes[:_LIMITING_NOTES]
     page_data = {
         "report": report_data(report),
@@ -93,8 +95,8 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     )
 
 
-def _bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Plain], dict[str, str]]:
-    """Return the bodies on the page, and the reasons why others cannot be drawn, by name."""
+def _draw_bodies(report: Report, result: SensorResult, folder: Path) -> tuple[list[Plain], dict[str, str]]:
+    """Return the bodies as page data, and for each body that cannot be drawn its name with the reason."""
     draws: dict[str, Callable[[], Plain]] = {}
     if report.design.tips.tip_layout.has_housing:
         draws["springs under load"] = partial(flexure_body, report, result)

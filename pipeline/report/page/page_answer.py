@@ -15,7 +15,7 @@ from sensor.verdict import Verdict
 
 BILL = "bom.csv"
 _ERRORS = ("reading.bias", "reading.uncertainty")
-_MOST_DIGITS = 6
+_MOST_DIGITS = 6  # beyond, an error of the reading is shown with all its digits
 _MASS = f" g{EACH}"  # ending of the size of a printed part in the bill
 
 
@@ -28,19 +28,18 @@ class Dimension(NamedTuple):
 
 
 def brief(verdict: Verdict) -> str:
-    """Return the value of a verdict with its unit, empty without a value.
+    """Return the value of a verdict with its unit, as short as the outcome allows; empty without a value.
 
-    An error of the reading has two digits, or more if fewer would lie on the other side of its limit. Other values, and
-    undecided ones, have their error bar.
+    Bias and uncertainty of a reading have two digits, or more if the rounded value would lie on the other side of the
+    limit. All other values, and undecided ones, have their error bar.
     """
     value, limit = verdict.value, verdict.limit
     is_error = verdict.name in _ERRORS and verdict.passed is not None
     if value is None or not is_error or not isinstance(limit, int | float):
         return measured(verdict)
     texts = (f"{value:.{digits}g}" for digits in range(2, _MOST_DIGITS))
-    return (
-        f"{next((text for text in texts if (float(text) <= limit) == (value <= limit)), f'{value:g}')} {verdict.unit}"
-    )
+    on_the_same_side = (text for text in texts if (float(text) <= limit) == (value <= limit))
+    return f"{next(on_the_same_side, f'{value:g}')} {verdict.unit}"
 
 
 class Closest(NamedTuple):
@@ -51,7 +50,10 @@ class Closest(NamedTuple):
 
 
 def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
-    """Return the passed verdict that uses most of a one-sided limit; None without such a limit."""
+    """Return the passed verdict whose value is closest to a one-sided limit, as a fraction; None without such a limit.
+
+    The fraction is value over limit for an upper limit, and limit over value for a lower one.
+    """
     found = []
     for verdict in verdicts:
         value, limit = verdict.value, verdict.limit
@@ -65,7 +67,11 @@ def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
 
 
 def dimensions(report: Report) -> list[Dimension]:
-    """Return the dimensions of the leaves, and the dimensions of the housing that are not 0."""
+    """Return the dimensions of the leaves, then those of the housing that are not 0.
+
+    A dimension of 0 belongs to a feature that the housing does not have. Names and meanings come from the fields of the
+    records.
+    """
     rows = []
     for name, spring in report.flexures.items():
         leaf = spring.flexure

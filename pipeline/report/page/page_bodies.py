@@ -48,7 +48,7 @@ class ColourScale:
     palette: tuple[str, ...] = _PALETTE
 
     def colours(self, values: Floats) -> Floats:
-        """Return the colours of values (n,) as red, green and blue from 0 to 1, (n, 3)."""
+        """Return the colours of values (n,) as red, green and blue between 0 and 1, (n, 3)."""
         shades = np.array([[int(shade[i : i + 2], 16) / 255.0 for i in (1, 3, 5)] for shade in self.palette])
         span = self.high - self.low if self.high > self.low else 1.0
         positions = np.clip((values - self.low) / span, 0.0, 1.0) * (len(shades) - 1)
@@ -56,7 +56,7 @@ class ColourScale:
 
 
 def field_body(title: str, body: GlbBody, scale: ColourScale, caption: str, labels: Sequence[Plain] = ()) -> Plain:
-    """Return a body coloured by a field as page data; a slider deforms it, and `labels` mark points."""
+    """Return a body that is coloured by a field, as page data; a slider deforms it, and `labels` name points of it."""
     return {
         "name": title,
         "glb": pack_bytes(glb_of([body])),
@@ -77,9 +77,9 @@ def assembly_body(folder: Path) -> Plain:
 
 
 def loaded_half(springs: FittedSprings, options: RunOptions) -> ClampedHalf:
-    """Return the half housing under load for the page, solved on a coarse mesh and cached.
+    """Return the model of half the housing that the page shows under load, on a coarse mesh; the result is cached.
 
-    Raises ValueError without a housing, and SolveError.
+    Raises ValueError if no housing was made, and SolveError if the solution is unreliable.
     """
     if springs.housing is None:
         msg = "no part is made"
@@ -89,13 +89,15 @@ def loaded_half(springs: FittedSprings, options: RunOptions) -> ClampedHalf:
 
 
 def flexure_body(report: Report, result: SensorResult) -> Plain:
-    """Return the housing, or one plate of a square, at full travel with its von Mises stress [MPa], as page data.
+    """Return the housing, or one plate of a square, deformed at full travel and coloured by stress, as page data.
 
-    Raises ValueError without a housing, and SolveError.
+    The stress is the von Mises stress [MPa] at the surface. Raises ValueError if no housing was made, and SolveError if
+    the solution is unreliable.
     """
     half = loaded_half(result.springs, result.options)
     mesh = half.basis.mesh
     fields = fields_at_full_travel(result.springs, half)
+    # The half is y >= 0; its plane of symmetry is inside the housing.
     surface = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
     quads = mesh.facets[:, surface].T
     corners = np.unique(quads)
@@ -117,7 +119,7 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
         f"Safety against the strain limit: {', '.join(factors)}. The mesh is coarse: the largest stress may be up to "
         f"{100.0 * STRESS_OFF:g} % off, mostly too high."
     )
-    # The half y >= 0 and its mirror image; the mirrored quadrilaterals are reversed so that they face outwards too.
+    # The mirrored quadrilaterals are reversed, so that they face outwards too.
     half_quads = np.searchsorted(corners, quads)
     mirror = np.array([1.0, -1.0, 1.0])
     body = GlbBody(
@@ -131,7 +133,10 @@ def flexure_body(report: Report, result: SensorResult) -> Plain:
 
 
 def _spring_labels(half: ClampedHalf, aside: float) -> list[Plain]:
-    """Return labels for tips and springs; labels of tips are shifted outwards by `aside` [mm]."""
+    """Return the labels of tips and springs as page data.
+
+    Labels of tips are shifted outwards by `aside` [mm], because their texts are wider than the gap between the tips.
+    """
     mesh = half.basis.mesh
     points = mesh.p.T
     facets = {name: mesh.facets[:, indices] for name, indices in mesh.boundaries.items()}
@@ -152,12 +157,15 @@ def _label(text: str, position: Floats) -> Plain:
 
 
 def _middle_of(points: Floats, facets: NDArray[np.int64]) -> Floats:
-    """Return the mean of the points (n, 3) [mm] of facets, shape (3,)."""
+    """Return the mean position [mm] of the corners of facets, (3,), from the `points` of the mesh (n, 3)."""
     return np.asarray(points[np.unique(facets)].mean(axis=0))
 
 
 def deformation_factor(largest_mm: float, length_mm: float) -> float:
-    """Return the scale factor of drawn displacements [1]: 1, or 1, 2 or 5 times a power of ten."""
+    """Return the factor by which displacements are exaggerated in a drawing [1]: 1, 2 or 5 times a power of ten.
+
+    It is at least 1. `largest_mm` is the largest displacement, and `length_mm` the length of the part.
+    """
     if largest_mm <= 0.0:
         return 1.0
     return max(1.0, round_below(_DRAWN_DEFLECTION * length_mm / largest_mm))

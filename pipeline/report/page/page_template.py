@@ -21,9 +21,11 @@ _ENVIRONMENT.globals |= {"words": words, "rule": in_words}
 def render_page(
     template: str, scripts: tuple[str, ...], data: object, *, latest: bool = False, **values: object
 ) -> str:
-    """Return the page of a template of this folder, with its scripts in order and the data that they read.
+    """Return the HTML page that a template of this folder describes, complete in one file.
 
-    Values are escaped. With `latest`, the page reloads itself when the file `latest.js` beside it names another one.
+    `scripts` are files of this folder in the order in which they run, and `data` is what they read. `values` are the
+    variables of the template, whose text is escaped. With `latest`, the page reloads itself when the file `latest.js`
+    beside it names another run.
     """
     if latest:
         scripts = (*scripts, "latest.js")
@@ -43,7 +45,7 @@ def load_templates(*names: str) -> None:
 
 
 def pack_bytes(content: bytes) -> str:
-    """Return bytes as text that `unpacked` of figures.js decodes: deflated, base64."""
+    """Return bytes compressed by zlib and coded in base64, which `unpacked` of figures.js reverses."""
     return base64.b64encode(zlib.compress(content)).decode()
 
 

@@ -1,4 +1,4 @@
-"""Tables for the sliders of the page: solved presses over modulus and travel or tilt.
+"""Tables for the sliders of the page: solved presses against modulus and travel or tilt.
 
 Nothing is solved for the page; tables.js interpolates in these tables.
 """
@@ -35,7 +35,10 @@ Reader = Callable[[Floats], tuple[float, Floats]]
 
 
 class Axis(NamedTuple):
-    """The second axis of a table; with `log`, logarithms of the numbers are smooth over the logarithm of the nodes."""
+    """An axis of a table: its key and the values at which presses were solved.
+
+    With `log`, the page interpolates the logarithms of the numbers, which are smooth in the logarithm of the nodes.
+    """
 
     key: str
     nodes: list[float]
@@ -43,15 +46,16 @@ class Axis(NamedTuple):
 
 
 def page_tables(report: Report, result: SensorResult) -> Plain:
-    """Return tables, sliders and their start; moduli in MPa, travel in mm, tilt in degrees, noise in % of full scale.
+    """Return the data of the section "Try it" on the page: tables, sliders, their initial values, and bruise limits.
 
-    A table holds numbers over its two axes; other variables have the values in `held`.
+    A table holds the numbers of presses over its two axes; the other variables have the fixed values in `held`. Moduli
+    are in MPa, travel in mm, tilt in degrees, and noise in % of full scale.
     """
     design = report.design
-    tables = [_over_travel(design, report.read_out, result.press)]
-    over_tilt = _over_tilt(result, report.read_out)
-    if over_tilt is not None:
-        tables.append(over_tilt)
+    tables = [_travel_table(design, report.read_out, result.press)]
+    tilt_table = _tilt_table(result, report.read_out)
+    if tilt_table is not None:
+        tables.append(tilt_table)
     # The slider of the modulus covers the range that all tables share.
     moduli = [table["axes"][0]["nodes"] for table in tables]
     softest = max(min(design.fruit.E_MPa), *(nodes[0] for nodes in moduli))
@@ -60,7 +64,7 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     noise = noise_percent(report)
     ends = {"E": (softest, firmest)}
     ends |= {axis["key"]: (axis["nodes"][0], axis["nodes"][-1]) for axis in (table["axes"][1] for table in tables)}
-    sliders = [_slider(key, *_LABELS[key], *between) for key, between in ends.items()]
+    sliders = [_slider(key, *_LABELS[key], *interval) for key, interval in ends.items()]
     if any(np.isfinite(table["numbers"]["E_read"]).any() for table in tables):
         sliders.append(_slider("noise", "Noise of each force", "% of full scale", 0.0, 4.0 * (noise or _NOISE_PERCENT)))
     start = {
@@ -72,14 +76,14 @@ def page_tables(report: Report, result: SensorResult) -> Plain:
     return {"tables": tables, "sliders": sliders, "start": start, "bruise": list(design.fruit.bruise_limits_MPa)}
 
 
-def _slider(key: str, label: str, unit: str, least: float, most: float) -> Plain:
-    return {"key": key, "label": label, "unit": unit, "min": least, "max": most}
+def _slider(key: str, label: str, unit: str, smallest: float, largest: float) -> Plain:
+    return {"key": key, "label": label, "unit": unit, "min": smallest, "max": largest}
 
 
 def noise_percent(report: Report) -> float:
-    """Return the noise of the forces [% of full scale].
+    """Return the noise of the forces at which the slider starts [% of full scale].
 
-    The largest over its channels if the design names a read-out.
+    It is the largest error of a channel if the design has a read-out, else the noise in `[reading]`, else a default.
     """
     reading = report.design.reading
     if reading is None:
@@ -90,27 +94,31 @@ def noise_percent(report: Report) -> float:
     return float(np.max(100.0 * np.divide(signal.errors_N, report.read_out.full_scale_N)))
 
 
-def _over_travel(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
-    """Return the table over modulus and travel: the curve of the response without its first, limiting modulus.
+def _travel_table(design: Design, read_out: ReadingConstants, press: ScenePress) -> Plain:
+    """Return the table of forces, pressures and readings against modulus and travel.
 
-    Forces of flat faces are nearly linear in the travel, and forces of other tips nearly a power of it. A level pair is
-    read by the force ratio of one moment; other readings need whole presses.
+    The first modulus of the curve is a limit, and is left out. Forces of flat faces are nearly linear in the travel,
+    and forces of other tips nearly a power of it. A level pair is read by the force ratio at one moment. Other sensors
+    need whole presses, so this table has no readings of them.
     """
     curve = press.curve
     F = curve.F[1:]
     is_read = design.tips.tip_layout.is_pair and press.level
-    return _table(
+    return _grid_table(
         curve.E[1:].tolist(),
         Axis("travel", curve.x.tolist(), log=not design.tips.tip_shape.has_flat_face),
         forces=F,
         pressure=F / design.tips.face_mm2 if curve.mean_pressure is None else curve.mean_pressure[1:],
         held={"tilt": design.press.tilt_deg},
-        read=readings(F, ratio_reader(read_out), read_out) if is_read else np.full((*F.shape[:2], 2), np.nan),
+        read=read_presses(F, ratio_reader(read_out), read_out) if is_read else np.full((*F.shape[:2], 2), np.nan),
     )
 
 
-def _over_tilt(result: SensorResult, read_out: ReadingConstants) -> Plain | None:
-    """Return the table over modulus and tilt at full travel; None without readings that allow tilt."""
+def _tilt_table(result: SensorResult, read_out: ReadingConstants) -> Plain | None:
+    """Return the table of forces, pressures and readings against modulus and tilt, at full travel.
+
+    None if the design has no readings, allows no tilt, has a roll, or has too few moduli for an interpolation.
+    """
     design, presses = result.design, result.tilted
     if result.readings is None or presses is None or design.press.roll_deg != 0.0:
         return None
@@ -119,23 +127,24 @@ def _over_tilt(result: SensorResult, read_out: ReadingConstants) -> Plain | None
     F = presses.F[:, :, -1]
     is_dome = design.tips.dome_radius_mm is not None
     model = RiseModel(law=rise_law(design, read_out.contrast), level=result.readings.level)
-    return _table(
+    return _grid_table(
         list(presses.moduli),
         Axis("tilt", [placement.tilt_deg[0] for placement in presses.placements]),
         forces=F,
         pressure=presses.mean_pressure[:, :, -1] if is_dome else F / design.tips.face_mm2,
         held={"travel": design.press.travel_mm},
-        read=readings(presses.F, press_reader(model), read_out),
+        read=read_presses(presses.F, press_reader(model), read_out),
     )
 
 
-def _table(
+def _grid_table(
     moduli: list[float], second: Axis, *, forces: Floats, pressure: Floats, held: dict[str, float], read: Floats
 ) -> Plain:
-    """Return the table of forces [N], (moduli, columns, tips), over the moduli [MPa] and the second axis.
+    """Return a table over the moduli [MPa] and a second axis as page data.
 
-    `pressure` [MPa], with the shape of `forces`, is the mean pressure of each contact; `read` comes from `readings`.
-    Forces and pressures have one grid for each tip; the modulus read and its ratio to the noise have one grid each.
+    `forces` [N] and `pressure` [MPa], the mean pressure of each contact, have the shape (moduli, nodes of the axis,
+    tips). `read` comes from `read_presses`, and `held` are the fixed values of other variables. In the table, forces
+    and pressures have one grid for each tip.
     """
     return {
         "axes": [axis._asdict() for axis in (Axis("E", moduli, log=True), second)],
@@ -149,23 +158,24 @@ def _table(
     }
 
 
-def readings(presses: Floats, reader: Reader, read_out: ReadingConstants) -> Floats:
-    """Return the readings of forces [N], (moduli, columns, ...), as (moduli, columns, 2), nan without a reading.
+def read_presses(presses: Floats, reader: Reader, read_out: ReadingConstants) -> Floats:
+    """Read the modulus of each press [MPa], and its ratio to its standard deviation for noise of 1 % of full scale.
 
-    A reading is the modulus [MPa] and its ratio to its standard deviation, for noise of 1 % of full scale.
+    `presses` are forces [N] of the shape (moduli, nodes, ...), of which `reader` takes one press. The result has the
+    shape (moduli, nodes, 2), with nan for a press without a reading.
     """
     one_percent = 0.01 * np.array(read_out.full_scale_N)
     found = np.full((*presses.shape[:2], 2), np.nan)
-    for place in np.ndindex(presses.shape[:2]):
-        if np.isfinite(presses[place]).all():
+    for index in np.ndindex(presses.shape[:2]):
+        if np.isfinite(presses[index]).all():
             with suppress(ReadingError):
-                E, per_force = reader(presses[place])
-                found[place] = E, 1.0 / np.linalg.norm(per_force * one_percent)
+                E, per_force = reader(presses[index])
+                found[index] = E, 1.0 / np.linalg.norm(per_force * one_percent)
     return found
 
 
 def ratio_reader(read_out: ReadingConstants) -> Reader:
-    """Return a reader of a pair by its forces at one moment, (tips,) [N]."""
+    """Return a function that reads a pair from its forces at one moment, (tips,) [N]."""
     law = read_out.contrast
 
     def read(forces: Floats) -> tuple[float, Floats]:
@@ -177,9 +187,9 @@ def ratio_reader(read_out: ReadingConstants) -> Reader:
 
 
 def press_reader(model: RiseModel) -> Reader:
-    """Return a reader of whole presses by their forces, (samples, tips) [N].
+    """Return a function that reads a whole press from its forces, (samples, tips) [N].
 
-    A press is measured with `PRESS_SAMPLES`, more than are solved here, so its noise is smaller.
+    A real press has `PRESS_SAMPLES`, more than are solved here, so the effect of its noise is scaled down.
     """
 
     def read(press: Floats) -> tuple[float, Floats]:

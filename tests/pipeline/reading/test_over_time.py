@@ -86,7 +86,7 @@ def test_forces_that_tell_no_modulus_in_the_hold_fail_and_are_null_in_the_report
     verdict = relaxation_verdict(design, found)
     assert verdict.passed is False
     assert verdict.value is None
-    report = RelaxationReport.filled(found)
+    report = RelaxationReport.from_stage(found)
     assert report.moves_percent is None
     assert [moment.moves_percent for moment in report.moments] == [None]
 

@@ -58,7 +58,7 @@ def test_reading_is_in_per_cent_of_the_modulus():
     row = ModulusAccuracy(E=1.5, bias=bias, worst=worst, reach=bias, sources=sources, uncertainty_limit=0.1)
     unread = ReadingAccuracy(method="rise", touch=Estimate(0.4, 0.01))
     skin = SkinPressure(E_MPa=1.5, pressure_MPa=0.05, error_MPa=0.001, limit_MPa=0.06, worst="level")
-    report = ReadingReport.filled(dataclasses.replace(unread, moduli=(row,), pressures=(skin,)))
+    report = ReadingReport.from_stage(dataclasses.replace(unread, moduli=(row,), pressures=(skin,)))
     assert as_data(report.skin_pressure) == [{"E_MPa": 1.5, "pressure_MPa": 0.05, "limit_MPa": 0.06, "worst": "level"}]
     assert (report.E_bias_percent, report.E_bias_error_percent) == pytest.approx((2.0, 0.1))
     assert (report.uncertainty_percent, report.touch_fraction) == pytest.approx((5.0, 0.4))
@@ -67,7 +67,7 @@ def test_reading_is_in_per_cent_of_the_modulus():
     (modulus,) = report.moduli
     assert (modulus.E_MPa, modulus.E_bias_percent, modulus.uncertainty_percent) == pytest.approx((1.5, -2.0, 5.0))
     assert (modulus.sources, modulus.worst) == (report.sources, str(worst))
-    without = ReadingReport.filled(unread)
+    without = ReadingReport.from_stage(unread)
     assert (without.E_bias_percent, without.uncertainty_percent, without.sources) == (None, None, {})
 
 
@@ -169,7 +169,7 @@ def test_relaxation_has_a_row_for_each_modulus_and_the_moment_at_which_a_reading
 
 def test_compliance_is_read_back_with_the_error_of_each_of_its_parts():
     contact = dataclasses.replace(CONTACT, error_pair=1e-4, error_own=3e-4)
-    found = ContactReport.filled(contact).compliance(contact.tips)
+    found = ContactReport.from_stage(contact).compliance(contact.tips)
     assert (found.error_pair, found.error_own) == pytest.approx((1e-4, 3e-4), rel=1e-12)
     np.testing.assert_array_equal(found.S, contact.S)
 
@@ -177,6 +177,6 @@ def test_compliance_is_read_back_with_the_error_of_each_of_its_parts():
 def test_fruit_that_sized_the_springs_is_told_where_contact_has_another_one():
     """The paper's formula is softer than the solved contact: springs follow from it, verdicts from the contact."""
     sizing = spring_sizing(Design(), CONTACT, RunOptions(fruit_stiffness="hayes"))
-    report = SizingReport.filled(sizing, None)
+    report = SizingReport.from_stage(sizing, None)
     assert report.K_m_max_N_per_m != pytest.approx(1e3 * sizing.K_m_max_contact, rel=1e-3)
     assert report.fruit_stiffness == "hayes"

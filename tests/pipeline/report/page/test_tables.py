@@ -12,7 +12,7 @@ from pipeline.options import load_design
 from pipeline.reading.measurement import rise_model
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading
-from pipeline.report.page.tables import noise_percent, page_tables, press_reader, ratio_reader, readings
+from pipeline.report.page.tables import noise_percent, page_tables, press_reader, ratio_reader, read_presses
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.reading import PRESS_SAMPLES, ReadingRequirements
@@ -166,7 +166,7 @@ def test_modulus_over_its_noise(flat_page):
     model = SimpleNamespace(reading=lambda *_: found)
     presses = np.ones((1, 2, 15, 2))
     presses[0, 1, 3, 0] = np.nan
-    (read,) = readings(presses, press_reader(model), SimpleNamespace(full_scale_N=(1.0, 8.0)))
+    (read,) = read_presses(presses, press_reader(model), SimpleNamespace(full_scale_N=(1.0, 8.0)))
     by_noise = np.hypot(0.03, 0.04) * np.sqrt(15.0 / PRESS_SAMPLES)
     assert read[0].tolist() == pytest.approx([2.0, 1.0 / by_noise])
     assert np.isnan(read[1]).all()
@@ -177,7 +177,7 @@ def test_pair_is_read_with_what_shape_and_skin_add_taken_off(flat_page):
     constants = flat_page.result.read_out
     level = tuple(LevelReading(E_MPa=E, read_MPa=1.25 * E) for E in (0.1, 10.0))
     with_skin = dataclasses.replace(constants, level=level)
-    plain, corrected = (readings(F, ratio_reader(each), each) for each in (constants, with_skin))
+    plain, corrected = (read_presses(F, ratio_reader(each), each) for each in (constants, with_skin))
     np.testing.assert_allclose(corrected[..., 0], 0.8 * plain[..., 0], rtol=1e-12)
     np.testing.assert_array_equal(corrected[..., 1], plain[..., 1])
 
