@@ -83,7 +83,7 @@ def as_designed_verdict(
 
 
 def part_triangles(path: Path) -> trimesh.Trimesh:
-    """Return the triangles [mm] of a STEP, STL or 3MF file; raises ValueError for an unreadable file."""
+    """Return the triangles [mm] of a STEP, STL or 3MF file; raises ValueError for a file that cannot be read."""
     kind = path.suffix.lower()
     if kind in STEP_KINDS:
         return shape_triangles(read_step(path), kind)
@@ -91,7 +91,7 @@ def part_triangles(path: Path) -> trimesh.Trimesh:
 
 
 def shape_triangles(shape: cq.Shape, kind: str) -> trimesh.Trimesh:
-    """Return the triangles [mm] of a shape, for a comparison with a file of the kind `kind`, such as ".step".
+    """Return the triangles [mm] of a shape, for a comparison with a file of this suffix, such as ".step".
 
     The triangles deviate from the shape by at most 0.005 mm.
     """
@@ -139,7 +139,7 @@ class _Surface:
     corners: Floats
 
     def unshared_triangles(self, other: _Surface) -> _Surface:
-        """Return the surface of the triangles that the other surface does not have."""
+        """Return the surface without the triangles that the other surface has too."""
         is_shared = np.array([key in other.keys for key in self.triangle_keys])
         return _Surface(self.corners[~is_shared])
 
@@ -190,7 +190,7 @@ def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
 
 
 def _spread_evenly(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
-    """Return the index of the set and the relative position of every member of consecutive sets of these sizes.
+    """Return, for every member of consecutive sets of these sizes, the index of its set and its relative position.
 
     The relative positions in a set are evenly spaced from 0 to 1; a set of one member has position 0.
     """

@@ -130,7 +130,7 @@ def _enclosed_body(corners: Floats, triangles: NDArray[np.uint64]) -> manifold3d
 def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
     """Return the distance between a shape and the fruit [mm], negative if the shape enters the fruit.
 
-    A negative value is the depth of the lowest point of their intersection below the top of the fruit, at z = 0.
+    A negative value is the level z of the lowest point of their intersection; the top of the fruit is at z = 0.
     """
     distance = shape.distance(fruit)
     if distance > 0.0:

@@ -31,7 +31,7 @@ _NEAR_MM = 1e-5  # geometric tolerance: points closer than this are the same poi
 _ONE_SIDED = 0.5  # smallest length of the mean normal of a face that has a direction; a closed ring has 0
 _WALL_POINTS = 3000  # approximate number of points on a part at which its wall thickness is measured
 _STEP_MM = 1e-3  # step into the material before a ray is cast; also the thinnest layer that gets a section
-_CORNER_SHARE = 0.25  # element size at a round inner corner, as a share of a half circle of its radius
+_CORNER_SHARE = 0.25  # element size at a cylindrical face, as a share of half its circumference
 _CHORD_MM, _ANGLE_RAD = 0.01, 0.3  # largest deviations of triangles from their face
 _BESIDE_MM2 = 0.01  # largest area of another section that may lie outside the swept section
 _UNEVEN = 1e-3  # largest offset of the centre of a face from the middle of the part, as a share of the depth
@@ -262,7 +262,7 @@ def with_flat_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
 
 
 def tip_points(housing: Housing) -> dict[str, Place]:
-    """Return the point [mm] of each tip that touches the fruit first, by the name of its spring."""
+    """Return, by the name of its spring, the point [mm] at which each tip of a housing first touches the fruit."""
     return {arm.name: (arm.centre, 0.0, 0.0) for arm in housing.arms}
 
 
@@ -521,9 +521,9 @@ def _section_levels(face: cq.Face) -> list[float]:
 
 
 def _area_outside(other: cq.Shape, level: float, section: cq.Shape, plane: float) -> float:
-    """Return the area [mm^2] by which one section of a part extends beyond another.
+    """Return the area [mm^2] of one section of a part that lies outside another.
 
-    `other` is the section at y = `level` [mm], and `section` the one at y = `plane` [mm].
+    `other` is the section at y = `level` [mm], and `section` the one at y = `plane` [mm] to which it is compared.
     """
     moved = other.translate(cq.Vector(0.0, plane - level, 0.0))
     return float(moved.cut(section).Area()) if other.Area() > 0.0 else 0.0
@@ -559,7 +559,7 @@ def own_part(solid: cq.Solid, faces: Mapping[str, tuple[int, ...]]) -> Part:
 
 
 def with_sides(part: Part, name: str, level: float) -> tuple[Part, bool]:
-    """Return a part whose faces at y = -`level` and y = `level` [mm] are named, and whether there are any."""
+    """Return a part in which the faces at y = -`level` and y = `level` [mm] have a name, and whether there are any."""
     tests = [on_plane(1, sign * level) for sign in (-1.0, 1.0)]
     indices = tuple(index for index, face in enumerate(part.shape.Faces()) if any(test(face) for test in tests))
     return (replace(part, faces={**part.faces, name: indices}), True) if indices else (part, False)
@@ -574,7 +574,7 @@ class Walls:
 
 
 def walls_of(part: Part) -> Walls:
-    """Return points on every face of a part, with the wall thickness there, or less at round inner corners.
+    """Return points on every face of a part, with the wall thickness there, or less at cylindrical faces.
 
     At each point a ray is cast into the material. The thickness is the distance to the face where the ray leaves the
     part; a point is left out if the ray meets no face.
@@ -599,7 +599,10 @@ def walls_of(part: Part) -> Walls:
 
 
 def _corner_size(face: cq.Face) -> float:
-    """Return the largest element size [mm] at a face: a quarter of a half circle if it is a cylinder, else infinity."""
+    """Return the largest element size [mm] at a face: a quarter of half the circumference of a cylinder.
+
+    It is infinite for a face that is not cylindrical.
+    """
     axis = _cylinder_parameters(face)
     return math.inf if axis is None else _CORNER_SHARE * math.pi * float(axis[0])
 

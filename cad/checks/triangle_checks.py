@@ -146,7 +146,7 @@ class FacingDistance:
 
 
 def thinnest_wall(mesh: trimesh.Trimesh) -> FacingDistance | None:
-    """Return the thinnest wall of a mesh, or None if no two faces enclose a wall of at most 16 mm."""
+    """Return the thinnest wall of a mesh, or None if there is no wall of at most 16 mm."""
     return _shortest_facing_distance(mesh, -1.0)
 
 

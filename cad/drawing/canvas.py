@@ -365,7 +365,7 @@ class Canvas:
         return text.getvalue()
 
     def write_svg(self, path: Path, window: Box) -> None:
-        """Write a window of the drawing [mm] as an SVG file that prints at the scale of the drawing; raises OSError."""
+        """Write a window of the drawing [mm] to an SVG file that prints at the scale of the drawing; raises OSError."""
         backend = SVGBackend()
         self._draw_on(backend)
         page = layout.Page(*self._size_on_paper(window))
@@ -374,7 +374,7 @@ class Canvas:
         path.write_text(backend.get_string(page, settings=settings, render_box=paper), encoding="utf-8")
 
     def write_pdf(self, path: Path, window: Box) -> None:
-        """Write a window of the drawing [mm] as a PDF file that prints at the scale of the drawing; raises OSError."""
+        """Write a window of the drawing [mm] to a PDF file that prints at the scale of the drawing; raises OSError."""
         page = PdfPage((window.left, window.bottom), self.scale)
         self._draw_on(page)
         path.write_bytes(page.file(*self._size_on_paper(window)))
@@ -401,7 +401,7 @@ class _Radius(RadiusDimension):
 
 
 class _Renderer(DimensionRenderer):
-    """The renderer of dimensions of ezdxf, with the arrows of `_Radius`."""
+    """ezdxf's renderer of dimensions, with the arrows of `_Radius` for radii."""
 
     def radius(self, dimension: Dimension, ucs: UCS | None = None, override: DimStyleOverride | None = None) -> _Radius:
         """Return the renderer of one radius dimension."""

@@ -99,12 +99,12 @@ def _single_dimension(place: str, nominal: float, process: Process, moves: str =
 
 
 def _change_text(name: str, ratio: float) -> str:
-    """Return the change of a quantity as text in per cent; `ratio` is its new over its old value [1]."""
+    """Return the change of a quantity in per cent, as text; `ratio` is the new value divided by the old one [1]."""
     return f"{name} {100.0 * (ratio - 1.0):+.2g} %"
 
 
 def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
-    """Return the ratio of stiffnesses of a pair of leaves after and before a change of its thickness or length [1].
+    """Return the stiffness of a pair of leaves after a change of its dimensions, divided by the one before [1].
 
     `thickness` and `length` are the changes [mm].
     """

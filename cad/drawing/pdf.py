@@ -16,7 +16,7 @@ POINTS = 72.0 / 25.4  # points per millimetre
 
 
 class PdfPage(Recorder):
-    """A page in black, which collects the PDF operators for everything that ezdxf draws on it [mm]."""
+    """A black-and-white page, which collects the PDF operators for everything that ezdxf draws on it [mm]."""
 
     def __init__(self, corner: tuple[float, float], scale: float) -> None:
         """Create an empty page.

@@ -61,7 +61,7 @@ def point_in_view(point: cq.Vector, side: Side) -> Point:
 
 
 def draw_view(canvas: Canvas, edges: Sequence[cq.Edge], origin: Point) -> None:
-    """Draw a view; `origin` [mm] is the position of the origin of the solid in the drawing."""
+    """Draw a view; `origin` [mm] is the point of the drawing at which the origin of the solid is placed."""
     draw_edges(canvas, [edge.translate(cq.Vector(*origin, 0.0)) for edge in edges])
 
 

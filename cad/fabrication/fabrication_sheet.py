@@ -57,7 +57,10 @@ def coarsest_resolution(full: float) -> float:
 
 
 def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
-    """Return the row of the sheet on a leaf of the coupon: its largest weight [g], the sag under it [mm], and more."""
+    """Return the row of the sheet on a leaf of the coupon, with its largest weight [g] and its sag then [mm].
+
+    `factor` [1/mm] converts the ratio of weight to sag into E, as in `modulus_factor`.
+    """
     factor = modulus_factor(arm.flexure)
     force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
     return {

@@ -1,6 +1,6 @@
 """3MF files [mm]: written with one named object per body, and read by lib3mf, whose warnings are reported as faults.
 
-Print settings are stored beside the objects, as in a project of PrusaSlicer; other programs ignore them.
+Print settings are stored in addition to the objects, as in a project of PrusaSlicer; other programs ignore them.
 """
 
 import zipfile

@@ -16,7 +16,7 @@ A narrower cap is not centred in the contact with a round fruit, and then the la
 def form_deviations(tips: Tips, process: Process) -> tuple[float, float]:
     """Return the standard deviation of the outline of domes [mm], and the relative one of their radius [1].
 
-    The outline error is half the accuracy of the process, or of ground steel for pins. The radius error is the one of a
+    The outline error is half the accuracy of the process, or of ground steel for pins. The radius error is that of a
     spherical face whose rim has this outline error. The tips must be domes.
     """
     outline_error = 0.5 * tip_accuracy_mm(tips, process)

@@ -15,7 +15,7 @@ from sensor.design.tips import Tips
 def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
     """Return the solid of a fruit [mm].
 
-    For a pair of tips, its top face is split along the outlines of the tips, so that a mesh conforms to them.
+    If there are two tips, its top face is split along their outlines, so that a mesh conforms to them.
     """
     body = outer_box(fruit) if fruit.radius_mm is None else _curved_piece(fruit, fruit.radius_mm)
     if not tips.tip_layout.is_pair:

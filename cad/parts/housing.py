@@ -92,9 +92,9 @@ class Pin(_HousingFeature):
 
     @property
     def share_of_square(self) -> float:
-        """Return the ratio of the cross-section to a square with the same side or diameter [1].
+        """Return the ratio of the cross-sectional area to that of a square with the same side or diameter [1].
 
-        The ratio is the same for the areas and for the perimeters.
+        The ratio of the perimeters is the same.
         """
         return 0.25 * math.pi if self.is_round else 1.0
 
@@ -222,12 +222,12 @@ class Housing:
 
     @property
     def left(self) -> float:
-        """Return x of the outer left face [mm]."""
+        """Return the position x of the outer left face [mm]."""
         return self.arms[0].outer
 
     @property
     def right(self) -> float:
-        """Return x of the outer right face [mm]."""
+        """Return the position x of the outer right face [mm]."""
         return self.arms[-1].outer
 
     @property
@@ -349,7 +349,7 @@ def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
 
 
 def fillet_corners(housing: Housing) -> list[Point]:
-    """Return (x, z) of every rounded corner [mm]: eight per flexure, and two in the cavity."""
+    """Return the position (x, z) of every rounded corner [mm]: eight per flexure, and two in the cavity."""
     corners = [(arm.wall, housing.cavity_level) for arm in housing.arms]
     for arm in housing.arms:
         half_leaf = 0.5 * arm.flexure.thickness

@@ -45,7 +45,7 @@ class Part:
         return sum(all_faces[index].Area() for index in self.faces[name])
 
     def face_distance(self, name: str, other: str) -> float:
-        """Return the smallest distance between the centre of a face of one name and that of another name [mm]."""
+        """Return the smallest distance [mm] between the centres of two faces, one of each name."""
         all_faces = self.shape.Faces()
         centres = [[all_faces[index].Center() for index in self.faces[face_name]] for face_name in (name, other)]
         return min((a - b).Length for a in centres[0] for b in centres[1])

@@ -44,7 +44,7 @@ def cut_pin_sockets(part: Part, housing: Housing) -> Part:
 
 
 def gable_side(housing: Housing) -> float:
-    """Return the sign of y of the side that is up in print, to which the gables of pockets point [1]."""
+    """Return the sign of y [1] on the side that is up in print, to which the gables of pockets point."""
     return 1.0 if housing.back_to_back else -1.0
 
 
@@ -57,7 +57,7 @@ def pin_places(housing: Housing) -> dict[str, cq.Location]:
 
 
 def pin_solid(pin: Pin, tips: Tips) -> cq.Shape:
-    """Return one of the pins, which are equal, with the face that touches the fruit at z = 0 [mm]."""
+    """Return one of the equal pins of a sensor, with the face that touches the fruit at z = 0 [mm]."""
     return tip_solid(tips.tip_shape, pin.length)
 
 
