@@ -114,7 +114,7 @@ def by_files(name: str, shape: cq.Workplane) -> Peer:
         part = _named(read_own_solid(path))
     solved = []
     for size in TET_SIZES:
-        mesh = tetrahedra(part, boxes_of(name, size), size, whole=True, tolerance=TET_VOLUME)
+        mesh = tetrahedra(part, boxes_of(name, size), size, tolerance=TET_VOLUME)
         solved.append(peer_stiffness(mesh, TETRAHEDRA, (E_MPA, POISSON)))
         print(name, size, solved[-1], file=sys.stderr, flush=True)
     stiffnesses = zip(*(each.values for each in solved), strict=True)

@@ -77,15 +77,6 @@ def solved_block(fruit: Fruit, tips: Tips) -> Part:
     return fruit_block(fruit, tips, QUARTER if tips.offset_mm == 0.0 else HALF)
 
 
-def fruit_meshes(fruit: Fruit, tips: Tips) -> tuple[MeshTet1, ...]:
-    """Return three meshes [mm], coarse to fine: of the quarter for central tips, else of the half y >= 0.
-
-    Raises MeshError if a mesh cannot be generated, and InputError if a tip reaches beyond the fruit.
-    """
-    part = solved_block(fruit, tips)
-    return tuple(fruit_mesh(part, fruit, tips, scale) for scale in REFINEMENTS)
-
-
 def fruit_mesh(part: Part, fruit: Fruit, tips: Tips, scale: float) -> MeshTet1:
     """Return the mesh [mm] of a part of the fruit; `scale` multiplies the coarsest size at the edges of the tips."""
     return volume_mesh(part, fruit_size(part, fruit, tips, scale))

@@ -1,6 +1,6 @@
-"""Meshes of a housing solid, or its half y >= 0, in curved quadratic tetrahedra, for an independent check of stiffness.
+"""Meshes of a housing in curved quadratic tetrahedra, for an independent check of its stiffness.
 
-They share only the names of faces with the swept mesh of the product; the solid may come from a STEP file.
+Only the names of faces are shared with the swept mesh of the product. The solid may come from a STEP file.
 """
 
 import tempfile
@@ -19,8 +19,6 @@ from cad.parts.part import Part
 from mesh.quality import compare
 from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
 
-_NEAR = 1e-5  # tolerance of coordinates [mm], and relative tolerance of areas
-VOLUME = 1e-4  # relative tolerance of the volume
 _STRETCH = 3.0  # length of the elements along the depth over their size in the plane of the plate
 _UNFOLDINGS = 3  # passes that straighten folded elements
 _FRAME = 3.0  # size away from the leaves [mm], at size 1
@@ -33,14 +31,14 @@ _PAIRS = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))  # ends of the edge no
 
 @dataclass(frozen=True, kw_only=True)
 class Box:
-    """A box (x0, z0, x1, z1) over the whole depth [mm] with the element size inside [mm]."""
+    """A box (x0, z0, x1, z1) through the whole depth of the part [mm], with the element size inside [mm]."""
 
     corners: tuple[float, float, float, float]
     size: float
 
 
 def fine_boxes(housing: Housing, size: float) -> list[Box]:
-    """Return boxes of small elements around leaves, roots and tips; `size` scales all element sizes [1]."""
+    """Return the boxes of small elements around leaves, roots and tips; `size` scales all element sizes [1]."""
     boxes = []
     for arm in housing.arms:
         t, r, roots = arm.flexure.thickness, arm.flexure.fillet, arm.roots
@@ -55,82 +53,48 @@ def fine_boxes(housing: Housing, size: float) -> list[Box]:
     return boxes
 
 
-def tetrahedra(
-    part: Part, boxes: Sequence[Box], size: float, *, whole: bool = False, tolerance: float = VOLUME
-) -> MeshTet2:
-    """Return the mesh [mm] of a whole part, or of its half y >= 0 with a boundary `symmetry`.
+def tetrahedra(part: Part, boxes: Sequence[Box], size: float, *, tolerance: float) -> MeshTet2:
+    """Return the mesh [mm] of a part, with its named faces as boundaries.
 
-    Named faces are boundaries. `size` scales the elements outside the boxes [1]. `tolerance` is the largest relative
-    difference of volume [1]. Raises MeshError with the stage that failed.
+    `boxes` are the regions of small elements, and `size` scales all other elements [1]. `tolerance` is the largest
+    relative difference between the volumes of mesh and part [1]. Raises MeshError, which names the stage that failed.
     """
     with gmsh_session():
         with stage("size", "check the sizes"):
-            # Second order puts the midpoints of edges on arcs too; `_read` copies them to scikit-fem's mesh.
+            # Second order puts the midpoints of edges on arcs too; `_read_mesh` copies them to scikit-fem's mesh.
             gmsh.option.setNumber("Mesh.ElementOrder", 2.0)
             gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _AROUND / size)
-        names = _imported(part, whole=whole)
+        surfaces = _import_part(part)
         _set_sizes(part, boxes, size)
         with stage("generate", "take smaller elements, or check the solid"):
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
-            mesh = _read(names)
-    volume = float(part.shape.Volume())
-    _check(mesh, volume if whole else 0.5 * volume, tolerance)
+            mesh = _read_mesh(surfaces)
+    _check_mesh(mesh, float(part.shape.Volume()), tolerance)
     return mesh
 
 
-def _imported(part: Part, *, whole: bool) -> dict[str, list[int]]:
-    """Load the part into gmsh, cut at y = 0 unless whole and flattened along y; return surface tags by face name."""
+def _import_part(part: Part) -> dict[str, list[int]]:
+    """Load a part into gmsh, compressed along y; return the tags of its surfaces by the name of the face."""
     occ = gmsh.model.occ
-    box = part.shape.BoundingBox()
     with tempfile.TemporaryDirectory() as folder, stage("import", "check that the solid is valid"):
         path = Path(folder) / "part.brep"
         part.write_brep(path)
-        solid = occ.importShapes(str(path))
-        if not whole:
-            extent = (box.xlen + 2.0, box.ymax + 1.0, box.zlen + 2.0)
-            keep = occ.addBox(box.xmin - 1.0, 0.0, box.zmin - 1.0, *extent)
-            occ.intersect(solid, [(3, keep)])
+        occ.importShapes(str(path))
         occ.synchronize()
-        # Areas and centres are taken before the half is flattened.
-        surfaces = {tag: (occ.getMass(2, tag), occ.getCenterOfMass(2, tag)) for _, tag in gmsh.model.getEntities(2)}
-        # The mesh of the flattened half is stretched back later. Its elements are long over the depth, along which the
-        # displacements change slowly.
+        # `_read_mesh` stretches the mesh back. Its elements are then long along the depth, where displacements change
+        # slowly.
         occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, 1.0, 1.0 / _STRETCH, 1.0)
         occ.synchronize()
-    if whole:  # gmsh reads the faces in their order
-        tags = list(surfaces)
-        return {name: [tags[index] for index in indices] for name, indices in part.faces.items()}
-    found = {}
-    for name, indices in part.faces.items():
-        if name != "side_faces":  # the plane y = 0 does not halve side faces; one of the two is in this half
-            found[name] = [_half_face(part, index, surfaces) for index in indices]
-    in_plane = [tag for tag, (_, centre) in surfaces.items() if abs(centre[1]) < _NEAR]
-    if not in_plane:
-        raise MeshError("import", "no face lies in the plane y = 0", "the part must be symmetric about it")
-    return {**found, "symmetry": in_plane}
-
-
-def _half_face(part: Part, index: int, surfaces: dict[int, tuple[float, tuple[float, float, float]]]) -> int:
-    """Return the tag of the surface that is half of a face of the part: equal x and z of the centre, half the area.
-
-    `surfaces` holds area [mm^2] and centre [mm] by tag. Raises MeshError unless exactly one surface matches.
-    """
-    face = part.shape.Faces()[index]
-    place, area = face.Center(), face.Area()
-    hits = [
-        tag
-        for tag, (mass, (x, _, z)) in surfaces.items()
-        if np.hypot(x - place.x, z - place.z) < _NEAR and abs(2.0 * mass - area) < _NEAR * area
-    ]
-    if len(hits) != 1:
-        reason = f"face {index} of part {part.name!r} has {len(hits)} halves"
-        raise MeshError("names", reason, "the part must be symmetric about the plane y = 0")
-    return hits[0]
+    tags = [tag for _, tag in gmsh.model.getEntities(2)]  # gmsh reads faces in the order of the part
+    return {name: [tags[index] for index in indices] for name, indices in part.faces.items()}
 
 
 def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
-    """Set the element sizes in gmsh: the least of all boxes, where the size of each grows to the size of the frame."""
+    """Set the element sizes in gmsh: inside each box its own size, which grows to the size of the frame outside.
+
+    Where several boxes overlap, the smallest size counts.
+    """
     field = gmsh.model.mesh.field
     box_of_part = part.shape.BoundingBox()
     depth = max(box_of_part.ymax, -box_of_part.ymin) / _STRETCH
@@ -144,54 +108,59 @@ def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
             for name, value in numbers.items():
                 field.setNumber(tag, name, value)
             tags.append(tag)
-        least = field.add("Min")
-        field.setNumbers(least, "FieldsList", tags)
-        field.setAsBackgroundMesh(least)
+        minimum = field.add("Min")
+        field.setNumbers(minimum, "FieldsList", tags)
+        field.setAsBackgroundMesh(minimum)
 
 
-def _read(names: dict[str, list[int]]) -> MeshTet2:
-    """Return the mesh generated by gmsh, stretched back to the true depth, with named surfaces as boundaries."""
+def _read_mesh(surfaces: dict[str, list[int]]) -> MeshTet2:
+    """Return the mesh that gmsh generated, stretched back to the true depth, with the named surfaces as boundaries."""
     tags = element_nodes("Tetrahedron", 2)
     corners, edges = used_nodes(tags[:4]), used_nodes(tags[4:])
     stretch = np.array([[1.0], [_STRETCH], [1.0]])
     straight = MeshTet1(corners.points * stretch, np.ascontiguousarray(corners.index[tags[:4]]))
     mesh = MeshTet2.from_mesh(straight)
-    # Midpoints of edges are moved from gmsh's numbering to scikit-fem's by the ends of the edges.
+    # gmsh and scikit-fem number the edges differently, so each midpoint is found by the two ends of its edge.
     ends = np.concatenate([corners.index[tags[list(pair)]] for pair in _PAIRS], axis=1)
     place = index_by_nodes(straight.edges, ends).reshape(len(_PAIRS), -1)
     curved = mesh.doflocs.copy()
     curved[:, corners.points.shape[1] + place] = (edges.points * stretch)[:, edges.index[tags[4:]]]
-    moved = _unfolded(MeshTet2(curved, mesh.t), mesh)
     boundaries = {}
-    for name, surfaces in names.items():
-        triangles = np.hstack([corners.index[element_nodes("Triangle", 2, tag)[:3]] for tag in surfaces])
+    for name, of_face in surfaces.items():
+        triangles = np.hstack([corners.index[element_nodes("Triangle", 2, tag)[:3]] for tag in of_face])
         boundaries[name] = index_by_nodes(straight.facets, triangles)
-    return moved.with_boundaries(boundaries)
+    return _straighten_folded(MeshTet2(curved, mesh.t), mesh).with_boundaries(boundaries)
 
 
-def _unfolded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
-    """Return the mesh with straight edges on folded elements; curving may fold a few of them."""
+def _straighten_folded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
+    """Return the curved mesh with straight edges on its folded elements.
+
+    An edge is shared by several elements, so straightening it may fold a neighbour; `_UNFOLDINGS` passes are made.
+    """
     for _ in range(_UNFOLDINGS):
-        folded = _folded(curved)
+        folded = _folded_elements(curved)
         if not len(folded):
             break
-        places = curved.doflocs.copy()
-        corners = straight.t.max() + 1
-        edges = corners + straight.t2e[:, folded]
-        places[:, edges] = straight.doflocs[:, edges]
-        curved = MeshTet2(places, straight.t)
+        nodes = curved.doflocs.copy()
+        corner_count = straight.t.max() + 1  # the midpoints of edges are numbered after the corners
+        midpoints = corner_count + straight.t2e[:, folded]
+        nodes[:, midpoints] = straight.doflocs[:, midpoints]
+        curved = MeshTet2(nodes, straight.t)
     return curved
 
 
-def _folded(mesh: MeshTet2) -> Ints:
-    """Return the elements whose Jacobian determinant changes its sign or vanishes at corners or quadrature points."""
-    jacobian = mesh.mapping().detDF(np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]]))
-    return np.flatnonzero(jacobian.min(axis=1) * jacobian.max(axis=1) <= 0.0)
+def _folded_elements(mesh: MeshTet2) -> Ints:
+    """Return the indices of elements whose Jacobian determinant vanishes or changes sign.
+
+    The determinant is taken at the corners and at the quadrature points.
+    """
+    determinants = mesh.mapping().detDF(np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]]))
+    return np.flatnonzero(determinants.min(axis=1) * determinants.max(axis=1) <= 0.0)
 
 
-def _check(mesh: MeshTet2, volume: float, tolerance: float) -> None:
+def _check_mesh(mesh: MeshTet2, volume: float, tolerance: float) -> None:
     """Raise MeshError if an element is folded, or if the volume of the mesh is not the expected one [mm^3]."""
-    folded = len(_folded(mesh))
+    folded = len(_folded_elements(mesh))
     if folded:
         raise MeshError("quality", f"{folded} curved tetrahedra are folded", "take smaller elements")
     points, weights = get_quadrature(RefTet, 4)

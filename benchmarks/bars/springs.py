@@ -23,8 +23,8 @@ from pipeline.springs.mounts import mount_layers
 from pipeline.springs.sizing import spring_sizing
 from reference.direct_fruit import direct_compliance
 from reference.element_study import element_basis
-from reference.flexure_reference import SMALL_HOUSING
 from reference.fruit_meshes import REFINEMENTS, fruit_mesh, solved_block
+from reference.small_housing import SMALL_HOUSING
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, Print, Targets
 from sensor.design.tips import Tips

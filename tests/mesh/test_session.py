@@ -14,7 +14,7 @@ from mesh.housing.blocks import counts
 from mesh.housing.frame import housing_blocks
 from mesh.housing.profile import mesh_profile
 from mesh.session import OPTIONS, gmsh_session, stage
-from reference.flexure_reference import SMALL_HOUSING
+from reference.small_housing import SMALL_HOUSING
 from sensor.machine_error import MachineError
 
 ROOT = Path(__file__).parents[2]

@@ -5,7 +5,7 @@ import pytest
 from skfem import ElementHexS2, MeshHex1, MeshHex2
 
 from mesh.housing.sweep import flexure_mesh
-from reference.flexure_reference import SMALL_HOUSING
+from reference.small_housing import SMALL_HOUSING
 from solve.elasticity import stress, vector_basis
 from solve.housing.clamped_half import clamped_half
 from solve.housing.housing_fields import fields_in, most_strained_node

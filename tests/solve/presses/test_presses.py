@@ -142,7 +142,7 @@ def test_a_bruise_gives_way_as_a_soft_hemisphere_of_solids(poisson, softness):
     for modulus in (np.ones_like(inside, dtype=float), np.where(inside, 1.0 / softness, 1.0)):
         stiffness = asm(axisymmetric_stiffness, basis, modulus=modulus, poisson=poisson)
         depths.append(load @ solve(*condense(stiffness, load, D=np.unique(held))))
-    own, constant = replace(LEVEL, poisson=poisson, softness=(softness,), soft_radius=(radius,)).own[:, 0]
+    own, constant = replace(LEVEL, poisson=poisson, softness=(softness,), soft_radius=(radius,)).local_compliance[:, 0]
     compliance = (1.0 - poisson**2) / math.pi
     expected = own * depths[0] + constant * compliance
     # 3 % of the constant are 0.6 % of the depth
