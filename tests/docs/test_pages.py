@@ -1,10 +1,19 @@
 """The documents are true of the tree: links lead somewhere, generated pages are up to date, rooms exist."""
 
 import re
+import sys
+import threading
 from pathlib import Path
 
 import pytest
 from scripts import loaded_script
+
+from pipeline.storage import workers
+from sensor.design.design_file import TABLE_TYPES
+from sensor.design.processes import PROCESSES
+from sensor.design.tip_mount import pad_height
+from solve.contact.scene import STEEPEST_DEG
+from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -77,8 +86,8 @@ def test_page_is_true_of_the_tree(page):
 def test_page_is_reached_from_the_readme(page):
     """Directly, or by one page that the README links."""
     linked = {link.partition("#")[0] for link in LINK.findall(text_of(ROOT / "README.md"))}
-    near = [ROOT / link for link in linked if re.fullmatch(r"docs/[\w-]+\.md", link)]
-    beyond = {f"docs/{link.partition('#')[0]}" for each in near for link in LINK.findall(text_of(each))}
+    beyond = {f"docs/{link.partition('#')[0]}" for near in linked if near.startswith("docs/") and near.endswith(".md")
+              for link in LINK.findall(text_of(ROOT / near))}  # fmt: skip
     assert f"docs/{page.name}" in linked | beyond
 
 
@@ -88,9 +97,83 @@ def test_tables_of_a_page_are_up_to_date(name):
     assert text_of(ROOT / "docs" / name) == GENERATOR.page(name)
 
 
+def test_every_generated_table_stands_on_a_page():
+    text = "".join(text_of(ROOT / "docs" / name) for name in GENERATOR.PAGES)
+    shown = dict.fromkeys(re.findall(r"<!-- (\w+: .+?) -->\n\| ", text))
+    asked = {f"design: {name}" for name in TABLE_TYPES} | {"fruits: numbers", "fruits: sources"}
+    asked |= {"processes: numbers", "processes: sources"}
+    asked |= {
+        "words: verdicts",
+        "words: main job",
+        "words: symbols",
+        "answer: calibrate",
+        "answer: read",
+        "answer: fruit",
+        "answer: modulus",
+        "answer: prove",
+        "answer: readings",
+        "answer: simulate",
+        "names: twintip",
+    }
+    assert {comment for comment in shown if not comment.startswith("keys: ")} == asked
+
+
+def test_page_on_the_design_has_the_numbers_of_the_code():
+    """Which its tables do not hold: the steepest tip, the pads of a square, the lines of a leaf of PETG."""
+    text = text_of(ROOT / "docs" / "design-file.md")
+    petg = PROCESSES["fdm-petg"]
+    leaves = (petg.leaf_thickness_low_mm, petg.leaf_thickness_high_mm)
+    low, high = (f"{leaf / petg.line_width_mm:g}" for leaf in leaves)
+    pads = sorted({2.0 * pad_height(process) for process in PROCESSES.values()})
+    for sentence in (
+        f"must be at most {STEEPEST_DEG:g} degrees; a run refuses",
+        f"the pads between the plates, {', '.join(f'{pad:g}' for pad in pads[:-1])} or {pads[-1]:g} mm.",
+        f"A leaf of the low spring has {low} lines of {petg.line_width_mm:g} mm, a leaf of the high spring {high}.",
+    ):
+        assert sentence in " ".join(text.split())
+
+
 def test_table_of_the_architecture_has_every_folder():
     section = text_of(ARCHITECTURE).partition("\n## Where is what\n")[2].partition("\n## ")[0]
     named = {room for row in ROW.findall(section) for room in re.findall(r"`([a-z_/]+)`", row)}
     folders = {path.parent.relative_to(ROOT) for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
     rooms = {folder.as_posix() for folder in folders if len(folder.parts) == 2}
     assert named - set(PACKAGES) == rooms
+
+
+@pytest.mark.slow
+def test_walk_of_the_architecture_is_the_order_of_a_run(tmp_path, monkeypatch):
+    """On one core, where this process makes the solids too; nothing is remembered, so that every stage is solved."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(workers, "available_cores", lambda: 1)
+    section = text_of(ARCHITECTURE).partition("\n## From `--nl 0.05`")[2].partition("\n## ")[0]
+    walk = [(str(ROOT / file), name) for name, file in named_in_files(section)]
+    asked = set(walk)
+    calls = []
+
+    def profile(frame, event, _):
+        call = (frame.f_code.co_filename, frame.f_code.co_qualname)
+        if event == "call" and call in asked:
+            calls.append(call)
+
+    threading.setprofile(profile)
+    sys.setprofile(profile)
+    try:
+        code = main(["run", "--nl", "0.05", "--out", str(tmp_path / "run"), "--json"])
+    finally:
+        sys.setprofile(None)
+        threading.setprofile(None)
+    assert code == 0
+    remaining = iter(calls)
+    missing = [step for step in walk if step not in remaining]  # each step is looked for behind the one before
+    assert len(walk) >= 20
+    assert missing == []
+    assert (tmp_path / "run" / "housing.step").exists()
+
+
+def test_page_on_installing_names_the_libraries_that_the_setup_installs():
+    setup = (ROOT / ".ci" / "setup").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
+    [installed] = re.findall(r"LIBRARIES=\(([^)]+)\)", setup)
+    [named] = re.findall(r"apt-get install --no-install-recommends ((?:.+\\\n)*.+)", page)
+    assert named.replace("\\", " ").split() == installed.split()

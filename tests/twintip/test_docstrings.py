@@ -1,18 +1,26 @@
-"""The docstring of each public name: its form, what it says of the signature, and its example."""
+"""The docstring of each public name: its form, what it says of the signature and of errors, and its example."""
 
 import dataclasses
 import doctest
 import inspect
+import re
 import shutil
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
+import cadquery as cq
 import pytest
-from example_files import write_example_files
-from stand_ins import result_of
+from stand_ins import relaxing_result, result_of
 
 import twintip
-from docs.docstrings import GROUPS, docstring, signature
+from cad.files.export_error import ExportError
+from docs.docstrings import GROUPS, SECTIONS, docstring, signature
+from mesh.session import MeshError
 from pipeline import main_job
+from pipeline.report.of_result import report_of_result
+from pipeline.report.outputs import write_outputs
+from sensor.quantity import STANDARD_GRAVITY
+from solve.solve_error import SolveError
 
 ROOT = Path(__file__).parents[2]
 FUNCTIONS = [name for name in twintip.__all__ if inspect.isfunction(getattr(twintip, name))]
@@ -31,7 +39,17 @@ wanted = ["springs.K_l_N_per_m"]
 def files(tmp_path_factory):
     """Return a folder with the files that examples name: a run of a pair, a press, weights, a test and a study."""
     folder = tmp_path_factory.mktemp("files")
-    write_example_files(folder)
+    out = folder / "outputs" / "mine"
+    out.mkdir(parents=True)
+    write_outputs(result_of(), out)
+    page = (ROOT / "docs" / "read-a-fruit.md").read_text(encoding="utf-8")
+    table = re.search(r"^    t_s,x_mm,F_l_N,F_h_N\n(?:    .+\n)+", page, flags=re.MULTILINE)
+    assert table is not None
+    (folder / "press.csv").write_text(re.sub(r"^    ", "", table[0], flags=re.MULTILINE), encoding="utf-8")
+    rows = ["tip,weight_g,deflection_mm"]
+    for tip, K in (("low", 1.0), ("high", 22.0)):
+        rows += [f"{tip},{grams},{1e-3 * STANDARD_GRAVITY * grams / K}" for grams in (0, 20, 50, 100)]
+    (folder / "weights.csv").write_text("\n".join(rows), encoding="utf-8")
     (folder / "springs.toml").write_text(STUDY, encoding="utf-8")
     shutil.copy(ROOT / "docs" / "examples" / "fruit-1.csv", folder)
     return folder
@@ -63,6 +81,16 @@ def test_groups_of_the_page_have_every_public_name_once():
     assert sorted(name for names in GROUPS.values() for name in names) == twintip.__all__
 
 
+@pytest.mark.parametrize("name", twintip.__all__)
+def test_docstring_is_a_line_and_sections_in_the_order_of_numpydoc(name):
+    parts = docstring(name)
+    titles = re.findall(r"^(.+)\n-+$", inspect.getdoc(getattr(twintip, name)), flags=re.MULTILINE)
+    assert titles == [title for title in SECTIONS if title in titles]
+    assert [*parts.sections, "Examples"] == titles
+    assert re.fullmatch(r"[A-Z].*[.]", parts.summary)
+    assert [entry for entries in parts.sections.values() for entry in entries if not entry.meaning.endswith(".")] == []
+
+
 @pytest.mark.parametrize("name", [name for name in twintip.__all__ if signature(name)])
 def test_docstring_of_what_is_called_has_its_parameters_and_result(name):
     parts = docstring(name)
@@ -87,6 +115,117 @@ def test_docstring_of_a_record_has_its_fields_and_units(name):
     assert [item.name for item in scaled if "attribute_unit" not in item.metadata] == []
 
 
+def run_into(folder="look"):
+    return twintip.run(twintip.load_design("paper"), twintip.RunOptions(out=Path(folder), look=True, tolerance=0.02))
+
+
+def evaluated_with(**settings):
+    return twintip.evaluate(twintip.load_design("paper", settings))
+
+
+def part_held_at(*held):
+    cone = cq.Workplane(cq.Solid.makeCone(5.0, 3.0, 10.0))
+    return twintip.stiffness(cone, held=held, pressed={"top": (0, 0, 10)}, E_MPa=2000)
+
+
+def engine_of(processes):
+    with twintip.process_engine(processes) as engine:
+        return engine
+
+
+def unit_with(**changes):
+    report = twintip.read_report(MINE)
+    return dataclasses.replace(twintip.calibrate(report, "weights.csv").unit, **changes)
+
+
+MINE = Path("outputs/mine")
+BALL = twintip.Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
+MESH, SOLVE, EXPORT = MeshError("quality", "a sliver", "check it"), SolveError("no"), ExportError("lost")
+FULL, SHORT, LOST = OSError("disk full"), MemoryError(), BrokenExecutor()
+STAGES, TETRAHEDRA, LAW = (
+    "pipeline.main_job.evaluated", "pipeline.springs.own_part.tetrahedra", "instrument.compress.modulus.solved_law",
+)  # fmt: skip
+REFUSED = [
+    ("load_design", lambda: twintip.load_design("papre")),
+    ("Design", lambda: twintip.Design(name="two words")),
+    ("RunOptions", lambda: twintip.RunOptions(tolerance=1.0)),
+    ("run", lambda: run_into("press.csv")),
+    ("evaluate", lambda: evaluated_with(**{"tips.spacing_mm": 200.0})),
+    ("housing", lambda: twintip.housing(result_of(made=False))),
+    ("cover", lambda: twintip.cover(result_of(made=False))),
+    ("mount", lambda: twintip.mount(result_of(made=False))),
+    ("assembly", lambda: twintip.assembly(result_of(made=False))),
+    ("stiffness", lambda: part_held_at(9, 9, 9)),
+    ("read_report", lambda: twintip.read_report(Path("outputs"))),
+    ("read_press", lambda: twintip.read_press(twintip.read_report(MINE), "weights.csv")),
+    ("calibrate", lambda: twintip.calibrate(twintip.read_report(MINE), "press.csv")),
+    ("PrintedUnit", lambda: unit_with(K_N_per_m=(1000.0,))),
+    ("c_header", lambda: twintip.c_header(report_of_result(relaxing_result()))),
+    ("micropython", lambda: twintip.micropython(report_of_result(relaxing_result()))),
+    ("read_study", lambda: twintip.read_study(Path("study.toml"))),
+    ("Study", lambda: dataclasses.replace(twintip.read_study(Path("springs.toml")), wanted=())),
+    ("process_engine", lambda: engine_of(0)),
+    ("run_study", lambda: twintip.run_study(twintip.read_study(Path("springs.toml")), Path("press.csv"), None)),
+    ("modulus", lambda: twintip.modulus("springs.toml", twintip.TestGeometry(body=BALL))),
+    ("TestGeometry", lambda: twintip.TestGeometry(body=BALL, poisson=0.6)),
+    ("Ellipsoid", lambda: twintip.Ellipsoid(height_mm=70.0, radius_mm=0.0, radius_across_mm=35.0)),
+    ("CylinderOnSide", lambda: twintip.CylinderOnSide(radius_mm=0.0, length_mm=30.0)),
+    ("CylinderOnEnd", lambda: twintip.CylinderOnEnd(height_mm=10.0, radius_mm=0.0)),
+    ("RectangularBlock", lambda: twintip.RectangularBlock(height_mm=10.0, width_mm=0.0, length_mm=20.0)),
+    ("Plunger", lambda: twintip.Plunger(radius_mm=0.0)),
+]
+"""What raises InputError."""
+NOT_POSSIBLE = [
+    ("size_springs", lambda: twintip.size_springs(P_max=0.5, NL=0.05, K_m_max=4.629)),
+    ("Springs", lambda: twintip.Springs(K_l=0.0, K_h=17.3)),
+    ("fruit_stiffness", lambda: twintip.fruit_stiffness(twintip.Springs(K_l=1.0, K_h=20.0), P=21.0)),
+]
+"""What raises ValueError."""
+FAULTS = [
+    *(("run", error, STAGES, run_into) for error in (MESH, SOLVE, EXPORT, FULL, SHORT, LOST)),
+    *(("evaluate", error, STAGES, evaluated_with) for error in (MESH, SOLVE, FULL, SHORT)),
+    *(("stiffness", error, TETRAHEDRA, lambda: part_held_at(0, 0, 0)) for error in (MESH, SOLVE)),
+    ("modulus", SOLVE, LAW, lambda: twintip.modulus("fruit-1.csv", twintip.TestGeometry(body=BALL))),
+]
+"""What passes on an error, with the function that raises it."""
+
+
+def raise_it(error):
+    raise error
+
+
+def test_errors_of_docstrings_are_those_that_are_raised():
+    named = {(name, error) for name in twintip.__all__ for error in entry_names(docstring(name), "Raises")}
+    raised = {(name, "InputError") for name, _ in REFUSED} | {(name, "ValueError") for name, _ in NOT_POSSIBLE}
+    assert named == raised | {(name, type(error).__name__) for name, error, *_ in FAULTS}
+
+
+@pytest.mark.parametrize("call", [pytest.param(call, id=name) for name, call in REFUSED])
+@pytest.mark.usefixtures("folder")
+def test_input_error_of_a_docstring_is_raised(call):
+    with pytest.raises(twintip.InputError):
+        call()
+
+
+@pytest.mark.parametrize("call", [pytest.param(call, id=name) for name, call in NOT_POSSIBLE])
+def test_value_error_of_a_docstring_is_raised(call):
+    with pytest.raises(ValueError, match="must be"):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("error", "place", "call"),
+    [pytest.param(error, *others, id=f"{name} {type(error).__name__}") for name, error, *others in FAULTS],
+)
+@pytest.mark.usefixtures("folder")
+def test_fault_of_a_docstring_is_raised_and_leaves_no_folder(error, place, call, monkeypatch):
+    before = sorted(Path().iterdir())
+    monkeypatch.setattr(place, lambda *_: raise_it(error))
+    with pytest.raises(type(error)):
+        call()
+    assert sorted(Path().iterdir()) == before
+
+
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in twintip.__all__]
 )
@@ -104,3 +243,9 @@ def test_example_of_a_docstring_runs(name, monkeypatch):
 @pytest.mark.usefixtures("folder")
 def test_example_of_a_docstring_runs_where_all_is_solved(name):
     assert complaints(name)[0] == []
+
+
+def test_wrong_number_in_an_example_is_told(monkeypatch):
+    text = twintip.force_ratio.__doc__
+    monkeypatch.setattr(twintip.force_ratio, "__doc__", text.replace("2.927", "2.928"))
+    assert complaints("force_ratio")[0] != []

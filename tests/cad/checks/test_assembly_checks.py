@@ -34,21 +34,23 @@ def test_own_cover_passes_and_clearance_is_the_recess(sensor):
     assert verdicts["cover_clearance"].value == pytest.approx(min(RECESS_MM, SETBACK_MM), abs=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("size", "away", "value", "body"),
-    [
-        # A rib over the low shuttle, 0.2 mm above it at rest, lies beside it when it is at its stop 0.75 mm up.
-        ((2.0, RECESS_MM, 1.0), (-5.0, 0.0, 22.2), 0.0, "low arm"),
-        # A filling on the inner face of the recess leaves 0.2 mm beside the leaves, on the front as on the back.
-        ((10.0, 1.0, 20.0), (-27.0, 0.2, 2.0), 0.2, ""),
-    ],
-)
-def test_cover_that_what_moves_comes_near_to_fails(sensor, size, away, value, body):
-    corner = cq.Vector(*away) + cq.Vector(0.0, 0.5 * sensor.housing.depth, 0.0)
-    filled = cover_part(sensor.housing).shape.fuse(cq.Solid.makeBox(*size, corner))
-    verdict = checked_cover(sensor, filled)["cover_clearance"]
-    assert (verdict.passed, verdict.value) == (False, pytest.approx(value, abs=KERNEL))
-    assert body in verdict.reference
+def test_rim_that_a_shuttle_reaches_at_its_stop_fails(sensor):
+    """A rib over the low shuttle, 0.2 mm above it at rest, lies beside it when it is at its stop 0.75 mm up."""
+    housing = sensor.housing
+    corner = cq.Vector(-5.0, 0.5 * housing.depth, housing.low_top_level + 0.2)
+    ribbed = cover_part(sensor.housing).shape.fuse(cq.Solid.makeBox(2.0, RECESS_MM, 1.0, corner))
+    verdict = checked_cover(sensor, ribbed)["cover_clearance"]
+    assert (verdict.passed, verdict.value) == (False, pytest.approx(0.0, abs=KERNEL))
+    assert "low arm" in verdict.reference
+
+
+def test_cover_without_enough_recess_fails(sensor):
+    """A filling on the inner face of the recess leaves 0.2 mm beside the leaves, on the front as on the back."""
+    housing = sensor.housing
+    corner = cq.Vector(housing.left + 9.5, 0.5 * housing.depth + 0.2, housing.cover_level)
+    filling = cq.Solid.makeBox(10.0, 1.0, 20.0, corner)
+    verdict = checked_cover(sensor, cover_part(housing).shape.fuse(filling))["cover_clearance"]
+    assert (verdict.passed, verdict.value) == (False, pytest.approx(0.2, abs=KERNEL))
 
 
 def test_single_plate_has_no_verdict_on_two(sensor):

@@ -15,7 +15,7 @@ from cad.checks.part_checks import check_solid
 from cad.checks.sensor_checks import check_sensor
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
-from cad.files.stl import write_stl
+from cad.files.stl import read_stl, write_stl
 from cad.parts.housing_solid import housing_part
 from cad.parts.pose import print_pose
 
@@ -46,6 +46,10 @@ def failures(verdicts):
     return {name: verdict.value for name, verdict in verdicts.items() if verdict.passed is not True}
 
 
+def solid_failures(shape):
+    return failures({verdict.name: verdict for verdict in check_solid(shape)})
+
+
 def test_good_sensor_passes_every_check(sensor, written):
     verdicts = checked(sensor, written)
     assert failures(verdicts) == {}
@@ -56,13 +60,17 @@ def test_good_sensor_passes_every_check(sensor, written):
     }  # fmt: skip
 
 
-def test_solid_of_an_open_shell_is_not_valid():
+def test_solids_that_are_none_fail():
+    box = cq.Solid.makeBox(1, 1, 1)
+    pair = cq.Compound.makeCompound([box, cq.Solid.makeBox(1, 1, 1, cq.Vector(5, 0, 0))])
+    assert solid_failures(pair) == {"geometry.one_solid": 2.0}
+    assert solid_failures(box.Shells()[0]) == {"geometry.one_solid": 0.0}
     builder, shell = BRep_Builder(), TopoDS_Shell()
     builder.MakeShell(shell)
-    for face in cq.Solid.makeBox(1, 1, 1).Faces()[:5]:
+    for face in box.Faces()[:5]:
         builder.Add(shell, face.wrapped)
     solid = cq.Shape.cast(BRepBuilderAPI_MakeSolid(shell).Solid())
-    assert failures({verdict.name: verdict for verdict in check_solid(solid)})["geometry.valid"] >= 1.0
+    assert solid_failures(solid)["geometry.valid"] >= 1.0
 
 
 def with_leaves(sensor, **changes):
@@ -100,3 +108,10 @@ def test_file_that_cannot_be_read_fails_and_a_missing_one_is_named(sensor, folde
     (folder / name).unlink()
     with pytest.raises(FileNotFoundError, match=name):
         checked(sensor, folder)
+
+
+def test_open_stl_in_the_folder_fails(sensor, folder):
+    mesh = read_stl(folder / "housing.stl")
+    mesh.update_faces(mesh.face_normals[:, 2] < 0.999)
+    mesh.export(folder / "housing.stl")
+    assert "watertight" in failures(checked(sensor, folder))

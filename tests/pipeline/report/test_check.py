@@ -10,10 +10,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from stand_ins import GOOD
+from stand_ins import GOOD, result_of
 
+from cad.fabrication.file_shapes import files_as_designed
+from cad.files.sensor_files import write_sensor
+from cad.parts.assembly import sensor_of
+from cad.parts.layout import housing_for
+from mesh.housing.sweep import flexure_mesh
 from pipeline.report import check
 from pipeline.report.check import check_path, folder_geometry, unchanged_verdicts
+from pipeline.report.outputs import write_outputs
+from pipeline.storage.digests import file_digest, with_digest
+from pipeline.storage.vtu import write_vtu
+from sensor.design.parameters import Design, Targets
 from sensor.design.processes import PROCESSES
 from twintip.cli import main
 
@@ -27,6 +36,11 @@ def failed(folder):
 def folder(default_run, tmp_path):
     """Return a copy of the default run's folder that a test may damage."""
     return shutil.copytree(default_run.folder, tmp_path / "paper")
+
+
+@pytest.fixture
+def sensor(default_run):
+    return sensor_of(default_run.result.design, default_run.result.springs.housing)
 
 
 @pytest.mark.slow
@@ -62,9 +76,52 @@ def test_file_that_is_not_as_it_was_written_fails(change, name, folder):
     assert name in verdict.reference
 
 
-def test_missing_housing_fails(folder):
-    (folder / "housing.stl").unlink()
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("housing.stl", None),
+        pytest.param("housing.step", "rubbish", marks=pytest.mark.study),
+        pytest.param("housing.3mf", "rubbish", marks=pytest.mark.study),
+    ],
+)
+def test_missing_or_unreadable_housing_fails(name, content, folder):
+    (folder / name).unlink()
+    if content is not None:
+        (folder / name).write_text(content, encoding="utf-8")
     assert {"files.unchanged", "geometry.readable"} <= set(failed(folder))
+
+
+@pytest.fixture(scope="module")
+def of_another_run(tmp_path_factory, default_run):
+    """Return a folder with files of a run whose leaves are longer and whose springs are others."""
+    folder = tmp_path_factory.mktemp("another")
+    housing = default_run.result.springs.housing
+    longer = [1.05 * arm.flexure.length for arm in housing.arms]
+    another = housing_for(Design(), PROCESSES["fdm-petg"], longer, default_run.result.springs.deflections)
+    write_sensor(sensor_of(Design(), another), folder)
+    write_vtu(folder / "flexure.vtu", flexure_mesh(another, 4.0), {})
+    write_outputs(result_of(Design(targets=Targets(NL=0.06))), folder)
+    return folder
+
+
+def forge(folder, name, of_another_run):
+    """Put a file of another run in a folder, and make the digests of its report again."""
+    shutil.copy(of_another_run / name, folder / name)
+    path = folder / "report.json"
+    report = json.loads(path.read_text(encoding="utf-8"))
+    for entry in report["files"]:
+        entry["sha256"] = file_digest(folder / entry["path"])
+    path.write_text(json.dumps(with_digest(report)), encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_solids_of_another_run_fail_though_their_digests_were_made_again(folder, sensor, of_another_run):
+    content = (folder / "assembly.step").read_bytes()
+    forge(folder, "assembly.step", of_another_run)
+    assert files_as_designed(sensor, folder, ["assembly.step"]).passed is False
+    (folder / "assembly.step").write_bytes(content)
+    forge(folder, "housing.3mf", of_another_run)
+    assert failed(folder) == ["geometry.as_designed"]
 
 
 def test_edited_report_fails_its_digest_and_one_that_is_not_ours_is_refused(folder, capsys):
