@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from measured_units import read_press, readings_at, stated_and_moved, with_heights, with_path, with_read_out
 from refusal import refusal
-from stored_presses import STORED
+from stored_presses import STORED, random_fruits, square
 
 from instrument.firmware.firmware import header_text, module_text
 from sensor.theory.contrast_rise import read_rise, rise_of
+from solve.presses.pressing import press
 from twintip.cli import main
 
 E = 1.0
@@ -188,3 +189,17 @@ def test_a_zero_that_is_off_by_less_than_a_per_cent_is_no_touch(mango, tip, modu
     moved = read_press(sensor, forces + zero * np.eye(4)[tip]).E / read_press(sensor, forces).E - 1.0
     assert abs(expected) < 0.03
     assert moved == pytest.approx(expected, rel=0.5, abs=1e-3)
+
+
+@pytest.mark.study
+def test_sixty_presses_of_cheeks_lie_in_the_bar(ball):
+    """Own boundary elements: a mango's radii at any azimuth, tilts to 4 degrees, 0.9 mm from the first touch."""
+    sensor = ball.measuring()
+    errors, bars = [], []
+    for fruit in random_fruits(60, seed=44):
+        found = read_press(sensor, press(square(), fruit, np.linspace(0.03, 0.9, 30)))
+        errors.append(abs(found.E / fruit.E - 1.0))
+        bars.append(found.u)
+        assert found.tilt == pytest.approx(fruit.tilt, rel=0.2, abs=0.1)
+    assert np.mean(np.less_equal(errors, bars)) >= 0.95
+    assert max(np.divide(errors, bars)) < 2.0

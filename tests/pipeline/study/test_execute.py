@@ -1,19 +1,25 @@
 """A study solves each of its points once, keeps what goes wrong with it, and goes on where it was ended."""
 
 import errno
+import json
 from contextlib import nullcontext
 from dataclasses import replace
 from itertools import chain
 
 import pytest
+import stand_ins
 
 from pipeline.options import RunOptions, load_design
+from pipeline.report.of_result import SensorParts
 from pipeline.response import scaled_scene as scenes
 from pipeline.response.contact import contact_compliance, fruit_compliance
 from pipeline.response.scaled_scene import scene_compliance, unit_scene
+from pipeline.springs.fitted_springs import springs_for
 from pipeline.study import read_study, run_study, tasks
 from pipeline.study.points import Point
 from pipeline.study.store import stored_study
+from pipeline.study.wanted import level_of
+from sensor.design.parameters import Design
 from sensor.machine_error import MachineError
 from sensor.quantity import InputError
 from sensor.theory.two_spring_law import size_springs
@@ -221,3 +227,47 @@ def test_point_with_flexures_has_the_numbers_of_a_whole_run_to_the_bit(written, 
     (whole,) = solved(study, tmp_path / "files", engine)
     assert flexures.values == whole.values
     assert (tmp_path / "files" / "designs" / "0000000" / "report.json").is_file()
+
+
+def numbers_of(sensor):
+    """Return the numbers, truths and nulls of the parts of a report, by the keys that a study asks for."""
+    parts = dict(SensorParts(sensor))
+    parts["verdicts"] = dict(parts["verdicts"])
+    parts = json.loads(json.dumps(parts, default=vars))
+    verdicts = parts.pop("verdicts")
+    found = {}
+    for name, verdict in verdicts.items():
+        found |= {f"verdicts.{name}.{field}": verdict[field] for field in ("value", "error", "passed")}
+
+    def collect(name, value):
+        inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+        for key, part in inside:
+            collect(f"{name}.{key}", part)
+        if not isinstance(value, dict | list | str):
+            found[name] = value
+
+    for name, part in parts.items():
+        collect(name, part)
+    return found
+
+
+def test_key_has_one_meaning_whatever_was_solved():
+    """Springs as they were sized and as they were made give each key that needs no springs, to their tolerance."""
+    design = Design()
+    sizing = stand_ins.sizing_of(design)
+    as_made, as_sized = (
+        numbers_of(stand_ins.solved(stand_ins.sensor_of(design, springs)))
+        for springs in (stand_ins.springs_of(design), springs_for(design, sizing, "sized"))
+    )
+    told = {}
+    for key, value in as_made.items():
+        try:
+            level = level_of("wanted", [key])
+        except InputError:  # its cost, which no study asks for
+            continue
+        if level == "contact" and "error" not in key:  # sized springs are exact
+            told[key] = value
+    assert {"verdicts.printable.low.passed", "verdicts.P_max.value", "response.0.P.3"} <= told.keys()
+    for key, value in told.items():
+        same = value if value is None or isinstance(value, bool) else pytest.approx(value, rel=1e-3, abs=1e-12)
+        assert as_sized[key] == same, key
