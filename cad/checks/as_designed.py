@@ -107,15 +107,15 @@ def largest_distance(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> Farthest
     return _largest_distance(_surface_of(mesh), _surface_of(design))
 
 
-def _largest_distance(file: _Surface, designed: _Surface) -> Farthest:
+def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
     """Return the largest distance between the surfaces of a file and of its design, measured from both sides [mm].
 
     Only triangles that the other surface does not have are measured.
     """
     candidates = [Farthest(0.0, file.corners[0, 0], "file")]
-    file_only, design_only = file.unshared_triangles(designed), designed.unshared_triangles(file)
+    file_only, design_only = file.unshared_triangles(design), design.unshared_triangles(file)
     for owner, own_triangles, other_triangles, other_surface in (
-        ("file", file_only, design_only, designed),
+        ("file", file_only, design_only, design),
         ("design", design_only, file_only, file),
     ):
         points, _ = _sample_points(own_triangles.corners)
@@ -277,15 +277,15 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
             yield f"the file is in {unit}: its numbers are {factor:g} times smaller than in mm"
             mesh = mesh.copy()
             mesh.apply_transform(np.diag([factor, factor, factor, 1.0]))
-    designed = _surface_of(design)
+    design_surface = _surface_of(design)
     for transform in [np.eye(4), *_aligning_transforms(mesh, design)]:
-        moved = mesh.copy()
-        moved.apply_transform(transform)
-        corners = np.asarray(moved.vertices)
+        moved_mesh = mesh.copy()
+        moved_mesh.apply_transform(transform)
+        corners = np.asarray(moved_mesh.vertices)
         sampled_corners = corners[:: max(1, len(corners) // _TRIED)]
         if (
-            _distance_bounds(sampled_corners, designed).max() <= limit
-            and _largest_distance(_surface_of(moved), designed).distance <= limit
+            _distance_bounds(sampled_corners, design_surface).max() <= limit
+            and _largest_distance(_surface_of(moved_mesh), design_surface).distance <= limit
         ):
             yield from _displacement_text(transform, mesh)
             return

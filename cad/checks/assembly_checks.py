@@ -27,8 +27,8 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
     for pose, arm in _arm_poses(sensor):
         for side, shape in covers.items():
             pairs[f"{side}, {pose}"] = (arm, shape)
-    nearest, distance = nearest_pair(pairs)
-    reference = f"smallest distance between a cover and the moving parts: {nearest}; {process.name}"
+    nearest_name, distance = nearest_pair(pairs)
+    reference = f"smallest distance between a cover and the moving parts: {nearest_name}; {process.name}"
     clearance = judge(
         "geometry.cover_clearance", distance, reference, limit=process.min_gap_mm, tolerance=PLACE_TOLERANCE_MM
     )
@@ -48,8 +48,8 @@ def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
         shape = moving_part(sensor, arm)
         stop = sensor.housing.cavity_level - arm.top_level
         for fraction in _TO_THE_STOP:
-            moved = shape.moved(placement * cq.Location(cq.Vector(0.0, 0.0, fraction * stop)))
-            poses.append((f"{arm.name} arm {100.0 * fraction:g} % of the way to the stop", moved))
+            moved_arm = shape.moved(placement * cq.Location(cq.Vector(0.0, 0.0, fraction * stop)))
+            poses.append((f"{arm.name} arm {100.0 * fraction:g} % of the way to the stop", moved_arm))
     return poses
 
 
@@ -71,8 +71,8 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     if pad_gap > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not touch: screws would bend the plates by {pad_gap:.3g} mm"
         return (judge(name, None, reference),)
-    nearest, distance = nearest_pair({pose: (arm, other_plate) for pose, arm in _arm_poses(sensor)})
+    nearest_name, distance = nearest_pair({pose: (arm, other_plate) for pose, arm in _arm_poses(sensor)})
     reference = (
-        f"the pads of the plates touch; smallest distance between the moving parts of one and the other: {nearest}"
+        f"the pads of the plates touch; smallest distance between the moving parts of one and the other: {nearest_name}"
     )
     return (judge(name, distance, reference, tolerance=PLACE_TOLERANCE_MM),)

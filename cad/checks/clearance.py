@@ -102,8 +102,10 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
     gaps = {}
     for heading in HEADINGS:
         matrix = location_matrix(pressed_pose(travel, tilt, heading))
-        posed = corners @ matrix[:, :3].T + matrix[:, 3]
-        corner_distances = np.linalg.norm(np.maximum(0.0, np.maximum(bounds[0] - posed, posed - bounds[1])), axis=1)
+        posed_corners = corners @ matrix[:, :3].T + matrix[:, 3]
+        corner_distances = np.linalg.norm(
+            np.maximum(0.0, np.maximum(bounds[0] - posed_corners, posed_corners - bounds[1])), axis=1
+        )
         # The nearest corner bounds the gap from above, and manifold searches only within such a bound.
         gaps[heading] = body.transform(matrix).min_gap(box, corner_distances.min() + _CHORD_MM)
     largest_gap = min(gaps.values()) + 2.0 * _CHORD_MM

@@ -47,6 +47,6 @@ def _leaf_points(housing: Housing, arm: Arm) -> list[Vector]:
     start = left + arm.flexure.fillet
     straight_length = right - arm.flexure.fillet - start
     return [
-        (start + along * straight_length, across * housing.depth, level)
-        for level, along, across in itertools.product(arm.levels, _ALONG, _ACROSS)
+        (start + length_share * straight_length, depth_share * housing.depth, level)
+        for level, length_share, depth_share in itertools.product(arm.levels, _ALONG, _ACROSS)
     ]

@@ -20,20 +20,20 @@ def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, f
     """
     faces = {shape: shape.Faces() for pair in pairs.values() for shape in pair}
     boxes = {shape: _bounding_boxes(shape_faces) for shape, shape_faces in faces.items()}
-    nearest = ""
-    smallest = np.inf
+    nearest_name = ""
+    smallest_distance = np.inf
     for name, (first, second) in pairs.items():
         if _starts_inside(first, second) or _starts_inside(second, first):
             return name, 0.0
         gaps = _box_gaps(boxes[first], boxes[second])
         for index in np.argsort(gaps, axis=None, kind="stable").tolist():
             i, j = divmod(index, len(faces[second]))
-            if gaps[i, j] >= smallest - _ROUND_OFF:
+            if gaps[i, j] >= smallest_distance - _ROUND_OFF:
                 break
             distance = faces[first][i].distance(faces[second][j])
-            if distance < smallest:
-                nearest, smallest = name, distance
-    return nearest, float(smallest)
+            if distance < smallest_distance:
+                nearest_name, smallest_distance = name, distance
+    return nearest_name, float(smallest_distance)
 
 
 def _starts_inside(shape: cq.Shape, other: cq.Shape) -> bool:
@@ -48,7 +48,7 @@ def _bounding_boxes(faces: list[cq.Face]) -> Floats:
     return np.array([[(box.xmin, box.ymin, box.zmin), (box.xmax, box.ymax, box.zmax)] for box in boxes])
 
 
-def _box_gaps(boxes: Floats, others: Floats) -> Floats:
-    """Return the gaps [mm] between two sets of bounding boxes, shape (boxes, others); 0 for boxes that overlap."""
-    separations = np.maximum(others[None, :, 0] - boxes[:, None, 1], boxes[:, None, 0] - others[None, :, 1])
+def _box_gaps(boxes: Floats, other_boxes: Floats) -> Floats:
+    """Return the gaps [mm] between two sets of bounding boxes, shape (boxes, other boxes); 0 for boxes that overlap."""
+    separations = np.maximum(other_boxes[None, :, 0] - boxes[:, None, 1], boxes[:, None, 0] - other_boxes[None, :, 1])
     return np.asarray(np.linalg.norm(np.maximum(separations, 0.0), axis=2))

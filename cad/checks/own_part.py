@@ -194,9 +194,9 @@ def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[i
         raise validation_error(
             flag, tag, "", f"a tag of the workplane, whose tags are: {names}", "tag the face, or give a point"
         )
-    tagged = [face for value in tags[tag].vals() if isinstance(value, cq.Shape) for face in value.Faces()]
+    tagged_shapes = [face for value in tags[tag].vals() if isinstance(value, cq.Shape) for face in value.Faces()]
     faces = solid.Faces()
-    indices = [index for index, face in enumerate(faces) if any(face.isSame(other) for other in tagged)]
+    indices = [index for index, face in enumerate(faces) if any(face.isSame(other) for other in tagged_shapes)]
     if not indices:
         bound = "a tag of faces that the part still has"
         raise validation_error(flag, tag, "", bound, "tag the faces of the finished part")
@@ -296,12 +296,12 @@ class Extrusion:
         """
         intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
         intersector.Load(self.part.shape.wrapped, 1e-7)
-        along = OCP.gp.gp_Dir(0.0, 1.0, 0.0)
+        y_direction = OCP.gp.gp_Dir(0.0, 1.0, 0.0)
         box = self.part.shape.BoundingBox()
         start, ray_length = box.ymin - _BEYOND, box.ylen + 2.0 * _BEYOND
-        first, last, inside = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
+        first, last, lengths = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
         for i, (line_x, line_z) in enumerate(zip(x.tolist(), z.tolist(), strict=True)):
-            line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(line_x, start, line_z), along)
+            line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(line_x, start, line_z), y_direction)
             intersector.Perform(line, 0.0, ray_length)
             distances = sorted(intersector.WParameter(number + 1) for number in range(intersector.NbPnt()))
             # A line through the edge between two faces crosses both at one point, which is counted once.
@@ -312,8 +312,8 @@ class Extrusion:
             ]
             if len(distances) > 1:
                 first[i], last[i] = distances[0], distances[-1]
-                inside[i] = sum(b - a for a, b in zip(distances[::2], distances[1::2], strict=False))
-        return first + start, last + start, inside
+                lengths[i] = sum(b - a for a, b in zip(distances[::2], distances[1::2], strict=False))
+        return first + start, last + start, lengths
 
     def uneven(self) -> Iterator[tuple[Floats, float, float]]:
         """Yield small pieces of the faces where the part is shallower or deeper than the sweep.
@@ -525,8 +525,8 @@ def _area_outside(other: cq.Shape, level: float, section: cq.Shape, plane: float
 
     `other` is the section at y = `level` [mm], and `section` the one at y = `plane` [mm] to which it is compared.
     """
-    moved = other.translate(cq.Vector(0.0, plane - level, 0.0))
-    return float(moved.cut(section).Area()) if other.Area() > 0.0 else 0.0
+    other_in_plane = other.translate(cq.Vector(0.0, plane - level, 0.0))
+    return float(other_in_plane.cut(section).Area()) if other.Area() > 0.0 else 0.0
 
 
 def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
@@ -560,7 +560,7 @@ def own_part(solid: cq.Solid, faces: Mapping[str, tuple[int, ...]]) -> Part:
 
 def with_sides(part: Part, name: str, level: float) -> tuple[Part, bool]:
     """Return a part in which the faces at y = -`level` and y = `level` [mm] have a name, and whether there are any."""
-    tests = [on_plane(1, sign * level) for sign in (-1.0, 1.0)]
+    tests = [on_plane(1, side * level) for side in (-1.0, 1.0)]
     indices = tuple(index for index, face in enumerate(part.shape.Faces()) if any(test(face) for test in tests))
     return (replace(part, faces={**part.faces, name: indices}), True) if indices else (part, False)
 

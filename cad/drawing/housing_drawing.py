@@ -285,10 +285,10 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
     the section is seen: along +y, which is to the left in this view.
     """
     height = canvas.text_height
-    for end, inwards in ((view.top, -1.0), (view.bottom, 1.0)):
-        start = end - 1.2 * inwards * height
-        canvas.line((middle, start), (middle, start - 2.0 * inwards * height))
-        tip_x, tip_z = middle - 1.6 * height, start - inwards * height
+    for edge, inward in ((view.top, -1.0), (view.bottom, 1.0)):
+        start = edge - 1.2 * inward * height
+        canvas.line((middle, start), (middle, start - 2.0 * inward * height))
+        tip_x, tip_z = middle - 1.6 * height, start - inward * height
         canvas.line((middle, tip_z), (tip_x, tip_z), "DIMENSIONS")
         for slope in (0.3, -0.3):  # the two strokes of the arrow head
             canvas.line((tip_x, tip_z), (tip_x + 0.8 * height, tip_z + slope * height), "DIMENSIONS")
@@ -299,7 +299,7 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
 def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: Box) -> None:
     """Draw the view from the left, to the right of the section: pad and back are to the left, the front to the right.
 
-    The plane y = 0 of the housing is the vertical line x = `middle` of the drawing. Levels z are as in the section.
+    The plane y = 0 of the housing is the vertical line x = `middle_x` of the drawing. Levels z are as in the section.
     """
     housing = contents.housing
     measured = contents.measured
@@ -307,12 +307,12 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
     pad_left = section_box.right + BETWEEN_MM / canvas.scale
     back = pad_left + (housing.back_to_back.pad_height if housing.back_to_back else 0.0)
     front = back + housing.depth
-    middle = back + 0.5 * housing.depth
+    middle_x = back + 0.5 * housing.depth
     top = housing.top_level
-    draw_view(canvas, contents.from_left, (middle, 0.0))
+    draw_view(canvas, contents.from_left, (middle_x, 0.0))
     lengths = [
         Length("top", (back, top), (front, top), measured["depth"].label()),
-        *_widths_from_the_left(housing, measured["tip"], middle),
+        *_widths_from_the_left(housing, measured["tip"], middle_x),
     ]
     if housing.back_to_back:
         lengths.append(Length("top", (pad_left, top), (back, top), measured["pad"].label()))
@@ -323,12 +323,12 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
         radius = housing.dome.radius
         half_tip = 0.5 * housing.tip_side
         text = CalloutText(
-            (middle + half_tip, -1.2 * canvas.text_height), "right", measured["tip"].label(f"2x S{MEASURED}")
+            (middle_x + half_tip, -1.2 * canvas.text_height), "right", measured["tip"].label(f"2x S{MEASURED}")
         )
         # The arrow meets the dome half way between its apex, at 270 degrees, and the edge of the tip.
         angle = 270.0 + math.degrees(0.5 * half_tip / radius)
-        canvas.callout("radius", (middle, radius), radius, text, angle=angle)
-    _draw_cutting_line(canvas, middle, canvas.extents(after=drawn_count))
+        canvas.callout("radius", (middle_x, radius), radius, text, angle=angle)
+    _draw_cutting_line(canvas, middle_x, canvas.extents(after=drawn_count))
 
 
 def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle: float) -> list[Length]:

@@ -80,11 +80,11 @@ def draw_lengths(canvas: Canvas, lengths: Sequence[Length], view: Box) -> None:
         side_lengths = [length for length in lengths if length.side == side]
         # Lengths that differ only by round-off are sorted by their position.
         side_lengths.sort(key=lambda length: (round(length.span.high - length.span.low, 6), length.span))
-        placed: list[_PlacedLength] = []
+        placed_lengths: list[_PlacedLength] = []
         for number, length in enumerate(side_lengths):
             later_ends = [end for later in side_lengths[number + 1 :] for end in later.span]
-            placed.append(_place_length(canvas, length, placed, later_ends))
-            _draw_length(canvas, placed[-1], view)
+            placed_lengths.append(_place_length(canvas, length, placed_lengths, later_ends))
+            _draw_length(canvas, placed_lengths[-1], view)
 
 
 def _place_length(

@@ -156,11 +156,13 @@ def _first_layout_that_fits(
         if scale not in by_scale:
             canvas = Canvas(SCALES[scale], decimals=title.decimals)
             by_scale[scale] = _ScaledViews(canvas, *draw_views(canvas))
-        drawn = by_scale[scale]
-        corner = _sheet_corner(SIZES[size], drawn, notes)
+        scaled_views = by_scale[scale]
+        corner = _sheet_corner(SIZES[size], scaled_views, notes)
         if corner is not None:
-            return _Layout(size, scale, drawn, corner)
-    return _Layout(size, scale, drawn, (drawn.views[0].left, min(view.bottom for view in drawn.views)))
+            return _Layout(size, scale, scaled_views, corner)
+    return _Layout(
+        size, scale, scaled_views, (scaled_views.views[0].left, min(view.bottom for view in scaled_views.views))
+    )
 
 
 def _revision(canvas: Canvas, title: Title) -> str:
@@ -202,7 +204,7 @@ def _sheet_corner(paper: Size, drawn: _ScaledViews, notes: Sequence[str]) -> Poi
         (usable.left - views.left, usable.top - views.top),
     )
     for shift_x, shift_y in shifts:
-        placed = [
+        shifted_views = [
             Box(
                 scale * box.left + shift_x,
                 scale * box.bottom + shift_y,
@@ -211,8 +213,10 @@ def _sheet_corner(paper: Size, drawn: _ScaledViews, notes: Sequence[str]) -> Poi
             )
             for box in drawn.views
         ]
-        is_clear = not any(_boxes_overlap(box, occupied, _ROOM_MM) for box in placed for occupied in (note_box, block))
-        if is_clear and _is_within(_bounding_box(placed), usable):
+        is_clear = not any(
+            _boxes_overlap(box, occupied, _ROOM_MM) for box in shifted_views for occupied in (note_box, block)
+        )
+        if is_clear and _is_within(_bounding_box(shifted_views), usable):
             return -shift_x / scale, -shift_y / scale
     return None
 

@@ -57,7 +57,7 @@ def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, i
 
 def _place_in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) -> dict[str, trimesh.Trimesh]:
     """Return parts by name, placed in rows of limited width, gaps included [mm]; a wider part gets its own row."""
-    placed: dict[str, trimesh.Trimesh] = {}
+    placed_meshes: dict[str, trimesh.Trimesh] = {}
     x = y = GAP_MM
     row_depth = 0.0
     for name, mesh in copies:
@@ -66,16 +66,16 @@ def _place_in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) 
         if x > GAP_MM and x + part_width > width + _ROUND_OFF_MM:
             x, y, row_depth = GAP_MM, y + row_depth + GAP_MM, 0.0
         left, front, _ = mesh.bounds[0].tolist()
-        placed[name] = mesh.copy()
-        placed[name].apply_translation((x - left, y - front, 0.0))
+        placed_meshes[name] = mesh.copy()
+        placed_meshes[name].apply_translation((x - left, y - front, 0.0))
         x += part_width + GAP_MM
         row_depth = max(row_depth, part_depth)
-    return placed
+    return placed_meshes
 
 
-def _bed_side(placed: Mapping[str, trimesh.Trimesh]) -> float:
+def _bed_side(placed_meshes: Mapping[str, trimesh.Trimesh]) -> float:
     """Return the side of the smallest square bed, with one corner at the origin, that holds all parts [mm]."""
-    return max(float(mesh.bounds[1, :2].max()) for mesh in placed.values())
+    return max(float(mesh.bounds[1, :2].max()) for mesh in placed_meshes.values())
 
 
 def rest_on_flange(bracket: trimesh.Trimesh) -> trimesh.Trimesh:

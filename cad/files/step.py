@@ -65,14 +65,14 @@ def _occt_settings(values: Mapping[str, str]) -> Iterator[None]:
 def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
     """Return OCCT's document of an assembly or a single part.
 
-    The parts of an assembly are components of one label, `whole`. Parts with the same shape refer to one product, which
-    has the name and the colour of the first of them.
+    The parts of an assembly are components of one label, `assembly_label`. Parts with the same shape refer to one
+    product, which has the name and the colour of the first of them.
     """
     document = OCP.TDocStd.TDocStd_Document(_unicode("XmlOcaf"))
     shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = OCP.XCAFDoc.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     products: dict[cq.Shape, OCP.TDF.TDF_Label] = {}
-    whole = shapes.NewShape() if assembly.children else None
+    assembly_label = shapes.NewShape() if assembly.children else None
     for part in _parts(assembly):
         shape = part.shapes[0]
         if shape not in products:
@@ -80,10 +80,10 @@ def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
             OCP.TDataStd.TDataStd_Name.Set_s(products[shape], _unicode(product_of(part)))
             if part.color:
                 colours.SetColor(products[shape], part.color.wrapped, OCP.XCAFDoc.XCAFDoc_ColorSurf)
-        if whole:
-            shapes.AddComponent(whole, products[shape], part.loc.wrapped)
-    if whole:
-        OCP.TDataStd.TDataStd_Name.Set_s(whole, _unicode(assembly.name))
+        if assembly_label:
+            shapes.AddComponent(assembly_label, products[shape], part.loc.wrapped)
+    if assembly_label:
+        OCP.TDataStd.TDataStd_Name.Set_s(assembly_label, _unicode(assembly.name))
         shapes.UpdateAssemblies()
     return document
 

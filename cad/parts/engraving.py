@@ -118,13 +118,13 @@ def strokes(text: str, height: float) -> Sequence[Stroke]:
     """
     unit = height / _LETTER_HEIGHT
     left = -0.5 * unit * (_STEP * len(text) - _GAP)
-    drawn = []
+    strokes_mm = []
     for index, letter in enumerate(text.upper()):
         start = left + index * _STEP * unit
         for stroke in _STROKES[letter].split(", "):
             points = [(int(digits[0]), int(digits[1])) for digits in stroke.split(" ")]  # grid units
-            drawn.append(tuple((start + unit * x, unit * y - 0.5 * height) for x, y in points))
-    return drawn
+            strokes_mm.append(tuple((start + unit * x, unit * y - 0.5 * height) for x, y in points))
+    return strokes_mm
 
 
 def outlines(text: str, height: float, width: float) -> Sequence[shapely.Polygon]:

@@ -60,15 +60,15 @@ def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
     return lowered.intersect(outer_box(fruit, top=fruit.depth_mm)).Solids()[0]
 
 
-def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shape:
+def _ellipsoid(radius: float, semi_axis_y: float, *, beyond_equator: bool) -> cq.Shape:
     """Return the upper half of an ellipsoid, or all of it if `beyond_equator`, centred on the origin [mm].
 
-    The semi-axes are `radius` in x and z, and `across` in y. The solid is half an ellipse revolved about y. The whole
-    ellipsoid consists of two surfaces, revolved from a spline. Other constructions, with one closed surface or with
-    poles at the ends of an ellipse, are read back incorrectly from STEP files.
+    The semi-axes are `radius` in x and z, and `semi_axis_y` in y. The solid is half an ellipse revolved about y. The
+    whole ellipsoid consists of two surfaces, revolved from a spline. Other constructions, with one closed surface or
+    with poles at the ends of an ellipse, are read back incorrectly from STEP files.
     """
     centre, axis = cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0)
-    half_ellipse = cq.Edge.makeEllipse(across, radius, centre, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
+    half_ellipse = cq.Edge.makeEllipse(semi_axis_y, radius, centre, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
     if beyond_equator:
         half_ellipse = half_ellipse.toNURBS()
     outline = cq.Wire.assembleEdges(

@@ -46,10 +46,10 @@ def _neck_cut(housing: Housing) -> cq.Workplane:
     """Return the solid to be cut from the plate so that both necks taper in the direction of the depth [mm]."""
     half_depth = 0.5 * housing.depth
     half_tip = 0.5 * housing.tip_side
-    outside = half_depth + _MARGIN
+    outer_y = half_depth + _MARGIN
     shoulder = (half_tip, housing.tip_height)
     neck_end = (half_depth, housing.neck_level)
-    section = [(half_tip, -_MARGIN), shoulder, neck_end, (outside, housing.neck_level), (outside, -_MARGIN)]  # (y, z)
+    section = [(half_tip, -_MARGIN), shoulder, neck_end, (outer_y, housing.neck_level), (outer_y, -_MARGIN)]  # (y, z)
     half_length = 0.5 * (housing.spacing + housing.shuttle_width) + 0.25 * housing.corner
     wedge = cq.Workplane("YZ", origin=(-half_length, 0.0, 0.0)).polyline(section).close().extrude(2.0 * half_length)
     return wedge.union(wedge.mirror("XZ"))
@@ -87,16 +87,16 @@ def cut_magnet_pockets(part: Part, housing: Housing, seats: HallSeats | None) ->
     if seats is None:
         return part
     radius = 0.5 * seats.pocket_diameter
-    inwards = cq.Vector(0.0, 1.0, 0.0)
+    inward_axis = cq.Vector(0.0, 1.0, 0.0)
     front = -0.5 * housing.depth
     shape = part.shape
     for arm, depth_below_top in itertools.product(housing.arms, seats.discs):
         level = housing.top_level - depth_below_top
-        outside = cq.Vector(arm.centre, front - _BESIDE_TIP, level)
-        shape = shape.cut(cq.Solid.makeCylinder(radius, _BESIDE_TIP + seats.pocket_depth, outside, inwards))
+        pocket_start = cq.Vector(arm.centre, front - _BESIDE_TIP, level)
+        shape = shape.cut(cq.Solid.makeCylinder(radius, _BESIDE_TIP + seats.pocket_depth, pocket_start, inward_axis))
         if seats.is_pointed:
             floor = cq.Vector(arm.centre, front + seats.pocket_depth, level)
-            shape = shape.cut(cq.Solid.makeCone(radius, POINT_MM, radius - POINT_MM, floor, inwards))
+            shape = shape.cut(cq.Solid.makeCone(radius, POINT_MM, radius - POINT_MM, floor, inward_axis))
     return named_housing(shape, housing)
 
 
