@@ -1,4 +1,4 @@
-"""A candidate of a search, and the measure of its distance from passing."""
+"""A candidate of a search, and its shortfall: the measure of its distance from passing."""
 
 import math
 import re
@@ -9,19 +9,19 @@ from functools import cached_property
 from pipeline.study.variation import Setting, is_number
 from sensor.verdict import Verdict
 
-MARGIN = 0.01  # margin kept from a limit [1]; the plate of printed springs changes each number by less
-_FAILS = 2.0  # offset of failing designs, above the costs of passing ones from -1 to 1
-REFUSED_COST = 4.0
+MARGIN = 0.01  # relative margin from a limit [1]; the compliance of printed plates changes each number by less
+_FAIL_OFFSET = 2.0  # offset of the costs of failing designs, above those of passing ones, which are from -1 to 1
+REFUSED_COST = 4.0  # cost of an invalid or unsolvable design, above all others
 
 
 def shortfall(verdict: Verdict) -> float:
-    """Return the distance of a verdict from passing [1], 0 if it passes with its margin.
+    """Return the distance of a verdict from passing [1]; 0 if the verdict passes with a margin.
 
-    Otherwise it is the margin plus the distance of the worse end of the error bar from the limit, relative to the
-    limit. The fraction of poses without a reading is added. A failed verdict without a number counts 1. If the beam law
-    cannot decide whether a spring can be printed, the run decides.
+    A verdict that does not pass has the margin, plus the distance of the worse end of its error bar from the limit
+    divided by the limit, plus the fraction of poses without a reading. A verdict that passes within the margin has the
+    rest of the margin. A verdict that fails without a number has 1.
     """
-    if verdict.passed is None and verdict.row.value_level is not None:
+    if verdict.passed is None and verdict.row.value_level is not None:  # beam theory cannot decide, but a run can
         return 0.0
     value, limit = verdict.value, verdict.limit
     if not is_number(value) or not is_number(limit):
@@ -30,27 +30,28 @@ def shortfall(verdict: Verdict) -> float:
     scale = abs(limit) or width or 1.0  # a limit of 0 gives no scale; without a tolerance the unit is the scale
     distance = abs(value - limit) / scale
     if verdict.passed:
-        return 0.0 if width else max(0.0, MARGIN - distance)  # a target may be missed to either side
+        return 0.0 if width else max(0.0, MARGIN - distance)  # a target with a tolerance needs no margin
     bar = verdict.error / scale if is_number(verdict.error) else 0.0
     match verdict.sense:
         case "at most":
             distance = max(0.0, (value - limit) / scale + bar)
         case "at least":
             distance = max(0.0, (limit - value) / scale + bar)
-    return MARGIN + distance + _unread(verdict)
+    return MARGIN + distance + _unreadable_fraction(verdict)
 
 
-def _unread(verdict: Verdict) -> float:
-    """Return the fraction of the poses [1] without a reading, for which a verdict on readings fails."""
+def _unreadable_fraction(verdict: Verdict) -> float:
+    """Return the fraction of the poses [1] in which the sensor cannot be read; 0 for verdicts on other things."""
     poses = re.match(r"(\d+) of (\d+) poses", verdict.reference) if verdict.row.needs == "reading" else None
     return int(poses[1]) / int(poses[2]) if poses else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A design of a search: its changes by TABLE.KEY and its verdicts, None if it is refused or not solved.
+    """A design of a search: its changes by TABLE.KEY, and its verdicts, or None if it is invalid or unsolvable.
 
-    `value` is the number to minimise, compared as a multiple of `unit`. `number` is the number of its point in a study.
+    `value` is the value of the objective, which is divided by `unit` for a comparison. `number` is the number of the
+    candidate's point in a study.
     """
 
     changes: Mapping[str, Setting | None]
@@ -61,17 +62,17 @@ class Candidate:
 
     @property
     def number_found(self) -> float | None:
-        """Return the number to minimise [its unit]; None if the search refuses or cannot solve the design."""
+        """Return the value of the objective [its unit], or None if the design is invalid or unsolvable."""
         return self.value if self.verdicts is not None and math.isfinite(self.value) else None
 
     @cached_property
     def shortfall(self) -> float:
-        """Return the sum of the shortfalls of all verdicts [1], 0 if all pass, infinite without verdicts."""
+        """Return the sum of the shortfalls of all verdicts [1]: 0 if all pass, infinite if there are no verdicts."""
         return math.inf if self.verdicts is None else math.fsum(map(shortfall, self.verdicts))
 
     @property
     def passes(self) -> bool:
-        """Return whether no verdict falls short."""
+        """Return whether all verdicts pass with their margin."""
         return self.shortfall == 0.0
 
     @property
@@ -81,18 +82,19 @@ class Candidate:
 
     @property
     def rank(self) -> tuple[float, int]:
-        """Return the shortfall [1] and the number of failing verdicts; the nearest candidate has the least rank."""
+        """Return the shortfall [1] and the number of failed verdicts; the nearest candidate has the lowest rank."""
         return self.shortfall, len(self.failed)
 
     @property
     def cost(self) -> float:
-        """Return the cost [1], which orders designs: passing ones first, then failing ones, then refused ones.
+        """Return the cost [1], by which designs are ordered: passing ones first, then failing ones, then invalid ones.
 
-        The number to minimise, or the shortfall of a failing design, is mapped by v / (1 + |v|).
+        For a passing design it follows from the objective v, and for a failing one from the shortfall v. Both are
+        mapped by v / (1 + |v|), which keeps the order and lies between -1 and 1.
         """
         if not math.isfinite(self.value) or not math.isfinite(self.shortfall):
             return REFUSED_COST
         if self.passes:
             objective = self.value / self.unit
             return objective / (1.0 + abs(objective))
-        return _FAILS + self.shortfall / (1.0 + self.shortfall)
+        return _FAIL_OFFSET + self.shortfall / (1.0 + self.shortfall)

@@ -1,4 +1,4 @@
-"""Changes of a design's keys: candidates against failing verdicts, their size, and their text."""
+"""Changes of a design's keys: those that may make failed verdicts pass, their size, and their text."""
 
 import dataclasses
 import math
@@ -15,115 +15,123 @@ from sensor.words import shown
 
 Value = Setting | None
 Changes = Mapping[str, Value]
-"""Values by TABLE.KEY; None unsets a key."""
+"""New values by TABLE.KEY; None removes a key from the design."""
 Sweep = list[Changes]
-"""Changes of the same keys in one direction, smallest first."""
+"""Changes of the same keys in one direction, the smallest change first."""
 
 SMALLER = (0.85, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.03, 0.01)
 LARGER = (1.2, 1.5, 2.0, 3.0, 4.0, 7.0, 10.0, 20.0, 50.0)
 _COARSELY_SMALLER = (0.5, 0.25)
 _COARSELY_LARGER = (2.0, 4.0)
-_CLOSE = 2.5  # spacing in tip sides at which a round fruit is nearly flat under the tips
-_WHOLE_CHANGE = 1.0  # size of a change without a ratio: another word, or a key that is unset or set to 0
-_DEMANDS = ("reading.bias_limit", "reading.uncertainty_limit", "reading.tilt_deg")  # a lower demand is the last resort
+_CLOSE_SPACING = 2.5  # spacing over the side of a tip at which a round fruit is nearly flat under the tips
+_CHANGE_WITHOUT_RATIO = 1.0  # size of a change without a ratio: another word, or a key that is removed or set to 0
+# Keys that state what the sensor must achieve. Lower requirements are the last resort.
+_REQUIREMENTS = ("reading.bias_limit", "reading.uncertainty_limit", "reading.tilt_deg")
 _SPRINGS = [f"springs.{item.name}" for item in dataclasses.fields(GivenSprings)]
 _TRAVEL = "press.travel_mm"
 _TIPS = [f"tips.{key}" for key in ("dome_radius_mm", "side_mm", "spacing_mm")]
 
 
 def change_design(design: Design, changes: Changes) -> Design:
-    """Return a design with changed keys, like `--set`; raises InputError if the result is no design."""
+    """Return a design with changed keys, as with `--set`; raises InputError if the result is no valid design."""
     return DesignTables.from_design(design).design(changes)
 
 
 def value_of(design: Design, name: str) -> object:
-    """Return the value of a key of a design in its own unit; None if the key or its table is not set."""
+    """Return the value of a key of a design, named TABLE.KEY, in its own unit; None if it or its table is not set."""
     table, _, key = name.partition(".")
     record = getattr(design, table)
     return None if record is None else getattr(record, key)
 
 
 def size(design: Design, changes: Changes) -> tuple[int, int, float]:
-    """Return the size of changes: number of keys, number of demands among them, sum of |log ratio| [1]."""
+    """Return the size of changes, for a comparison: the fewer keys change, the smaller it is.
+
+    The three parts are the number of keys, the number of lowered requirements among them, and the sum of |log ratio|
+    [1] of all numbers.
+    """
     total = 0.0
     for name, after in changes.items():
         before = value_of(design, name)
         if isinstance(before, float) and isinstance(after, float) and before * after > 0.0:
             total += abs(math.log(after / before))
         else:
-            total += _WHOLE_CHANGE
-    return len(changes), sum(name in _DEMANDS for name in changes), total
+            total += _CHANGE_WITHOUT_RATIO
+    return len(changes), sum(name in _REQUIREMENTS for name in changes), total
 
 
 def in_words(changes: Changes) -> str:
-    """Return the changes as one line of text, numbers with four digits."""
+    """Return changes as one line of text; numbers have four digits."""
     return ", ".join(f"{key} = {shown(value, digits=4, absent='not set')}" for key, value in changes.items())
 
 
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
-    """Return the changes that may mend failed verdicts; fewer steps if contact is solved on cells.
+    """Return the sweeps of changes that may make `failed` verdicts pass, given by name.
 
-    The rows of the verdicts name the moves, which follow in the order of `MOVES`; another travel is always tried.
+    The table of verdicts names the moves that may help each verdict. They are returned in the order of `MOVES`. Another
+    travel is always tried. There are fewer steps if contact is solved `on_cells`, because such trials are expensive.
     """
-    asked = {move for name in failed for move in row_of(name).mended_by} | {_TRAVEL}
+    moves = {move for name in failed for move in row_of(name).mended_by} | {_TRAVEL}
     found: list[Sweep] = []
-    for move, make in MOVES.items():
-        if move in asked:
-            found += make(design, on_cells)
+    for move, make_sweeps in MOVES.items():
+        if move in moves:
+            found += make_sweeps(design, on_cells)
     return found
 
 
 def _two_spring_law(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return changes towards the assumptions of the law: a level press, flat faces, springs sized by targets."""
+    """Return changes towards the assumptions of the two-spring law: level press, flat faces, springs from targets."""
     flat = design.tips.tip_shape.has_flat_face
     changes: list[Changes] = [{"press.tilt_deg": 0.0}, {"press.roll_deg": 0.0}]
     if flat:
         changes.append({"tips.fillet_mm": 0.0})
     changes.append({"press.attitude": "side"})
     if not flat:
-        sharp = {"tips.fillet_mm": 0.0} if design.tips.fillet_mm else {}
-        unset = _unset(design, [f"tips.{key}" for key in OPTIONAL_KEYS])
-        changes.append({"tips.shape": "cube", **sharp, **unset})
+        no_fillet = {"tips.fillet_mm": 0.0} if design.tips.fillet_mm else {}
+        removed = _remove_keys(design, [f"tips.{key}" for key in OPTIONAL_KEYS])
+        changes.append({"tips.shape": "cube", **no_fillet, **removed})
     if design.targets is not None:
         changes.append(dict.fromkeys(_SPRINGS))
-    return _that_change(design, changes)
+    return _single_sweeps(design, changes)
 
 
 def _processes(design: Design, _on_cells: bool) -> list[Sweep]:
-    return _that_change(design, [{"print.process": process} for process in PROCESSES])
+    """Return the other print processes."""
+    return _single_sweeps(design, [{"print.process": process} for process in PROCESSES])
 
 
-def _that_change(design: Design, changes: list[Changes]) -> list[Sweep]:
-    """Return the changes that change something, each as its own sweep."""
+def _single_sweeps(design: Design, changes: list[Changes]) -> list[Sweep]:
+    """Return each of the changes as a sweep of its own, without those that a design has already."""
     return [[change] for change in changes if any(value_of(design, key) != value for key, value in change.items())]
 
 
 def _targets(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return other targets, if targets size the springs."""
+    """Return other targets, if the springs are sized by targets."""
     if design.springs.given:
         return []
     return [sweep for key in ("targets.NL", "targets.P_max") for sweep in _scaled(design, key, SMALLER, LARGER)]
 
 
 def _numbers(keys: Sequence[str], design: Design, on_cells: bool) -> list[Sweep]:
-    """Return numbers multiplied by factors below and above 1."""
+    """Return the numbers of `keys` multiplied by factors, with a sweep below 1 and a sweep above 1 for each key."""
     factors = _factors(design, on_cells=on_cells)
     return [sweep for key in keys for sweep in _scaled(design, key, *factors)]
 
 
 def _less_tilt(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return smaller tilts of the readings, if readings of these tips are quick to try."""
+    """Return smaller tilts for the readings; none for tips with flat faces, whose readings are too slow to try."""
     return _scaled(design, "reading.tilt_deg", SMALLER[:7]) if design.tips.tip_shape.obeys_hertz else []
 
 
 def _wider_limit(key: str, design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return a larger limit of the readings, if readings of these tips are quick to try."""
+    """Return a larger limit of the readings; none for tips with flat faces, whose readings are too slow to try."""
     return _scaled(design, key, LARGER[:5]) if design.tips.tip_shape.obeys_hertz else []
 
 
 def _calibrations(design: Design, _on_cells: bool) -> list[Sweep]:
-    """Return better calibrations: a plate, and a reference ball if the design allows one."""
-    return [[{"reading.calibrated_by": by}] for by in ("plate", *(["ball"] if design.takes_ball else []))]
+    """Return better calibrations: by a plate, and by a reference ball if the design allows one."""
+    methods = ("plate", *(["ball"] if design.takes_ball else []))
+    return [[{"reading.calibrated_by": method}] for method in methods]
 
 
 def _close_tips(design: Design, on_cells: bool) -> list[Sweep]:
@@ -132,8 +140,8 @@ def _close_tips(design: Design, on_cells: bool) -> list[Sweep]:
         return []
     side = design.tips.side_mm
     sides = [side * factor for factor in _COARSELY_SMALLER]
-    smaller: Sweep = [{"tips.side_mm": less, "tips.spacing_mm": _CLOSE * less} for less in sides]
-    return [smaller, [{"tips.spacing_mm": _CLOSE * side}]]
+    smaller: Sweep = [{"tips.side_mm": each, "tips.spacing_mm": _CLOSE_SPACING * each} for each in sides]
+    return [smaller, [{"tips.spacing_mm": _CLOSE_SPACING * side}]]
 
 
 MOVES: Mapping[str, Callable[[Design, bool], list[Sweep]]] = {
@@ -149,11 +157,14 @@ MOVES: Mapping[str, Callable[[Design, bool], list[Sweep]]] = {
     "reading.calibrated_by": _calibrations,
     "tips.spacing_mm": _close_tips,
 }
-"""Functions that make the changes which a verdict names in `mended_by`; the flag is True if contact is on cells."""
+"""For each move that a verdict may name in `mended_by`, the function that makes its sweeps.
+
+The second argument is True if contact is solved on cells.
+"""
 
 
 def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the factors [1] that make a number smaller and larger; fewer if a trial is expensive."""
+    """Return the factors [1] below 1 and above 1 by which a number is multiplied; fewer if a trial is expensive."""
     if on_cells:
         return _COARSELY_SMALLER, _COARSELY_LARGER
     if design.tips.tip_shape.obeys_hertz:
@@ -162,7 +173,10 @@ def _factors(design: Design, *, on_cells: bool) -> tuple[tuple[float, ...], tupl
 
 
 def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sweep]:
-    """Return a number, or every number of a list, times the factors [1] of each direction; empty if it is not set."""
+    """Return a sweep for each direction: a number, or every number of a list, times the factors [1] of the direction.
+
+    Empty if the key is not set or has no number.
+    """
     value = value_of(design, key)
     if isinstance(value, tuple):
         return [[{key: tuple(factor * each for each in value)} for factor in factors] for factors in directions]
@@ -171,6 +185,6 @@ def _scaled(design: Design, key: str, *directions: tuple[float, ...]) -> list[Sw
     return [[{key: factor * value} for factor in factors] for factors in directions]
 
 
-def _unset(design: Design, keys: list[str]) -> dict[str, None]:
-    """Return changes that unset those keys that are set."""
+def _remove_keys(design: Design, keys: list[str]) -> dict[str, None]:
+    """Return changes that remove those of the keys that a design has."""
     return {key: None for key in keys if value_of(design, key) is not None}

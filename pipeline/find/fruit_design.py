@@ -1,8 +1,9 @@
 """A sensor for a given fruit: the preset of the most similar fruit, scaled to the fruit's size and firmness.
 
-Contact has no length and no modulus of its own. So a sensor reads as well if its lengths are proportional to the
-fruit's radius, and its springs to radius times modulus. Steps take care of what does not scale: rounded sizes, the
-bruise limit, the hand's distance from the centre, and what can be printed.
+Contact has no length scale and no modulus of its own. A scaled sensor therefore reads as well as its preset if its
+lengths are proportional to the radius of the fruit, and its springs to radius times modulus. Some things do not scale:
+rounded sizes, the bruise limit, how accurately a hand places the sensor, and what can be printed. Further steps of a
+search correct for these.
 """
 
 import math
@@ -27,80 +28,90 @@ from sensor.words import rounded
 PRESETS = ("apple", "avocado", "kiwi", "mango", "orange", "peach", "pear", "plum", "tomato")
 """Sensors for single fruits, all of which pass."""
 
-MOST_TRIALS = 30
+MAX_TRIALS = 30  # maximum number of designs with sized springs
 MOST_RUNS = 4
-TOLERANCE = 0.01  # tolerance of the springs, whose contact is then accurate enough for the error bars of readings
-_LEAST_SPACING_MM = 4.5  # smaller sensors have shallower leaves, which a tilted fruit pushes sideways
-_BEYOND_SIDE_MM = 0.5  # gap between neighbouring tips, as in the presets
-_OF_DEPTH = 0.6  # depth of the corners of the piece of fruit below its top, as a fraction of the depth of the flesh
-_OF_THINNEST = 0.9  # the same for the roundest fruit with the thinnest flesh, whose skin the corners must reach too
-_HALF_MM = 0.5
+TOLERANCE = 0.01  # tolerance of the springs at which the contact is accurate enough for the error bars of readings
+_MIN_SPACING_MM = 4.5  # smaller sensors have shallower leaves, which a tilted fruit pushes sideways
+_TIP_GAP_MM = 0.5  # gap between neighbouring tips, as in the presets
+_CORNER_FALL = 0.6  # maximum depth of the corners of the piece of fruit below its apex, over the depth of the flesh
+_CORNER_FALL_THINNEST = 0.9  # the same for the roundest fruit with the thinnest flesh
+_SIZE_STEP_MM = 0.5  # step to which dimensions of the fruit are rounded
 _DOME_STEP_MM = 0.1
 _SPACING_STEP_MM = 0.05
 _TRAVEL_STEP_MM = 0.01
-_LESS_TRAVEL_MM = 0.02  # step of the travel that reduces the largest bias of both signs
-_SOFTER = 0.9  # factor on both springs against bruises
-_BY_BIAS = 1.04  # first factor on the radii of the design's fruit
-_BEYOND_LIMIT = 1.05  # factor on the change that a part of the error needs, because it is not the whole error
-_STIFFER_AT_ONCE = 1.5  # largest such change in one step; further steps follow
-_STIFFER = 1.12  # factor on the high spring that improves readings of firm fruit
+_TRAVEL_REDUCTION_MM = 0.02  # a shorter travel reduces the largest bias of both signs
+_BRUISE_FACTOR = 0.9  # factor on both springs if the fruit bruises
+_RADIUS_FACTOR = 1.04  # first factor on the radii of the design's fruit, if the bias is too large
+_CALIBRATION_MARGIN = 1.05  # factor on the change that one part of the error requires, because other parts add to it
+_MAX_CALIBRATION_FACTOR = 1.5  # maximum of such a change in one step; further steps may follow
+_UNCERTAINTY_FACTOR = 1.12  # factor on the high spring, which improves readings of firm fruit
 
 
 def most_alike(fruit: FruitRange) -> str:
-    """Return the preset whose fruit has the least `_unlikeness` to a fruit."""
-    return min(PRESETS, key=lambda name: _unlikeness(fruit, fruit_of(load_design(name))))
+    """Return the name of the preset whose fruit is most similar to a fruit: the one with the least `_dissimilarity`."""
+    return min(PRESETS, key=lambda name: _dissimilarity(fruit, fruit_of(load_design(name))))
 
 
 def fruit_of(design: Design) -> FruitRange:
-    """Return the range of fruits of a design; its own dimensions if it gives no range."""
+    """Return the range of fruits that a design reads; the dimensions of its single fruit if it gives no range."""
     own = design.fruit
-    asked = design.reading or ReadingRequirements()
+    requirements = design.reading or ReadingRequirements()
     along, across = own.radii_mm
     return FruitRange(
         name=own.name,
-        radius_mm=asked.radius_mm or (along, along),
-        radius_across_mm=asked.radius_across_mm or (across, across),
-        thickness_mm=asked.thickness_mm or (own.depth_mm, own.depth_mm),
+        radius_mm=requirements.radius_mm or (along, along),
+        radius_across_mm=requirements.radius_across_mm or (across, across),
+        thickness_mm=requirements.thickness_mm or (own.depth_mm, own.depth_mm),
         E_min_MPa=min(own.E_MPa),
         E_max_MPa=own.E_max_MPa,
     )
 
 
-def _unlikeness(fruit: FruitRange, other: FruitRange) -> float:
-    """Return the sum of squared log ratios [1] of mean radii, moduli and flesh, if its thickness is known."""
+def _dissimilarity(fruit: FruitRange, other: FruitRange) -> float:
+    """Return the dissimilarity of two fruits, the sum of the squared logarithms of their ratios [1].
+
+    The ratios are those of the moduli, of the mean radii, and of the mean thickness of the flesh if both are known.
+    """
     ratios = [fruit.E_min_MPa / other.E_min_MPa, fruit.E_max_MPa / other.E_max_MPa]
-    for own, of_other in zip(sorted(map(_middle, fruit.radii_mm)), sorted(map(_middle, other.radii_mm)), strict=True):
-        ratios.append(own / of_other)
+    radii = sorted(map(_geometric_mean, fruit.radii_mm))
+    other_radii = sorted(map(_geometric_mean, other.radii_mm))
+    for radius, other_radius in zip(radii, other_radii, strict=True):
+        ratios.append(radius / other_radius)
     if fruit.thickness_mm is not None and other.thickness_mm is not None:
-        ratios.append(_middle(fruit.thickness_mm) / _middle(other.thickness_mm))
+        ratios.append(_geometric_mean(fruit.thickness_mm) / _geometric_mean(other.thickness_mm))
     return math.fsum(math.log(ratio) ** 2 for ratio in ratios)
 
 
-def _middle(ends: Ends) -> float:
+def _geometric_mean(ends: Ends) -> float:
     return math.sqrt(ends[0] * ends[1])
 
 
 def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
-    """Return the changes that adapt a preset to a fruit, rounded to sizes that a maker can measure."""
+    """Return the changes that scale a preset to a fruit, rounded to sizes that a maker can measure.
+
+    Lengths are scaled by the ratio of the radii, and springs by the ratio of radius times modulus.
+    """
     tips = preset.tips
     preset_fruit = preset.fruit
     preset_range = fruit_of(preset)
     moduli = fruit.moduli_MPa
-    # The sensor is scaled with the fruit, but not below the least spacing of the tips.
-    smallest = min(1.0, _LEAST_SPACING_MM / tips.spacing_mm)
-    length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, smallest)
+    # The sensor is scaled with the fruit, but not below the minimum spacing of the tips.
+    min_ratio = min(1.0, _MIN_SPACING_MM / tips.spacing_mm)
+    length_ratio = max(preset_range.mean_curvature / fruit.mean_curvature, min_ratio)
     modulus_ratio = _middle_modulus(fruit) / _middle_modulus(preset_range)
-    spacing = _nearest(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
-    # The fruit of the design takes the same position in its range as the fruit of the preset.
+    spacing = _round_to(tips.spacing_mm * length_ratio, _SPACING_STEP_MM)
+    # The design has a single fruit for its closed forms. It takes the same position in the range of fruits as in the
+    # preset.
     radii = []
-    for ends, of_preset, ends_of_preset in zip(
+    for ends, preset_radius, preset_ends in zip(
         fruit.radii_mm, preset_fruit.radii_mm, preset_range.radii_mm, strict=True
     ):
-        radii.append(_same_position_in_range(ends, of_preset, ends_of_preset))
-    depth = _nearest(preset_fruit.depth_mm * length_ratio, _HALF_MM)
+        radii.append(_same_position_in_range(ends, preset_radius, preset_ends))
+    depth = _round_to(preset_fruit.depth_mm * length_ratio, _SIZE_STEP_MM)
     if fruit.thickness_mm is not None and preset_range.thickness_mm is not None:
         depth = _same_position_in_range(fruit.thickness_mm, preset_fruit.depth_mm, preset_range.thickness_mm)
-    widest_side = min(_widest_piece(radii[0], radii[1], _OF_DEPTH * depth), _widest_piece_met(fruit, depth))
+    # The corners of the piece of fruit that is solved must lie on the design's fruit, and on every fruit of the range.
+    max_side = min(_largest_piece(radii[0], radii[1], _CORNER_FALL * depth), _largest_piece_of_range(fruit, depth))
     return {
         "fruit.thickness_mm": depth,
         "fruit.radius_mm": radii[0],
@@ -108,17 +119,17 @@ def scaled_changes(fruit: FruitRange, preset: Design) -> Changes:
         "reading.radius_mm": fruit.radii_mm[0],
         "reading.radius_across_mm": fruit.radii_mm[1],
         "reading.thickness_mm": fruit.thickness_mm,
-        "fruit.length_mm": _nearest(min(preset_fruit.length_mm * length_ratio, widest_side), _HALF_MM),
-        "fruit.width_mm": _nearest(min(preset_fruit.width_mm * length_ratio, widest_side), _HALF_MM),
+        "fruit.length_mm": _round_to(min(preset_fruit.length_mm * length_ratio, max_side), _SIZE_STEP_MM),
+        "fruit.width_mm": _round_to(min(preset_fruit.width_mm * length_ratio, max_side), _SIZE_STEP_MM),
         "fruit.E_max_MPa": fruit.E_max_MPa,
         "fruit.E_MPa": moduli,
         "fruit.name": fruit.name,
         "fruit.bruise_limit_MPa": tuple(bruise_limit(E, fruit.name) for E in moduli),
         "tips.spacing_mm": spacing,
-        "tips.side_mm": round(spacing - _BEYOND_SIDE_MM, 2),
-        "tips.dome_radius_mm": _nearest((tips.dome_radius_mm or 0.0) * length_ratio, _DOME_STEP_MM),
-        "press.travel_mm": max(least_travel(preset), _nearest(preset.press.travel_mm * length_ratio, _TRAVEL_STEP_MM)),
-        # springs scale as length times modulus
+        "tips.side_mm": round(spacing - _TIP_GAP_MM, 2),
+        "tips.dome_radius_mm": _round_to((tips.dome_radius_mm or 0.0) * length_ratio, _DOME_STEP_MM),
+        "press.travel_mm": max(least_travel(preset), _round_to(preset.press.travel_mm * length_ratio, _TRAVEL_STEP_MM)),
+        # the stiffness of springs scales as length times modulus
         **_springs(preset, length_ratio * modulus_ratio, length_ratio * modulus_ratio),
     }
 
@@ -128,48 +139,52 @@ def _middle_modulus(fruit: FruitRange) -> float:
     return math.sqrt(fruit.E_min_MPa * fruit.E_max_MPa)
 
 
-def _widest_piece(radius: float, radius_across: float, fall: float) -> float:
-    """Return the side of a square piece of an ellipsoid [mm] whose corners are at most `fall` [mm] below its apex.
+def _largest_piece(radius: float, radius_across: float, fall: float) -> float:
+    """Return the side [mm] of the largest square piece of an ellipsoid with corners at most `fall` [mm] below its apex.
 
-    The principal radii [mm] are along the sides. A corner (h, h) lies below the apex by a fall with (1 - fall / R)^2 =
-    1 - h^2 / R^2 - h^2 / (R R_across), as in `Fruit.fall_mm`. Corners beyond 0.6 R are not on the cap of the fruit.
+    The principal radii `radius` and `radius_across` [mm] are along the sides. The fall of a corner (h, h) follows from
+    (1 - fall / R)^2 = 1 - h^2 / R^2 - h^2 / (R R_across), as in `Fruit.fall_mm`. It is limited to 0.6 R, because lower
+    corners are not on the cap of the fruit.
     """
-    level = (1.0 - min(fall / radius, _OF_DEPTH)) ** 2
+    level = (1.0 - min(fall / radius, _CORNER_FALL)) ** 2
     return 2.0 * radius * math.sqrt((1.0 - level) / (1.0 + radius / radius_across))
 
 
-def _widest_piece_met(fruit: FruitRange, depth: float) -> float:
-    """Return the side of a piece whose corners lie on every fruit of the range, at any azimuth [mm].
+def _largest_piece_of_range(fruit: FruitRange, depth: float) -> float:
+    """Return the side [mm] of the largest square piece whose corners lie on every fruit of the range, at any azimuth.
 
-    The worst case is the roundest fruit with the thinnest flesh, or with `depth` [mm] if no range is known. Its most
-    curved section may lie along a diagonal, where a corner is as deep as on a ball.
+    The worst case is the roundest fruit with the thinnest flesh, or with the flesh `depth` [mm] if no range is known.
+    Its most curved section may lie along a diagonal, where a corner is as deep as on a ball.
     """
-    roundest = min(radius for ends in fruit.radii_mm for radius in ends)
-    thinnest = depth if fruit.thickness_mm is None else fruit.thickness_mm[0]
-    return _widest_piece(roundest, roundest, _OF_THINNEST * thinnest)
+    min_radius = min(radius for ends in fruit.radii_mm for radius in ends)
+    min_thickness = depth if fruit.thickness_mm is None else fruit.thickness_mm[0]
+    return _largest_piece(min_radius, min_radius, _CORNER_FALL_THINNEST * min_thickness)
 
 
-def _same_position_in_range(ends: Ends, of_preset: float, ends_of_preset: Ends) -> float:
-    """Return the length at the same position in its range as the preset's, rounded to three digits [mm].
+def _same_position_in_range(ends: Ends, preset_length: float, preset_ends: Ends) -> float:
+    """Return the length [mm] that has the same position in the range `ends` as a preset's length in its own range.
 
-    If the preset's length is beyond an end, the result exceeds the same end by the same factor.
+    The position is a fraction of the logarithm. A preset's length outside its range exceeds an end by a factor, and so
+    does the result. It is rounded to three digits.
     """
-    least, most = ends_of_preset
-    if of_preset <= least:
-        return rounded(ends[0] * of_preset / least)
-    if of_preset >= most:
-        return rounded(ends[1] * of_preset / most)
-    fraction = math.log(of_preset / least) / math.log(most / least)
+    low, high = preset_ends
+    if preset_length <= low:
+        return rounded(ends[0] * preset_length / low)
+    if preset_length >= high:
+        return rounded(ends[1] * preset_length / high)
+    fraction = math.log(preset_length / low) / math.log(high / low)
     return rounded(ends[0] * (ends[1] / ends[0]) ** fraction)
 
 
 def fruit_suggestion(
     fruit: FruitRange, preset: Design, fixed: frozenset[str] = frozenset(), progress: Progress = silent
 ) -> Suggestion:
-    """Return a preset adapted to a fruit that passes its run; the keys in `fixed` do not change.
+    """Search for a design for a fruit that passes a whole run, beginning with the scaled preset.
 
-    If none passes, the verdicts are of the nearest design. Raises InputError if fruit and preset make no design,
-    MeshError or SolveError.
+    The keys in `fixed` do not change. A design is first tried with sized springs. If a verdict fails, `_next_step`
+    changes the design. If none fails, a whole run must confirm it. If no design passes a run, the suggestion has no
+    changes, and the verdicts of the design that is nearest to passing. Raises InputError if fruit and preset make no
+    design, and MeshError or SolveError if a trial cannot be solved.
     """
     changes: Changes = {
         key: value
@@ -182,13 +197,13 @@ def fruit_suggestion(
     tried: list[Candidate] = []
     result: Sensor | SensorResult | None
     centring = _Centring()
-    while len(seen) < MOST_TRIALS and runs < MOST_RUNS and design not in seen:
+    while len(seen) < MAX_TRIALS and runs < MOST_RUNS and design not in seen:
         seen.add(design)
-        result = _sized(design)
+        result = _solve_sized(design)
         candidate = _candidate(changes, result)
-        # A scaled preset passed its own run, whose exact springs may decide verdicts that sized springs leave
-        # undecided.
-        if candidate.passes or (not tried and not _is_refused(candidate)):
+        # The scaled preset is run even if some verdicts are undecided. The preset passed its own run, and springs
+        # solved by finite elements may decide these verdicts.
+        if candidate.passes or (not tried and not _fails(candidate)):
             progress("runs the design that passes with springs as they were sized")
             runs += 1
             result = _run(preset, candidate)
@@ -199,7 +214,7 @@ def fruit_suggestion(
         step = _next_step(design, result, centring)
         if not step or not fixed.isdisjoint(step):
             break
-        progress(f"tries design {len(seen) + 1} of at most {MOST_TRIALS}: {in_words(step)}")
+        progress(f"tries design {len(seen) + 1} of at most {MAX_TRIALS}: {in_words(step)}")
         changes = {**changes, **step}
         design = change_design(preset, changes)
     nearest = min(tried, key=lambda candidate: candidate.shortfall)
@@ -209,56 +224,56 @@ def fruit_suggestion(
 
 
 class _Centring:
-    """The next factor [1] on the radius of the design's fruit: a bisection of its logarithm.
+    """The step by which the radius of the design's fruit is changed until the largest bias passes: a factor [1].
 
-    The largest bias has one sign if that fruit is too flat, and the other if it is too round. A step beyond the best
-    radius changes the sign; from then on steps are half as long in the logarithm.
+    The largest bias has one sign if that fruit is too flat, and the other sign if it is too round. Each time the sign
+    changes, the step has passed the best radius, and the logarithm of the factor is halved.
     """
 
     def __init__(self) -> None:
-        """Begin with the longest step, before any failing bias."""
-        self.factor = _BY_BIAS
+        """Begin with the largest step, and with no bias."""
+        self.factor = _RADIUS_FACTOR
         self._last_bias = 0.0
 
-    def passes_over(self, bias: float) -> bool:
-        """Record the failing bias of the next design, 0 for none; if its sign changed, halve the step and return True.
+    def record_bias(self, bias: float) -> bool:
+        """Record the largest bias [1] of the next design, and return whether its sign changed; if so, halve the step.
 
-        A design without a failing bias leaves the last sign unchanged.
+        A bias of 0 stands for a design whose bias passes. It does not change the recorded sign.
         """
-        has_changed = bias * self._last_bias < 0.0
-        if has_changed:
+        sign_changed = bias * self._last_bias < 0.0
+        if sign_changed:
             self.factor = math.sqrt(self.factor)
         self._last_bias = bias or self._last_bias
-        return has_changed
+        return sign_changed
 
 
 def _next_step(design: Design, result: Sensor | SensorResult | None, centring: _Centring) -> Changes:
-    """Return the next change of a judged design from `_step`.
+    """Return the next change of a solved design: the one from `_step`, and perhaps a shorter travel.
 
-    If the bias changed its sign, the press is shallower too.
+    The travel becomes shorter if the largest bias changed its sign, because that reduces biases of both signs.
     """
-    failed = _failed(result)
-    is_between = centring.passes_over(_failing_bias(result, failed))
+    failed = _failed_verdicts(result)
+    sign_changed = centring.record_bias(_failing_bias(result, failed))
     step = _step(design, result, failed, centring.factor)
-    if not is_between:
+    if not sign_changed:
         return step
-    less = round(design.press.travel_mm - _LESS_TRAVEL_MM, 2)
-    return {**step, "press.travel_mm": max(least_travel(design), less)}
+    shorter = round(design.press.travel_mm - _TRAVEL_REDUCTION_MM, 2)
+    return {**step, "press.travel_mm": max(least_travel(design), shorter)}
 
 
 def _candidate(changes: Changes, result: Sensor | SensorResult | None) -> Candidate:
-    """Return the candidate of some changes with the verdicts of its result, or without verdicts."""
+    """Return the candidate with these changes and the verdicts of its result; without a result it has no verdicts."""
     return Candidate(changes=changes, verdicts=None if result is None else result.verdicts)
 
 
 def _run(preset: Design, candidate: Candidate) -> SensorResult | None:
-    """Return the result of the run of a candidate; None if it is refused or cannot be solved."""
+    """Return the result of a whole run of a candidate, or None if its design is invalid or cannot be solved."""
     proof = first_proved([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
     return None if proof is None else proof.result
 
 
-def _sized(design: Design) -> Sensor | None:
-    """Return the judged sensor on springs as sized; None if a level press leaves the face of a dome."""
+def _solve_sized(design: Design) -> Sensor | None:
+    """Return the sensor of a design with sized springs and its verdicts; None if a level press leaves a dome's face."""
     sensor = Sensor(design=design, options=RunOptions(tolerance=TOLERANCE), springs_as="sized")
     try:
         sensor.solve("verdicts")
@@ -269,13 +284,13 @@ def _sized(design: Design) -> Sensor | None:
     return sensor
 
 
-def _is_refused(candidate: Candidate) -> bool:
-    """Return whether a verdict on the candidate fails beyond its error bar, or there are no verdicts."""
+def _fails(candidate: Candidate) -> bool:
+    """Return whether a verdict on the candidate fails, and is not only undecided, or there are no verdicts."""
     return candidate.verdicts is None or any(verdict.passed is False for verdict in candidate.verdicts)
 
 
-def _failed(result: Sensor | SensorResult | None) -> set[str]:
-    """Return the names of the verdicts that did not pass, or else of those that passed without their margin."""
+def _failed_verdicts(result: Sensor | SensorResult | None) -> set[str]:
+    """Return the names of the verdicts that did not pass; if all passed, of those that passed without their margin."""
     candidate = _candidate({}, result)
     not_passed = {verdict.name for verdict in candidate.verdicts or () if verdict.passed is not True}
     return not_passed or {verdict.name for verdict in candidate.failed}
@@ -290,54 +305,62 @@ def _failing_bias(result: Sensor | SensorResult | None, failed: set[str]) -> flo
 
 
 def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str], centring: float) -> Changes:
-    """Return the change that brings a design nearer to passing, in measurable steps; empty if no rule applies.
+    """Return the change that brings a design nearer to passing, by the first rule that applies; empty if none does.
 
-    `centring` is the factor [1] that makes the fruit of the design flatter; its inverse makes it rounder.
+    `failed` holds the names of failed verdicts. `centring` is the factor [1] that makes the fruit of the design
+    flatter, and its inverse makes it rounder.
     """
     readings = None if result is None else result.readings
-    runs_off_face = readings is not None and readings.face_mm > design.tips.side_mm
-    if result is None or runs_off_face or "geometry.tip_face" in failed:
-        return {"tips.dome_radius_mm": round((design.tips.dome_radius_mm or 0.0) - _HALF_MM, 1)}
+    leaves_face = readings is not None and readings.face_mm > design.tips.side_mm
+    if result is None or leaves_face or "geometry.tip_face" in failed:
+        return {"tips.dome_radius_mm": round((design.tips.dome_radius_mm or 0.0) - _SIZE_STEP_MM, 1)}
     if "bruise" in failed:
-        return _springs(design, _SOFTER, _SOFTER)
+        return _springs(design, _BRUISE_FACTOR, _BRUISE_FACTOR)
     if "reading.touch" in failed or (readings is not None and readings.refused is not None):
         return {"press.travel_mm": round(design.press.travel_mm + _TRAVEL_STEP_MM, 2)}
     if "reading.calibration" in failed and readings is not None and readings.calibration is not None:
-        return _as_calibrated(design, readings.calibration)
+        return _improve_calibration(design, readings.calibration)
     bias = _failing_bias(result, failed)
     if bias:
-        return _centred(design, centring if bias > 0.0 else 1.0 / centring)
+        return _scale_radii(design, centring if bias > 0.0 else 1.0 / centring)
     if "reading.uncertainty" in failed:
-        return {"springs.K_h_N_per_m": _springs(design, 1.0, _STIFFER)["springs.K_h_N_per_m"]}
+        return {"springs.K_h_N_per_m": _springs(design, 1.0, _UNCERTAINTY_FACTOR)["springs.K_h_N_per_m"]}
     return {}
 
 
-def _as_calibrated(design: Design, left: CalibrationLeft) -> Changes:
-    """Return the change against the calibration error: a stiffer spring for the balance, more travel for the dial."""
+def _improve_calibration(design: Design, error: CalibrationLeft) -> Changes:
+    """Return the change that reduces the calibration error of a spring's stiffness.
+
+    If the error comes from the dial, the travel is longer. If it comes from the balance, the spring of the worst tip is
+    stiffer.
+    """
     limit = row_of("reading.calibration").limit
-    over = left.largest_stiffness / limit if isinstance(limit, float) else 1.0
-    factor = min(_BEYOND_LIMIT * over, _STIFFER_AT_ONCE)
-    if left.by == "dial":
+    ratio = error.largest_stiffness / limit if isinstance(limit, float) else 1.0
+    factor = min(_CALIBRATION_MARGIN * ratio, _MAX_CALIBRATION_FACTOR)
+    if error.by == "dial":
         return {"press.travel_mm": round(factor * design.press.travel_mm, 2)}
-    kind = design.tips.springs[design.tips.names.index(left.worst_tip)]
+    kind = design.tips.springs[design.tips.names.index(error.worst_tip)]
     key = "springs.K_l_N_per_m" if kind == "low" else "springs.K_h_N_per_m"
     return {key: _springs(design, factor, factor)[key]}
 
 
-def _centred(design: Design, factor: float) -> Changes:
-    """Return the radii of the design's fruit times a factor [1]; rounder fruit is read too soft."""
+def _scale_radii(design: Design, factor: float) -> Changes:
+    """Return the change of the radii of the design's fruit by a factor [1].
+
+    The reading assumes these radii. A fruit that is rounder than assumed is read too soft.
+    """
     radii = {"fruit.radius_mm": design.fruit.radius_mm, "fruit.radius_across_mm": design.fruit.radius_across_mm}
     return {key: rounded(factor * radius) for key, radius in radii.items() if radius is not None}
 
 
 def _springs(design: Design, low: float, high: float) -> Changes:
-    """Return the given springs of a design times two factors [1], rounded to three digits."""
+    """Return the change of a design's given springs by the factors `low` and `high` [1], rounded to three digits."""
     return {
         "springs.K_l_N_per_m": rounded((design.springs.K_l_N_per_m or 0.0) * low),
         "springs.K_h_N_per_m": rounded((design.springs.K_h_N_per_m or 0.0) * high),
     }
 
 
-def _nearest(value: float, step: float) -> float:
-    """Return the multiple of a step nearest to a value, at least one step."""
+def _round_to(value: float, step: float) -> float:
+    """Return the multiple of `step` nearest to a value, but at least one step."""
     return round(max(1.0, round(value / step)) * step, 6)

@@ -1,4 +1,4 @@
-"""A fruit as measured, from a text or a file of `pipeline modulus`, and the pressure that its skin bears."""
+"""A range of measured fruits, from a text or a file of `pipeline modulus`, and the pressure at which fruits bruise."""
 
 import json
 import math
@@ -28,17 +28,18 @@ _BALL = re.compile(rf"{_NAME}radius {_NUMBER}(?: mm)?, E {_RANGE}(?: MPa)?\s*")
 _FLESH = rf"(?:, flesh {_RANGE}(?: mm)?)?"
 _ANY_SHAPE = re.compile(rf"{_NAME}radius {_RANGE} by {_RANGE}(?: mm)?{_FLESH}, E {_RANGE}(?: MPa)?\s*")
 
-_RADII = 4
+_RADII = 4  # number of ends of the two ranges of radii
 Ends = tuple[float, float]
-"""The least and the largest value."""
+"""The smallest and the largest value."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitRange:
-    """Measured fruits: radii where they are pressed and thickness of flesh [mm], softest and firmest flesh [MPa].
+    """A range of fruits: their radii of curvature where they are pressed, their flesh thickness, and their moduli.
 
-    With one `radius_mm` the fruit is nearly a ball. With `radius_across_mm` its principal radii and its `thickness_mm`
-    are ranges. With the `name` of a fruit in the table it bruises like that fruit.
+    A single `radius_mm` stands for fruits that are nearly balls. With `radius_across_mm`, the principal radii are two
+    ranges, and so is the `thickness_mm` of the flesh if it is known. A `name` is a fruit in the table of fruits, whose
+    bruise limit is then used.
     """
 
     name: str | None = None
@@ -49,7 +50,7 @@ class FruitRange:
     E_max_MPa: float = quantity("MPa", MODULUS, hint="measure the fruit")
 
     def __post_init__(self) -> None:
-        """Check lengths, moduli and ranges; raises InputError."""
+        """Raise InputError for an invalid length or modulus, or a range whose ends are in the wrong order."""
         check_fields(self, "--fruit")
         if self.E_min_MPa >= self.E_max_MPa:
             bound = f"less than the largest, {self.E_max_MPa:g} MPa"
@@ -62,7 +63,7 @@ class FruitRange:
 
     @property
     def radii_mm(self) -> tuple[Ends, Ends]:
-        """Return the ranges of the principal radii [mm]; 20 % to either side for a ball."""
+        """Return the ranges of the two principal radii [mm]; for a ball, its radius minus and plus 20 %."""
         radius = self.radius_mm
         if not isinstance(radius, tuple):
             radius = (rounded((1.0 - BALL_SPREAD) * radius), rounded((1.0 + BALL_SPREAD) * radius))
@@ -70,19 +71,19 @@ class FruitRange:
 
     @property
     def mean_curvature(self) -> float:
-        """Return the mean curvature at the middle of all radii [1/mm]."""
+        """Return the mean of the curvatures at all ends of the radii [1/mm]."""
         radii = [radius for ends in self.radii_mm for radius in ends]
         return math.fsum(1.0 / radius for radius in radii) / len(radii)
 
     @property
     def moduli_MPa(self) -> tuple[float, ...]:
-        """Return four moduli from the softest to the firmest in geometric progression [MPa]."""
-        _, *between, _ = np.geomspace(self.E_min_MPa, self.E_max_MPa, 4).tolist()
-        return (self.E_min_MPa, *(rounded(E, 2) for E in between), self.E_max_MPa)
+        """Return four moduli [MPa] in geometric progression, from the softest to the firmest flesh."""
+        _, *inner, _ = np.geomspace(self.E_min_MPa, self.E_max_MPa, 4).tolist()
+        return (self.E_min_MPa, *(rounded(E, 2) for E in inner), self.E_max_MPa)
 
     @property
     def in_words(self) -> str:
-        """Return the fruit as text that `fruit_range` reads."""
+        """Return the range as a text that `fruit_range` can read."""
         E = (self.E_min_MPa, self.E_max_MPa)
         name = "" if self.name is None else f"{self.name}, "
         if not isinstance(self.radius_mm, tuple):
@@ -91,17 +92,18 @@ class FruitRange:
 
 
 def fruit_range(text: str) -> FruitRange:
-    """Return the fruits of a name, of a description, or of a file of `pipeline modulus --json`.
+    """Return the range of fruits that the value of `--fruit` gives.
 
-    Raises InputError.
+    It is the path of a file of `pipeline modulus --json`, the name of a fruit in the table, or a description such as
+    'radius 26, E 0.3 to 2'. Raises InputError for any other text.
     """
     if text.endswith(".json"):
         return _measured_range(Path(text))
     if text.isalpha():
         return _named_range(text)
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
-    found = ball or any_shape
-    name, *words = (None,) if found is None else (found[1], *(word for word in found.groups()[1:] if word is not None))
+    match = ball or any_shape
+    name, *words = (None,) if match is None else (match[1], *(word for word in match.groups()[1:] if word is not None))
     numbers = [written_number(word) for word in words]
     if not numbers or None in numbers:
         raise validation_error("--fruit", text, "", _FORM, "write all numbers")
@@ -121,7 +123,7 @@ def fruit_range(text: str) -> FruitRange:
 
 
 def _named_range(name: str) -> FruitRange:
-    """Return the ranges of a fruit in the table; raises InputError for an unknown name."""
+    """Return the range of a fruit in the table of fruits; raises InputError for an unknown name."""
     _refuse_unknown(name)
     fruit = FRUITS[name]
     return FruitRange(
@@ -135,14 +137,17 @@ def _named_range(name: str) -> FruitRange:
 
 
 def _refuse_unknown(name: str) -> None:
-    """Raise InputError for a fruit that is not in the table."""
+    """Raise InputError for the name of a fruit that is not in the table of fruits."""
     if name not in FRUITS:
         hint = f"did you mean {nearest(name, tuple(FRUITS))}? Or measure it, as in 'radius 26, E 0.3 to 2' [mm, MPa]"
         raise validation_error("--fruit", name, "", f"one of {', '.join(FRUITS)}", hint)
 
 
 def _measured_range(path: Path) -> FruitRange:
-    """Return the range of the specimens in a file including their error bars, with the radii of their tests."""
+    """Return the range of the specimens in a file of `pipeline modulus --json`.
+
+    The moduli include their error bars, and the radii are those of the tests. Raises InputError for another file.
+    """
     try:
         rows = json.loads(read_bytes(path, "--fruit"))
         lowest = min(row["E_MPa"] * (1.0 - 0.01 * row["u_percent"]) for row in rows)
@@ -165,9 +170,10 @@ def _measured_range(path: Path) -> FruitRange:
 
 
 def bruise_limit(E: float, name: str | None = None) -> float:
-    """Return the mean pressure at which flesh of a modulus bruises [MPa, both], rounded down to three digits.
+    """Return the mean pressure [MPa] at which flesh of modulus `E` [MPa] bruises, rounded down to three digits.
 
-    For a fruit in the table it is that fruit's limit, else 0.1 E^0.85, an assumption of this project.
+    With the `name` of a fruit in the table it is the limit of that fruit. Otherwise it is 0.1 E^0.85, which is an
+    assumption of this project.
     """
     limit = BRUISE_MPA * E**BRUISE_EXPONENT if name is None else FRUITS[name].bruise_limit(E)
     return rounded(limit, towards=0.0)

@@ -1,4 +1,4 @@
-"""The design with the least value of a number in its report among designs that pass, by differential evolution.
+"""The design that minimises a number of its report among designs that pass, found by differential evolution.
 
 R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:1008202821328, as implemented in SciPy.
 """
@@ -33,16 +33,19 @@ from sensor.design.parameters import Design
 from sensor.quantity import validation_error
 from sensor.verdict import Verdict, row_of
 
-MOST_RUNS = 20
+MOST_RUNS = 20  # maximum number of candidates of a search that are run
 DESIGN = "design.toml"
 RUN = "best"
 FRONT = "front"
-_MEMBERS = 8  # members of a generation per varied key
+_MEMBERS = 8  # number of members of a generation per varied key
 
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """The places for the best design of a search and the outputs of its run; `value` is the front's value, or None."""
+    """The paths of the best design of a search and of the outputs of its run.
+
+    `value` is the value of the front's key for which the search was made, or None without a front.
+    """
 
     value: Setting | None
     design: Path
@@ -50,28 +53,28 @@ class Place:
 
 
 def places(study: Study, folder: Path) -> tuple[Place, ...]:
-    """Return the place for each value of a front in the folder of a study; without a front there is one place."""
+    """Return the paths for each value of a front, in the folder of a study; without a front there is one place."""
     if not study.front:
         return (Place(value=None, design=folder / DESIGN, run=folder / RUN),)
-    found = []
+    front_places = []
     for value in study.front:
         name = f"{study.goal.front_key.rpartition('.')[2]}-{front_number(value)}"
-        found.append(Place(value=value, design=folder / FRONT / f"{name}.toml", run=folder / FRONT / name))
-    return tuple(found)
+        front_places.append(Place(value=value, design=folder / FRONT / f"{name}.toml", run=folder / FRONT / name))
+    return tuple(front_places)
 
 
 def search(study: Study, folder: Path, engine: Engine, progress: Count | None = None) -> tuple[Candidate, ...]:
-    """Return every candidate of a search, the best first; all are points of the study's store.
+    """Search for the best design of a study, and return all its candidates, the best first.
 
-    An interrupted search continues: it requests the same candidates again, and stored ones are not solved again. With
-    more `evaluations` it requests the same candidates first, because no step depends on the number still to come.
-    Raises InputError if a key has a distribution, or if the base is no design with a value of the front. It also
-    refuses a verdict that no candidate can have.
+    All candidates are stored as points of the study in `folder`. An interrupted search continues: it requests the same
+    candidates again, and stored ones are not solved again. With more `evaluations` it also begins with the same
+    candidates, because no step depends on the number of steps that follow. Raises InputError if a key has a
+    distribution, if the base is invalid for a value of the front, or if no candidate can have a verdict of the goal.
     """
-    _refuse_unjudged(study)
+    _refuse_missing_verdicts(study)
     for key, varied in study.vary.items():
         if isinstance(varied, Normal):
-            bound = "a span, from and to, or a list"
+            bound = "a range, from and to, or a list"
             raise validation_error(key, "Normal", "", bound, "give the two ends of the search")
     for value in study.front:
         study.base.design({**study.completing_settings, study.goal.front_key: value})
@@ -81,8 +84,8 @@ def search(study: Study, folder: Path, engine: Engine, progress: Count | None = 
     return tuple(sorted(candidates, key=lambda candidate: (candidate.cost, candidate.number)))
 
 
-def _refuse_unjudged(study: Study) -> None:
-    """Raise InputError for a verdict of the goal that needs a key which neither the base has nor the search varies."""
+def _refuse_missing_verdicts(study: Study) -> None:
+    """Raise InputError for a verdict of the goal that needs a key which is neither in the base nor varied."""
     tables = study.base.tables
     goal = study.goal
     verdicts = [
@@ -95,28 +98,30 @@ def _refuse_unjudged(study: Study) -> None:
             varies = any(varied.startswith(given if key else f"{table}.") for varied in study.vary)
             if varies or (key in tables.get(table, {}) if key else table in tables):
                 continue
-            asked = given if key else f"a [{table}] table"
+            needed = given if key else f"a [{table}] table"
             bound = f"a verdict of the base, which has no {given}"
-            hint = f"give {asked} in the base or under [set], or choose optimise.minimise and under without {name}"
+            hint = f"give {needed} in the base or under [set], or choose optimise.minimise and under without {name}"
             raise validation_error(field, name, "", bound, hint)
 
 
 def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | None) -> None:
-    """Solve generations of candidates until the evaluations of the study are spent; all points enter its store.
+    """Run differential evolution on the fractions of the varied keys until the evaluations of the study are used up.
 
-    A front is searched value by value; each search after the first starts from the last generation of the one before.
+    All candidates are stored. A front is searched value by value: each search after the first starts from the last
+    generation of the previous one.
     """
     values = len(study.front)
     keys = len(study.vary) - bool(values)
     start = _base_fractions(study)
     members: Literal["latinhypercube"] | Floats = "latinhypercube"
-    most = study.goal.evaluations * max(1, values)
-    told = None if progress is None else lambda kept, _: progress(kept, max(most, kept))
+    max_evaluations = study.goal.evaluations * max(1, values)
+    report_progress = None if progress is None else lambda kept, _: progress(kept, max(max_evaluations, kept))
+    # The front's key is the last one that varies. Its fraction is fixed at the middle of each value's interval.
     for fixed in [[(i + 0.5) / values] for i in range(values)] or [[]]:
-        ended = differential_evolution(
-            _costs,  # type: ignore[arg-type]  # a whole generation at a time, which the stubs do not know
+        evolution = differential_evolution(
+            _costs,  # type: ignore[arg-type]  # it takes a whole generation at a time, which the stubs do not know
             Bounds(np.zeros(keys), np.ones(keys)),
-            args=(fixed, set(), study, store, engine, told),
+            args=(fixed, set(), study, store, engine, report_progress),
             maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
             popsize=_MEMBERS,
             tol=0.0,
@@ -127,8 +132,8 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: Count | N
             updating="deferred",
             vectorized=True,
         )
-        start = ended.x
-        members = ended.population
+        start = evolution.x
+        members = evolution.population
 
 
 def _costs(
@@ -140,14 +145,15 @@ def _costs(
     engine: Engine,
     progress: Count | None,
 ) -> list[float]:
-    """Return the cost of each member of a generation, shape (keys, members); stored members are not solved again.
+    """Return the cost of each member of a generation, the objective function of the evolution.
 
-    `fixed` are the fractions of the front's key, and `spent` the candidates requested for this value until now. Members
-    beyond the last evaluation are not solved, and cost as much as a refused design.
+    `fractions` (keys, members) are the members, `fixed` is the fraction of the front's key, if there is a front, and
+    `spent` holds the candidates that were requested for this value of the front until now. Stored members are not
+    solved again. Members beyond the last evaluation are not solved, and cost as much as a refused design.
     """
     members = [study.settings_at([*member, *fixed]) for member in fractions.T.tolist()]
     texts = list(map(settings_text, members))
-    allowed = {}  # if all keys vary over lists, members of a generation often coincide
+    allowed = {}  # by text, because members of a generation may coincide if all keys vary over lists
     for text, settings in zip(texts, members, strict=True):
         if len(spent) < study.goal.evaluations:
             spent.add(text)
@@ -161,7 +167,10 @@ def _costs(
 
 
 def _base_fractions(study: Study) -> Floats | None:
-    """Return the base design, where the search begins, as fractions [1] of the varied keys; None if it is outside."""
+    """Return the base design, where the search begins, as fractions [1] of the varied keys' ranges.
+
+    None if a value of the base is outside its range. The key of a front is left out.
+    """
     fractions = []
     for key, varied in study.vary.items():
         if key == study.goal.front_key or isinstance(varied, Normal):
@@ -182,47 +191,51 @@ def is_base(study: Study, candidate: Candidate) -> bool:
 
 
 def _base_value(study: Study, name: str) -> object:
-    """Return the value of a key of the base design, or None; the base may be incomplete without the varied keys."""
+    """Return the value of a key of the base design; None if it is not set, or if the base lacks keys that vary."""
     table, _, key = name.partition(".")
     return getattr(getattr(study.design, table, None), key, None)
 
 
 def candidate_of(study: Study, result: PointResult) -> Candidate:
-    """Return a point as a candidate; refused and failed points have no verdicts."""
-    of_point = Candidate(changes=result.settings, verdicts=None, number=result.number)
+    """Return a stored point as a candidate; a point that was refused or failed has no verdicts."""
+    candidate = Candidate(changes=result.settings, verdicts=None, number=result.number)
     if result.status != "done":
-        return of_point
+        return candidate
     value = result.values[study.goal.minimise]
     return replace(
-        of_point,
+        candidate,
         verdicts=tuple(_verdict(name, result.values) for name in study.goal.under),
         value=value if is_number(value) else math.nan,
-        unit=_unit(study, result),
+        unit=_objective_scale(study, result),
     )
 
 
-def _unit(study: Study, result: PointResult) -> float:
-    """Return the scale on which the search compares its number between designs: usually 1 [unit of the number].
+def _objective_scale(study: Study, result: PointResult) -> float:
+    """Return the scale by which the search divides its objective to compare designs; usually 1 [unit of the objective].
 
-    An uncertainty with a limit at each modulus is reported at the modulus with the largest ratio to its limit. That
-    modulus changes between designs, so the uncertainty jumps. Its multiple of the limit [1] does not.
+    It is the limit for an uncertainty whose limit depends on the modulus. Such an uncertainty is reported at the
+    modulus where it is largest relative to its limit. That modulus differs between designs, so the uncertainty jumps,
+    but its ratio to the limit does not.
     """
-    of_base = _base_value(study, "reading.uncertainty_limit")
-    asked = result.settings.get("reading.uncertainty_limit", of_base)
-    if study.goal.minimise not in UNCERTAINTY_KEYS or not isinstance(asked, list | tuple):
+    base_limit = _base_value(study, "reading.uncertainty_limit")
+    design_limit = result.settings.get("reading.uncertainty_limit", base_limit)
+    if study.goal.minimise not in UNCERTAINTY_KEYS or not isinstance(design_limit, list | tuple):
         return 1.0
     limit = result.values[UNCERTAINTY_LIMIT]
     return limit if is_number(limit) else 1.0
 
 
 def _verdict(name: str, values: Mapping[str, object]) -> Verdict:
-    """Return a verdict from the values of a stored point; its reference holds the number of poses without a reading."""
-    told: dict[str, Any] = {field: values[f"verdicts.{name}.{field}"] for field in VERDICT_FIELDS}
-    return Verdict(name=name, unit="", reference=str(values.get(REFUSED)), **told)
+    """Return a verdict from the values of a stored point.
+
+    Its reference is the text that states in how many poses the sensor cannot be read.
+    """
+    stored: dict[str, Any] = {field: values[f"verdicts.{name}.{field}"] for field in VERDICT_FIELDS}
+    return Verdict(name=name, unit="", reference=str(values.get(REFUSED)), **stored)
 
 
 def refuse_occupied(study: Study, folder: Path, *, force: bool) -> None:
-    """Raise InputError if a search could not write its results into its folder, before anything is solved."""
+    """Raise InputError if a search could not write its results into its folder. Call it before anything is solved."""
     for place in places(study, folder):
         refuse_unusable(place.run, force=force)
         refuse_taken([place.design], "--out", force=force)
@@ -237,35 +250,36 @@ def prove(
     force: bool = False,
     progress: Progress = silent,
 ) -> Proof | None:
-    """Return the first of the best twenty candidates whose run passes, or else the last one that was run.
+    """Run the best candidates of a search one after another until a whole run passes, and return the last run.
 
-    For a front they have the value of the place. The base is run last even if it fails the search, because the search
-    neglects the sideways compliance of printed plates. The place receives the outputs of the run and, if it passes, the
-    design file. A candidate that a run refuses or cannot solve fails. Returns None if no candidate passes the search
-    and the base is not among them. Raises InputError like `write_files`, and OutputError for an unusable folder.
+    At most twenty candidates that pass the search are run, best first; for a front, only those with the value of
+    `place`. The base is run last even if it fails the search, because the search neglects the lateral compliance of
+    printed plates. The outputs of the run and, if it passes, the design file are written to `place`. A run of an
+    invalid or unsolvable candidate counts as failed. Returns None if there is no candidate to run. Raises InputError
+    like `write_files`, and OutputError for an unusable folder.
     """
     if study.front:
         number = front_number(place.value)
         candidates = [one for one in candidates if front_number(one.changes[study.goal.front_key]) == number]
-    passing = [one for one in candidates if one.passes][:MOST_RUNS]
-    passing += [one for one in candidates if is_base(study, one) and one not in passing]
+    to_run = [one for one in candidates if one.passes][:MOST_RUNS]
+    to_run += [one for one in candidates if is_base(study, one) and one not in to_run]
 
-    def design(candidate: Candidate) -> Design:
+    def design_of(candidate: Candidate) -> Design:
         progress(f"runs candidate {candidate.number}, which was best of those not yet run")
         return replace(study.base.design(candidate.changes), name=study.name)
 
-    tolerance = min(study.tol, DEFAULT_TOLERANCE)  # a search may be too rough for the stiffness of springs
-    proof = first_proved(passing, design, RunOptions(out=place.run, tolerance=tolerance, force=force), len(passing))
+    tolerance = min(study.tol, DEFAULT_TOLERANCE)  # the tolerance of a search may be too large for a whole run
+    proof = first_proved(to_run, design_of, RunOptions(out=place.run, tolerance=tolerance, force=force), len(to_run))
     if proof is not None and proof.passed:
-        text = design_as_toml(design(proof.candidate))
+        text = design_as_toml(design_of(proof.candidate))
         write_files({place.design: text.encode()}, "--out", force=force)
-    elif is_ours(place.design):  # written by a shorter search; the place no longer holds its run
+    elif is_ours(place.design):  # the design file of a shorter search, whose run has been replaced
         place.design.unlink()
     return proof
 
 
 def value_of_run(study: Study, proof: Proof) -> float | None:
-    """Return the minimised number of a run [its unit], or None."""
+    """Return the value of a run's objective [its unit], or None if the run failed or has no number for it."""
     if proof.result is None:
         return None
     try:

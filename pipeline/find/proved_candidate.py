@@ -1,4 +1,4 @@
-"""The proof of a candidate: its design passes all verdicts of a whole run."""
+"""The proof of a candidate: a whole run of its design, in which all verdicts pass."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -15,11 +15,15 @@ from sensor.quantity import InputError
 from solve.linear import SolveError
 
 UNSOLVED = (ExportError, InputError, MeshError, SolveError)
+"""Errors of a design that is invalid or cannot be solved."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """A candidate that was run, its result (None if the run refused or failed to solve it), and the number of runs."""
+    """The last candidate that was run, its result, and the number of runs until then.
+
+    The result is None if the design of the candidate is invalid or could not be solved.
+    """
 
     candidate: Candidate
     result: SensorResult | None
@@ -35,17 +39,17 @@ def first_proved(
     candidates: Iterable[Candidate],
     design_of: Callable[[Candidate], Design],
     options: RunOptions,
-    most_runs: int,
-    mended: Callable[[Proof], list[Candidate]] = lambda _: [],
+    max_runs: int,
+    next_candidates: Callable[[Proof], list[Candidate]] = lambda _: [],
 ) -> Proof | None:
-    """Return the first candidate whose run passes, or else the last one that was run; None without candidates.
+    """Run candidates one after another until one passes, at most `max_runs` of them; return the last run.
 
-    If a run fails, the candidates that `mended` derives from it are run next. Raises OutputError for an unusable
-    folder.
+    `design_of` returns the design of a candidate. If a run does not pass, the candidates that `next_candidates` derives
+    from it are run next. Returns None if there are no candidates. Raises OutputError for an unusable output folder.
     """
     waiting = list(candidates)
     proof = None
-    for runs in range(1, most_runs + 1):
+    for runs in range(1, max_runs + 1):
         if not waiting:
             break
         candidate = waiting.pop(0)
@@ -53,12 +57,12 @@ def first_proved(
         try:
             result = run(design_of(candidate), options)
         except OutputError:
-            # OutputError is an InputError, but a folder is not a candidate's fault.
+            # OutputError is an InputError too, but another candidate would not help against an unusable folder.
             raise
         except UNSOLVED:
             pass
         proof = Proof(candidate=candidate, result=result, runs=runs)
         if proof.passed:
             break
-        waiting = [*mended(proof), *waiting]
+        waiting = [*next_candidates(proof), *waiting]
     return proof

@@ -1,4 +1,4 @@
-"""The nearest passing design: searched with springs as stiff as sized, and proved by whole runs."""
+"""The passing design that is nearest to a given one: searched with ideal springs, and proved by whole runs."""
 
 import math
 from collections.abc import Sequence
@@ -22,23 +22,24 @@ from sensor.words import rounded
 from solve.contact.linear_response import travels
 from solve.contact.response import scene_response
 
-BUDGET = 6000.0  # budget for trials, in about hundredths of a processor second
-MOST_RUNS = 4  # most runs of candidates; each takes some ten seconds
-MOST_KEYS = 3  # most keys that are changed together
-_BEAM = 4  # number of candidates from which the next round continues
+BUDGET = 6000.0  # budget for trials, in about hundredths of a second of CPU time
+MOST_RUNS = 4  # maximum number of runs of candidates, each of which takes some ten seconds
+MAX_KEYS = 3  # maximum number of keys that are changed together
+_BEAM_WIDTH = 4  # number of candidates from which each round of the beam search continues
 _BISECTIONS = 6
-_BISECTIONS_ON_CELLS = 2
-_BEYOND = 0.05  # margin beyond a bound, so that the FE-fitted leaves and their error bars pass too
-ROUGH = 0.02  # tolerance of the springs, whose contact is then accurate enough to try a change
+_BISECTIONS_ON_CELLS = 2  # fewer, because such trials are expensive
+_MARGIN = 0.05  # relative margin beyond a bound, so that springs solved by finite elements pass too
+ROUGH = 0.02  # tolerance of the springs at which the contact is accurate enough to try a change
 _TRAVEL = "press.travel_mm"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Suggestion:
-    """The changes that make a design pass; empty if it passes unchanged, None if no changes were found.
+    """The changes that make a design pass: empty if it passes unchanged, None if none were found.
 
-    `verdicts` are of the run that proves it, or of the design's own run. `reason` is a sentence. `tried` counts the
-    designs with sized springs, and `runs` the whole runs.
+    `verdicts` come from the run that proves the changed design, or else from the run of the design itself. `reason` is
+    a sentence for the user. `tried` is the number of designs that were tried with sized springs, and `runs` the number
+    of whole runs.
     """
 
     design: Design
@@ -55,10 +56,16 @@ class Suggestion:
 
 
 class Search:
-    """A search over changes of a design with sized springs, limited by a budget; `tried` counts the trials."""
+    """A beam search over changes of a design, which tries each with sized springs until its budget is used up.
+
+    `tried` is the number of trials, and `nearest_miss` the candidate that came nearest to passing.
+    """
 
     def __init__(self, base: SensorResult, fixed: frozenset[str], progress: Progress = silent) -> None:
-        """Begin with the run of a design and the keys that must not change; `progress` is called with each trial."""
+        """Begin with the run of a design, `base`, and the keys that must not change.
+
+        `progress` is called with a text for each trial.
+        """
         self.tried = 0
         self._progress = progress
         self.nearest_miss: Candidate | None = None
@@ -67,29 +74,31 @@ class Search:
         self._budget_left = BUDGET
 
     def passing(self, failed_verdicts: Sequence[Verdict]) -> list[Candidate]:
-        """Return candidates that pass, starting from a design with these failed verdicts, the nearest first.
+        """Return candidates that pass, the nearest first; the search begins at a design with these failed verdicts.
 
-        The nearest candidate has the fewest changed keys, then the smallest sum of |log ratio|.
+        Each round changes one key more of the best candidates of the round before. The nearest candidate has the fewest
+        changed keys, and among those the smallest sum of |log ratio|.
         """
         beam = [Candidate(changes={}, verdicts=tuple(failed_verdicts))]
-        for _ in range(MOST_KEYS):
+        for _ in range(MAX_KEYS):
             candidates = []
             for start in beam:
-                candidates += self._one_change_more(start)
+                candidates += self._add_one_change(start)
             passing = sorted([candidate for candidate in candidates if not candidate.failed], key=self._size)
             if passing:
-                # a reserve for moving the candidates nearer to the base
+                # Some budget must be left to move the candidates nearer to the base.
                 self._budget_left = max(self._budget_left, 0.05 * BUDGET)
-                return sorted([self._nearer(candidate) for candidate in passing[:_BEAM]], key=self._size)
-            beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM]
+                return sorted([self._move_nearer(candidate) for candidate in passing[:_BEAM_WIDTH]], key=self._size)
+            beam = sorted(candidates, key=lambda candidate: (candidate.rank, self._size(candidate)))[:_BEAM_WIDTH]
             misses = [*beam, self.nearest_miss] if self.nearest_miss else beam
             self.nearest_miss = min(misses, key=lambda candidate: candidate.rank, default=None)
         return []
 
     def trial(self, changes: Changes) -> Candidate | None:
-        """Return the candidate of some changes; None if they make no design, or one that cannot be solved or read.
+        """Return the candidate with these changes and its verdicts with sized springs.
 
-        A press too short for the height errors of printed tips cannot be read.
+        None if the budget is used up, if the changed design is invalid or cannot be solved, or if a changed travel is
+        too short for the height errors of printed tips.
         """
         if self._budget_left <= 0.0:
             return None
@@ -111,14 +120,17 @@ class Search:
     def _size(self, candidate: Candidate) -> tuple[int, int, float]:
         return size(self._base.design, candidate.changes)
 
-    def _one_change_more(self, start: Candidate) -> list[Candidate]:
-        """Return the best candidate of each sweep over keys that are neither changed nor fixed."""
+    def _add_one_change(self, start: Candidate) -> list[Candidate]:
+        """Return the best candidate of each sweep that changes one key more than `start`.
+
+        A sweep is a list of values of the same keys, the smallest change first. It ends at the first one that passes.
+        """
         names = [verdict.name for verdict in start.failed]
         design = self._design_of(start)
-        taken = self._fixed | start.changes.keys()
+        unavailable = self._fixed | start.changes.keys()
         best = []
         for sweep in sweeps(design, names, on_cells=scene_of(design).on_cells):
-            if not sweep[0] or not taken.isdisjoint(sweep[0]):
+            if not sweep[0] or not unavailable.isdisjoint(sweep[0]):  # all changes of a sweep have the same keys
                 continue
             trials: list[Candidate] = []
             for change in sweep:
@@ -132,12 +144,12 @@ class Search:
         return best
 
     def _verdicts(self, design: Design) -> tuple[Verdict, ...]:
-        """Return the verdicts of a design with ideal springs; only the first ones if they show that it fails."""
+        """Return the verdicts of a design with ideal springs; only some of them if these show that it fails."""
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
             # Readings of flat tips are too slow to try.
             return (judge("reading.bias", None, "readings of flat tips", limit="tips with a dome"),)
-        sensor = self._sized(design)
-        # P at two moduli costs a tenth of a whole press and often shows that the design fails
+        sensor = self._sized_sensor(design)
+        # P at two moduli costs a tenth of all presses, and often shows that the design fails.
         if scene_of(design).on_cells:
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
             scene = scene_of(design, sensor.springs.ideal_offsets_mm)
@@ -148,10 +160,11 @@ class Search:
             self._budget_left -= 2.0 * _cost(design)
         return sensor.verdicts
 
-    def _sized(self, design: Design) -> Sensor:
-        """Return the sensor of a design on ideal springs; its tips sag like the base's if the layouts agree.
+    def _sized_sensor(self, design: Design) -> Sensor:
+        """Return the sensor of a design with ideal springs, which reuses what is known from the run of the base.
 
-        The contact of the base is reused if the design has the same contact.
+        The contact of the base is reused if the design has the same contact. The tips sag under their weight as in the
+        base if the layouts agree.
         """
         base = self._base
         same_contact = unit_scene(design) == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
@@ -164,18 +177,19 @@ class Search:
             known_offsets_mm=base.press.scene.height_offset_mm if sags else (),
         )
 
-    def _nearer(self, candidate: Candidate) -> Candidate:
-        """Return a candidate whose numbers are moved back towards the base as far as it still passes.
+    def _move_nearer(self, candidate: Candidate) -> Candidate:
+        """Return a candidate whose numbers are moved back towards the base, as far as it still passes.
 
-        Each number is found by bisection of its logarithm, and rounded away from the failing value. Texts, and numbers
-        whose sign changed, stay as they are.
+        Each number is found by bisection of its logarithm between the value of the base, which fails, and the passing
+        value. It gets a margin and is rounded away from the failing value. Texts, and numbers that changed their sign,
+        remain unchanged.
         """
         on_cells = scene_of(self._design_of(candidate)).on_cells
         for key, passing in candidate.changes.items():
             failing = value_of(self._base.design, key)
             if not (isinstance(passing, float) and isinstance(failing, float) and failing * passing > 0.0):
                 continue
-            beyond = _BEYOND if passing > failing else -_BEYOND
+            margin = _MARGIN if passing > failing else -_MARGIN
             for _ in range(_BISECTIONS_ON_CELLS if on_cells else _BISECTIONS):
                 middle = math.sqrt(failing * passing)
                 trial = self.trial({**candidate.changes, key: middle})
@@ -183,7 +197,7 @@ class Search:
                     passing = middle
                 else:
                     failing = middle
-            value = rounded(passing * (1.0 + beyond), towards=passing * (1.0 + 2.0 * beyond))
+            value = rounded(passing * (1.0 + margin), towards=passing * (1.0 + 2.0 * margin))
             final = self.trial({**candidate.changes, key: value})
             if final is not None and not final.failed:
                 candidate = final
@@ -191,7 +205,7 @@ class Search:
 
 
 def _cost(design: Design) -> float:
-    """Return the cost of a trial, in about hundredths of a processor second."""
+    """Return the cost of a trial, in about hundredths of a second of CPU time."""
     if scene_of(design).on_cells:
         return 80.0
     return 8.0 if design.reading is None else 30.0
@@ -200,9 +214,9 @@ def _cost(design: Design) -> float:
 def suggestion(
     design: Design, options: RunOptions, fixed: frozenset[str] = frozenset(), progress: Progress = silent
 ) -> Suggestion:
-    """Return the nearest design that passes its run; the keys in `fixed` do not change.
+    """Search for the design nearest to a given one that passes its run; the keys in `fixed` do not change.
 
-    Raises like `run` if the design itself cannot be run.
+    A suggestion without changes gives the reason. Raises the errors of `run` if the given design cannot be run.
     """
     progress("runs the design as it is")
     options = replace(options, out=None)
@@ -222,19 +236,23 @@ def suggestion(
         progress(f"runs the candidate with {in_words(candidate.changes)}")
         return change_design(design, candidate.changes)
 
-    def mended(proof: Proof) -> list[Candidate]:
-        return [] if proof.result is None else _less_travel(proof.result, proof.candidate.changes, fixed)
+    def with_shorter_travel(proof: Proof) -> list[Candidate]:
+        return [] if proof.result is None else _shorten_travel(proof.result, proof.candidate.changes, fixed)
 
-    proof = first_proved([*_less_travel(result, {}, fixed), *passing], design_of, options, MOST_RUNS, mended)
+    candidates = [*_shorten_travel(result, {}, fixed), *passing]
+    proof = first_proved(candidates, design_of, options, MOST_RUNS, with_shorter_travel)
     runs = 1 if proof is None else 1 + proof.runs
     if proof is None or proof.result is None or not proof.passed:
-        return replace(none_found, reason=_failure(search, passing), tried=search.tried, runs=runs)
+        return replace(none_found, reason=_failure_reason(search, passing), tried=search.tried, runs=runs)
     changes = proof.candidate.changes
     return Suggestion(design=design, changes=changes, verdicts=proof.result.verdicts, tried=search.tried, runs=runs)
 
 
-def _less_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Candidate]:
-    """Return a candidate with the shorter travel that failed strains and clearances require, if any does."""
+def _shorten_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) -> list[Candidate]:
+    """Return the candidate with the shorter travel that failed verdicts on strains and clearances require.
+
+    The list is empty if none of them requires a shorter travel, or if the travel is changed or fixed already.
+    """
     travels = []
     if _TRAVEL not in {*changes, *fixed}:
         for verdict in result.verdicts:
@@ -244,8 +262,8 @@ def _less_travel(result: SensorResult, changes: Changes, fixed: frozenset[str]) 
     return [Candidate(changes={**changes, _TRAVEL: min(travels)}, verdicts=())] if travels else []
 
 
-def _failure(search: Search, passing: Sequence[Candidate]) -> str:
-    """Return the reason why there is no suggestion, with the nearest candidate."""
+def _failure_reason(search: Search, passing: Sequence[Candidate]) -> str:
+    """Return a sentence that says why there is no suggestion, and which candidate came nearest."""
     if passing:
         return f"none found: what passes with ideal springs, {in_words(passing[0].changes)}, fails its run"
     nearest = search.nearest_miss

@@ -1,4 +1,4 @@
-"""A scene: a body coloured by its fields and deformed, with a colour bar and a ruler."""
+"""The picture of a scene: a deformed body coloured by a field, with a colour bar and a ruler."""
 
 import textwrap
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ DISPLACEMENT = "displacement_mm"
 BODY = "#c8ccd2"
 EDGE = "#30343a"
 PALETTE = "YlOrRd"  # pale for low values, so that the shape stays visible
-SUBDIVISION = 3  # number of times that the facet of a quadratic cell is halved
-_SHARP_EDGE = 25.0  # [deg] between two facets
-_ZOOM = 0.75  # leaves room for title, ruler and bar
-_NARROW = 900  # pixels
+SUBDIVISION = 3  # number of times that the facet of a second-order cell is halved
+_SHARP_EDGE = 25.0  # minimum angle between two facets at a sharp edge [deg]
+_ZOOM = 0.75  # less than 1, which leaves room for title, ruler and colour bar
+_NARROW = 900  # width of a picture up to which the colour bar has few numbers [pixels]
 _TITLE_SIZE = 11
-_LETTER_WIDTH = 1.35  # average width of a letter over the size of a title
+_LETTER_WIDTH = 1.35  # average width of a letter over the font size of a title
 
 
 class Vector(NamedTuple):
@@ -38,23 +38,24 @@ FRONT = Vector(0.25, -1.0, 0.45)
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """A number at every node: the name of its array, and its title with the unit."""
+    """A scalar field: the name of its array of values at the nodes, and its title with the unit."""
 
     array: str
     title: str
 
     def range_on(self, mesh: Mesh) -> tuple[float, float]:
-        """Return the range of colours in the unit of the field: from 0, or a negative minimum, to the maximum."""
+        """Return the range of the colour scale: from 0, or from the minimum if it is negative, to the maximum."""
         values = np.asarray(mesh.point_data[self.array])
         return min(0.0, float(values.min())), float(values.max())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldPicture:
-    """A complete mesh [mm] with its fields, the first one drawn by default, and its view.
+    """The mesh [mm] of a whole body, the fields that can colour it, of which the first is the default, and the view.
 
-    With `enlarged`, displacements may be scaled. `direction` points from the body to the viewer. `cut_y` is the plane
-    at which the body is cut open [mm]. `focus` are the bounds (x, x, y, y, z, z) of the picture [mm].
+    With `enlarged`, small displacements are drawn on a larger scale. `direction` points from the body to the viewer.
+    `cut_y` is the y coordinate [mm] of the plane at which the body is cut open. `focus` are the bounds of the picture
+    (x, x, y, y, z, z) [mm].
     """
 
     name: str
@@ -68,13 +69,13 @@ class FieldPicture:
 
     @property
     def caption(self) -> str:
-        """Return the title with the scale of the displacements."""
+        """Return the title, with the scale of the displacements and the largest displacement."""
         scale = "as they are" if self.factor == 1.0 else f"{self.factor:g} times"
         return f"{self.title}; displacements drawn {scale}, at most {self.largest_displacement_mm:.3g} mm"
 
     @property
     def factor(self) -> float:
-        """Return the scale factor of drawn displacements [1]."""
+        """Return the factor [1] by which displacements are enlarged in the picture."""
         return deformation_factor(self.largest_displacement_mm, float(self.mesh.length)) if self.enlarged else 1.0
 
     @property
@@ -84,7 +85,10 @@ class FieldPicture:
 
 
 def deformed_surface(scene: FieldPicture, subdivision: int = SUBDIVISION) -> tuple[Mesh, Mesh]:
-    """Return the surface of a scene [mm] before and after the drawn deformation."""
+    """Return the undeformed surface of a scene [mm], and the surface with its displacements as they are drawn.
+
+    `subdivision` is the number of times that each facet of a second-order cell is halved.
+    """
     mesh = scene.mesh
     if scene.cut_y is not None:
         mesh = mesh.clip(normal=(0.0, -1.0, 0.0), origin=(0.0, scene.cut_y, 0.0))
@@ -96,7 +100,7 @@ def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None
     """Draw a scene coloured by one of its fields, over the outline of the undeformed body."""
     field = field or scene.fields[0]
     bar: dict[str, object] = {
-        # VTK merges bars with equal titles, so the title includes the name of the scene
+        # VTK merges colour bars with equal titles, so the title includes the name of the scene.
         "title": f"{scene.name}: {field.title}\n",
         "color": "black",
         "fmt": "%.3g",
@@ -107,8 +111,8 @@ def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None
         "width": 0.5,
         "height": 0.08,
     }
-    before, deformed = deformed_surface(scene)
-    plotter.add_mesh(sharp_edges(before), color=EDGE, line_width=1, opacity=0.35)
+    undeformed, deformed = deformed_surface(scene)
+    plotter.add_mesh(sharp_edges(undeformed), color=EDGE, line_width=1, opacity=0.35)
     plotter.add_mesh(
         deformed,
         scalars=field.array,
@@ -124,14 +128,14 @@ def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None
 
 
 def draw_part(plotter: Plotter, part: Mesh, title: str, direction: Vector) -> None:
-    """Draw the triangles of a part [mm] with its edges."""
+    """Draw the surface of a part [mm] and its edges; `direction` points from the part to the viewer."""
     plotter.add_mesh(part, color=BODY, smooth_shading=True, split_sharp_edges=True, ambient=0.15)
     plotter.add_mesh(sharp_edges(part), color=EDGE, line_width=2)
     frame(plotter, part, title, direction)
 
 
 def draw_cells(plotter: Plotter, mesh: Mesh, title: str) -> None:
-    """Draw a mesh without fields, with visible cells."""
+    """Draw the cells of a mesh, without fields."""
     surface = mesh.linear_copy().extract_surface(algorithm="dataset_surface")
     plotter.add_mesh(surface, color=BODY, ambient=0.15, show_edges=True, edge_color=EDGE, line_width=1)
     frame(plotter, mesh, title, FRONT)
@@ -145,13 +149,16 @@ def sharp_edges(surface: Mesh) -> Mesh:
 
 
 def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tuple[float, ...] | None = None) -> None:
-    """Add a title and a ruler [mm] to a picture, and set the view to the body or to bounds [mm]."""
+    """Add a title and a ruler [mm] to a picture, and point the camera at the body or at the bounds `focus` [mm].
+
+    `direction` points from the body to the viewer.
+    """
     bounds = focus or tuple(mesh.bounds)
-    letters = max(1, int(_width(plotter) / (_LETTER_WIDTH * _TITLE_SIZE)))
-    lines = textwrap.wrap(title, letters)
+    letters_per_line = max(1, int(_width(plotter) / (_LETTER_WIDTH * _TITLE_SIZE)))
+    lines = textwrap.wrap(title, letters_per_line)
     plotter.add_text("\n".join(lines), position="upper_edge", font_size=_TITLE_SIZE, color="black")
     left, right, front, _, bottom, _ = bounds
-    length = round_below(0.25 * (right - left))  # length of a ruler along x, below the front of the body
+    length = round_below(0.25 * (right - left))  # of the ruler, which is parallel to x, below the front of the body
     diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
     start = np.array([left, front, bottom - 0.06 * diagonal])
     plotter.add_mesh(pv.Line(start, start + np.array([length, 0.0, 0.0])), color=EDGE, line_width=4)
@@ -162,7 +169,8 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
         shape=None,
         show_points=False,
         always_visible=True,
-        justification_vertical="bottom" if direction[2] > 0.0 else "top",  # seen from below, the ruler is at the top
+        # Seen from below, the ruler is at the top of the picture.
+        justification_vertical="bottom" if direction[2] > 0.0 else "top",
     )
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_parallel_projection()

@@ -1,4 +1,4 @@
-"""Pictures of an output folder, as files or in a window: part, assembly, and every scene with its fields."""
+"""Pictures of the contents of an output folder, as files or in a window: part, assembly, and scenes with fields."""
 
 import os
 import sys
@@ -20,8 +20,8 @@ from pipeline.view.field_picture import Vector, draw_cells, draw_part, draw_scen
 from pipeline.view.scenes import (
     STRAIN_OVER_LIMIT,
     assembly_parts,
-    draw_apart,
     draw_assembly,
+    draw_exploded_view,
     field_scenes,
     read_mesh,
     whole_model,
@@ -31,15 +31,18 @@ from sensor.quantity import validation_error
 Plotter = Any  # a PyVista plotter: its decorated methods have no types that strict mode takes
 
 FLAG = "--png"
-SIZE = (1600, 1000)
+SIZE = (1600, 1000)  # [pixels]
 _PRINTED_DIRECTION = Vector(0.35, -0.75, 1.0)
-_HOUSING_AND_FRUIT = 2
-_COLUMNS = 3  # columns of pictures in a window
+_HOUSING_AND_FRUIT = 2  # number of parts of an assembly without any other part
+_MAX_COLUMNS = 3  # maximum number of pictures side by side in a window
 
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """One picture: its file name without ending, and the function that draws it; `in_window` puts it in the window."""
+    """One picture: its file name without ending, and the function that draws it on a plotter.
+
+    A picture that is not `in_window` is written to a file only.
+    """
 
     name: str
     draw: Callable[[Plotter], None]
@@ -47,7 +50,10 @@ class Picture:
 
 
 def pictures(folder: Path) -> list[Picture]:
-    """Return the pictures of an output folder: part, assembly, flexures, fruit and mesh; raises InputError."""
+    """Return the pictures of an output folder: part, assembly, exploded view, flexures, fruit and mesh.
+
+    Each of them is present if the folder has the files for it. Raises InputError if it has none.
+    """
     report = read_report(folder)
     drawn = []
     if (folder / "housing.stl").is_file():
@@ -61,8 +67,8 @@ def pictures(folder: Path) -> list[Picture]:
         title = f"{report.design.name}: the sensor over its fruit"
         drawn.append(Picture(name="assembly", draw=partial(draw_assembly, parts=parts, title=title)))
     if len(parts) > _HOUSING_AND_FRUIT:
-        apart = partial(draw_apart, parts=parts, title=f"{report.design.name}: exploded view")
-        drawn.append(Picture(name="exploded", draw=apart, in_window=False))
+        draw = partial(draw_exploded_view, parts=parts, title=f"{report.design.name}: exploded view")
+        drawn.append(Picture(name="exploded", draw=draw, in_window=False))
     for scene in field_scenes(report, folder):
         drawn.append(Picture(name=scene.name, draw=partial(draw_scene, scene=scene)))
         for field in scene.fields:
@@ -80,10 +86,10 @@ def pictures(folder: Path) -> list[Picture]:
 
 
 def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False, count: Count = silent) -> list[Path]:
-    """Write each picture as NAME.png into a folder, completely or not at all; return the paths.
+    """Write each picture as NAME.png into a folder, all of them or none; return the paths.
 
-    `count` is called with the number of finished pictures. Raises InputError for an unwritable folder, or if it has
-    other files of these names and `force` does not keep them as NAME.bak.
+    `count` is called with the number of finished pictures and of all pictures. With `force`, other files of these names
+    are kept as NAME.bak. Raises InputError if there are such files without `force`, or if the folder cannot be written.
     """
     refuse_taken([folder / f"{picture.name}.png" for picture in drawn], FLAG, force=force)
     draw_without_display()
@@ -111,12 +117,12 @@ def show_pictures(drawn: list[Picture], name: str) -> None:
 
 
 def window_of(drawn: list[Picture], name: str) -> Plotter:
-    """Return the window with its pictures drawn, not yet open."""
-    placed = [picture for picture in drawn if picture.in_window]
-    columns = min(_COLUMNS, len(placed))
-    rows = -(-len(placed) // columns)
+    """Return a window in which the pictures are drawn in rows; the window is not open yet."""
+    shown_pictures = [picture for picture in drawn if picture.in_window]
+    columns = min(_MAX_COLUMNS, len(shown_pictures))
+    rows = -(-len(shown_pictures) // columns)  # rounded up
     plotter: Plotter = pv.Plotter(shape=(rows, columns), title=f"twintip: {name}", window_size=list(SIZE))
-    for index, picture in enumerate(placed):
+    for index, picture in enumerate(shown_pictures):
         plotter.subplot(index // columns, index % columns)
         plotter.set_background("white")
         picture.draw(plotter)

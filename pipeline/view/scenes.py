@@ -1,4 +1,4 @@
-"""Scenes of an output folder: each spring, the fruit, and the assembly."""
+"""The scenes of an output folder that can be drawn: each spring, the fruit, and the assembly."""
 
 from __future__ import annotations
 
@@ -41,19 +41,19 @@ STRAIN_OVER_LIMIT = Field(array="strain_over_limit", title="strain / limit of th
 VERTICAL_PRESSURE = Field(array="vertical_pressure_MPa", title="pressure along the press [MPa]")
 
 _ZZ = 2  # index in xx, yy, zz, xy, yz, xz
-_FOCUS = 0.4  # extent of the fruit's picture around the tips, as a fraction of their spacing
-_CHORD_MM = 0.05
-_FACET_ANGLE = 0.2  # [rad]
-_LEADER = 0.13  # step between names, as a fraction of the height of the picture
-_FRUIT_DOWN = 1.2  # displacement of the fruit in the exploded view, as a fraction of its height
-_TIP_ASIDE = 0.3  # sideways distance of a tip's name from the fruit, as a fraction of the sensor's length
-_AS_LOW_MM = 1e-3  # tips whose heights differ by less are equal
+_FOCUS = 0.4  # extent of the fruit's picture beyond the tips, as a fraction of their spacing
+_CHORD_MM = 0.05  # maximum distance of a triangle from the curved face that it replaces
+_FACET_ANGLE = 0.2  # maximum angle between neighbouring triangles of a curved face [rad]
+_LABEL_STEP = 0.13  # distance between the heights of two labels, as a fraction of the height of the assembly
+_FRUIT_SHIFT = 1.2  # downward shift of the fruit in the exploded view, as a fraction of its height
+_TIP_LABEL_SHIFT = 0.3  # lateral shift of the label of a tip from the fruit, as a fraction of the assembly's length
+_SAME_HEIGHT_MM = 1e-3  # difference of height below which two tips are at the same height
 ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
-_APART_DIRECTION = Vector(0.7, -1.0, -0.35)  # from below, where the tips are visible
+_EXPLODED_DIRECTION = Vector(0.7, -1.0, -0.35)  # from below, where the tips are visible
 
 
 def read_mesh(path: Path) -> Mesh:
-    """Return the mesh of a file; raises InputError if it has no cells."""
+    """Read the mesh of a file; raises InputError if it has no cells."""
     data = pv.read(path)
     if not getattr(data, "n_cells", 0):
         bound = "a mesh with at least one cell"
@@ -62,7 +62,10 @@ def read_mesh(path: Path) -> Mesh:
 
 
 def field_scenes(report: Report, folder: Path) -> tuple[FieldPicture, ...]:
-    """Return the scenes of a folder that have fields: the low and the high spring, and the fruit; raises InputError."""
+    """Return the scenes of a folder for which it has fields: the low and the high spring, and the fruit.
+
+    Raises InputError for a file without a mesh.
+    """
     scenes: list[FieldPicture] = []
     if (folder / FLEXURE).is_file():
         half = read_mesh(folder / FLEXURE)
@@ -76,7 +79,7 @@ def field_scenes(report: Report, folder: Path) -> tuple[FieldPicture, ...]:
 
 
 def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldPicture]:
-    """Return the housing on the side of each spring, cut midway between the tips."""
+    """Return a scene for each spring: the part of the housing on its side of the plane midway between the tips."""
     data = mesh.point_data
     data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
     data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.design.process.strain_limit
@@ -99,7 +102,10 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldPicture]:
 
 
 def whole_model(mesh: Mesh) -> Mesh:
-    """Return the complete mesh [mm] with its arrays: a half model and its mirror image; others unchanged."""
+    """Return the mesh [mm] of a whole body, with its arrays: half a model is completed by its mirror image in y = 0.
+
+    Any other mesh is returned unchanged.
+    """
     if SYMMETRY not in mesh.point_data:
         return mesh
     mirror = vtkReflectionFilter()
@@ -107,25 +113,26 @@ def whole_model(mesh: Mesh) -> Mesh:
     mirror.SetPlaneToY()
     mirror.SetCenter(0.0)
     mirror.CopyInputOn()
-    mirror.FlipAllInputArraysOn()  # vectors and symmetric tensors change the sign of components with one y
+    # Mirroring in y changes the sign of vector and symmetric-tensor components with exactly one y index.
+    mirror.FlipAllInputArraysOn()
     mirror.Update()
     return pv.wrap(mirror.GetOutput()).clean()
 
 
 def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
-    """Return the fruit bent to its true shape and cut through a row of tips."""
+    """Return the scene of the fruit: its block bent to its true shape, and cut through a row of tips."""
     mesh = on_true_shape(design, block)
     mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
     mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]
-    # The picture extends a little beyond the tips, is as deep as wide, and stays within the block. VTK's bounds
-    # alternate: least x, largest x, least y, and so on.
+    # The picture extends a little beyond the tips, and not beyond the block. VTK's bounds alternate: minimum x, maximum
+    # x, minimum y, and so on.
     positions = np.array(design.tips.places_mm)
     first_x, row_y = positions.min(axis=0)  # the row of tips nearest to the viewer
     last_x, last_y = positions.max(axis=0)
-    reach = _FOCUS * design.tips.spacing_mm
-    depth = 0.5 * (last_x - first_x + reach)
-    lower = np.maximum([first_x - reach, row_y, -depth], mesh.bounds[0::2])
-    upper = np.minimum([last_x + reach, last_y + reach, mesh.bounds[5]], mesh.bounds[1::2])
+    margin = _FOCUS * design.tips.spacing_mm
+    depth = 0.5 * (last_x - first_x + margin)
+    lower = np.maximum([first_x - margin, row_y, -depth], mesh.bounds[0::2])
+    upper = np.minimum([last_x + margin, last_y + margin, mesh.bounds[5]], mesh.bounds[1::2])
     return FieldPicture(
         name="fruit",
         title=f"{design.name}: fruit under the tips, cut through a row of them",
@@ -138,98 +145,105 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
 
 
 def on_true_shape(design: Design, block: Mesh) -> Mesh:
-    """Return the block of a fruit [mm] bent to the skin of a sphere or an ellipsoid, if the fruit is curved."""
+    """Return the mesh of a fruit's block [mm] bent to the curved skin of the fruit; unchanged if the fruit is flat."""
     mesh = block.copy()
     if design.fruit.radius_mm is None:
         return mesh
     footprints = contact_footprints(design.fruit, design.tips)
     shape = CurvedShape(design.fruit, core_of(smooth_loads(design.fruit, footprints)))
-    turned = np.array([1.0, 1.0, -1.0])  # z points down in the shape and up in the mesh
-    mesh.points = shape.bend((np.asarray(block.points) * turned).T).T * turned
+    flip_z = np.array([1.0, 1.0, -1.0])  # z points down in the shape and up in the mesh
+    mesh.points = shape.bend((np.asarray(block.points) * flip_z).T).T * flip_z
     return mesh
 
 
 def assembly_parts(report: Report) -> list[cq.Assembly]:
-    """Return every part of the sensor over its fruit [mm]; empty if the design has no housing."""
+    """Return the parts of the assembly of a sensor over its fruit [mm]; empty if the design has no housing."""
     return [] if report.housing is None else assembly_of(sensor_of(report.design, report.housing)).children
 
 
 def draw_assembly(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
-    """Draw parts in their colours and places."""
-    surfaces = [_drawn(plotter, part) for part in parts]
+    """Draw the parts of an assembly in their places, each in its colour."""
+    surfaces = [_draw_part(plotter, part) for part in parts]
     frame(plotter, pv.merge(surfaces), title, ASSEMBLY_DIRECTION)
 
 
-def draw_apart(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
-    """Draw an exploded view: parts move outwards across the sensor and the fruit down, with a leader to each name.
+def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
+    """Draw an exploded view of an assembly, with a label and a leader line for each kind of part.
 
-    It is seen from below, so that the tips show. The names of tips and fruit are below all parts, the others above.
-    Each is a step beyond the one before, so that no name hides another.
+    The parts are moved outwards across the sensor, and the fruit is moved down. The view is from below, so that the
+    tips are visible. The labels of tip and fruit are below all parts, and the other labels are above.
     """
     surfaces = []
-    starts: dict[str, Floats] = {}  # starts of the leaders to names above
-    below: dict[str, Floats] = {}
-    lowest: list[Floats] = []  # the lowest point of each part except the fruit
+    upper_starts: dict[str, Floats] = {}  # starts of the leader lines to labels above, by kind of part
+    lower_starts: dict[str, Floats] = {}  # the same for labels below
+    lowest_points: list[Floats] = []  # the lowest point of each part except the fruit
     for part in parts:
         kind = part.name.rstrip("0123456789_").replace("_", " ")
         is_fruit = kind == "fruit"
-        down = _FRUIT_DOWN * in_place(part).BoundingBox().zlen if is_fruit else 0.0
-        surface = _drawn(plotter, part, (0.0, outwards(part), -down))
+        shift_down = _FRUIT_SHIFT * in_place(part).BoundingBox().zlen if is_fruit else 0.0
+        surface = _draw_part(plotter, part, (0.0, outwards(part), -shift_down))
         surfaces.append(surface)
         if is_fruit:
-            below[kind] = _middle_at(surface, surface.bounds[4])
+            lower_starts[kind] = _centre_at_height(surface, surface.bounds[4])
         else:
-            starts.setdefault(kind, _middle_at(surface, surface.bounds[5]))
-            lowest.append(min(np.asarray(surface.points), key=_height))
-    lowest_z = min(map(_height, lowest))
-    below["tip"] = next(point for point in lowest if _height(point) < lowest_z + _AS_LOW_MM)
+            upper_starts.setdefault(kind, _centre_at_height(surface, surface.bounds[5]))
+            lowest_points.append(min(np.asarray(surface.points), key=_height))
+    # The tips are no parts of their own. They are the lowest points of the sensor, and the first one gets the label.
+    lowest_z = min(map(_height, lowest_points))
+    lower_starts["tip"] = next(point for point in lowest_points if _height(point) < lowest_z + _SAME_HEIGHT_MM)
     whole = pv.merge(surfaces)
     left, right, front, back, bottom, top = whole.bounds
-    beside_fruit = below["tip"] - np.array([_TIP_ASIDE * (right - left), 0.0, 0.0])
-    ends = {**_name_ends(whole, starts, 1.0), **_name_ends(whole, {**below, "tip": beside_fruit}, -1.0)}
-    look: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
+    # The fruit is below the tips, so the label of the tip is moved sideways to where the fruit does not hide it.
+    beside_fruit = lower_starts["tip"] - np.array([_TIP_LABEL_SHIFT * (right - left), 0.0, 0.0])
+    upper_ends = _label_positions(whole, upper_starts, 1.0)
+    lower_ends = _label_positions(whole, {**lower_starts, "tip": beside_fruit}, -1.0)
+    starts = {**upper_starts, **lower_starts}
+    ends = {**upper_ends, **lower_ends}
+    style: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
     for kind, end in ends.items():
-        plotter.add_mesh(pv.Line({**starts, **below}[kind], end), color=EDGE, line_width=1)
-        # VTK omits labels near to others if they are added together
-        plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **look)
+        plotter.add_mesh(pv.Line(starts[kind], end), color=EDGE, line_width=1)
+        # If labels are added together, VTK omits those that are close to others.
+        plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **style)
     heights = [bottom, top, *(float(end[2]) for end in ends.values())]
-    frame(plotter, whole, title, _APART_DIRECTION, (left, right, front, back, min(heights), max(heights)))
+    frame(plotter, whole, title, _EXPLODED_DIRECTION, (left, right, front, back, min(heights), max(heights)))
 
 
 def _height(point: Floats) -> float:
     return float(point[2])
 
 
-def _middle_at(surface: Mesh, z: float) -> Floats:
-    """Return the point at a height [mm] above or below the centre of a surface."""
+def _centre_at_height(surface: Mesh, z: float) -> Floats:
+    """Return the point at the height `z` [mm] that is vertically above or below the centre of a surface."""
     x, y, _ = surface.center
     return np.array([x, y, z])
 
 
-def _name_ends(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> dict[str, Floats]:
-    """Return the positions of names above (`sign` 1) or below (-1) a body [mm] in the exploded view.
+def _label_positions(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> dict[str, Floats]:
+    """Return the positions [mm] of labels above (`sign` 1) or below (-1) the assembly in the exploded view.
 
-    Each is above or below its start, a step beyond the name before it.
+    Each label is vertically above or below the start of its leader line. In the picture, it is a step further from the
+    assembly than the label before it, so that no label hides another.
     """
     left, right, front, back, bottom, top = whole.bounds
-    # The upward direction in the picture, seen along `eye`; a level is the height of a point in it.
-    eye = np.array(_APART_DIRECTION) / np.linalg.norm(_APART_DIRECTION)
-    upwards = np.array([0.0, 0.0, 1.0]) - eye[2] * eye
+    # The vertical direction of the picture is z projected on the picture plane. A level is a coordinate along it.
+    view = np.array(_EXPLODED_DIRECTION) / np.linalg.norm(_EXPLODED_DIRECTION)
+    upwards = np.array([0.0, 0.0, 1.0]) - view[2] * view
     corners = itertools.product((left, right), (front, back), (top if sign > 0.0 else bottom,))
     level = max(sign * float(np.dot(corner, upwards)) for corner in corners)
-    ends = {}
+    positions = {}
     for kind, (x, y, _) in starts.items():
-        level += _LEADER * (top - bottom)
-        ends[kind] = np.array([x, y, (sign * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
-    return ends
+        level += _LABEL_STEP * (top - bottom)
+        # Solved for z, so that the position has this level.
+        positions[kind] = np.array([x, y, (sign * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
+    return positions
 
 
-def _drawn(plotter: Plotter, part: cq.Assembly, moved_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
-    """Draw a part in its colour with its edges, moved by a vector [mm]; return its surface."""
+def _draw_part(plotter: Plotter, part: cq.Assembly, shift_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
+    """Draw a part in its colour and with its edges, moved by the vector `shift_mm`; return its surface."""
     vertices, triangles = in_place(part).tessellate(_CHORD_MM, _FACET_ANGLE)
     points = np.array([vertex.toTuple() for vertex in vertices])
     surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
-    surface = surface.translate(moved_mm)
+    surface = surface.translate(shift_mm)
     plotter.add_mesh(surface, color=colour_of(part), smooth_shading=True, split_sharp_edges=True, ambient=0.2)
     plotter.add_mesh(sharp_edges(surface), color=EDGE, line_width=1)
     return surface

@@ -1,4 +1,4 @@
-"""An output folder as one self-contained web page: its bodies with their fields."""
+"""The bodies of an output folder with their fields, on one self-contained web page."""
 
 from pathlib import Path
 
@@ -18,10 +18,10 @@ FLAG = "--html"
 
 
 def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
-    """Write the bodies of an output folder with their fields as one web page; return its path.
+    """Write a web page with the bodies of an output folder and their fields, and return its path.
 
-    Raises InputError if the folder has no body, and if the path does not end in .html or cannot be written. A foreign
-    file at this path is refused too, unless `force` keeps it as NAME.bak.
+    With `force`, a foreign file at this path is kept as NAME.bak. Raises InputError if there is such a file without
+    `force`, if the path does not end in .html or cannot be written, or if the output folder has no body.
     """
     if path.suffix != ".html":
         hint = f"write {path.with_suffix('.html').name}"
@@ -38,7 +38,7 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
 
 
 def assembly_bodies(folder: Path) -> list[Plain]:
-    """Return the assembly of an output folder as page data, if it has one."""
+    """Return the assembly of an output folder as data of the page; empty if the folder has none."""
     try:
         return [assembly_body(folder)]
     except ValueError:
@@ -46,14 +46,14 @@ def assembly_bodies(folder: Path) -> list[Plain]:
 
 
 def field_bodies(report: Report, folder: Path) -> list[Plain]:
-    """Return each scene of an output folder coloured by each of its fields; empty without fields."""
-    return [_coloured(scene, field) for scene in field_scenes(report, folder) for field in scene.fields]
+    """Return each scene of an output folder, once for each field that colours it; empty if there are no fields."""
+    return [_colour_scene(scene, field) for scene in field_scenes(report, folder) for field in scene.fields]
 
 
-def _coloured(scene: FieldPicture, field: Field) -> Plain:
-    """Return a scene coloured by a field as page data, which its animation deforms."""
-    at_rest, _ = deformed_surface(scene, subdivision=0)
-    surface = at_rest.triangulate()
+def _colour_scene(scene: FieldPicture, field: Field) -> Plain:
+    """Return a scene coloured by a field as data of the page, with the displacements for its animation."""
+    undeformed, _ = deformed_surface(scene, subdivision=0)
+    surface = undeformed.triangulate()
     low, high = field.range_on(scene.mesh)
     scale = ColourScale(label=field.title, low=low, high=high)
     body = GlbBody(

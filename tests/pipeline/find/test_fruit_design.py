@@ -159,7 +159,7 @@ def trials(monkeypatch):
             tried.append(design)
             return rest.pop(0) if rest else FINE
 
-        monkeypatch.setattr(room, "_sized", trial)
+        monkeypatch.setattr(room, "_solve_sized", trial)
         monkeypatch.setattr(proof, "run", lambda *_: proved)
         return tried
 
