@@ -15,11 +15,10 @@ if TYPE_CHECKING:
 
 
 def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Written:
-    """Write STEP, STL and 3MF of a sensor, and return the files with their verdicts.
+    """Write the STEP, STL and 3MF files of a sensor into `folder`, and return their paths with the verdicts on them.
 
-    `deflections` of the springs [mm] are needed for the clearances.
-
-    Raises OSError or ExportError.
+    The verdicts on clearances need the `deflections` of the springs [mm]. Raises OSError if a file cannot be written,
+    and ExportError if its content is wrong.
     """
     from cad.checks.sensor_checks import sensor_verdicts
     from cad.fabrication.file_shapes import HOUSING_FILES, files_as_designed
@@ -34,9 +33,9 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
 
 
 def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path) -> Written:
-    """Write the files for fabrication; return the files and the verdicts on cover and bracket.
+    """Write the files for fabrication into `folder`; return their paths with the verdicts on cover and bracket.
 
-    Raises OSError or ExportError.
+    Raises OSError if a file cannot be written, and ExportError if its content is wrong.
     """
     from cad.checks.assembly_checks import cover_verdicts
     from cad.drawing.sheet import Title

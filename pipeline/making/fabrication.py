@@ -1,4 +1,4 @@
-"""Files for a maker beside the part: drawing, coupon, cover and sheet; verdicts on cover and sideways stiffness."""
+"""Further files for fabrication: drawing, test coupon, cover and sheet; verdicts on cover and lateral stiffness."""
 
 from concurrent.futures import Executor, Future
 from functools import partial
@@ -20,14 +20,15 @@ from sensor.quantity import Estimate
 from sensor.verdict import Verdict, judge
 from solve.housing.stiffness import sideways_stiffness
 
-SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # least stiffness across the plate over the stiffness along the press
+# Minimum stiffness across the plate over the stiffness along the press, for each spring.
+MIN_SIDEWAYS_RATIO = {"low": 3.0, "high": 1.2}
 
 
 def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
-    """Begin the files for fabrication; the future gives the files with the verdicts on cover and bracket.
+    """Begin to make the files for fabrication, and return their future, with the verdicts on cover and bracket.
 
-    It gives none if fabrication was not requested, or no housing can be made. The future raises OSError if a file
-    cannot be written, and ExportError if a file has another volume when read back.
+    There are no files if fabrication is not requested, or if no housing can be made. The future raises OSError if a
+    file cannot be written, and ExportError if a body has another volume when its file is read back.
     """
     design, springs = sensor.design, sensor.springs
     housing = springs.housing
@@ -51,9 +52,10 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
-    """Return the verdicts on the stiffness across the plate over the stiffness along the press [1].
+    """Return the verdict on the lateral stiffness of each spring: across the plate, over that along the press [1].
 
-    Empty unless fabrication is requested. The error is the difference between two meshes. Raises SolveError.
+    The error of the lateral stiffness is the difference between two meshes. There are no verdicts unless fabrication is
+    requested and there is a housing. Raises SolveError if the housing cannot be solved.
     """
     housing = springs.housing
     process = springs.process
@@ -64,20 +66,20 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
         mesh = flexure_mesh(housing, scale)
         return sideways_stiffness(mesh, process.E_MPa, process.poisson, mount_layers(housing))
 
-    def on_both_meshes() -> dict[str, tuple[float, ...]]:
+    def solve_both_meshes() -> dict[str, tuple[float, ...]]:
         return {"fine": stiffnesses(1.0), "coarse": stiffnesses(COARSE)}
 
     inputs = {"housing": housing, "E": process.E_MPa, "nu": process.poisson}
-    on_mesh = cached("sideways", inputs, on_both_meshes, dict[str, tuple[float, ...]])
+    by_mesh = cached("sideways", inputs, solve_both_meshes, dict[str, tuple[float, ...]])
     verdicts = []
-    rows = zip(springs.springs.items(), on_mesh["fine"], on_mesh["coarse"], strict=True)
+    rows = zip(springs.springs.items(), by_mesh["fine"], by_mesh["coarse"], strict=True)
     for (name, spring), fine, coarse in rows:
         verdicts.append(sideways_verdict(name, spring, fine, abs(fine - coarse)))
     return tuple(verdicts)
 
 
 def sideways_verdict(name: str, spring: MadeSpring, K: float, error: float) -> Verdict:
-    """Return the verdict on one sideways stiffness [N/mm]; its error [N/mm] is the difference from a coarser mesh."""
+    """Return the verdict on the lateral stiffness `K` of a spring, with its `error` [N/mm, both]."""
     ratio = Estimate(K / spring.stiffness, error / spring.stiffness)
-    words = "FE stiffness across the plate over that along the press; must be at least the limit"
-    return judge(f"sideways.{name}", ratio, words, limit=SIDEWAYS_LEAST[name])
+    reference = "FE stiffness across the plate over that along the press; must be at least the limit"
+    return judge(f"sideways.{name}", ratio, reference, limit=MIN_SIDEWAYS_RATIO[name])

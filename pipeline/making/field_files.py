@@ -1,6 +1,6 @@
 """Meshes and fields as VTU files: the housing under its forces at full travel, and the fruit under the tips.
 
-The housing is also written as a CalculiX deck.
+The housing is written as a CalculiX deck too.
 """
 
 from pathlib import Path
@@ -27,17 +27,17 @@ from solve.linear import SolveError
 
 FLEXURE = "flexure.vtu"
 FRUIT = "fruit.vtu"
-_ROWS = (0, 1, 2, 0, 1, 0)  # components xx, yy, zz, xy, yz, xz of a tensor
+_ROWS = (0, 1, 2, 0, 1, 0)  # row and column indices of the components xx, yy, zz, xy, yz, xz of a tensor
 _COLUMNS = (0, 1, 2, 1, 2, 2)
 
 
 def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
-    """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; `options.fields` adds fields, fruit.vtu and a deck.
+    """Write the mesh of the half housing y >= 0 [mm] as flexure.vtu, and with `options.fields` all fields.
 
-    An empty array in flexure.vtu states that it is half a model, and the plane of symmetry. Fields at the nodes are the
-    displacement [mm], the stress and its von Mises value [MPa], and the largest principal strain [1]. Marks are 1 at
-    its largest value on the leaves of each spring. The housing is under the forces for which the root strain of each
-    spring is judged, and the fruit under the forces of the scene. Returns the reason for each file that is left out.
+    The fields at the nodes are displacement [mm], stress and von Mises stress [MPa], and largest principal strain [1].
+    A mark is 1 at the node with the largest strain on the leaves of each spring. The housing is under the forces for
+    which the root strain of each spring is judged. With fields, the fruit under the forces of the scene is written as
+    fruit.vtu, and the housing as a CalculiX deck too. Returns the reason for each file that is left out.
     """
     springs = sensor.springs
     if not options.fields:
@@ -60,7 +60,10 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 
 
 def _write_flexure(springs: FittedSprings, folder: Path) -> None:
-    """Write the housing and its deck under the forces [N] for which the root strain of each spring is judged."""
+    """Write the housing with its fields under the forces for which the root strains are judged, and its CalculiX deck.
+
+    Raises SolveError if the housing cannot be solved.
+    """
     if springs.housing is None:
         return
     process = springs.process
@@ -77,9 +80,9 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
 
 
 def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:
-    """Return the fields of half a housing under the forces [N] for which the root strain of each spring is judged.
+    """Return the fields of half a housing under the force on each tip for which the root strain is judged.
 
-    Raises SolveError.
+    That force is the stiffness of the spring times its deflection. Raises SolveError if it cannot be solved.
     """
     pairs = zip(springs.springs.values(), springs.deflections, strict=True)
     forces = np.array([spring.stiffness * deflection for spring, deflection in pairs])
@@ -88,7 +91,10 @@ def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFie
 
 
 def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
-    """Return the arrays of a VTU file, named with units; the components of a tensor are xx, yy, zz, xy, yz, xz."""
+    """Return the fields as arrays of a VTU file, whose names contain units.
+
+    The components of a tensor are xx, yy, zz, xy, yz, xz.
+    """
     return {
         "displacement_mm": fields.displacement,
         "von_mises_MPa": fields.von_mises,

@@ -1,4 +1,4 @@
-"""The half housing in its mount under a force on each tip, as a CalculiX deck that can be solved independently."""
+"""The half housing in its mount with a force on each tip, as a CalculiX deck, which anyone can solve as a check."""
 
 from pathlib import Path
 
@@ -11,28 +11,31 @@ from solve.housing.clamped_half import HOLES, PRESS, SIDES, ClampedHalf
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face, tip_means
 
 NAME = "flexure.inp"
-KIND = "C3D20R"  # 20-node hexahedra with 2^3 Gauss points, the element of our solution
+KIND = "C3D20R"  # 20-node hexahedra with 2^3 Gauss points, the elements of the project's own solution
 _SYMMETRY = "symmetry"
 _HEADING = """\
 The half y >= 0 of a housing in its mount: N, mm, MPa, 20-node hexahedra with 2^3 Gauss points.
 Solve it by CalculiX: ccx -i flexure. Step 1 presses the low tip with 1 N, half of it on the half, step 2 the high one.
 K [N/mm] is 1 over the third displacement that flexure.dat has for {means}.
 Springs are the layers of the mount, integrated over the side face: some between neighbours are negative."""
-_OF_SPRING = "{name}: K = {K:.6g} N/mm within {error:.2g} N/mm by the run."
+_SPRING_LINE = "{name}: K = {K:.6g} N/mm within {error:.2g} N/mm by the run."
 _PINS = "Pins are left out here: with one, 1 / K is larger by {compliance:.6g} mm/N."
 
 
 def mean_of(spring: str) -> str:
-    """Return the name of the node that moves with the mean of a tip's face."""
+    """Return the name of the node whose u_z is the mean u_z of the face of a spring's tip."""
     return f"{tip_face(spring)}_mean"
 
 
 def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) -> None:
-    """Write the deck of a housing, with K of its springs and their error bars as comments; raises OSError."""
+    """Write the deck of a housing; its comments give K of both springs with error bars.
+
+    Raises OSError if the file cannot be written.
+    """
     process = springs.process
     lines = _HEADING.format(means=" and ".join(mean_of(spring).upper() for spring in SPRINGS)).splitlines()
     for name, spring in springs.springs.items():
-        lines.append(_OF_SPRING.format(name=name, K=spring.stiffness, error=spring.error))
+        lines.append(_SPRING_LINE.format(name=name, K=spring.stiffness, error=spring.error))
     housing = springs.housing
     if housing is not None and housing.pin is not None:
         pin = pin_compliance(housing.pin, process.E_MPa, process.poisson)
@@ -41,10 +44,10 @@ def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) ->
 
 
 def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
-    """Return the deck of a half housing [mm], E [MPa], with half a newton on the half of each tip in turn.
+    """Return the deck of a half housing [mm] with Young's modulus `E` [MPa] and a force on each tip, in a step each.
 
-    Half the force on half the part is 1 N on the whole tip, so K [N/mm] is 1 over the mean u_z [mm] of its face. The
-    layers of the mount become springs.
+    The force on half a tip is 0.5 N, which is 1 N on the whole tip. K [N/mm] is therefore 1 over the mean u_z [mm] of
+    the face of the tip. The elastic layers of the mount become springs.
     """
     elements = elements_of(half.basis, KIND)
     names = (HOLES, SIDES, _SYMMETRY, *map(tip_face, SPRINGS), *map(leaf_faces, SPRINGS))

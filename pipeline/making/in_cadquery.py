@@ -1,4 +1,4 @@
-"""The solids of a result in CadQuery, for `import twintip`: a module of their own, as it loads the CAD kernel."""
+"""The solids of a result in CadQuery, for `import twintip`: a module of its own, because it loads the CAD kernel."""
 
 from __future__ import annotations
 
@@ -142,9 +142,9 @@ def assembly(result: SensorResult) -> cq.Assembly:
 
 
 def _solids_of(result: SensorResult) -> SensorSolids:
-    """Return the solid sensor of a result; raises InputError if its springs are not made."""
-    made = result.springs.housing
-    if made is None:
+    """Return the solids of the sensor of a result; raises InputError if it has no housing."""
+    housing_of_result = result.springs.housing
+    if housing_of_result is None:
         hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"
         raise validation_error("housing", result.design.name, "", "of a design whose springs are made", hint)
-    return sensor_of(result.design, made)
+    return sensor_of(result.design, housing_of_result)

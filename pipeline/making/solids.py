@@ -1,4 +1,4 @@
-"""The solids of a sensor: files of the part and of the part over its fruit, and the verdicts on their geometry."""
+"""The files of a sensor's solids, as a part and as an assembly over its fruit, and the verdicts on their geometry."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ _SHAPES = ("name", "fruit", "tips", "press")  # tables of the design that solids
 
 
 class SolidMaker:
-    """The maker of a design's solids, in a worker process in parallel with the solves if there is one.
+    """The maker of the solids of a design, which works in parallel with the solves if it has a worker process.
 
-    Files are begun for each housing that may be the last one. The files of a superseded housing are discarded.
+    It begins the files of each housing that may be the final one, and discards those of a housing that is not.
     """
 
     def __init__(self, design: Design, executor: Executor | None) -> None:
-        """Store the design and the worker."""
+        """Store the design, and the executor of the worker, or None to work in this process."""
         self._design = design
         self._executor = executor
         self._begun: tuple[Housing, Future[KeptFiles]] | None = None
 
     def size(self, housing: Housing, deflections: tuple[float, ...]) -> Future[PartSize]:
-        """Begin the solid of a housing for deflections of its springs [mm]; the future gives its size.
+        """Begin to make the solid of a housing, and return the future of its size.
 
-        A worker makes its files right after, before the solves decide whether this housing is the last one.
+        `deflections` are those of its springs [mm]. A worker makes the files of this housing next, before the solves
+        have determined whether it is the final one.
         """
         size = submit(self._executor, solid_size, housing)
         if self._executor is not None:
@@ -40,12 +41,10 @@ class SolidMaker:
         return size
 
     def files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
-        """Begin STEP, STL and 3MF of a housing unless they are begun.
+        """Begin to make the STEP, STL and 3MF files of a housing, unless that has begun, and return their future.
 
-        The future gives the files, none without a housing.
-
-        The cache may have them from an earlier run; otherwise a worker makes them. The future raises OSError or
-        ExportError.
+        Files of an earlier run are taken from the cache. Without a housing there are none. The future raises OSError if
+        a file cannot be written, and ExportError if its content is wrong.
         """
         if self._begun is not None:
             if self._begun[0] == housing:
