@@ -1,4 +1,4 @@
-"""The bench for calibrating a unit: a balance and a dial, whose last digits limit the accuracy of a slope."""
+"""The test bench for calibrating a unit: a balance and a dial, whose resolutions limit the accuracy of a slope."""
 
 from dataclasses import dataclass
 
@@ -10,16 +10,16 @@ _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _DIGIT = Bounds(at_least=1e-6, at_most=100.0)
 _LOAD = Bounds(at_least=0.1, at_most=1e5)
 PRESSED = 0.9
-"""Largest force or deflection in a calibration, over the largest one of the spring."""
+"""Maximum force or deflection in a calibration, over the maximum that the spring has in use."""
 WEIGHED_AT = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-"""Weights, over the largest one. Unloading in the same steps repeats the rounding errors, and adds no information."""
+"""Weights over the largest weight. Unloading in the same steps repeats the rounding errors, and adds no information."""
 PLATE_AT = (0.2, 0.4, 0.6, 0.8, 1.0)
-"""Deflections on a plate, over the largest one; all tips touch the plate from the first one on."""
+"""Deflections on a plate, over the largest deflection; all tips touch the plate from the first one on."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """A balance with its last digit and its largest load [g], and the last digit of a dial [mm].
+    """A balance with its resolution and its maximum load [g], and the resolution of a dial [mm].
 
     The defaults are a pocket balance and a dial indicator, which cost less than 100 euros together. Balances of even
     0.001 g cost 50 to 100 pounds (quicktest.co.uk, Weights and weighing machines), dial indicators 40 dollars and more
@@ -49,7 +49,7 @@ class Bench:
     )
 
     def __post_init__(self) -> None:
-        """Check each field, and that the last digit of the balance is smaller than its largest load."""
+        """Raise InputError for an invalid field, or a resolution of the balance that is not below its maximum load."""
         check_fields(self, "bench")
         if not self.balance_g < self.balance_max_g:
             bound = f"less than bench.balance_max_g = {self.balance_max_g:g} g"

@@ -1,4 +1,4 @@
-"""Design files: reading and writing TOML, and single settings; an unknown key is refused with the most similar one."""
+"""Design files: designs and single settings from TOML, and designs as TOML."""
 
 import dataclasses
 import json
@@ -30,13 +30,16 @@ TABLE_TYPES: dict[str, Any] = {
 
 
 def not_a_table(name: str, value: object) -> InputError:
-    """Return the error for a value where a table must be."""
+    """Return the error for a value in the place of the table `name`."""
     message = f"{name} = {value} must be a table. Write [{name}] and its keys below it."
     return InputError(message, field=name, value=value, bound="a table")
 
 
 def design_from_mapping(data: Mapping[str, Any]) -> Design:
-    """Return the design that nested tables describe, or records in their place; raises InputError for a bad key."""
+    """Return the design that nested tables describe; a table may be replaced by its record.
+
+    Raises InputError for an unknown key or an invalid value.
+    """
     for key in data:
         if key != "name" and key not in TABLES:
             raise unknown_name("table", key, ["name", *TABLES])
@@ -57,7 +60,10 @@ _TYPED_NOISE = ("noise_percent", "noise_N")
 
 
 def refuse_typed_noise(reading: object) -> None:
-    """Raise InputError for a noise that is set beside [readout], which computes the noise."""
+    """Raise InputError if [reading] sets a noise although the design has [readout], which computes the noise.
+
+    `reading` is the table [reading].
+    """
     for key in _TYPED_NOISE:
         if isinstance(reading, Mapping) and key in reading:
             bound = "left out if [readout] is given, because it computes the noise"
@@ -65,14 +71,17 @@ def refuse_typed_noise(reading: object) -> None:
             raise validation_error(name, reading[key], "", bound, "drop one of the two")
 
 
-def _printer(chosen: Print, table: object) -> Process:
-    """Return the design's own process, with the name that `print.process` gives."""
-    frozen = {key: _frozen(value) for key, value in table.items()} if isinstance(table, Mapping) else table
-    return own_process(chosen.process, frozen)
+def _printer(print_table: Print, table: object) -> Process:
+    """Return the design's own process from the table [printer], with the name that `print.process` gives."""
+    frozen = {key: _freeze(value) for key, value in table.items()} if isinstance(table, Mapping) else table
+    return own_process(print_table.process, frozen)
 
 
 def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
-    """Return the record of a table from its keys; a record is returned unchanged. Raises InputError for a bad key."""
+    """Return the record of the table with this name from its keys and values; a record is returned unchanged.
+
+    Raises InputError for an unknown key or an invalid value.
+    """
     if isinstance(values, TABLE_TYPES[table]):
         return values
     if not isinstance(values, Mapping):
@@ -84,13 +93,13 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
     for key in values:
         if key not in known:
             raise unknown_name("key", f"{table}.{key}", known, key)
-    return kind(**{key: _frozen(value) for key, value in values.items()})
+    return kind(**{key: _freeze(value) for key, value in values.items()})
 
 
-def _frozen(value: object) -> object:
-    """Return a value of a table as records store it: lists as tuples, whole numbers as floats."""
+def _freeze(value: object) -> object:
+    """Return a value of a table as records store it, with tuples for lists and floats for integers."""
     if isinstance(value, list | tuple):
-        return tuple(_frozen(item) for item in value)
+        return tuple(_freeze(item) for item in value)
     return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
@@ -100,7 +109,10 @@ def every_key() -> list[str]:
 
 
 def parsed_setting(text: str) -> object:
-    """Return the value of a setting: TOML, or a number as people write it; other text, like a bare word, unchanged."""
+    """Return the value of a setting: a TOML value, or a number as people write it.
+
+    Any other text, such as a bare word, is returned unchanged.
+    """
     if not text.isprintable():
         return text
     try:
@@ -119,9 +131,9 @@ _TIPS_FIRST = (
 def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any]:
     """Return the design as plain nested tables, without the keys that are not set.
 
-    Length and width of a whole fruit follow from other keys; they are included only with `derived`.
+    The length and width of a whole fruit follow from other keys, and are included only with `derived`.
     """
-    left_out = [] if derived else [f"fruit.{key}" for key in design.fruit.derived_keys]
+    derived_keys = [] if derived else [f"fruit.{key}" for key in design.fruit.derived_keys]
     tables: dict[str, Any] = {"name": design.name}
     for table in TABLES:
         record = getattr(design, table)
@@ -137,9 +149,9 @@ def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any
         for key in keys:
             value = getattr(record, key)
             name = f"{table}.{key}"
-            if value is not None and name not in left_out:
+            if value is not None and name not in derived_keys:
                 tables[table][key] = list(value) if isinstance(value, tuple) else value
-    # A read-out computes the noise. Reading the mapping back would refuse a noise beside it, even the default.
+    # A read-out computes the noise, so even the default noise beside it would be rejected when the mapping is read.
     if design.readout is not None and "reading" in tables:
         tables["reading"] = {key: value for key, value in tables["reading"].items() if key not in _TYPED_NOISE}
     return tables
@@ -159,7 +171,10 @@ def design_as_toml(design: Design) -> str:
 
 
 def tables_as_toml(data: Mapping[str, Any]) -> str:
-    """Return keys and tables, such as those of a design, as TOML text; keys outside tables come first."""
+    """Return keys and tables, such as those of a design, as TOML text, with the keys outside tables first.
+
+    A table may have tables inside it, but no deeper ones.
+    """
     lines = [f"{key} = {value_as_toml(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
     tables = {name: values for name, values in data.items() if isinstance(values, Mapping)}
     for table, values in tables.items():
@@ -172,5 +187,5 @@ def tables_as_toml(data: Mapping[str, Any]) -> str:
 
 
 def value_as_toml(value: object) -> str:
-    """Return a number, a text or a list in TOML, which for these is the same as JSON."""
+    """Return a number, a text or a list in TOML, whose notation of these is the same as that of JSON."""
     return json.dumps(value, ensure_ascii=False)

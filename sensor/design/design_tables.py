@@ -1,7 +1,7 @@
 """The tables of a design before it is constructed: all settings are applied first, and then checked together.
 
-So values that follow from other keys are derived after the last setting: the numbers of the process, the size of a
-whole fruit, and default targets.
+This order matters for values that follow from other keys, which are derived after the last setting: the numbers of the
+process, the size of a whole fruit, and default targets.
 """
 
 from collections.abc import Mapping
@@ -33,9 +33,9 @@ _PROCESS_SETTINGS = (_PROCESS_FILE, "print", "printer")
 
 @dataclass(frozen=True, kw_only=True)
 class DesignTables:
-    """The tables of a design, and its own print processes by name; `print.process` selects one of them.
+    """The tables of a design, and its own print processes by name, `own`; `print.process` selects one of them.
 
-    The table `printer` holds settings of this process.
+    The table `printer` holds settings that change the selected process.
     """
 
     tables: Mapping[str, Any]
@@ -43,15 +43,16 @@ class DesignTables:
 
     @classmethod
     def from_file(cls, data: Mapping[str, Any], folder: Path) -> "DesignTables":
-        """Return the tables of a design file in a folder, with the processes of the process file that it names.
+        """Return the tables of a design file with the content `data`, and the processes of its process file.
 
-        Raises InputError for a process file that cannot be used, and for a process file beside a table `printer`.
+        The path of the process file is relative to `folder`. Raises InputError if that file cannot be used, or if the
+        design file also has a table `printer`.
         """
         tables = {key: value for key, value in data.items() if key != "printer"}
-        given = tables.get("print")
-        printing = dict(given) if isinstance(given, Mapping) else {}
-        file_name = printing.pop("process_file", None)
-        process = printing.get("process")
+        print_value = tables.get("print")
+        print_table = dict(print_value) if isinstance(print_value, Mapping) else {}
+        file_name = print_table.pop("process_file", None)
+        process = print_table.get("process")
         if "printer" in data:
             if not isinstance(data["printer"], Mapping):
                 raise not_a_table("printer", data["printer"])
@@ -63,10 +64,10 @@ class DesignTables:
             return cls(tables=tables, own={str(process): data["printer"]})
         if file_name is None:
             return cls(tables=tables)
-        own = _processes_of(file_name, folder)
+        own = _read_processes(file_name, folder)
         if process is not None:
             _refuse_unlisted(process, own, file_name)
-        return cls(tables={**tables, "print": printing}, own=own)
+        return cls(tables={**tables, "print": print_table}, own=own)
 
     @classmethod
     def from_design(cls, design: Design) -> "DesignTables":
@@ -74,62 +75,71 @@ class DesignTables:
         return cls.from_file(design_as_mapping(design), Path())
 
     def changed(self, settings: Mapping[str, object]) -> "DesignTables":
-        """Return the tables with settings TABLE.KEY applied; None unsets a key, or a whole table such as `reading`.
+        """Return the tables with changed settings, given by TABLE.KEY.
 
-        The path of a process file is relative to the working folder. The order of the settings does not matter, because
-        tables are unset before keys are set. Raises InputError for an unknown name.
+        The value None removes a key, or a whole table such as `reading`. The path of a process file is relative to the
+        working folder. The order of the settings does not matter, because tables are removed before keys are set.
+        Raises InputError for an unknown name.
         """
         refuse_gone(*settings)
         for name, value in settings.items():
             _refuse_unknown(name, value)
+        # A setting with the name of a table can only remove it.
         tables = {table: values for table, values in self.tables.items() if table not in settings or table == "name"}
         for name, value in settings.items():
             table, _, key = name.partition(".")
             if name == "name":
                 tables[name] = value
             elif key:
-                held = tables.get(table, {})
-                if not isinstance(held, Mapping):
-                    raise not_a_table(table, held)
+                old = tables.get(table, {})
+                if not isinstance(old, Mapping):
+                    raise not_a_table(table, old)
                 if value is not None:
-                    tables[table] = {**held, key: value}
-                elif key in held:
-                    tables[table] = {other: of_other for other, of_other in held.items() if other != key}
+                    tables[table] = {**old, key: value}
+                elif key in old:
+                    tables[table] = {other: old_value for other, old_value in old.items() if other != key}
         if settings.keys().isdisjoint(_PROCESS_SETTINGS):
             return DesignTables(tables=tables, own=self.own)
         return self._with_other_processes(tables, settings)
 
     def _with_other_processes(self, tables: dict[str, Any], settings: Mapping[str, object]) -> "DesignTables":
-        """Return changed tables with the processes of the file that the settings name; without any if they unset it."""
-        given = tables.get("print", {})
-        printing = dict(given) if isinstance(given, Mapping) else {}
-        file_name = printing.pop("process_file", None)
-        process = printing.get("process")
+        """Return changed tables with the processes of the process file that the settings name, or without any.
+
+        A selected process is dropped if it belongs to a process file that is no longer used.
+        """
+        print_value = tables.get("print", {})
+        print_table = dict(print_value) if isinstance(print_value, Mapping) else {}
+        file_name = print_table.pop("process_file", None)
+        process = print_table.get("process")
         own: Mapping[str, Mapping[str, Any]] = {}
         if file_name is not None:
-            own = _processes_of(file_name, Path())
+            own = _read_processes(file_name, Path())
             if settings.get(_PROCESS) is not None:
                 _refuse_unlisted(process, own, file_name)
             elif process not in [*own]:  # a process of the former process file
-                printing.pop("process", None)
-        elif process in [*self.own] and _PROCESS not in settings:  # its process file is unset
-            del printing["process"]
-        return DesignTables(tables={**tables, "print": printing}, own=own)
+                print_table.pop("process", None)
+        elif process in [*self.own] and _PROCESS not in settings:  # its process file is removed
+            del print_table["process"]
+        return DesignTables(tables={**tables, "print": print_table}, own=own)
 
     def design(self, settings: Mapping[str, object] | None = None) -> Design:
-        """Return the design of the tables with settings as in `changed`; raises InputError for an invalid design."""
-        changed = self.changed(settings) if settings else self
-        if "readout" in changed.tables:
-            refuse_typed_noise(changed.tables.get("reading"))
-        data = {**changed.tables}
+        """Return the design that the tables describe, with changed settings as in `changed`.
+
+        Raises InputError if the design is invalid.
+        """
+        new = self.changed(settings) if settings else self
+        if "readout" in new.tables:
+            refuse_typed_noise(new.tables.get("reading"))
+        data = {**new.tables}
+        # Unchanged tables have been checked already.
         for table, record in self._records.items():
-            if changed.tables.get(table) is self.tables[table]:
+            if new.tables.get(table) is self.tables[table]:
                 data[table] = record
-        return design_from_mapping(changed._with_process(data))
+        return design_from_mapping(new._with_process(data))
 
     @cached_property
     def _records(self) -> dict[str, Any]:
-        """Return the records of the tables that are valid without settings, so that a study makes each only once."""
+        """Return the records of those tables that are valid without settings, so that a study checks each only once."""
         records = {}
         for table in TABLE_TYPES.keys() & self.tables.keys():
             try:
@@ -139,19 +149,19 @@ class DesignTables:
         return records
 
     def _with_process(self, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the tables with the numbers of the selected own process in the table `printer`.
+        """Return tables in which `printer` holds all numbers of the selected own process.
 
-        A single own process need not be named. Raises InputError for a name that is neither an own process nor a known
-        one, and for settings of [printer] beside a known process.
+        If the design has a single process of its own, it need not be selected. Raises InputError for the name of an
+        unknown process, and for settings of [printer] if a known process is selected.
         """
-        printing = self.tables.get("print", {})
-        process = printing.get("process") if isinstance(printing, Mapping) else None
+        print_table = self.tables.get("print", {})
+        process = print_table.get("process") if isinstance(print_table, Mapping) else None
         if process is None and len(self.own) == 1:
             (process,) = self.own
         settings = data.get("printer", {})
         if isinstance(process, str) and process in self.own:
             printer = {**self.own[process], **settings}
-            return {**data, "print": {**printing, "process": process}, "printer": printer}
+            return {**data, "print": {**print_table, "process": process}, "printer": printer}
         if self.own and process not in [*PROCESSES]:
             bound = f"one of {', '.join([*self.own, *PROCESSES])}"
             raise validation_error(_PROCESS, process, "", bound, "choose one whose numbers are known")
@@ -163,14 +173,14 @@ class DesignTables:
 
 
 def settings_of_texts(texts: Mapping[str, str]) -> dict[str, object]:
-    """Return settings from texts: values are TOML, bare words are text, and an empty text unsets the key."""
+    """Return settings from texts: a value is TOML, a bare word is text, and an empty text removes the key."""
     return {name: text if name == "name" else parsed_setting(text) if text else None for name, text in texts.items()}
 
 
 def _refuse_unknown(name: str, value: object) -> None:
-    """Raise InputError for a setting without a known key.
+    """Raise InputError for a setting whose name is unknown.
 
-    A whole table can only be unset, and a key of [printer] can only be set.
+    The name of a table is allowed only to remove the table, and a key of [printer] can only be set.
     """
     table, _, key = name.partition(".")
     known = table in TABLES and bool(key)
@@ -180,8 +190,11 @@ def _refuse_unknown(name: str, value: object) -> None:
         raise unknown_name("setting", name, ["name", *every_key()])
 
 
-def _processes_of(file_name: object, folder: Path) -> Mapping[str, Mapping[str, Any]]:
-    """Return the processes by name from a file in a folder; raises InputError if it has none, or cannot be used."""
+def _read_processes(file_name: object, folder: Path) -> Mapping[str, Mapping[str, Any]]:
+    """Read the processes of a process file in `folder`, by name.
+
+    Raises InputError if the file cannot be used or has no process.
+    """
     if not isinstance(file_name, str) or not file_name or not file_name.isprintable():
         raise validation_error(_PROCESS_FILE, file_name, "", "the path of a TOML file", "write it in quotes")
     own = read_process_file(folder / file_name)

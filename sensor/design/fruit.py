@@ -13,12 +13,12 @@ from sensor.float_or_array import FloatOrArray
 from sensor.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, quantity, validation_error
 from sensor.theory.relaxation import FORM, Relaxation
 
+_ENDS = 2  # number of ends of a range
 _SPREAD = Bounds(at_least=0.0, at_most=0.5)
 _ANGLE = Bounds(at_least=-180.0, at_most=180.0)
 _UNEVEN = Bounds(at_least=0.0, at_most=1.0)
 _WAVE = Bounds(at_least=0.1, at_most=100.0)
 _SCATTER = Bounds(at_least=0.0, at_most=50.0)
-_ENDS = 2
 _BLOCK_PLAN_MM = 20.0  # length and width of the paper's block
 USUAL_MODULI = Bounds(at_least=0.1, at_most=12.0)
 """Usual moduli of fruit [MPa]; for others, a note asks the user to check the units."""
@@ -203,7 +203,7 @@ class Fruit:
     )
 
     def __post_init__(self) -> None:
-        """Check each field, that the radii belong to the shape, and that the piece lies on the curved fruit."""
+        """Raise InputError for an invalid field, a radius of another shape, or a piece beyond the curved fruit."""
         check_fields(self, "fruit")
         self._check_skin()
         self._check_keys_of_shape()
@@ -220,20 +220,20 @@ class Fruit:
             self._check_piece(self.radius_mm)
 
     def _check_keys_of_shape(self) -> None:
-        """Refuse a missing radius of this shape, and a radius or a thickness that belongs to another shape."""
-        needed = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
+        """Raise InputError if a radius of this shape is missing, or a radius or thickness of another shape is given."""
+        required = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
         optional = () if self.shape == "block" else ("thickness_mm",)
         for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
             name = f"fruit.{key}"
             value = getattr(self, key)
-            if value is None and key in needed:
+            if value is None and key in required:
                 raise validation_error(name, None, "", f"given for fruit.shape = {self.shape!r}", "give it in mm")
-            if value is not None and key not in (*needed, *optional):
+            if value is not None and key not in (*required, *optional):
                 bound = f"left out for fruit.shape = {self.shape!r}"
                 raise validation_error(name, value, "mm", bound, "drop it, or choose the shape it is for")
 
     def _check_azimuth(self) -> None:
-        """Refuse an azimuth of a fruit without principal directions, or of a whole fruit, which cannot be turned."""
+        """Raise InputError for an azimuth of a fruit without principal directions, or of a whole fruit."""
         if self.azimuth_deg is None:
             return
         name = "fruit.azimuth_deg"
@@ -245,7 +245,7 @@ class Fruit:
             raise validation_error(name, self.azimuth_deg, "deg", bound, "give fruit.length_mm and fruit.width_mm")
 
     def _check_bruise_limits(self) -> None:
-        """Refuse a list of limits that is not as long as the list of moduli."""
+        """Raise InputError if a list of bruise limits is not as long as the list of moduli."""
         limits = self.bruise_limit_MPa
         if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
             bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
@@ -254,7 +254,7 @@ class Fruit:
             )
 
     def _check_waves(self) -> None:
-        """Refuse waves that are not a shortest and a longest one."""
+        """Raise InputError unless the wavelengths of the roughness are two numbers, the shortest first."""
         waves = self.roughness_wave_mm
         if not (len(waves) == _ENDS and waves[0] <= waves[1]):
             bound = "two numbers, from and to"
@@ -262,7 +262,7 @@ class Fruit:
             raise validation_error(name, list(waves), "mm", bound, "list the smaller number first")
 
     def _check_skin(self) -> None:
-        """Refuse a skin with a missing number, a skin that is not thin, and one that is softer than the flesh."""
+        """Raise InputError for a skin with a missing number, a skin that is not thin, or one softer than the flesh."""
         if (self.skin_mm is None) != (self.skin_E_MPa is None):
             bound = "given together with fruit.skin_E_MPa"
             raise validation_error(
@@ -280,7 +280,7 @@ class Fruit:
             raise validation_error("fruit.skin_E_MPa", self.skin_E_MPa, "MPa", bound, "leave out a softer skin")
 
     def _check_piece(self, radius: float) -> None:
-        """Refuse a curved fruit that is deeper than it is high, and a piece whose corners lie outside the fruit.
+        """Raise InputError if the flesh is deeper than the whole fruit, or if a corner of the piece is off the fruit.
 
         `radius` [mm] is the radius along the tips, which is half the height of the whole fruit.
         """
@@ -298,57 +298,57 @@ class Fruit:
 
     @property
     def _whole_plan_mm(self) -> tuple[float, float]:
-        """Return length and width of the whole fruit above its base [mm], or of the paper's block for a block."""
+        """Return the length and width [mm] of the whole fruit, seen from above; for a block, those of the paper's."""
         if self.radius_mm is None:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
         # The ellipsoid has the half axes R along the tips and up, and sqrt(R R_across) across, with R = radius_mm. Its
-        # middle is R below the apex. A base above the middle is its widest section; else the equator is.
-        base_above_middle = max(0.0, 1.0 - self.depth_mm / self.radius_mm)  # height over R
-        width_of_unit_ball = 2.0 * math.sqrt(1.0 - base_above_middle**2) if base_above_middle < 1.0 else 2.0
-        a = self.radius_mm * width_of_unit_ball
-        b = math.sqrt(self.radius_mm * self._across) * width_of_unit_ball
+        # centre is R below the apex. Its widest section is the base if that lies above the centre, or else the equator.
+        base_height = max(0.0, 1.0 - self.depth_mm / self.radius_mm)  # height of the base above the centre, over R
+        width_over_R = 2.0 * math.sqrt(1.0 - base_height**2) if base_height < 1.0 else 2.0
+        a = self.radius_mm * width_over_R
+        b = math.sqrt(self.radius_mm * self._across) * width_over_R
         if not self.azimuth_deg:
             return a, b
-        cosine, sine = self._turn
-        # the bounding box of the rotated ellipse
+        cosine, sine = self._azimuth_components
+        # The sides of the bounding box of the rotated ellipse.
         return math.hypot(a * cosine, b * sine), math.hypot(a * sine, b * cosine)
 
     @property
     def derived_keys(self) -> tuple[str, ...]:
-        """Return the keys of the plan that equal the size of the whole curved fruit; a file may leave them out."""
+        """Return those of the keys length and width that equal the whole curved fruit, so that a file may omit them."""
         if self.radius_mm is None:
             return ()
         sizes = zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True)
         return tuple(key for key, size in sizes if getattr(self, key) == size)
 
     @property
-    def _turn(self) -> tuple[float, float]:
+    def _azimuth_components(self) -> tuple[float, float]:
         """Return the cosine and the sine of the azimuth."""
         azimuth = math.radians(self.azimuth_deg or 0.0)
         return math.cos(azimuth), math.sin(azimuth)
 
     @property
     def mirrored(self) -> bool:
-        """Return whether the fruit is symmetric in the planes along the tips and across them."""
+        """Return whether the fruit is symmetric about the vertical planes along the tips and across them."""
         return not self.azimuth_deg or self.azimuth_deg % 90.0 == 0.0
 
     def to_principal(self, x: FloatOrArray, y: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-        """Return the principal coordinates of a place, given along and across the tips [same unit]."""
+        """Return the coordinates along the principal directions of a position given along and across the tips."""
         if not self.azimuth_deg:
             return x, y
-        cosine, sine = self._turn
+        cosine, sine = self._azimuth_components
         return cosine * x + sine * y, cosine * y - sine * x
 
     def from_principal(self, u: FloatOrArray, v: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-        """Return the place along and across the tips with these principal coordinates [same unit]."""
+        """Return the position along and across the tips with these coordinates along the principal directions."""
         if not self.azimuth_deg:
             return u, v
-        cosine, sine = self._turn
+        cosine, sine = self._azimuth_components
         return cosine * u - sine * v, sine * u + cosine * v
 
     @property
     def largest_E_MPa(self) -> float:
-        """Return the largest of all moduli [MPa]: a modulus in `E_MPa` may be larger than `E_max_MPa`."""
+        """Return the largest modulus of the design [MPa]; a modulus in `E_MPa` may be larger than `E_max_MPa`."""
         return max(self.E_max_MPa, *self.E_MPa)
 
     @property
@@ -363,12 +363,12 @@ class Fruit:
 
     @property
     def can_roll(self) -> bool:
-        """Return whether the fruit, free on a table, can roll: curved and whole, with its middle above the table."""
+        """Return whether the fruit can roll on a table: it is curved and whole, and its centre is above the table."""
         return self.radius_mm is not None and self.whole and self.depth_mm > self.radius_mm
 
     @property
     def whole(self) -> bool:
-        """Return whether a curved fruit is whole down to its base, not cut at the sides of its plan."""
+        """Return whether a curved fruit is whole down to its base, and not cut to a length or a width."""
         length, width = self._whole_plan_mm
         return self.radius_mm is not None and self.length_mm >= length and self.width_mm >= width
 
@@ -384,7 +384,7 @@ class Fruit:
 
     @property
     def bruise_limits_MPa(self) -> tuple[float, ...]:
-        """Return the mean pressure that bruises flesh at each of `E_MPa` [MPa]; empty if no limit is set."""
+        """Return the mean pressure [MPa] at which flesh of each modulus in `E_MPa` bruises; empty without a limit."""
         limit = self.bruise_limit_MPa
         if limit is None or isinstance(limit, tuple):
             return limit or ()
@@ -392,7 +392,7 @@ class Fruit:
 
     @property
     def equivalent_block(self) -> "Fruit":
-        """Return the block of the same plan and thickness, which is the flat fruit for sizing the springs."""
+        """Return the block with the same length, width and flesh thickness, on which the springs are sized."""
         return dataclasses.replace(
             self,
             shape="block",
@@ -404,7 +404,7 @@ class Fruit:
         )
 
     def fall_mm(self, x: float, y: float) -> float:
-        """Return the depth of the upper surface below the apex at a position [mm]; infinity beyond the fruit."""
+        """Return the depth [mm] of the skin below the apex at the position (x, y) [mm]; infinity beyond the fruit."""
         if self.radius_mm is None:
             return 0.0
         x, y = self.to_principal(x, y)

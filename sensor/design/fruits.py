@@ -15,10 +15,10 @@ _SHARE = Bounds(above=0.0, below=1.0)
 
 @dataclass(frozen=True, kw_only=True)
 class NamedFruit(Sourced):
-    """A fruit: principal radii where it is pressed and thickness of the flesh [mm], moduli from ripe to unripe [MPa].
+    """A fruit of the table: its principal radii where it is pressed, its flesh thickness, and its moduli.
 
-    All numbers except the remaining share of a force are ranges, from and to. Raises InputError for a range that does
-    not rise, and for a number without a source.
+    All numbers except `relaxes_to` are ranges, from and to. Raises InputError for a range in the wrong order, and for a
+    number without a source.
     """
 
     LABEL: ClassVar[str] = "fruit"
@@ -33,7 +33,7 @@ class NamedFruit(Sourced):
     relaxes_to: float = quantity("1", _SHARE, meaning="share of a force that ripe flesh keeps in the end")
 
     def __post_init__(self) -> None:
-        """Refuse a range that does not consist of two rising numbers."""
+        """Raise InputError for a range that is not two numbers, the smaller one first."""
         super().__post_init__()
         for key in RANGES:
             ends = getattr(self, key)
@@ -42,10 +42,13 @@ class NamedFruit(Sourced):
                 raise validation_error(name, list(ends), "", "two numbers that rise", self.HINT)
 
     def bruise_limit(self, E: float) -> float:
-        """Return the mean pressure that flesh of modulus E withstands [both MPa], by a power law through both ends."""
-        (softest, firmest), (least, most) = self.E_MPa, self.bruise_limit_MPa
-        share = math.log(E / softest) / math.log(firmest / softest)
-        return least * math.pow(most / least, share)
+        """Return the mean pressure [MPa] at which flesh of modulus `E` [MPa] bruises.
+
+        It is a power law of the modulus through both ends of the ranges.
+        """
+        (softest, firmest), (lowest_limit, highest_limit) = self.E_MPa, self.bruise_limit_MPa
+        fraction = math.log(E / softest) / math.log(firmest / softest)
+        return lowest_limit * math.pow(highest_limit / lowest_limit, fraction)
 
     @property
     def in_words(self) -> str:

@@ -13,8 +13,8 @@ from sensor.theory.leaf_spring import LeafProfile, pair_length, root_strain
 from sensor.theory.two_spring_law import Springs, spring_give
 
 LENGTH_MARGIN = 0.15
-SHORTEST_LEAF = 5.0  # least length over thickness; the stiffness of a shorter leaf depends little on its length
-FILLET_STRAIN = 1.3  # strain at the fillet over beam theory; FE of solid flexures gives 1.17 to 1.27
+SHORTEST_LEAF = 5.0  # minimum length over thickness; the stiffness of a shorter leaf depends little on its length
+FILLET_STRAIN = 1.3  # strain at the fillet over that of beam theory; finite elements give 1.17 to 1.27
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +33,7 @@ class Printable:
 
 @dataclass(frozen=True, kw_only=True)
 class _Leaf:
-    """The leaves of one spring [mm], the longest allowed length, and their deflection at full travel."""
+    """The leaves of one spring: their profile, deflection at full travel, and maximum length `longest` [mm]."""
 
     process: Process
     profile: LeafProfile
@@ -42,29 +42,30 @@ class _Leaf:
 
     @property
     def shortest(self) -> float:
-        """Return the least length of a leaf [mm]."""
+        """Return the minimum length of a leaf [mm]."""
         return SHORTEST_LEAF * self.profile.thickness
 
     def length(self, K: float) -> float:
-        """Return the length [mm] at which the pair has stiffness K [N/mm] by the beam law."""
+        """Return the length [mm] at which the pair of leaves has the stiffness `K` [N/mm] by beam theory."""
         return pair_length(self.process.E_MPa, self.profile.depth, self.profile.thickness, K)
 
     def strain(self, length: float) -> float:
-        """Return the root strain [1] at full travel."""
+        """Return the root strain [1] at full travel of leaves with this length [mm]."""
         return FILLET_STRAIN * root_strain(self.profile.thickness, length, self.deflection)
 
     def faults(self, length: float, margin: float) -> list[str]:
-        """Return the objections to a length [mm] as texts, with limits stricter by the relative margin [1].
+        """Return the violated limits of a leaf with this length [mm] as texts.
 
-        With a negative margin the limits are laxer. Objections that remain then hold for all lengths within this error.
+        The limits are stricter by the relative `margin` [1], or laxer if it is negative. With laxer limits, a violation
+        is certain even if the true length differs by this margin.
         """
         process = self.process
         thickness = self.profile.thickness
         strain = self.strain(length / (1.0 + margin))
         faults = []
-        least = process.min_wall_mm
-        if thickness < least:
-            faults.append(f"a leaf {thickness:g} mm thick, must be at least the wall of {least:g} mm")
+        min_wall = process.min_wall_mm
+        if thickness < min_wall:
+            faults.append(f"a leaf {thickness:g} mm thick, must be at least the wall of {min_wall:g} mm")
         if length < self.shortest * (1.0 + margin):
             reason = f"{SHORTEST_LEAF:g} thicknesses"
             faults.append(f"a leaf {length:.1f} mm long, must be at least {reason} = {self.shortest:g} mm")
@@ -84,15 +85,16 @@ def check_printable(
     lengths_mm: tuple[float, ...] | None = None,
     stiffness_ratio: float = 1.0,
 ) -> tuple[Printable, ...]:
-    """Return the verdict on each spring, low then high, in the process of a design.
+    """Return whether the process of a design can make each spring, the low one first.
 
-    `K_m_max` [N/mm] is the stiffness of the fruit under the low tip at E_max. `stiffness_ratio` [1] is the stiffness
-    under the high tip over it. The strain is computed at the largest modulus shown, which may be above E_max. Without
-    the solved `lengths_mm`, the beam law gives the lengths, and a leaf within LENGTH_MARGIN of a bound is undecided.
+    `K_m_max` [N/mm] is the stiffness of the fruit under the low tip at E_max, and `stiffness_ratio` [1] the stiffness
+    under the high tip divided by it. The strain is computed at the largest modulus of the design, which may be above
+    E_max. `lengths_mm` are the solved lengths of the leaves. Without them the lengths follow from beam theory, and a
+    leaf within LENGTH_MARGIN of a bound is undecided.
     """
     process = design.process
-    stiffest = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
-    K_m = (stiffest, stiffness_ratio * stiffest)
+    largest_K_m = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
+    K_m = (largest_K_m, stiffness_ratio * largest_K_m)
     keys = _determining_keys(design, springs)
     verdicts = []
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
@@ -107,7 +109,7 @@ def check_printable(
             longest=design.print.max_length_mm,
         )
         length = leaf.length(K) if lengths_mm is None else lengths_mm[i]
-        passed, reason = _judged(leaf, length, LENGTH_MARGIN if lengths_mm is None else 0.0)
+        passed, reason = _judge_leaf(leaf, length, LENGTH_MARGIN if lengths_mm is None else 0.0)
         if passed is not True:
             hint = "choose another process, or see what pipeline suggest finds"
             reason = f"{keys[i]}: asks {process.name} for {reason}; {hint}"
@@ -127,24 +129,24 @@ def check_printable(
 
 
 def _determining_keys(design: Design, springs: Springs) -> tuple[str, str]:
-    """Return the key of [springs] or [targets] that determines each spring, low then high, with its value."""
+    """Return, for the low and the high spring, the key of [springs] or [targets] that determines it, with its value."""
     if design.springs.given:
         return f"springs.K_l_N_per_m = {1e3 * springs.K_l:g} N/m", f"springs.K_h_N_per_m = {1e3 * springs.K_h:g} N/m"
     targets = design.nominal_targets
     return f"targets.P_max = {targets.P_max:g}", f"targets.NL = {targets.NL:g}"
 
 
-def _judged(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None, str]:
-    """Return whether leaves of a length [mm] can be made, and the objections as text, which is empty if they can.
+def _judge_leaf(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None, str]:
+    """Return whether leaves with this length [mm] can be made, and the violated limits as text, empty if none is.
 
-    The error of the length is at most the relative margin [1]. The first value is None if the margin decides.
+    The relative error of the length is at most `margin` [1]. If it could change the answer, the answer is None.
     """
-    # In the laxest case the true length differs by the factor 1 + margin, so the limits relax by 1 / (1 + margin).
-    certain = leaf.faults(length, -margin / (1.0 + margin))
-    possible = leaf.faults(length, margin)
-    if not possible:
+    # In the most favourable case the true length differs by the factor 1 + margin, so limits relax by 1 / (1 + margin).
+    certain_faults = leaf.faults(length, -margin / (1.0 + margin))
+    possible_faults = leaf.faults(length, margin)
+    if not possible_faults:
         return True, ""
-    if certain:
-        return False, " and ".join(certain)
+    if certain_faults:
+        return False, " and ".join(certain_faults)
     undecided = f", near enough ({LENGTH_MARGIN:.0%} of length) that only the solved length decides"
-    return None, f"{' and '.join(possible)}{undecided}"
+    return None, f"{' and '.join(possible_faults)}{undecided}"

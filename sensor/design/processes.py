@@ -21,9 +21,9 @@ from sensor.quantity import (
 from sensor.theory.creep import CreepLaw
 
 _FRACTION = Bounds(above=0.0, below=1.0)
-# Random prints deviate by up to 4.3 sigma; their modulus and their leaves must remain positive.
+# Random prints deviate by up to 4.3 sigma, and their modulus and their leaves must remain positive.
 _SCATTER = Bounds(above=0.0, at_most=0.23)
-_LEAST_KNOWN = 0.45  # largest accuracy of a thickness, two sigma, over the thinnest leaf
+_MAX_THICKNESS_ERROR = 0.45  # maximum error of a thickness, two sigma, over the thickness of the thinnest leaf
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
 _LONGEST_TEXT = 64
 FOOT_MM = 0.15
@@ -89,7 +89,7 @@ class Process(Sourced):
     depth_mm: float = quantity("mm", LENGTH, meaning="depth of the plate, which is the width of the leaves")
 
     def __post_init__(self) -> None:
-        """Check name, material and each number, and that each given number has a source."""
+        """Raise InputError for an invalid name, material or number, or a number without a source."""
         check_process_name(self.name)
         super().__post_init__()
         if (self.creep_per_decade is None) != (self.creep_scatter is None):
@@ -97,16 +97,16 @@ class Process(Sourced):
             bound = "given with the other number of creep"
             name = f"process {self.name}.{missing}"
             raise validation_error(name, None, "1", bound, "give both, or neither")
-        most = _LEAST_KNOWN * min(self.leaf_thicknesses_mm)
-        if self.accuracy_mm > most:
+        max_error = _MAX_THICKNESS_ERROR * min(self.leaf_thicknesses_mm)
+        if self.accuracy_mm > max_error:
             name = f"process {self.name}.accuracy_mm"
-            bound = f"at most {_LEAST_KNOWN:g} of the thinnest leaf, {most:g} mm"
+            bound = f"at most {_MAX_THICKNESS_ERROR:g} of the thinnest leaf, {max_error:g} mm"
             raise validation_error(name, self.accuracy_mm, "mm", bound, "take thicker leaves, or a finer process")
 
     @property
     def thinnest_leaf_mm(self) -> float:
-        """Return the thinnest leaf whose relative error of thickness is small enough [mm]."""
-        return self.accuracy_mm / _LEAST_KNOWN
+        """Return the thickness [mm] of the thinnest leaf whose thickness is known accurately enough."""
+        return self.accuracy_mm / _MAX_THICKNESS_ERROR
 
     @property
     def is_metal(self) -> bool:
@@ -115,7 +115,7 @@ class Process(Sourced):
 
     @property
     def creep(self) -> CreepLaw:
-        """Return the creep of its prints; zero if the process does not give it, as for metals."""
+        """Return the creep law of its prints; without creep if the process gives no numbers, as for metals."""
         return CreepLaw(self.creep_per_decade or 0.0, self.creep_scatter or 0.0)
 
     @property
@@ -136,7 +136,10 @@ PROCESSES = Process.from_tables(read_toml(Path(__file__).with_name("processes.to
 
 
 def own_process(name: str, table: object) -> Process:
-    """Return the process of a user's table; raises InputError for a known name, an unknown key or a bad number."""
+    """Return the print process that a user's table describes.
+
+    Raises InputError for the name of a known process, an unknown key or an invalid number.
+    """
     if name in PROCESSES:
         raise validation_error(
             "print.process", name, "", "a name that no known process has", "give your own process another name"
@@ -146,9 +149,9 @@ def own_process(name: str, table: object) -> Process:
 
 
 def read_process_file(path: Path) -> Mapping[str, Mapping[str, Any]]:
-    """Return the tables of the processes in a TOML file, by name.
+    """Read the tables of the processes in a TOML file, by name.
 
-    Raises InputError, in one line, if the file or one of its processes cannot be used.
+    Raises InputError if the file cannot be read, or if one of its processes is invalid.
     """
     tables = read_toml(path, "print.process_file")
     for name, table in tables.items():
@@ -162,7 +165,7 @@ def read_process_file(path: Path) -> Mapping[str, Mapping[str, Any]]:
 
 def process_as_table(process: Process) -> Mapping[str, Any]:
     """Return a process as its table in a process file, without the keys that are not set."""
-    held = dataclasses.asdict(process)
-    del held["name"], held["sources"]
-    held["sources"] = dict(process.sources)
-    return {key: value for key, value in held.items() if value is not None}
+    table = dataclasses.asdict(process)
+    del table["name"], table["sources"]
+    table["sources"] = dict(process.sources)  # the sources come last
+    return {key: value for key, value in table.items() if value is not None}

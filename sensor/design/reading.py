@@ -1,6 +1,6 @@
-"""Conditions of a reading: poses of the sensor on the fruit, noise of the forces, and limits of the error.
+"""The table [reading] of a design: poses of the sensor on the fruit, noise of the forces, and limits of the error.
 
-A design with this table is judged by the modulus that it reads, not by its force ratio.
+A design with this table is judged by the modulus that it reads, and not by its force ratio.
 """
 
 import bisect
@@ -174,18 +174,18 @@ class ReadingRequirements:
     )
 
     def __post_init__(self) -> None:
-        """Check each field, and that ranges are in rising order."""
+        """Raise InputError for an invalid field, a missing principal radius, or a range in the wrong order."""
         check_fields(self, "reading")
         if (self.radius_mm is None) != (self.radius_across_mm is None):
             missing = "reading.radius_mm" if self.radius_mm is None else "reading.radius_across_mm"
             bound = "given with the other principal radius"
             raise validation_error(missing, None, "mm", bound, "give both from and to")
         for key in RANGES:
-            span = getattr(self, key)
-            if span is not None and not (len(span) == _ENDS and span[0] <= span[1]):
+            ends = getattr(self, key)
+            if ends is not None and not (len(ends) == _ENDS and ends[0] <= ends[1]):
                 name = f"reading.{key}"
                 raise validation_error(
-                    name, list(span), "mm", "two numbers, from and to", "list the smaller number first"
+                    name, list(ends), "mm", "two numbers, from and to", "list the smaller number first"
                 )
         if self.presses != int(self.presses):
             bound = "a whole number"
@@ -203,21 +203,22 @@ class ReadingRequirements:
 
     @property
     def least_uncertainty_limit(self) -> float:
-        """Return the smallest limit of the standard uncertainty over the moduli [1]."""
+        """Return the smallest limit [1] of the standard uncertainty at any modulus."""
         limits = self.uncertainty_limit
         return min(limits) if isinstance(limits, tuple) else limits
 
     def uncertainty_limit_at(self, E: float, moduli: Sequence[float]) -> float:
-        """Return the limit of the standard uncertainty [1] at a modulus E [MPa].
+        """Return the limit of the standard uncertainty [1] at the modulus `E` [MPa].
 
-        A list of limits belongs to `moduli` [MPa]; between them it is interpolated over log E.
+        A list of limits has one for each of `moduli` [MPa]. Between them the limit is interpolated linearly in log E,
+        and beyond them it is the limit at the nearest one.
         """
         limits = self.uncertainty_limit
         if not isinstance(limits, tuple):
             return limits
         rows = sorted(zip(moduli, limits, strict=True))
-        above = bisect.bisect_left(rows, (E, 0.0))
-        if above in (0, len(rows)):
-            return rows[min(above, len(rows) - 1)][1]
-        (low, at_low), (high, at_high) = rows[above - 1 : above + 1]
-        return at_low + (at_high - at_low) * math.log(E / low) / math.log(high / low)
+        upper = bisect.bisect_left(rows, (E, 0.0))  # index of the first modulus that is not below E
+        if upper in (0, len(rows)):
+            return rows[min(upper, len(rows) - 1)][1]
+        (E_low, limit_low), (E_high, limit_high) = rows[upper - 1 : upper + 1]
+        return limit_low + (limit_high - limit_low) * math.log(E / E_low) / math.log(E_high / E_low)

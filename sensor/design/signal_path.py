@@ -12,7 +12,7 @@ from sensor.quantity import BOUNDED, report_field
 
 @dataclass(frozen=True, kw_only=True)
 class SpringToRead:
-    """The properties of a spring that a read-out needs: K [N/mm], and its largest deflection [mm]."""
+    """The properties of a spring that a read-out needs: its stiffness `K` [N/mm] and largest deflection [mm]."""
 
     name: str
     K: float
@@ -20,7 +20,7 @@ class SpringToRead:
 
     @property
     def force(self) -> float:
-        """Return the largest force [N]."""
+        """Return the largest force of the spring [N]."""
         return self.K * self.deflection
 
 
@@ -66,20 +66,20 @@ class SignalPath:
 
     @property
     def delays(self) -> tuple[float, ...]:
-        """Return the delay of each channel over the sample period [1]; empty if all channels are converted at once."""
+        """Return the delay of each channel as a fraction of the sample period [1]; empty if there are no delays."""
         return tuple(1e-3 * self.rate_Hz * delay for delay in self.delay_ms) if any(self.delay_ms) else ()
 
     @property
     def time_deviation(self) -> float:
-        """Return the standard deviation of the time of a channel, over the time between two samples [1].
+        """Return the standard deviation of a channel's sampling time, as a fraction of the sample period [1].
 
-        The time error is uniform within its bound (JCGM 100:2008, 4.3.7).
+        The time error is assumed to be uniformly distributed within its bound (JCGM 100:2008, 4.3.7).
         """
         return BOUNDED * 1e-3 * self.rate_Hz * self.time_error_ms
 
     @property
     def conversion_order(self) -> tuple[int, ...]:
-        """Return the channels of a sample in the order of their conversion, from 0."""
+        """Return the indices of the channels, from 0, in the order in which they are converted."""
         return tuple(sorted(range(len(self.counts_per_N)), key=lambda tip: (*self.delay_ms[tip : tip + 1], tip)))
 
     @property
@@ -105,26 +105,26 @@ class SpringReadOut:
 
 
 def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
-    """Return an order of conversion in which the channels of both kinds of springs have the same mean time.
+    """Return an order of conversion in which the channels of both kinds of springs have the same mean sampling time.
 
-    `kinds` has the kind of spring of each tip; the order lists the tips, from 0. If one kind has an even number of
-    channels, half of them are put before the other kind and half after it, as in low, high, high, low. The effect of
-    the delays on the contrast then cancels on a level sensor. A pair has no such order, and keeps the order of its
-    tips.
+    `kinds` is the kind of spring of each tip, and the order lists the indices of the tips. If one kind has an even
+    number of channels, half of them come before the other kind and half after it, as in low, high, high, low. On a
+    level sensor, the effect of the delays on the contrast then cancels. A pair has no such order, and keeps the order
+    of its tips.
     """
-    of_even_number = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
-    if not of_even_number:
+    even_kinds = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
+    if not even_kinds:
         return tuple(range(len(kinds)))
-    outer = [tip for tip, kind in enumerate(kinds) if kind == of_even_number[0]]
-    inner = [tip for tip, kind in enumerate(kinds) if kind != of_even_number[0]]
+    outer = [tip for tip, kind in enumerate(kinds) if kind == even_kinds[0]]
+    inner = [tip for tip, kind in enumerate(kinds) if kind != even_kinds[0]]
     half = len(outer) // 2
     return (*outer[:half], *inner, *outer[half:])
 
 
 def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
-    """Return the delay of each channel after the first conversion of a sample [ms].
+    """Return the delay [ms] of each channel after the first conversion of a sample, in the order of the tips.
 
-    In each sample, an amplifier converts all its inputs in turn.
+    The design may give the delays. Otherwise each amplifier converts all its inputs in turn within a sample period.
     """
     amplifier = readout.circuit
     if readout.delay_ms is not None:
@@ -137,10 +137,11 @@ def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
 def signal_path(
     readout: Readout, springs: Sequence[SpringToRead], process: Process, kinds: Sequence[str]
 ) -> SignalPath:
-    """Return the signal path of a sensor whose tips have springs of these kinds, given by name.
+    """Return the signal path of a sensor: its sensitivity, noise and drift for each tip.
 
-    Each spring has the standard displacement sensor, with the numbers that [readout] changes. Drifts are for the
-    changes of temperature in [readout]. The stiffness of the springs drifts with the modulus of the process.
+    `springs` are the kinds of springs, and `kinds` is the name of the spring of each tip. Each spring has the standard
+    displacement sensor, except for the numbers that `readout` gives. The drifts are those for the changes of
+    temperature in `readout`. The stiffness of the springs drifts with the modulus of the `process`.
     """
     amplifier = readout.circuit
     V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
@@ -151,20 +152,20 @@ def signal_path(
     probe_gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
     gain_percent = math.hypot(1e-4 * amplifier.gain_ppm_per_K * readout.drift_K, probe_gain_percent)
 
-    of_kind = {}  # numbers of a channel by the kind of its spring
+    by_kind = {}  # numbers of a channel by the kind of its spring
     for spring in springs:
         V_per_N = V_per_mm / spring.K
         counts_per_N = V_per_N * amplifier.counts_per_V
-        of_kind[spring.name] = {
+        by_kind[spring.name] = {
             "full_counts": counts_per_N * spring.force,
             "counts_per_N": counts_per_N,
             "noise_N": noise_V / V_per_N,
             "zero_drift_N": zero_V / V_per_N,
         }
 
-    def each(key: str) -> tuple[float, ...]:
+    def by_tip(key: str) -> tuple[float, ...]:
         """Return one number for every channel, in the order of the tips."""
-        return tuple(of_kind[kind][key] for kind in kinds)
+        return tuple(by_kind[kind][key] for kind in kinds)
 
     return SignalPath(
         amplifier=amplifier.name,
@@ -172,10 +173,10 @@ def signal_path(
         rate_Hz=amplifier.rate_Hz,
         excitation_V=amplifier.supply_V,
         saturation_counts=amplifier.saturation,
-        full_counts=each("full_counts"),
-        counts_per_N=each("counts_per_N"),
-        noise_N=each("noise_N"),
-        zero_drift_N=each("zero_drift_N"),
+        full_counts=by_tip("full_counts"),
+        counts_per_N=by_tip("counts_per_N"),
+        noise_N=by_tip("noise_N"),
+        zero_drift_N=by_tip("zero_drift_N"),
         gain_drift_percent=(gain_percent,) * len(kinds),
         modulus_drift_percent=100.0 * abs(process.E_per_K or 0.0) * readout.drift_K,
         delay_ms=channel_delays(readout, kinds),

@@ -1,7 +1,7 @@
 """The printed end of a shuttle, which is the tip or a foot for a pin, and the depth of the plate that it requires.
 
-The two plates of a square stand back to back on opposite sides of it, separated by their pads. So each is less deep
-than the square is wide.
+The two plates of a square stand back to back on opposite sides of it, separated by their pads. The depth of a plate is
+therefore less than the width of the square.
 """
 
 from typing import NamedTuple
@@ -10,8 +10,8 @@ from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.quantity import validation_error
 
-_LEAST_PAD_MM = 0.2  # two layers of a coarse print
-_LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is a rod, as soft sideways
+_MIN_PAD_MM = 0.2  # two layers of a coarse print
+_MIN_ASPECT = 2.0  # depth of a leaf over its thickness; a shallower leaf is a rod, nearly as soft sideways
 
 
 class TipMount(NamedTuple):
@@ -22,10 +22,10 @@ class TipMount(NamedTuple):
 
 
 def tip_mount(design: Design, process: Process) -> TipMount:
-    """Return the tip, or the foot for a pin, at the end of a shuttle.
+    """Return the printed end of a shuttle: the tip, or a foot with a pocket for a pin.
 
-    A foot has a pocket for the pin. Half the side of the foot is a full side of the pocket plus a wall, because the
-    gable of the pocket ends a full side above its middle. Raises InputError if the feet leave no gap between them.
+    Half the side of a foot is a full side of the pocket plus a wall, because the gable of the pocket ends a full side
+    above its middle. Raises InputError if there is no gap between the feet.
     """
     tips = design.tips
     if tips.socket == "none":
@@ -41,10 +41,10 @@ def tip_mount(design: Design, process: Process) -> TipMount:
 
 
 def plate_depth(design: Design, process: Process) -> float:
-    """Return the depth of the plate [mm]: the depth of the process, or the tip mount if it is wider.
+    """Return the depth of the plate [mm]: the depth of the process, or the side of the tip mount if that is larger.
 
-    A line has no plate; its leaves have the depth of the process. Raises InputError if the tips of a square are too
-    close for two plates.
+    The plates of a square are as deep as the spacing of the tips allows. Raises InputError if that is too shallow. A
+    line has no plate, and its leaves have the depth of the process.
     """
     if not design.tips.tip_layout.has_housing:
         return process.depth_mm
@@ -54,14 +54,15 @@ def plate_depth(design: Design, process: Process) -> float:
     spacing = design.tips.spacing_mm
     pads = 2.0 * pad_height(process)
     depth = round(spacing - pads, 3)
-    least = max(side, _LEAST_ASPECT * max(process.leaf_thicknesses_mm))
-    if depth < least:
-        what = "a tip is wide" if side == least else f"two leaf thicknesses of {process.name}"
-        bound = f"at least {least + pads:g} mm: a plate as deep as {what}, {least:g} mm, and two pads of {0.5 * pads:g}"
+    min_depth = max(side, _MIN_ASPECT * max(process.leaf_thicknesses_mm))
+    if depth < min_depth:
+        reason = "a tip is wide" if side == min_depth else f"two leaf thicknesses of {process.name}"
+        plate = f"a plate as deep as {reason}, {min_depth:g} mm"
+        bound = f"at least {min_depth + pads:g} mm: {plate}, and two pads of {0.5 * pads:g}"
         raise validation_error("tips.spacing_mm", spacing, "mm", bound, "move the tips apart, or take narrower tips")
     return depth
 
 
 def pad_height(process: Process) -> float:
-    """Return the height of the pads on the back of a plate of a square [mm]; two make the least gap of the process."""
-    return max(_LEAST_PAD_MM, 0.5 * process.min_gap_mm)
+    """Return the height of the pads on the back of a square's plate [mm]; two make the minimum gap of the process."""
+    return max(_MIN_PAD_MM, 0.5 * process.min_gap_mm)

@@ -1,4 +1,4 @@
-"""The tips, and the motion of the sensor that presses them on the fruit: lengths in mm, angles in degrees."""
+"""The tips, and the sensor motion that presses them against the fruit. Lengths are in mm, angles in degrees."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -88,7 +88,7 @@ class Tips(ShapeKeys):
     )
 
     def __post_init__(self) -> None:
-        """Check each field, that the tips do not overlap, and that the keys belong to the layout and the shape."""
+        """Raise InputError for an invalid field, overlapping tips, or a key of another layout or shape."""
         check_fields(self, "tips")
         if self.spacing_mm <= self.side_mm:
             bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
@@ -97,7 +97,7 @@ class Tips(ShapeKeys):
         tip_shape(self.shape, self.side_mm, self)
 
     def _check_order(self) -> None:
-        """Refuse a layout without its order of springs, and an order or outer tips that belong to another layout."""
+        """Raise InputError if a line has no valid order of springs, or if another layout has an order or outer tips."""
         if self.tip_layout.has_choice_of_order:
             orders = self.tip_layout.orders
             if self.order is None:
@@ -130,13 +130,13 @@ class Tips(ShapeKeys):
 
     @property
     def spring_groups(self) -> SpringGroups:
-        """Return the indices of the tips on low and of those on high springs."""
+        """Return the indices of the tips on low springs and of the tips on high springs."""
         low = tuple(i for i, spring in enumerate(self.springs) if spring == "low")
         high = tuple(i for i, spring in enumerate(self.springs) if spring == "high")
         return SpringGroups(low=low, high=high)
 
     def each(self, of_low: float, of_high: float) -> tuple[float, ...]:
-        """Return a number for each tip, by the kind of its spring [unit of the numbers]."""
+        """Return a number for each tip: `of_low` if its spring is a low one, or else `of_high`."""
         return tuple(of_low if spring == "low" else of_high for spring in self.springs)
 
     @property
@@ -150,14 +150,17 @@ class Tips(ShapeKeys):
 
     @cached_property
     def places_mm(self) -> tuple[Position, ...]:
-        """Return the position of each tip from the apex of the fruit [mm]; a square is anticlockwise from (-x, -y)."""
+        """Return the position of each tip relative to the apex of the fruit [mm].
+
+        The tips of a square are in anticlockwise order, beginning at (-x, -y).
+        """
         return tuple(
             Position(self.offset_mm + self.spacing_mm * x, self.spacing_mm * y) for x, y in self.tip_layout.positions
         )
 
     @property
     def centres_mm(self) -> tuple[float, ...]:
-        """Return x of each tip from the apex of the fruit [mm]."""
+        """Return the x coordinate of each tip relative to the apex of the fruit [mm]."""
         return tuple(position.x for position in self.places_mm)
 
     @cached_property
@@ -172,9 +175,9 @@ class Tips(ShapeKeys):
 
     @property
     def own_columns(self) -> tuple[int, ...]:
-        """Return the tips with columns of their own in tables of forces.
+        """Return the indices of the tips that have a column of their own in tables of forces.
 
-        A pair has none, because the mean forces of the low and the high tips are already its two forces.
+        A pair needs none, because its two forces equal the mean forces of the low and of the high tips.
         """
         return () if self.tip_layout.is_pair else tuple(range(len(self.springs)))
 
@@ -185,14 +188,14 @@ class Tips(ShapeKeys):
 
     @property
     def per_spring(self) -> "Tips":
-        """Return two of these tips, one on each kind of spring."""
+        """Return a pair of tips with the same shape, one on each kind of spring."""
         return dataclasses.replace(self, layout=PAIR.name, order=None, outer_mm=None)
 
     @property
     def flat(self) -> "Tips":
-        """Return tips with sharp flat faces of the same outline, which are used to size the springs."""
-        sharp: dict[str, Any] = {key.name: key.default for key in dataclasses.fields(ShapeKeys)}
-        return dataclasses.replace(self, shape=self.tip_shape.sized_as, **sharp)
+        """Return tips with the same outline and sharp flat faces, on which the springs are sized."""
+        defaults: dict[str, Any] = {key.name: key.default for key in dataclasses.fields(ShapeKeys)}
+        return dataclasses.replace(self, shape=self.tip_shape.sized_as, **defaults)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -259,7 +262,7 @@ class PressMotion:
     )
 
     def __post_init__(self) -> None:
-        """Check each field."""
+        """Raise InputError for an invalid field."""
         check_fields(self, "press")
 
 
@@ -273,14 +276,14 @@ def shown_by_ball(fruit: Fruit, tips: Tips) -> bool:
 
 
 def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
-    """Raise InputError if a tip lies beyond the fruit."""
+    """Raise InputError if a tip lies beyond the length or the width of the fruit."""
     hint = "move the tips together, or take a larger fruit"
     layout = tips.tip_layout
-    free = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
-    along = free / layout.length
-    if tips.spacing_mm > along:
-        part = "" if layout.length == 1.0 else f" over {layout.length:g} spacings"
-        bound = f"at most fruit.length_mm - side - 2 |offset|{part} = {along:g} mm"
+    available_length = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
+    max_spacing = available_length / layout.length
+    if tips.spacing_mm > max_spacing:
+        divisor = "" if layout.length == 1.0 else f" over {layout.length:g} spacings"
+        bound = f"at most fruit.length_mm - side - 2 |offset|{divisor} = {max_spacing:g} mm"
         raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)
     if tips.side_mm > fruit.width_mm:
         bound = f"at most fruit.width_mm = {fruit.width_mm:g} mm"
