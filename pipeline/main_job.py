@@ -1,4 +1,4 @@
-"""The main job: targets -> springs -> solids -> meshes -> solutions -> verdicts, each stage from result to result."""
+"""The main job: a design is solved and judged stage by stage, from targets and springs to solids and verdicts."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -84,11 +84,11 @@ def run(
         with timed.stage("fabrication"):
             fabrication = begin_fabrication(pressed, options, executor)
 
-        result = evaluated(sensor)
+        result = evaluate_sensor(sensor)
         with timed.stage("fields"):
             fields_left_out = write_fields(pressed, result.press, options, folder)
             if options.out is not None:
-                prepare_page(result)  # while the worker makes the solids
+                prepare_page(result)  # here, because the worker still makes the solids
         with timed.stage("fabrication"):
             sideways = sideways_verdicts(pressed.springs, options)
         with timed.stage("solids"):
@@ -102,15 +102,15 @@ def run(
 
 
 def look(sensor: Sensor) -> SensorResult:
-    """Return a rough answer, accurate to a few per cent, without solids and files of parts.
+    """Return the result of a quick run, which makes no solids and no files of parts.
 
-    Raises like `run`, and OutputError for the folder of a whole run.
+    Raises like `run`, and OutputError if the folder holds the files of a whole run.
     """
     options = sensor.options
     if options.out is not None:
         refuse_folder_of_a_run(options.out)
     with output_folder(options.out, force=options.force) as folder:
-        result = evaluated(sensor)
+        result = evaluate_sensor(sensor)
         report = write_outputs(result, folder, page=options.out is not None)
     return replace(result, report=report)
 
@@ -149,14 +149,19 @@ def evaluate(design: Design, options: RunOptions | None = None, *, progress: Pro
     >>> round(K_l.value / K_l.limit, 2)
     1.0
     """
-    result = evaluated(Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress or silent)))
+    result = evaluate_sensor(
+        Sensor(design=design, options=options or RunOptions(), timed=Stopwatch(progress or silent))
+    )
     return replace(result, report=report_data(report_of_result(result)))
 
 
-def evaluated(sensor: Sensor) -> SensorResult:
-    """Return the result of a sensor whose stages are solved in this order; verdicts that did not pass have hints."""
+def evaluate_sensor(sensor: Sensor) -> SensorResult:
+    """Solve all stages of a sensor and return their results; verdicts that did not pass have hints."""
     sensor.solve("contact", "sizing", "upright_springs", "springs")
-    rough = "a rough answer: the solid and what pipeline design adds to a run are left out; --tol 0.001 has them"
+    rough = (
+        "A rough answer leaves out the solid and what pipeline design adds to a run. "
+        "Run with --tol 0.001 to make them."
+    )
     return SensorResult(
         options=sensor.options,
         pressed=sensor.pressed,
@@ -178,9 +183,9 @@ def evaluated(sensor: Sensor) -> SensorResult:
 def with_file_verdicts(
     result: SensorResult, geometry: Sequence[Verdict], making: Sequence[Verdict]
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts of a result with those on its solids and fabrication.
+    """Return the verdicts of a result, completed by those on its solids (`geometry`) and on its fabrication (`making`).
 
-    Verdicts that did not pass have hints.
+    A layout without a housing has no such verdicts. Verdicts that did not pass have hints.
     """
     verdicts = result.verdicts
     if result.design.tips.tip_layout.has_housing:

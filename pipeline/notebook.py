@@ -26,7 +26,7 @@ from sensor.words import OUTCOMES, round_below, with_bar
 _COLOURS = {True: "#2e7d32", False: "#c62828", None: "#b26a00"}
 _SIZE = (420, 240)  # size of the plot with its margins [px]
 _MARGINS = (48, 12, 12, 38)  # left, top, right, bottom
-_FEW = 5  # least number of ticks of an axis
+_FEW = 5  # smallest number of ticks on an axis
 _BLUE = "#1f6fb2"
 
 
@@ -38,10 +38,10 @@ def answer_html(
     P: Floats,
     moduli: Iterable[float],
 ) -> str:
-    """Return the answer on a design as HTML.
+    """Return the answer on a design as HTML: a sentence, tables of verdicts and springs, and a plot.
 
-    P is the force ratio at full travel on fruit of moduli E [MPa], nan if a tip is out of contact. The moduli of the
-    design [MPa] are dots on that curve.
+    The plot shows the force ratio P at full travel (n,) [1] against the modulus E (n,) [MPa]; P is nan if a tip is out
+    of contact. The `moduli` of the design [MPa] are dots on this curve. `name` is the name of the design.
     """
     parts = [f"<p><strong>{escape(headline(name, verdicts))}</strong></p>", _verdict_table(verdicts)]
     reasons = [
@@ -55,21 +55,23 @@ def answer_html(
 
 
 def _verdict_table(verdicts: Sequence[Verdict]) -> str:
-    """Return the verdicts on targets and readings as a table; one row counts all verdicts on part and print."""
+    """Return the verdicts on targets and readings as a table; its last row counts those on the part and its print."""
     rows = []
     for verdict in verdicts:
         if not is_on_the_part(verdict):
-            shown = as_read(verdict)
-            cells = (shown.name, measured(shown), limit_text(shown, shown.unit), tolerance_text(shown))
+            in_units = as_read(verdict)
+            limit = limit_text(in_units, in_units.unit)
+            cells = (in_units.name, measured(in_units), limit, tolerance_text(in_units))
             rows.append(f"{_cells(cells)}<td>{_outcome(verdict)}</td>")
-    others = [verdict.passed for verdict in verdicts if is_on_the_part(verdict)]
-    if others:
-        rows.append(_cells((f"{len(others)} on geometry and print", "", "", "", f"{others.count(True)} passed")))
+    part_outcomes = [verdict.passed for verdict in verdicts if is_on_the_part(verdict)]
+    if part_outcomes:
+        passed = f"{part_outcomes.count(True)} passed"
+        rows.append(_cells((f"{len(part_outcomes)} on geometry and print", "", "", "", passed)))
     return _table(("verdict", f"value, {ERRORS_IN_WORDS}", "target", "tolerance", ""), rows)
 
 
 def _spring_table(springs: Mapping[str, MadeSpring]) -> str:
-    """Return the springs with their leaves as a table."""
+    """Return a table of the springs: stiffness with error bar, and size of the leaves."""
     rows = []
     for name, spring in springs.items():
         leaf = spring.flexure
@@ -79,22 +81,26 @@ def _spring_table(springs: Mapping[str, MadeSpring]) -> str:
 
 
 def _table(heads: Iterable[str], rows: Iterable[str]) -> str:
+    """Return an HTML table with these column heads; each row is the HTML of its cells."""
     header = "".join(f"<th>{escape(head)}</th>" for head in heads)
     return f"<table><tr>{header}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
 
 
 def _cells(texts: Iterable[str]) -> str:
+    """Return texts as escaped HTML cells."""
     return "".join(f"<td>{escape(text)}</td>" for text in texts)
 
 
 def _outcome(verdict: Verdict) -> str:
+    """Return the outcome of a verdict as coloured HTML."""
     return f'<span style="color:{_COLOURS[verdict.passed]}">{OUTCOMES[verdict.passed]}</span>'
 
 
 def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
-    """Yield the plot of P over the modulus as SVG; nothing if P is unknown.
+    """Yield the elements of an SVG plot of P (n,) [1] against the modulus E (n,) [MPa], with dots at `moduli` [MPa].
 
-    The curve is interrupted where a tip is out of contact.
+    The curve is interrupted where P is nan, because a tip is out of contact. Nothing is drawn if fewer than two values
+    are known.
     """
     known = np.isfinite(P)
     if np.count_nonzero(known) < 2:  # noqa: PLR2004 - ends of a line
@@ -104,10 +110,12 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     left, top, right, bottom = _MARGINS
 
     def x_of(values: Floats) -> Floats:
+        """Return the horizontal positions [px] of moduli."""
         share = (values - x_ticks[0]) / (x_ticks[-1] - x_ticks[0])
         return np.asarray(left + share * (width - left - right))
 
     def y_of(values: Floats) -> Floats:
+        """Return the vertical positions [px] of force ratios, from the top."""
         share = (values - y_ticks[0]) / (y_ticks[-1] - y_ticks[0])
         return np.asarray(height - bottom - share * (height - top - bottom))
 
@@ -124,10 +132,10 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
         yield f'<text x="{left - 6}" y="{y + 4.0:.1f}" text-anchor="end">{tick:g}</text>'
     middle = 0.5 * (left + width - right)
     yield f'<text x="{middle:.1f}" y="{height - 6}" text-anchor="middle">modulus E of the fruit [MPa]</text>'
-    turned = f"translate(12 {0.5 * (top + height - bottom):.1f}) rotate(-90)"
-    yield f'<text transform="{turned}" text-anchor="middle">force ratio P [1]</text>'
-    for run in _runs(known):
-        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(x_of(E[run]), y_of(P[run]), strict=True))
+    rotation = f"translate(12 {0.5 * (top + height - bottom):.1f}) rotate(-90)"
+    yield f'<text transform="{rotation}" text-anchor="middle">force ratio P [1]</text>'
+    for part in _runs(known):
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(x_of(E[part]), y_of(P[part]), strict=True))
         yield f'<polyline points="{points}" fill="none" stroke="{_BLUE}" stroke-width="2"/>'
     dots = np.asarray(moduli, dtype=np.float64)
     for x, y in zip(x_of(dots), y_of(np.interp(dots, E, P)), strict=True):
@@ -137,20 +145,25 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
 
 
 def _runs(known: Flags) -> Iterator[slice]:
-    """Yield the slices of consecutive known values in order."""
+    """Yield the slices of an array in which all values are known, in order."""
+    # A run begins where the flag rises from 0 to 1 and ends where it falls.
     edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(int), [0]])))
     for start, end in edges.reshape(-1, 2).tolist():
         yield slice(start, end)
 
 
 def _line(start: tuple[float, float], end: tuple[float, float]) -> str:
+    """Return a line of the grid as SVG, between two points [px]."""
     (x1, y1), (x2, y2) = start, end
     ends = f'x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"'
     return f'<line {ends} stroke="currentColor" stroke-opacity="0.15"/>'
 
 
 def _ticks(low: float, high: float) -> Floats:
-    """Return round numbers with equal steps that enclose two values, which may be equal."""
+    """Return round numbers at equal steps, the smallest at most `low` and the largest at least `high`.
+
+    Both values may be equal.
+    """
     span = high - low or abs(high) or 1.0
     step = round_below(span / (_FEW - 1))
     first, last = np.floor(low / step), np.ceil(high / step)

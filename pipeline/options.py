@@ -22,7 +22,7 @@ DEFAULT_DESIGN = "paper"
 FRUIT_STIFFNESSES = ("contact", "hayes")
 
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
-# as accurate as the verdicts on K_l and K_h allow; with a larger tolerance they stay undecided
+# the tolerance of the verdicts on K_l and K_h; with a larger one they stay undecided
 DEFAULT_TOLERANCE = 1e-3
 ROUGH_TOLERANCE = 0.02  # from this tolerance on, both springs and the contact are solved on one coarse mesh
 CONTACT_FRACTION = 0.25  # share of the contact in the tolerance; it is cheap, so the expensive springs get the rest
@@ -76,14 +76,14 @@ class RunOptions:
     look: bool = False
 
     def __post_init__(self) -> None:
-        """Check each field, and refuse fields of a mesh together with a look."""
+        """Check each option; raises InputError if `fields` is given with `look`."""
         check_fields(self, "options")
         if self.look and self.fields:
             raise validation_error("--fields", "given", "", "left out if --look is given", "ask for a whole run")
 
     @property
     def command(self) -> str:
-        """Return the command that repeats the run in its folder."""
+        """Return the command line that repeats the run in its folder."""
         words = ["pipeline", "design" if self.fabrication else "run", "--design design.toml"]
         words += [f"--fruit-stiffness {self.fruit_stiffness}", f"--tol {self.tolerance:g}"]
         words += ["--fields"] if self.fields else []
@@ -97,7 +97,7 @@ class RunOptions:
 
     @property
     def contact_tolerance(self) -> float:
-        """Return the allowed relative error [1] of the fruit's compliance."""
+        """Return the allowed relative error of the fruit's compliance [1], a share of the tolerance."""
         return CONTACT_FRACTION * self.tolerance
 
 
@@ -115,7 +115,11 @@ def preset_names() -> tuple[str, ...]:
 
 
 def design_path(design: str | Path, name: str = "--design") -> Path:
-    """Return the file of a preset, or the path itself; raises InputError, which names the design `name`."""
+    """Return the path of a design file, from a path or from the name of a preset.
+
+    A text is a path if it ends in .toml or has a separator. Raises InputError if there is no such preset; the message
+    names the design by the flag or argument `name`.
+    """
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
     known = preset_names()
@@ -163,9 +167,10 @@ def load_design(
 def design_tables(
     design: str | Path, settings: Mapping[str, object] | None = None, name: str = "--design"
 ) -> DesignTables:
-    """Return the tables of a preset or a file with settings on top; further settings may still complete them.
+    """Return the tables of a preset or a design file, in which settings replace values; they may be incomplete.
 
-    Settings and errors are as in `load_design`, except for values that only a complete design shows to be wrong.
+    Further settings may complete them to a design. Arguments and errors are those of `load_design`, except for errors
+    that only a complete design can show.
     """
     path = design_path(design, name)
     texts = {key: setting_text(key, value) for key, value in (settings or {}).items()}
@@ -174,7 +179,10 @@ def design_tables(
 
 
 def setting_text(key: str, value: object) -> str:
-    """Return a value of a key as text for `--set`, empty for None; raises InputError for a type that no design has."""
+    """Return the value of a design key as the text that `--set` takes, empty for None.
+
+    Raises InputError for a value that is not finite, or of a type that no design has.
+    """
     if value is None or isinstance(value, str):
         return value or ""
     try:
@@ -186,7 +194,10 @@ def setting_text(key: str, value: object) -> str:
 
 
 def run_key(design: Design, options: RunOptions) -> str:
-    """Return the digest of all inputs of a run; a folder with the same key is up to date."""
+    """Return the digest of everything that determines a run: design, options, program and packages.
+
+    A folder whose report has the same key is up to date.
+    """
     inputs = {
         "design": design_as_mapping(design),
         "options": asdict(replace(options, out=None, force=False)),

@@ -26,7 +26,7 @@ from solve.fruit.compliance import FruitCompliance
 
 
 class ReportData(Plain):
-    """The data of report.json with a short text representation."""
+    """The data of report.json, with a short text representation."""
 
     def __repr__(self) -> str:
         """Return the names of the tables."""
@@ -109,7 +109,7 @@ class SensorResult(Record):
     report: Plain = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
-        """Wrap the data of the report, so that they are short in print."""
+        """Wrap the data of the report, so that they print as a short text."""
         object.__setattr__(self, "report", ReportData(self.report))
 
     def __repr__(self) -> str:
@@ -162,8 +162,11 @@ class SensorResult(Record):
 
 
 def with_solids(verdicts: Sequence[Verdict], geometry: Sequence[Verdict]) -> tuple[Verdict, ...]:
-    """Return the verdicts on a sensor with those on its solids inserted after the verdicts on printing."""
-    behind = 1 + max(i for i, verdict in enumerate(verdicts) if verdict.row.group == "print")
+    """Return the verdicts on a sensor, with those on its solids inserted after the verdicts on printing.
+
+    If no solid was made, the verdict geometry.made replaces them.
+    """
+    after_print = 1 + max(i for i, verdict in enumerate(verdicts) if verdict.row.group == "print")
     if not geometry:
         geometry = [judge("geometry.made", None, "no housing was made, see printable.low and .high")]
-    return (*verdicts[:behind], *geometry, *verdicts[behind:])
+    return (*verdicts[:after_print], *geometry, *verdicts[after_print:])

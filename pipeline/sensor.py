@@ -31,20 +31,23 @@ from solve.fruit.compliance import FruitCompliance
 
 Solved = TypeVar("Solved")
 SpringsAs = Literal["fitted", "sized"]
-"""Springs fitted to the housing by finite elements, or exactly as stiff as sized, which a search tries."""
+"""Whether the springs are fitted to the housing by finite elements, or taken as sized, as in a search."""
 
 
 def refuse_unsolvable(design: Design) -> None:
-    """Raise InputError for an unsolvable scene or pose, or for tips that leave no plate, before anything is solved."""
+    """Raise InputError if a design has an unsolvable scene or pose, or tips that leave no plate; nothing is solved."""
     refuse_unsolvable_poses(design)
     refuse_unsolvable_time(design)
     plate_depth(design, design.process)
 
 
 def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_property[Solved]"]:
-    """Return a decorator for a property that is solved once; its time is added to a stage of the run."""
+    """Return a decorator for a property that is solved on first use and cached.
 
-    def decorated(solve: Callable[["Sensor"], Solved]) -> "cached_property[Solved]":
+    Its wall-clock and CPU time are added to the stage `name` of the run.
+    """
+
+    def timed_property(solve: Callable[["Sensor"], Solved]) -> "cached_property[Solved]":
         @wraps(solve)
         def timed(sensor: "Sensor") -> Solved:
             with sensor.timed.stage(name):
@@ -52,15 +55,15 @@ def stage(name: str) -> Callable[[Callable[["Sensor"], Solved]], "cached_propert
 
         return cached_property(timed)
 
-    return decorated
+    return timed_property
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Sensor:
-    """A design with its stages; each property solves what it needs.
+    """A design whose stages are properties: each is solved on first use, together with the stages that it needs.
 
-    The springs are `fitted` to the housing by finite elements, or taken as `sized`. `begin_solid` is called with each
-    housing that may be the last one, in parallel with the solves. A search may pass a `known_contact` of a design with
+    The springs are "fitted" to the housing by finite elements, or taken as "sized". `begin_solid` is called with each
+    housing that may be the final one, in parallel with the solves. A search may pass a `known_contact` of a design with
     the same scene, and the height offsets of the tips on sized springs [mm]. Each property raises InputError for an
     unusable scene, and MeshError or SolveError for an unreliable solution.
     """
@@ -74,22 +77,25 @@ class Sensor:
     known_offsets_mm: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse an unsolvable scene; for sized springs this check waits until they are pressed.
+        """Raise InputError for an unsolvable scene or a bench that cannot calibrate the springs, if these are fitted.
 
-        A sensor that will be printed must be possible to calibrate as well; a search ignores an insufficient bench.
+        With sized springs, as in a search, the scene is checked when they are pressed, and the bench is not checked.
         """
         if self.springs_as == "fitted":
             refuse_unsolvable(self.design)
             refuse_bench_that_cannot_weigh(self.design)
 
     def solve(self, *stages: str) -> None:
-        """Solve stages in this order; each solves the stages it needs."""
+        """Solve the stages of these names in this order; each also solves the stages that it needs."""
         for name in stages:
             getattr(self, name)
 
     @stage("contact")
     def contact(self) -> FruitCompliance:
-        """Return the compliance of the fruit under the tips; with sized springs, designs of one shape share it."""
+        """Return the compliance of the fruit under the tips.
+
+        With sized springs, designs that differ only in size share the solution.
+        """
         if self.known_contact is not None:
             return self.known_contact
         if self.springs_as == "sized":
@@ -98,19 +104,19 @@ class Sensor:
 
     @stage("sizing")
     def sizing(self) -> SpringSizing:
-        """Return the springs for the targets, or the springs of the design."""
+        """Return the stiffnesses of the springs that the targets need, or those that the design gives."""
         return spring_sizing(self.design, self.contact, self.options)
 
     @stage("springs")
     def upright_springs(self) -> FittedSprings:
-        """Return the springs in their final housing, without the sideways compliance of their tips."""
+        """Return the springs in their final housing, without the lateral compliance of their tips."""
         if self.springs_as == "sized":
             return replace(springs_for(self.design, self.sizing, "sized"), ideal_offsets_mm=self.known_offsets_mm)
         return springs_for(self.design, self.sizing, "fitted", self.options.tolerance, self.begin_solid)
 
     @stage("springs")
     def springs(self) -> FittedSprings:
-        """Return the springs with the sideways compliance of their tips, if forces are inclined."""
+        """Return the springs with the lateral compliance of their tips, if forces are inclined."""
         if self.springs_as == "sized":
             leaning = springs_for(self.design, self.sizing, "leaning")
             return replace(leaning, ideal_offsets_mm=self.known_offsets_mm)
@@ -125,7 +131,7 @@ class Sensor:
 
     @stage("response")
     def press(self) -> ScenePress:
-        """Return the forces over travel and modulus."""
+        """Return the forces of the tips at all travels and moduli."""
         pressed = self.pressed
         return press_scene(pressed.scene, pressed.contact, pressed.C)
 
@@ -146,7 +152,7 @@ class Sensor:
 
     @cached_property
     def upright(self) -> PressedSensor:
-        """Return the sensor without the sideways compliance of its tips, which is enough if no force is inclined."""
+        """Return the sensor without the lateral compliance of its tips, which is enough if no force is inclined."""
         return PressedSensor(design=self.design, contact=self.contact, sizing=self.sizing, springs=self.upright_springs)
 
     @cached_property
@@ -169,19 +175,19 @@ class Sensor:
     @stage("verdicts")
     def verdicts(self) -> tuple[Verdict, ...]:
         """Return the verdicts on the sensor that need no files."""
-        judged = [rule(self) for _, rule in RULES]
-        return tuple(verdict for verdict in judged if verdict is not None)
+        verdicts = [rule(self) for _, rule in RULES]
+        return tuple(verdict for verdict in verdicts if verdict is not None)
 
     def verdict(self, name: str) -> Verdict | None:
-        """Return the verdict of a name by evaluating only its rules; None if this design has none."""
+        """Return the verdict of a name by evaluating only its rules; None if this design has no such verdict."""
         with self.timed.stage("verdicts"):
-            judged = [rule(self) for known, rule in RULES if known == name]
-        return next((verdict for verdict in judged if verdict is not None), None)
+            verdicts = [rule(self) for rule_name, rule in RULES if rule_name == name]
+        return next((verdict for verdict in verdicts if verdict is not None), None)
 
     def verdicts_on(self, group: Group) -> tuple[Verdict, ...]:
         """Return the verdicts of a group by evaluating only their rules."""
-        judged = [self.verdict(name) for name in dict(RULES) if row_of(name).group == group]
-        return tuple(verdict for verdict in judged if verdict is not None)
+        verdicts = [self.verdict(name) for name in dict(RULES) if row_of(name).group == group]
+        return tuple(verdict for verdict in verdicts if verdict is not None)
 
     @stage("behaviour")
     def behaviour(self) -> SpringBehaviour | None:
@@ -190,12 +196,12 @@ class Sensor:
 
     @stage("reading")
     def read_out(self) -> ReadingConstants:
-        """Return the constants for reading a finished sensor."""
+        """Return the constants with which a printed sensor converts its forces into a modulus."""
         return reading_constants(self.pressed, self.press, self.readings)
 
     @stage("errors")
     def errors(self) -> SensorErrors:
-        """Return the budget of each number, and the table with its bands of the modulus."""
+        """Return the error budget of each number, and the response table with its bands of the modulus."""
         return sensor_errors(self.pressed, self.reached, self.press, self.options, self.readings)
 
     @stage("verdicts")

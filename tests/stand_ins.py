@@ -12,7 +12,7 @@ import numpy as np
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from instrument.compress.specimens import Specimen
-from pipeline.main_job import evaluated
+from pipeline.main_job import evaluate_sensor
 from pipeline.options import RunOptions
 from pipeline.reading.over_time import reading_over_time
 from pipeline.reading.pressed_sensor import PressedSensor
@@ -157,7 +157,7 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
     """Return what `result_of` keeps after the first time, anew."""
     pressed = sensor_of(design, springs_of(design, made=made))
     errors = solved(pressed, readings=None).errors  # without the scatter of prints, which is solved
-    result = evaluated(solved(pressed, options, readings=None, over_time=None, errors=errors))
+    result = evaluate_sensor(solved(pressed, options, readings=None, over_time=None, errors=errors))
     seconds = Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0})
     return replace(result, verdicts=with_solids(result.verdicts, (GOOD,) if made else ()), seconds=seconds)
 

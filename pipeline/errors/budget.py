@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.errors.causes import NO_CAUSE, POSE, Cause, all_causes
 from pipeline.errors.error_records import Contribution, UncertaintyBudget
-from pipeline.errors.targets import SceneTargets, characteristic
+from pipeline.errors.targets import SceneTargets, force_ratio_curve
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import ScenePress
 from sensor.arrays import Floats
@@ -102,7 +102,7 @@ def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
     crosstalk = np.array([contact.crosstalk for contact in contacts])
     own = np.array([np.diag(contact.S) for contact in contacts]).T - crosstalk
     K_m = moduli * np.array([contact.K_m_over_E() for contact in contacts])[:, None]
-    law = characteristic(pair)
+    law = force_ratio_curve(pair)
     return LevelPress(
         E=moduli,
         travel=travel,
@@ -146,7 +146,7 @@ def uncertainty_budgets(
 
 def _largest_deflections(pair: PressedSensor) -> Floats:
     """Return the largest deflection of each spring (2,) [mm] at full travel, in the scene or level."""
-    level = characteristic(pair).deflections(pair.sizing.K_m_at_largest_E, pair.design.press.travel_mm)
+    level = force_ratio_curve(pair).deflections(pair.sizing.K_m_at_largest_E, pair.design.press.travel_mm)
     return np.maximum(level, pair.springs.deflections)
 
 

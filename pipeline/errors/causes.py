@@ -13,7 +13,7 @@ import numpy as np
 
 from cad.parts.housing import ENGRAVED_MM
 from cad.parts.pin import tip_accuracy_mm
-from pipeline.errors.targets import LEAST_TRAVEL, characteristic
+from pipeline.errors.targets import LEAST_TRAVEL, force_ratio_curve
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.behaviour import stiffening
@@ -78,21 +78,28 @@ NO_CAUSE = Cause(name="", reason="")
 
 
 def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats) -> tuple[Cause, ...]:
-    """Return all causes in presses of a pair to travels [mm] with spring deflections [mm], (2, ...)."""
+    """Return all causes of error of a pair of tips, each with its size in presses to these travels [mm].
+
+    `travel` has any shape, and `deflections` (2, ...) [mm] are those of the low and the high spring at these travels.
+    Effects that the model leaves out come first, then the scatter of inputs.
+    """
     travel = np.maximum(LEAST_TRAVEL, travel)
     depths = travel - deflections
     return (
-        *_left_out_of_housing(pair, deflections),
-        *_left_out_of_contact(pair.design, depths),
-        *_left_out_of_motion(pair, travel, deflections),
-        *_scatter_of_prints(pair.springs.process),
-        *_scatter_of_tips(pair, depths),
-        *_scatter_of_scenes(pair),
+        *_housing_effects(pair, deflections),
+        *_contact_effects(pair.design, depths),
+        *_motion_effects(pair, travel, deflections),
+        *_print_scatter(pair.springs.process),
+        *_tip_scatter(pair, depths),
+        *_scene_scatter(pair),
     )
 
 
 def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
-    """Return the causes after calibration of a unit: those that remain, and the errors of the calibration."""
+    """Return the causes that remain after calibration of a unit, and the errors of the calibration itself.
+
+    Calibration determines both stiffnesses, and zeroing on a flat plate determines the heights of the tips.
+    """
     reason = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
     half = 0.5 * ZEROED_MM
     return (
@@ -103,7 +110,7 @@ def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
 
 
 def known_springs() -> tuple[Cause, ...]:
-    """Return the errors of the stiffnesses of a calibrated unit, as independent causes."""
+    """Return the errors of both stiffnesses of a calibrated unit, as independent causes."""
     reason = f"known to {100.0 * CALIBRATED:g} %"
     return (
         Cause(name="low spring", reason=reason, springs=np.array([CALIBRATED, 0.0]), scatters=True),
@@ -111,8 +118,12 @@ def known_springs() -> tuple[Cause, ...]:
     )
 
 
-def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[Cause]:
-    """Yield the effects on printed springs that the model leaves out; none without a housing."""
+def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause]:
+    """Yield the effects on the stiffness of printed springs that the model leaves out.
+
+    They are large deflections, marks, the first layer, another mount, and creep. `deflections` (2, ...) [mm] are those
+    of the springs. Nothing without a housing.
+    """
     housing = pair.springs.housing
     if housing is None:
         return
@@ -125,15 +136,17 @@ def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[C
 
     mark_changes = []
     for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
-        # fraction of 1/K that is due to the frame [1]; it grows as the depth decreases
+        # The frame's fraction of the compliance 1/K [1] is inversely proportional to the depth. So a frame that is
+        # thinner by the depth of the marks changes K by this fraction times the relative change of the depth.
         frame_fraction = fraction * K / (process.E_MPa * leaf.depth)
         mark_changes.append(-frame_fraction * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
     yield Cause(name="engraved marks", reason=reason, springs=np.array(mark_changes), calibrated=True)
 
-    if process.line_width_mm is not None:  # the first layer of lines spreads
+    if process.line_width_mm is not None:  # a process that prints lines, whose first layer spreads
         foot_changes = []
         for leaf in leaves:
+            # The wide layer makes up a share of the depth, in which K is proportional to the cube of the thickness.
             thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
             foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thicker**BEAM_SLOPE - 1.0))
         yield Cause(
@@ -163,10 +176,13 @@ def _left_out_of_housing(pair: PressedSensor, deflections: Floats) -> Iterator[C
         yield Cause(name="creep", reason=reason, springs=np.full(2, stiffer_in_a_press))
 
 
-def _left_out_of_contact(design: Design, depths: Floats) -> Iterator[Cause]:
-    """Yield the effects on the fruit that the model leaves out, at the indentations `depths` of the tips [mm]."""
+def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
+    """Yield the effects on the fruit that the model leaves out: friction, large strain, and the slope of the skin.
+
+    `depths` (2, ...) [mm] are the indentations of the tips.
+    """
     poisson = design.fruit.poisson
-    grip_change = no_slip(poisson)
+    grip_change = no_slip(poisson)  # relative change of the fruit's stiffness if the tip does not slide
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
     yield Cause(name="no slip", reason=reason, fruit=np.array([grip_change, grip_change]))
 
@@ -194,8 +210,11 @@ def _left_out_of_contact(design: Design, depths: Floats) -> Iterator[Cause]:
     yield Cause(name="slope", reason=reason, fruit=sliding)
 
 
-def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats) -> Iterator[Cause]:
-    """Yield the effects of lateral motion that the model leaves out: flat tips on a slope, and a rolling fruit."""
+def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) -> Iterator[Cause]:
+    """Yield the effects of lateral motion that the model leaves out: flat tips on a slope, and a fruit that rolls.
+
+    `travel` [mm] has any shape, and `deflections` (2, ...) [mm] are those of the springs.
+    """
     design = pair.design
     sideways = pair.springs.sideways
     if sideways is not None and not design.tips.tip_shape.obeys_hertz:  # the law of domes includes it
@@ -205,16 +224,16 @@ def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats
             # `lean` is the inclined force relative to its component along the press. The compliance that it adds to
             # the spring is expressed as a softer fruit.
             lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
-            more = float(lean @ sideways.compliance[tip, tip] @ lean / pair.C[tip, tip])
+            added_fraction = float(lean @ sideways.compliance[tip, tip] @ lean / pair.C[tip, tip])
             depth = np.maximum(LEAST_TRAVEL, travel - deflection)
-            give_changes.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
+            give_changes.append(1.0 / (1.0 + added_fraction * deflection / depth) - 1.0)
         reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
         yield Cause(name="sideways give", reason=reason, fruit=np.array(give_changes))
 
     radius = design.fruit.radius_mm
     if design.fruit.can_roll and radius is not None:
         places = design.tips.centres_mm
-        law = characteristic(pair)
+        law = force_ratio_curve(pair)
         stiffness = [
             series_stiffness(law.springs.K_l, law.K_m_max),
             series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
@@ -235,8 +254,8 @@ def _left_out_of_motion(pair: PressedSensor, travel: Floats, deflections: Floats
         )
 
 
-def _scatter_of_prints(process: Process) -> Iterator[Cause]:
-    """Yield the scatter between prints, which is common to all springs of a print."""
+def _print_scatter(process: Process) -> Iterator[Cause]:
+    """Yield the scatter from print to print, of modulus and leaf thickness, which all springs of a print share."""
     advice = "Calibrate each printed unit"
     E = COVERAGE * process.E_scatter
     yield Cause(
@@ -248,11 +267,11 @@ def _scatter_of_prints(process: Process) -> Iterator[Cause]:
         advice=advice,
     )
     accuracy = process.accuracy_mm  # [mm], of 95 % coverage
-    thicker = np.array([((t + accuracy) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
+    stiffness_changes = np.array([((t + accuracy) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
     yield Cause(
         name="leaf thickness",
         reason=f"leaf thickness within {accuracy:g} mm (K as t^{BEAM_SLOPE:g})",
-        springs=thicker,
+        springs=stiffness_changes,
         scatters=True,
         calibrated=True,
         power=BEAM_SLOPE,
@@ -260,14 +279,17 @@ def _scatter_of_prints(process: Process) -> Iterator[Cause]:
     )
 
 
-def _scatter_of_tips(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
-    """Yield the scatter of the tips in side, edge and height; that of an edge depends on its depth [mm]."""
+def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
+    """Yield the scatter of the tips: of their sides, of the rounding of their edges, and of their heights.
+
+    The effect of rounding depends on the indentations `depths` (2, ...) [mm].
+    """
     tips = pair.design.tips
     accuracy = tip_accuracy_mm(tips, pair.springs.process)
     # The correction for large changes is valid up to LARGEST_CHANGE, so a larger error of the side is cut off there.
-    wider = min(LARGEST_CHANGE, accuracy / tips.side_mm)
+    side_change = min(LARGEST_CHANGE, accuracy / tips.side_mm)
     reason = f"tips wider or narrower by {accuracy:g} mm (the fruit's stiffness is proportional to the side)"
-    yield Cause(name="tip side", reason=reason, fruit=np.array([wider, wider]), scatters=True)
+    yield Cause(name="tip side", reason=reason, fruit=np.array([side_change, side_change]), scatters=True)
 
     reason = f"edges rounded by {accuracy:g} mm, at the depth of each tip"
     yield Cause(name="tip edge", reason=reason, fruit=-edge_loss(depths, tips.side_mm, accuracy), scatters=True)
@@ -283,12 +305,12 @@ def _scatter_of_tips(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
     )
 
 
-def _scatter_of_scenes(pair: PressedSensor) -> Iterator[Cause]:
+def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
     """Yield the scatter of fruit and press: Poisson's ratio, tilt, and the attitude of the sensor."""
     design = pair.design
     fruit = design.fruit
-    largest = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
-    change = (1.0 - fruit.poisson**2) / (1.0 - largest**2) - 1.0
+    largest_poisson = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
+    change = (1.0 - fruit.poisson**2) / (1.0 - largest_poisson**2) - 1.0
     yield Cause(
         name="Poisson's ratio",
         reason=f"Poisson's ratio nu within {fruit.poisson_spread:g} (as 1 / (1 - nu^2), as on a half-space)",
@@ -321,5 +343,5 @@ def _scatter_of_scenes(pair: PressedSensor) -> Iterator[Cause]:
 
 
 def zeroing(design: Design) -> str:
-    """Return the advice for tips that are not level."""
+    """Return the advice for a user whose tips are not level."""
     return f"Zero the tips on a flat plate in the attitude of the press ({design.press.attitude})"

@@ -14,7 +14,7 @@ from scipy.special import ndtri
 from pipeline.errors.budget import LevelPress
 from pipeline.errors.causes import Cause, known_springs
 from pipeline.errors.error_records import Interval, ScatterBands
-from pipeline.errors.targets import characteristic
+from pipeline.errors.targets import force_ratio_curve
 from pipeline.reading.pressed_sensor import PressedSensor
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE
@@ -25,21 +25,22 @@ LEVEL = 0.95
 
 
 def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None:
-    """Return the bands of prints of a pair from its level presses; None without a housing.
+    """Return the bands that contain 95 % of the prints of a pair before calibration; None without a housing.
 
-    P is the force ratio of each print at the largest modulus; its modulus is read with the nominal springs.
+    For a sample of prints, the stiffnesses vary and P_max, NL and the modulus read follow from `level` presses. The
+    modulus is read from P at the largest modulus as if the springs were nominal.
     """
     if pair.springs.housing is None:
         return None
-    of_prints = [cause for cause in level.causes if cause.scatters and cause.calibrated and cause.springs.any()]
-    factors = _sampled_factors(of_prints)
+    print_causes = [cause for cause in level.causes if cause.scatters and cause.calibrated and cause.springs.any()]
+    factors = _sampled_factors(print_causes)
     prints = Cause(name="prints", reason="", springs=factors[:, None, :] - 1.0)
     at_full_travel = replace(level, travel=level.travel[-1:])
     P = at_full_travel.ratio(prints, 1.0)  # (moduli, samples)
     E = level.E[:, 0]
     K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))
-    modulus_at = characteristic(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
-    error = 0.0
+    modulus_at = force_ratio_curve(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
+    error = 0.0  # of a modulus read with calibrated springs, whose errors add
     for cause in known_springs():
         low, high = (modulus_at(float(at_full_travel.largest_ratio(cause, sign))) for sign in (-1.0, 1.0))
         error += 0.5 * abs(high - low) / float(E[-1])
@@ -54,21 +55,27 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
 
 
 def _sampled_factors(causes: Sequence[Cause]) -> Floats:
-    """Return the stiffness of each spring over its nominal one [1] in a Sobol sample of normal causes, (2, samples)."""
+    """Return the stiffness of each spring over its nominal value for a sample of prints [1], (2, `SAMPLES`).
+
+    Each cause has a normal distribution, and a Sobol sequence samples all causes together.
+    """
     from scipy.stats import qmc  # a tenth of all import time, and only fabrication needs it
 
     points = qmc.Sobol(len(causes), seed=1).random(SAMPLES)
     normal = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
     factors = np.ones((2, SAMPLES))
-    for cause, of_sample in zip(causes, normal.T, strict=True):
-        in_last_press = np.reshape(cause.springs, (2, -1))[:, -1:]
-        two_sigma = (1.0 + in_last_press) ** (1.0 / cause.power) - 1.0  # relative to the nominal value of the input
-        factors = factors * (1.0 + two_sigma * of_sample / COVERAGE) ** cause.power
+    for cause, deviates in zip(causes, normal.T, strict=True):
+        stiffness_change = np.reshape(cause.springs, (2, -1))[:, -1:]  # in the last press, at full travel
+        two_sigma = (1.0 + stiffness_change) ** (1.0 / cause.power) - 1.0  # relative to the nominal value of the input
+        factors = factors * (1.0 + two_sigma * deviates / COVERAGE) ** cause.power
     return factors
 
 
 def _band(values: Sequence[float] | Floats) -> Interval:
-    """Return the ends of the middle 95 %; an end is None if it is beyond all numbers, which nan represents."""
+    """Return the ends of the interval of the middle 95 % of values; None for an end that is not a finite number.
+
+    A value of nan represents a modulus beyond all that nominal springs can show, so it is counted as infinite.
+    """
     numbers = np.nan_to_num(values, nan=math.inf, posinf=math.inf)
     ends = np.quantile(numbers, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], method="inverted_cdf")
     low, high = (float(end) if math.isfinite(end) else None for end in ends)

@@ -17,7 +17,7 @@ from pipeline.errors.budget import (
 from pipeline.errors.causes import after_calibration
 from pipeline.errors.error_records import ScatterBands
 from pipeline.errors.scatter_bands import scatter_bands
-from pipeline.errors.targets import ForceRatioCurve, SceneTargets, characteristic, force_errors_of_springs
+from pipeline.errors.targets import ForceRatioCurve, SceneTargets, force_errors_of_springs, force_ratio_curve
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
 from pipeline.reading.pressed_sensor import PressedSensor
@@ -58,9 +58,10 @@ def sensor_errors(
     options: RunOptions,
     readings: ReadingAccuracy | None,
 ) -> SensorErrors:
-    """Return all errors of a sensor with its P_max and NL in its scene.
+    """Return the error budgets of a sensor, its response table with bands, and the scatter of its prints.
 
-    The table of a sensor with readings shows their uncertainty.
+    `reached` are P_max and NL in the scene of the design. For a sensor with `readings`, the bands of the table show
+    their uncertainty, and a force ratio has no budget.
     """
     pair = sensor.pair
     if readings is not None:
@@ -75,14 +76,15 @@ def sensor_errors(
 
 
 def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress) -> ReadingTable:
-    """Return the table of the curve of a scene with its two bands of the modulus.
+    """Return the response of a scene as a table with two bands of the modulus: as printed and after calibration.
 
-    The numerical error of P comes from the scene; the other errors come from a level sensor in the same press.
+    `curve` is the response of the scene, from which the numerical error of P comes. The other errors come from `level`
+    presses of the same pair.
     """
-    of_springs = [force_errors_of_springs(pair, E).sum() for E in curve.E.tolist()]
-    numerical = curve.P_error + np.array(of_springs)[:, None]
+    spring_errors = [force_errors_of_springs(pair, E).sum() for E in curve.E.tolist()]
+    numerical = curve.P_error + np.array(spring_errors)[:, None]
     change = relative_change(level.ratio)
-    law = characteristic(pair)
+    law = force_ratio_curve(pair)
     return ReadingTable(
         response=curve,
         printed=_bands_of_ratio(law, curve, total_errors(numerical, level.causes, change)),
@@ -91,9 +93,10 @@ def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress)
 
 
 def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats) -> Floats:
-    """Return the moduli [MPa] that may show each P with its error [1], shape (moduli, travels, 2).
+    """Return the smallest and the largest modulus [MPa] that may show each P of a curve, (moduli, travels, 2).
 
-    The first modulus has no band, nor has an unknown P.
+    `errors` (moduli, travels) [1] are the relative errors of P. The band is nan for the first modulus, which is a
+    limit, and for an unknown P.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):
@@ -107,22 +110,24 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
 
 
 def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets: Budgets) -> ReadingTable:
-    """Return the table of a sensor that reads a modulus at full travel, with two standard deviations and the bias.
+    """Return the response table of a sensor with readings, with the bands of the modulus read at full travel.
 
-    As printed, its springs are as uncertain as the print; after calibration, as the design's reading states.
+    As printed, its springs have the scatter of prints in addition; after calibration they have the uncertainty in the
+    design's `[reading]`.
     """
     rows = readings.moduli
     return ReadingTable(
         response=curve,
-        printed=_bands(curve, rows, budgets.widest_spring),
-        calibrated=_bands(curve, rows, 0.0),
+        printed=_bands_of_readings(curve, rows, budgets.widest_spring),
+        calibrated=_bands_of_readings(curve, rows, 0.0),
     )
 
 
-def _bands(curve: SensorResponse, rows: Sequence[ModulusAccuracy], spring_error: float) -> Floats:
-    """Return the bands of readings at full travel; `spring_error` [1] is the error of the springs beyond calibration.
+def _bands_of_readings(curve: SensorResponse, rows: Sequence[ModulusAccuracy], spring_error: float) -> Floats:
+    """Return the smallest and the largest modulus [MPa] for readings at full travel, (moduli, travels, 2).
 
-    Half the width is the bias plus two standard uncertainties, interpolated over ln E between the evaluated moduli.
+    Half the width is the bias plus two standard uncertainties, interpolated in ln E between the evaluated moduli.
+    `spring_error` [1] is an error of the springs in addition to that of their calibration, two standard deviations.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not rows:

@@ -58,7 +58,10 @@ class ForceRatioCurve:
         return self._estimate(law)
 
     def fruit_stiffness(self, P: float) -> float:
-        """Return the fruit stiffness with the force ratio P [N/mm], (4); 0 below all P, infinite beyond the springs."""
+        """Return the fruit stiffness that gives a force ratio P [N/mm], by the paper's equation (4).
+
+        It is 0 for a P below that of the softest fruit, and infinite for a P above the ratio of the springs.
+        """
         if self.stiffness_ratio >= P:
             return 0.0
         if self.springs.K_h / self.springs.K_l <= P:
@@ -66,23 +69,25 @@ class ForceRatioCurve:
         return fruit_stiffness(self.springs, P, self.stiffness_ratio)
 
     def modulus_scale(self, P: Floats, E: Floats) -> Callable[[float], float] | None:
-        """Return the modulus [MPa] as a function of P [1] at one travel, from P at moduli E, softest first.
+        """Return a function that gives the modulus [MPa] for a force ratio [1] at one travel.
 
-        It is interpolated over the fruit stiffness of the two-spring law, over which the modulus is nearly a straight
-        line. Beyond the last modulus it is extrapolated from the last two. Below the first it is 0. It is nan if the
-        springs show no such P. The result is None if some P is unknown, or P does not rise.
+        P (moduli,) [1] are the force ratios at the moduli E [MPa], softest first. The function interpolates linearly in
+        the fruit stiffness of the two-spring law, in which the modulus is nearly linear. Beyond the last modulus it
+        extrapolates from the last two, and below the first it gives 0. It gives nan for a ratio that the springs cannot
+        show. The result is None if some P is unknown, or if P does not rise.
         """
 
         def stiffness(ratio: float) -> float:
             """Return the fruit stiffness [N/mm] at which a level sensor has this ratio to P on the softest fruit."""
-            level = ratio / float(P[0]) * self.stiffness_ratio
-            return self.fruit_stiffness(level) if math.isfinite(level) else math.nan
+            level_ratio = ratio / float(P[0]) * self.stiffness_ratio
+            return self.fruit_stiffness(level_ratio) if math.isfinite(level_ratio) else math.nan
 
         nodes = np.array([stiffness(ratio) for ratio in P.tolist()])
         if not (np.diff(nodes) > 0.0).all():
             return None
 
         def modulus(ratio: float) -> float:
+            """Return the modulus [MPa] at a force ratio [1]."""
             K_m = stiffness(ratio)
             if not math.isfinite(K_m):
                 return math.nan
@@ -104,17 +109,20 @@ class ForceRatioCurve:
         return np.array([low, high])
 
     def _estimate(self, law: Law) -> Estimate:
-        """Return a number by a law, with the propagated errors of springs and fruit stiffness."""
-        # At the centre of the fruit both tips meet the same stiffness, so the error of a solve does not change their
-        # ratio.
+        """Return the value of a law with the error that results from the errors of springs and fruit stiffness."""
+        # At the centre of the fruit both tips press on the same stiffness, so the error of the contact does not change
+        # their ratio.
         ratio_error = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
         values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
         errors = (*self.spring_errors, self.K_m_error, ratio_error * self.stiffness_ratio)
         return Estimate(law(*values), propagate_errors(law, values, errors))
 
 
-def characteristic(pair: PressedSensor) -> ForceRatioCurve:
-    """Return the curve of P of a pair: its springs, and the stiffest fruit under the solved contact, with errors."""
+def force_ratio_curve(pair: PressedSensor) -> ForceRatioCurve:
+    """Return the law of P for a pair with its springs and the stiffness of its firmest fruit, with their errors.
+
+    The stiffness of the fruit comes from the solved contact, whatever sized the springs.
+    """
     sizing = pair.sizing
     K_m = sizing.K_m_max_contact
     return ForceRatioCurve(
@@ -143,13 +151,13 @@ class SceneTargets:
 
 
 def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
-    """Return P_max and NL of a sensor in its scene, with their errors, by the definitions of the targets.
+    """Return P_max and NL of a sensor with their errors, by the definitions of the targets.
 
-    The two-spring law gives them if it is exact, and if the scene was not pressed. More than two tips are represented
-    by a pair.
+    They come from the forces in `press`, or in closed form from the two-spring law if `press` is None or level. More
+    than two tips are represented by a pair.
     """
     pair = sensor.pair
-    law = characteristic(pair)
+    law = force_ratio_curve(pair)
     P_max, NL = law.P_max(), law.NL(targets)
     level = LevelTargets(P_max=P_max.value, P_max_error=P_max.error, NL=NL.value, NL_error=NL.error)
     if press is None or press.level:

@@ -17,10 +17,10 @@ from solve.contact.scene import Scene, SidewaysGive, check_scene
 from solve.contact.scene_cells import scene_footprints
 from solve.fruit.compliance import FruitCompliance
 
-TRAVELS = 12
-CURVE_TRAVELS = 6
+TRAVELS = 12  # travels of the table
+CURVE_TRAVELS = 6  # travels of the curve
 LINEAR_MODULI = 72  # moduli of the curve; an even number, so that half of E_max is one of them
-_SCAN = 20  # moduli over which P must rise, from the least one of the design to E_max
+_SCAN = 20  # moduli over which P must rise, from the smallest one of the design to E_max
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -47,9 +47,10 @@ class ScenePress(Record):
 
 
 def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: SidewaysGive | None = None) -> Scene:
-    """Return the scene of contact of a design.
+    """Return the contact scene of a design: what the forces of the tips depend on, apart from springs and modulus.
 
-    `height_offsets` [mm] are the heights of the tips relative to the foremost.
+    `height_offsets` (tips,) [mm] are the heights of the tips relative to the foremost, and `sideways` is their lateral
+    compliance under inclined forces.
     """
     return Scene(
         fruit=design.fruit,
@@ -70,7 +71,10 @@ def refuse_unsolvable_scene(design: Design) -> None:
 
 
 def _check_skin(scene: Scene) -> None:
-    """Raise InputError if contact under a skin cannot be solved."""
+    """Raise InputError if the fruit has a skin under which contact cannot be solved.
+
+    It can be solved for flat tips and domes, on a piece of a fruit.
+    """
     thickness = scene.fruit.skin_mm
     if thickness is None:
         return
@@ -84,7 +88,10 @@ def _check_skin(scene: Scene) -> None:
 
 
 def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress:
-    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises like `scene_response`."""
+    """Solve all presses of a scene on springs with the compliance matrix C, (tips, tips) [mm/N].
+
+    `contact` is the compliance of the fruit. Raises like `scene_response`.
+    """
     fruit = scene.fruit
     x = scene.press.travel_mm
     full_travel = travels(x, 1)
@@ -108,8 +115,8 @@ def curve_moduli(scene: Scene) -> Floats:
 
 def scan_moduli(fruit: Fruit) -> Floats:
     """Return the 20 moduli up to E_max over which P must rise [MPa]."""
-    least = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
-    return np.linspace(least, fruit.E_max_MPa, _SCAN)
+    smallest = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
+    return np.linspace(smallest, fruit.E_max_MPa, _SCAN)
 
 
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
@@ -134,12 +141,13 @@ def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: F
 
 
 def spring_fractions(contact: FruitCompliance, C: Floats, E: float) -> Floats:
-    """Return the fraction of the spring in the compliance of spring and fruit, for each tip at E [MPa], (tips,) [1].
+    """Return the share of the spring in the compliance of spring and fruit in series, for each tip at E [MPa] [1].
 
-    A relative error of a spring stiffness causes this fraction of it in the force of the tip.
+    The result has the shape (tips,). A relative error of a spring's stiffness causes the same error of the tip's force,
+    times this share.
     """
     spring_compliance = np.diag(C)
-    contact = contact.at(E)
+    contact = contact.at(E)  # under a skin the compliance times E depends on E
     fruit_compliance = (np.diag(contact.S) - contact.crosstalk) / E
     fractions: Floats = spring_compliance / (spring_compliance + fruit_compliance)
     return fractions

@@ -26,28 +26,28 @@ LIFTED = "a tip is off the fruit at full travel, so that there is no force ratio
 # Force ratio
 
 
-def P_max_verdict(P_max: Estimate | None, targets: Targets, of_what: str) -> Verdict:
-    """Return the verdict on P_max [1]; without a value it fails, because a tip is out of contact.
+def P_max_verdict(P_max: Estimate | None, targets: Targets, scene_text: str) -> Verdict:
+    """Return the verdict on P_max [1], which is None and fails if a tip is out of contact.
 
-    `of_what` is its text.
+    `scene_text` says for which springs and scene it holds.
     """
-    words = f"force ratio at E_max {of_what}; tolerance relative to the target"
+    words = f"force ratio at E_max {scene_text}; tolerance relative to the target"
     return judge("P_max", P_max, LIFTED if P_max is None else words, limit=targets.P_max)
 
 
-def NL_verdict(NL: Estimate | None, targets: Targets, of_what: str) -> Verdict:
-    """Return the verdict on NL [1]; without a value it fails, because a tip is out of contact.
+def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdict:
+    """Return the verdict on NL [1], which is None and fails if a tip is out of contact.
 
-    `of_what` is its text.
+    `scene_text` says for which springs and scene it holds.
     """
-    words = f"departure of P from its straight line, {targets.NL_definition}, {of_what}; tolerance absolute"
+    words = f"departure of P from its straight line, {targets.NL_definition}, {scene_text}; tolerance absolute"
     return judge("NL", NL, LIFTED if NL is None else words, limit=targets.NL)
 
 
 def displacement_verdict(table: SensorResponse) -> Verdict:
     """Return the verdict on the spread of P over the travel [1], the largest over all moduli.
 
-    On cells the error of the spread is twice the error of P; if P does not depend on the travel, it is exact.
+    If the contact was solved on cells, the error of the spread is twice the error of P. In closed form it is exact.
     """
     name = "P_displacement_independent"
     largest = 0.0
@@ -62,14 +62,17 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
 
 
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
-    """Return the verdict on the rise of P with E at the end of the travel [1], for at least two rising moduli."""
+    """Return the verdict on the smallest relative step of P between neighbouring moduli at full travel [1].
+
+    `scan` has at least two moduli, in rising order.
+    """
     name = "P_monotonic"
     P = scan.P[:, -1]
     if not np.isfinite(P).all():
         return judge(name, None, "a tip is off the fruit at full travel")
-    least = float((np.diff(P) / P[:-1]).min())
+    smallest_step = float((np.diff(P) / P[:-1]).min())
     words = "smallest relative step of P between neighbouring E at full travel"
-    return judge(name, least, words, passed=least > 0.0)
+    return judge(name, smallest_step, words, passed=smallest_step > 0.0)
 
 
 # Springs
@@ -123,10 +126,11 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
 
 
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return the verdict on the farthest contact from the centre of a dome's face [mm], at most half of the face.
+    """Return the verdict that the contact of a dome stays on its face, on any fruit at full travel.
 
-    A printed dome ends in a square, whose sides the contact must not cross; a dome on a pin ends in a circle. The reach
-    follows Hertz's law, at full travel and every modulus.
+    Its value is the largest distance of the edge of a contact from the centre of the face [mm], by Hertz's law. It must
+    be at most half the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular one.
+    A tip out of contact has no edge, and is skipped.
     """
     tips = design.tips
     radius = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
@@ -149,10 +153,10 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
 
 
 def _slope_under(design: Design, position: Position) -> float:
-    """Return the slope [1] of the fruit against a tip at a position [mm], with tilt and roll of the press added.
+    """Return the slope [1] of the fruit relative to a tip at `position` [mm], including tilt and roll of the press.
 
-    It is the steepest slope. For a printed tip, whose face is a square, it is the steepest slope towards one of its
-    sides.
+    For a printed tip, whose face is a square, it is the steeper of the slopes towards two of its sides. For other tips
+    it is the slope in the steepest direction.
     """
     radius, radius_across = design.fruit.radii_mm
     u, v = design.fruit.to_principal(position.x, position.y)
@@ -167,9 +171,10 @@ def _slope_under(design: Design, position: Position) -> float:
 
 
 def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
-    """Return the verdict on the largest bias [1].
+    """Return the verdict on the largest bias of a reading [1].
 
-    Also undecided if the error bar of a smaller one reaches the limit.
+    The bias whose error bar reaches farthest is compared with the limit too, because it may belong to another pose. If
+    it reaches the limit, the verdict is undecided.
     """
     words = "largest |E read / E - 1| without noise, over all fruits and poses"
     if readings.moduli:
@@ -180,15 +185,20 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
     reach = readings.reach
     if reach is None or verdict.passed is False:
         return verdict
-    reaching = judge(verdict.name, reach, words, limit=limit)
-    if reaching.passed is verdict.passed:
+    reach_verdict = judge(verdict.name, reach, words, limit=limit)
+    if reach_verdict.passed is verdict.passed:
         return verdict
-    other = f"the bar of a smaller one, {with_bar(100.0 * reach.value, 100.0 * reach.error, '%')}, reaches the limit"
-    return replace(verdict, passed=all_passed([verdict, reaching]), reference=f"{verdict.reference}; {other}")
+    reach_text = (
+        f"the bar of a smaller one, {with_bar(100.0 * reach.value, 100.0 * reach.error, '%')}, reaches the limit"
+    )
+    return replace(verdict, passed=all_passed([verdict, reach_verdict]), reference=f"{verdict.reference}; {reach_text}")
 
 
 def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
-    """Return the verdict on the uncertainty [1]; its reference names the modulus and the largest source."""
+    """Return the verdict on the standard uncertainty of a reading [1], at the modulus where it is worst.
+
+    The reference text names this modulus and the largest source.
+    """
     words = "uncertainty of E over all fruits and poses"
     limit = reading.least_uncertainty_limit
     if readings.moduli:
@@ -201,22 +211,20 @@ def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements)
 
 
 def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
-    """Return the verdict on the least accurate spring after calibration [1].
+    """Return the verdict on the largest standard uncertainty of a spring after calibration on the bench [1].
 
-    It passes if the design gives the error.
+    If the design gives this uncertainty, the bench is not used and the verdict passes. None if it is unknown.
     """
     name = "reading.calibration"
-    left = readings.calibration
-    if left is None:
+    errors = readings.calibration
+    if errors is None:
         return None
-    if "stiffness_percent" in left.typed:
+    if "stiffness_percent" in errors.typed:
         words = "as reading.stiffness_percent gives it; the bench is not used"
-        return judge(name, left.largest_stiffness, words, limit="as given", passed=True)
-    bench = f"a balance of {left.balance_g:g} g up to {left.balance_max_g:g} g, and a dial of {left.dial_mm:g} mm"
-    words = (
-        f"uncertainty of the spring of {left.worst_tip} after calibration, most of it by the {left.by}; with {bench}"
-    )
-    return judge(name, left.largest_stiffness, words)
+        return judge(name, errors.largest_stiffness, words, limit="as given", passed=True)
+    bench = f"a balance of {errors.balance_g:g} g up to {errors.balance_max_g:g} g, and a dial of {errors.dial_mm:g} mm"
+    spring = f"uncertainty of the spring of {errors.worst_tip} after calibration"
+    return judge(name, errors.largest_stiffness, f"{spring}, most of it by the {errors.by}; with {bench}")
 
 
 def touch_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict:
@@ -226,7 +234,10 @@ def touch_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> V
 
 
 def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
-    """Return the verdict on the pressure under the worst tip [MPa], at the modulus nearest to its limit, if any."""
+    """Return the verdict on the largest mean pressure under a tip [MPa]; None if the fruit has no bruise limit.
+
+    Of several moduli, the one whose pressure is highest relative to its limit counts.
+    """
     pressures = readings.pressures
     if not pressures:
         return None
@@ -236,9 +247,10 @@ def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Ve
 
 
 def _of_all_poses(name: str, estimate: Estimate | None, limit: float, words: str, refused: str | None) -> Verdict:
-    """Return the verdict on a number of readings [1], which fails if a pose that occurs has no reading.
+    """Return the verdict on an estimate over all poses [1], which fails if a pose has no reading.
 
-    Its value is for the other poses, None if a level press has no reading.
+    `refused` counts and explains such poses, and is None if there are none. The estimate leaves them out; it is None if
+    a level press has no reading.
     """
     if refused is None:
         return judge(name, estimate, words, limit=limit)
@@ -247,9 +259,9 @@ def _of_all_poses(name: str, estimate: Estimate | None, limit: float, words: str
 
 
 def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
-    """Return the verdict on the largest change of a reading during the time in which it may be taken [1].
+    """Return the verdict on the largest change of a reading during the hold, as the flesh relaxes [1].
 
-    A design without `[reading]` has the default limit of the bias.
+    The limit is that of the bias; a design without `[reading]` has its default.
     """
     name = "reading.relaxation"
     limit = (design.reading or ReadingRequirements()).bias_limit

@@ -38,21 +38,21 @@ if TYPE_CHECKING:
 Rule = Callable[["Sensor"], Verdict | None]
 
 
-def _of_readings(
+def _reading_verdict(
     judged: "Callable[[ReadingAccuracy, ReadingRequirements], Verdict | None]", sensor: "Sensor"
 ) -> Verdict | None:
-    """Return a verdict on the readings of a sensor; None for a design without readings."""
+    """Return the verdict of a function on the readings of a sensor; None for a design without readings."""
     reading = sensor.design.reading
     readings = None if reading is None else sensor.readings
     return None if reading is None or readings is None else judged(readings, reading)
 
 
-def _of_ratio(
+def _ratio_verdict(
     name: str, judged: Callable[[Estimate | None, Targets, str], Verdict], sensor: "Sensor"
 ) -> Verdict | None:
-    """Return the verdict on P_max or NL; None for a design with readings or without targets.
+    """Return the verdict of a function on P_max or NL, by `name`; None for a design with readings or without targets.
 
-    It is undecided if the springs were not printed.
+    It is undecided if the stiffnesses of the springs are not known, because they could not be printed.
     """
     targets = sensor.design.targets
     if targets is None or sensor.design.reading is not None:
@@ -64,38 +64,40 @@ def _of_ratio(
     return verdict if springs.known else replace(verdict, passed=None)
 
 
-def _stiffness(name: str, kind: str, sensor: "Sensor") -> Verdict | None:
+def _stiffness_verdict(name: str, kind: str, sensor: "Sensor") -> Verdict | None:
     """Return the verdict on the stiffness of one spring; None if springs are exactly as stiff as sized."""
     springs = sensor.springs.per_spring
     return None if springs.ideal else stiffness_verdict(name, springs.springs[kind], monolithic=springs.monolithic)
 
 
-def _spread(sensor: "Sensor") -> Verdict | None:
+def _displacement_verdict(sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on the spread of P over the travel; None for a design with readings."""
     return None if sensor.design.reading is not None else displacement_verdict(sensor.press.table)
 
 
-def _rise(sensor: "Sensor") -> Verdict | None:
+def _monotonic_verdict(sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on the rise of P with E; None for a design with readings."""
     return None if sensor.design.reading is not None else monotonic_verdict(sensor.press.scan)
 
 
-def _printable(kind: str, sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the printability of one spring; None for a line of tips, which has no housing."""
+def _printable_verdict(kind: str, sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on the printability of one spring; None for a layout without a housing."""
     springs = sensor.springs
     has_housing = sensor.design.tips.tip_layout.has_housing
     return printable_verdict(springs.printable[kind], springs.springs[kind]) if has_housing else None
 
 
-def _tip_face(sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the faces of printed domes."""
+def _tip_face_verdict(sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on the faces of printed domes; None for other tips."""
     tips = sensor.design.tips
     has_domes = tips.tip_layout.has_housing and tips.tip_shape.touches_beside_centre
     return tip_face_verdict(sensor.design, sensor.press) if has_domes else None
 
 
-def _bruise(sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the pressure of the hardest press.
+def _bruise_verdict(sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on the largest pressure of a sensor that reads a force ratio.
 
-    None without a limit, and with readings, which have their own.
+    None if the fruit has no bruise limit, and for a design with readings, which has a verdict over all poses.
     """
     limits = sensor.design.fruit.bruise_limits_MPa
     if sensor.design.reading is not None or not limits:
@@ -104,29 +106,29 @@ def _bruise(sensor: "Sensor") -> Verdict | None:
     return judge("bruise", tip_pressure(sensor.pressed, sensor.press), words, limit=max(limits))
 
 
-def _relaxation(sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on a reading while the flesh relaxes."""
+def _relaxation_verdict(sensor: "Sensor") -> Verdict | None:
+    """Return the verdict on the change of a reading while the flesh relaxes; None for flesh that does not relax."""
     over_time = sensor.over_time
     return None if over_time is None else relaxation_verdict(sensor.design, over_time)
 
 
 RULES: tuple[tuple[str, Rule], ...] = (
-    ("reading.bias", partial(_of_readings, bias_verdict)),
-    ("reading.uncertainty", partial(_of_readings, uncertainty_verdict)),
-    ("reading.touch", partial(_of_readings, touch_verdict)),
-    ("reading.calibration", partial(_of_readings, calibration_verdict)),
-    ("bruise", partial(_of_readings, skin_verdict)),
-    ("P_max", partial(_of_ratio, "P_max", P_max_verdict)),
-    ("NL", partial(_of_ratio, "NL", NL_verdict)),
-    ("K_l", partial(_stiffness, "K_l", "low")),
-    ("K_h", partial(_stiffness, "K_h", "high")),
-    ("P_displacement_independent", _spread),
-    ("P_monotonic", _rise),
-    ("printable.low", partial(_printable, "low")),
-    ("printable.high", partial(_printable, "high")),
-    ("geometry.tip_face", _tip_face),
-    ("bruise", _bruise),
-    ("reading.relaxation", _relaxation),
+    ("reading.bias", partial(_reading_verdict, bias_verdict)),
+    ("reading.uncertainty", partial(_reading_verdict, uncertainty_verdict)),
+    ("reading.touch", partial(_reading_verdict, touch_verdict)),
+    ("reading.calibration", partial(_reading_verdict, calibration_verdict)),
+    ("bruise", partial(_reading_verdict, skin_verdict)),
+    ("P_max", partial(_ratio_verdict, "P_max", P_max_verdict)),
+    ("NL", partial(_ratio_verdict, "NL", NL_verdict)),
+    ("K_l", partial(_stiffness_verdict, "K_l", "low")),
+    ("K_h", partial(_stiffness_verdict, "K_h", "high")),
+    ("P_displacement_independent", _displacement_verdict),
+    ("P_monotonic", _monotonic_verdict),
+    ("printable.low", partial(_printable_verdict, "low")),
+    ("printable.high", partial(_printable_verdict, "high")),
+    ("geometry.tip_face", _tip_face_verdict),
+    ("bruise", _bruise_verdict),
+    ("reading.relaxation", _relaxation_verdict),
 )
 """The verdicts in the order of a report, each with its rule, which returns None if the design has no such verdict."""
 

@@ -232,7 +232,7 @@ def test_fault_of_a_docstring_is_raised_and_leaves_no_folder(error, place, call,
 @pytest.mark.usefixtures("folder", "without_page")
 def test_example_of_a_docstring_runs(name, monkeypatch):
     """On stand-ins of a solved sensor: what is solved is tested elsewhere."""
-    monkeypatch.setattr(main_job, "evaluated", lambda _: result_of())
+    monkeypatch.setattr(main_job, "evaluate_sensor", lambda _: result_of())
     told, count = complaints(name)
     assert count
     assert told == []

@@ -21,7 +21,7 @@ from pipeline.errors.budget import (
     uncertainty_budgets,
 )
 from pipeline.errors.causes import LARGEST_MOUNT_CHANGES, after_calibration, all_causes
-from pipeline.errors.targets import SceneTargets, characteristic
+from pipeline.errors.targets import SceneTargets, force_ratio_curve
 from pipeline.response.scene_press import curve_moduli, scene_of
 from pipeline.springs.fitted_springs import GRAVITY
 from sensor.design.fruit import Fruit
@@ -59,7 +59,7 @@ def pair_of(design, springs=None):
 def budgets_of(design, springs=None):
     """Return the budgets as of a level pair, whatever the scene."""
     pair = pair_of(design, springs)
-    law = characteristic(pair)
+    law = force_ratio_curve(pair)
     return in_scene(pair, SceneTargets(P_max=law.P_max(), NL=law.NL(design.targets), level=None))
 
 
@@ -113,7 +113,7 @@ def test_every_number_says_all_three_shares(name, model, inputs, budgets):
 
 
 def test_numerical_error_is_the_bar_that_the_verdicts_use(budgets):
-    own = characteristic(pair_of(Design()))
+    own = force_ratio_curve(pair_of(Design()))
     assert (budgets.K_l.numerical, budgets.K_h.numerical) == pytest.approx(ERRORS, rel=1e-12)
     for budget, number in ((budgets.P_max, own.P_max()), (budgets.NL, own.NL(Targets()))):
         assert budget.numerical == pytest.approx(number.relative, rel=1e-12)
@@ -384,7 +384,7 @@ def test_errors_of_a_table_are_those_of_each_press_by_itself(made):
 
 def test_deflections_off_the_middle():
     """Off the middle the fruit is stiffer under the high tip by the stiffness ratio: deflections of both in series."""
-    law = dataclasses.replace(characteristic(pair_of(Design())), stiffness_ratio=1.25)
+    law = dataclasses.replace(force_ratio_curve(pair_of(Design())), stiffness_ratio=1.25)
     deflections = law.deflections(2.0, 0.6)
     assert deflections == pytest.approx((0.6 * 2.0 / (2.0 + K_L), 0.6 * 2.5 / (2.5 + K_H)), rel=1e-12)
 
@@ -439,7 +439,7 @@ def test_bands_of_the_table_are_the_moduli_at_both_ends_of_the_error_of_P(bands,
     """Both springs add their numerical errors, each in the share of the give that is its own."""
     result = stand_ins.result_of()
     pair, curve = result.pressed.pair, result.press.curve
-    modulus_at = characteristic(pair).modulus_scale(curve.P[:, -1], curve.E)
+    modulus_at = force_ratio_curve(pair).modulus_scale(curve.P[:, -1], curve.E)
     for row in (10, 40):
         K_m = curve.E[row] * K_M_OVER_E
         by_springs = sum(error * K_m / (K_m + K) for error, K in zip(ERRORS, SPRINGS.stiffnesses, strict=True))
