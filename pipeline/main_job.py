@@ -159,8 +159,7 @@ def evaluate_sensor(sensor: Sensor) -> SensorResult:
     """Solve all stages of a sensor and return their results; verdicts that did not pass have hints."""
     sensor.solve("contact", "sizing", "upright_springs", "springs")
     rough = (
-        "A rough answer leaves out the solid and what pipeline design adds to a run. "
-        "Run with --tol 0.001 to make them."
+        "A rough answer leaves out the solid and what pipeline design adds to a run. Run with --tol 0.001 to make them."
     )
     return SensorResult(
         options=sensor.options,

@@ -25,12 +25,12 @@ ROUND_OFF = 1e-9  # a relative change below this is round-off
 LIFTED = 1.0  # relative change of a number if a cause lifts a tip off the fruit
 
 Change = Callable[[Cause, float], Floats]
-"""The relative change of numbers of any shape by a cause times a sign [1]."""
+"""A function that returns the relative change of numbers of any shape due to a cause times a sign [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Budgets(Record):
-    """The budget of each number; `contact` is s11 - s12.
+    """The error budget of each number; `contact` is that of the fruit's compliance s11 - s12.
 
     Springs that are not printed have none. P_max and NL have none if a tip is out of contact or the sensor does not
     read a force ratio. Domes have no s11 - s12, because their contact grows.
@@ -54,8 +54,8 @@ class LevelPress:
     """Level presses of a pair over moduli [MPa] (moduli, 1) and travels [mm] (travels,), and the causes in them.
 
     K are the stiffnesses of the springs [N/mm]. `crosstalk` is the compliance of the fruit between both tips times E
-    [1/mm], (moduli, 1). `own` is its compliance under each tip less the crosstalk, times E [1/mm], (2, moduli, 1). All
-    numbers take their changes from these presses, so a cause acts on each fruit with its size on that fruit.
+    [1/mm], (moduli, 1). `own` is its compliance under each tip minus the crosstalk, times E [1/mm], (2, moduli, 1). The
+    changes of all numbers follow from these presses, so that each cause acts on each fruit with its size there.
     """
 
     E: Floats
@@ -67,19 +67,19 @@ class LevelPress:
     NL_definition: Definition
 
     def ratio(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return P [1], (moduli, travels), with a multiple of a cause; nan if the cause lifts a tip off the fruit.
+        """Return the force ratio P [1], (moduli, travels), if a cause acts with a multiple of its size.
 
-        The forces solve (E C + S) F = E (travel + height offset). C is the compliance of the springs, and S / E the
-        compliance of the fruit.
+        P is nan if the cause lifts a tip off the fruit. The forces solve (E C + S) F = E (travel + height offset). C is
+        the compliance of the springs, and S / E the compliance of the fruit.
         """
-        own = []  # diagonal of E C + S [1/mm]; its other elements are the crosstalk
+        diagonal = []  # of E C + S [1/mm]; its other elements are the crosstalk
         for i, K in enumerate(self.K):
-            spring = K * (1.0 + times * cause.springs[i])
-            own.append(self.E / spring + self.own[i] / (1.0 + times * cause.fruit[i]) + self.crosstalk)
+            changed_K = K * (1.0 + times * cause.springs[i])
+            diagonal.append(self.E / changed_K + self.own[i] / (1.0 + times * cause.fruit[i]) + self.crosstalk)
         travel_l, travel_h = (self.travel + times * offset for offset in cause.height_offsets)
         # Cramer's rule: both forces have the same determinant, which cancels in their ratio.
-        F_l = own[1] * travel_l - self.crosstalk * travel_h
-        F_h = own[0] * travel_h - self.crosstalk * travel_l
+        F_l = diagonal[1] * travel_l - self.crosstalk * travel_h
+        F_h = diagonal[0] * travel_h - self.crosstalk * travel_l
         both_touch = np.minimum(F_l, F_h) > 0.0
         ratio: Floats = np.divide(F_h, F_l, out=np.full(both_touch.shape, math.nan), where=both_touch)
         return ratio
@@ -117,9 +117,10 @@ def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
 def uncertainty_budgets(
     pair: PressedSensor, reached: SceneTargets, press: ScenePress, level: LevelPress | None
 ) -> Budgets:
-    """Return the budget of every number; P_max and NL of a force ratio need the presses in `level`.
+    """Return the error budgets of both springs, of P_max and NL, and of the fruit's compliance.
 
-    The causes of P_max and NL act on a level sensor. If tilted presses were solved, the pose acts as in the scene.
+    P_max and NL have budgets only if the presses in `level` are given, on which their causes act. If the scene was
+    solved at other tilts, the change due to the pose comes from these solutions.
     """
     travel = pair.design.press.travel_mm
     spring_causes = all_causes(pair, travel, _largest_deflections(pair))
@@ -204,7 +205,10 @@ def _tilted_NL(tilted: SensorResponse) -> float:
 
 
 def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> UncertaintyBudget:
-    """Return the budget of a number from its relative change by each cause; inputs act in both directions."""
+    """Return the budget of a number, from its `numerical` error [1] and its relative change due to each cause.
+
+    Changes below round-off are left out. Effects of the model add; inputs are independent, so their squares add.
+    """
     model: list[Contribution] = []
     inputs: list[Contribution] = []
     for cause in causes:
@@ -222,7 +226,10 @@ def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> Unce
 
 
 def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> Floats:
-    """Return the total errors of many numbers [1], each like the total of its `UncertaintyBudget`."""
+    """Return the total relative errors of an array of numbers [1], each as the total of its `UncertaintyBudget`.
+
+    `numerical` are the numerical errors of the numbers [1], and `change` returns changes of the same shape.
+    """
     model_sum = np.zeros_like(numerical)
     input_squares = np.zeros_like(numerical)
     for cause in causes:
@@ -235,7 +242,10 @@ def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> 
 
 
 def size_of(cause: Cause, change: Change) -> Floats:
-    """Return the change of numbers by a cause [1]; an input acts in both directions, so its size has no sign."""
+    """Return the relative change of numbers due to a cause [1].
+
+    An input acts in both directions, so its size has no sign: usually it is the mean of both changes.
+    """
     up = change(cause, 1.0)
     if not cause.scatters:
         return up

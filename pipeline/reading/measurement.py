@@ -102,8 +102,8 @@ def seated_level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     """Return the level readings of a pair whose flat tips touch with their whole faces, as corrections of its readings.
 
     They are empty if the law is exact for such a press. The forces are computed in closed form, because forces on
-    contact cells have errors of some parts in a thousand. Tips without a flat face touch fully at once, so their
-    readings are those of `level_readings`.
+    contact cells have errors of some parts in a thousand. Tips without a flat face need no seating, so their readings
+    are those of `level_readings`.
     """
     if sensor.is_exact_seated:
         return ()

@@ -81,7 +81,7 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     if design.fruit.relaxation is None:
         return None
     law = _contrast_law(sensor)
-    # The travel counts from the first touch of the tips as no weight has shifted them: at their smallest gap.
+    # The travel counts from the first touch of tips that no weight has displaced, which is at their smallest gap.
     first_touch = float(np.min(np.add(law.gaps, sensor.height_offsets or 0.0)))
     t, travel, read_at = _press_and_hold(design)
     E = np.array(design.fruit.E_MPa)

@@ -96,8 +96,8 @@ class OccurringFruits:
 def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
     """Return the ranges of the fruits that are read, from the design's `[reading]`.
 
-    They are radii and thicknesses, or a relative spread of the design's radius. If the radii have ranges, the azimuth
-    of the fruit is arbitrary, because nobody turns a fruit before a press. A flat fruit does not vary.
+    They are ranges of radii, or a relative spread of the design's radius, and a range of the thickness. If the radii
+    have ranges, the azimuth of the fruit is arbitrary. The shape of a flat fruit does not vary.
     """
     if fruit.radius_mm is None:
         return OccurringFruits()
@@ -106,11 +106,8 @@ def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
             radius=reading.radius_mm,
             across=reading.radius_across_mm,
             thickness=reading.thickness_mm,
-            azimuths=(
-                0.0,
-                45.0,
-                135.0,
-            ),  # along a radius, and between both, where the skin's saddle is largest
+            # along a radius, and between both radii, where the saddle of the skin under the tips is largest
+            azimuths=(0.0, 45.0, 135.0),
         )
     radius = None
     if reading.radius_spread:
@@ -123,8 +120,9 @@ def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterat
     """Yield the placements at which readings are evaluated: level, at the ends of all ranges, and random ones.
 
     The first is level on the design's fruit, and the next are tilted in eight directions. Then follow the ends of the
-    ranges of the flesh and of the radii, with the fruit at several azimuths. On each such fruit the sensor stands level
-    at the apex. It also stands tilted towards each of four diagonals and as far from the apex as the design allows.
+    ranges of the flesh and of the radii, with the fruit at several azimuths and the sensor level at the apex. On fruit
+    of other radii, except at azimuth 0, the sensor also stands tilted towards each of four diagonals, as far from the
+    apex as the design allows.
     """
     fruits = fruits_of(design.fruit, reading)
     # The level press is placement 0; the error analysis relies on it.
@@ -165,7 +163,7 @@ def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) ->
     """
     rng = np.random.default_rng(SEED)
     for _ in range(DRAWN):
-        # All random numbers are drawn even if a range is missing, so that placements of similar designs stay equal.
+        # All random numbers are drawn even if a range is missing, so that it does not change the other ones.
         radius, across, azimuth = rng.uniform(size=3).tolist()
         tilt, position, turned = (_sample_disc(rng) for _ in range(3))
         radii = None

@@ -34,9 +34,10 @@ def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
 
 
 def contact_scene(design: Design) -> tuple[Fruit, Tips]:
-    """Return fruit and tips, with one value for all designs in each key that does not affect their contact.
+    """Return fruit and tips with a fixed value in each field that does not affect their contact.
 
-    Under a skin the moduli do affect it.
+    Designs that differ only in such fields then share one cached solution. Under a skin the moduli affect the contact,
+    so they keep their values.
     """
     fruit = design.fruit
     moduli = {} if fruit.skin_mm is None else {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
@@ -46,31 +47,32 @@ def contact_scene(design: Design) -> tuple[Fruit, Tips]:
 def contact_compliance(
     fruit: Fruit, tips: Tips, tolerance: float = CONTACT_FRACTION * DEFAULT_TOLERANCE
 ) -> FruitCompliance:
-    """Solve the compliance of the fruit [1/mm] that sizes the springs, for level sharp flat tips pressed vertically.
+    """Solve the compliance matrix of the fruit under its tips, times E [1/mm], which sizes the springs.
 
-    A curved fruit is solved as the block of its plan and thickness, to which the effect of its shape is added. A
-    filleted tip is replaced by a sharp one, a spherical tip by the cylinder of its diameter, and a dome by a circle of
-    half its width at the contact; the status names the replacement. The block is solved on the coarsest mesh whose
-    error meets the relative tolerance. Raises InputError for a scene outside the domain of the split
-    (`solve/fruit/split.py`), or for a curved fruit outside its own domain (`solve/fruit/curved_body.py`).
+    The tips are level, sharp and flat, and press vertically. Other tips are replaced by such tips: a filleted tip by a
+    sharp one, a spherical tip by the cylinder of its diameter, and a dome by a circle of half its width at the contact.
+    The status of the result names the replacement. The fruit is solved as a block, on the coarsest mesh whose error
+    meets the relative `tolerance`. The effects of its curved shape and of its skin are then added. Raises InputError
+    for a scene outside the domain of the block's solver (`solve/fruit/split.py`), or for a curved fruit outside its own
+    domain (`solve/fruit/curved_body.py`).
     """
     is_curved = fruit.equivalent_block != fruit
     footprints = contact_footprints(fruit, tips)
-    along_normals = tips.tip_shape.obeys_hertz  # a smooth dome presses along the normal of the skin
+    presses_along_normals = tips.tip_shape.obeys_hertz  # a smooth dome presses along the normal of the skin
     if is_curved:
-        check_curved(fruit, footprints)  # before the block is solved
+        check_curved(fruit, footprints)  # first, because the block takes long to solve
     compliance = split_compliance(fruit, tips, tolerance)
     compliance = replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
     if is_curved:
-        compliance = curved_compliance(compliance, fruit, footprints, along_normals, tolerance)
+        compliance = curved_compliance(compliance, fruit, footprints, presses_along_normals, tolerance)
     if fruit.skin_mm is not None:
-        compliance = skin_compliance(compliance, fruit, footprints, along_normals)
+        compliance = skin_compliance(compliance, fruit, footprints, presses_along_normals)
     info = replace(compliance.info, status=f"{_replacement_text(fruit, tips)}{compliance.info.status}")
     return replace(compliance, info=info)
 
 
 def _replacement_text(fruit: Fruit, tips: Tips) -> str:
-    """Return text that names the sharp flat tips that replace the design's; empty if these are sharp and flat."""
+    """Return a clause on the sharp flat tips that replace those of the design; empty if these are sharp and flat."""
     flat = tips.flat
     if tips.tip_shape.touches_beside_centre:
         circle = contact_footprints(fruit, tips)[0].side

@@ -41,7 +41,7 @@ class ScaledScene:
 def unit_scene(design: Design) -> ScaledScene:
     """Return the contact scene of a design, scaled to tips of side 1 mm.
 
-    The scene keeps its size if the scaled one would be outside the bounds of a design.
+    A scene that would be outside the bounds of a design at this scale keeps its size.
     """
     fruit, tips = contact_scene(design)
     scale = tips.side_mm
@@ -69,6 +69,7 @@ def scene_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
     unit = _unit_compliance(scene, CONTACT_FRACTION * tolerance)
     if scene.scale == 1.0:
         return unit
+    # S times E is a reciprocal length, so it is inversely proportional to the scale.
     skin = unit.skin and replace(unit.skin, S=unit.skin.S / scene.scale)
     return replace(unit, S=unit.S / scene.scale, shape_change=unit.shape_change / scene.scale, skin=skin)
 

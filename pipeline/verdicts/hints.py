@@ -1,4 +1,4 @@
-"""Hints: one sentence for each verdict that did not pass, from its own numbers. Nothing is solved."""
+"""Hints: for each verdict that did not pass, one sentence on what to change, computed without solving anything."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -24,13 +24,13 @@ _MARGIN = 0.98  # factor on a bound, so that rounding and error bars stay within
 def with_hints(
     verdicts: Iterable[Verdict], design: Design, springs: FittedSprings, options: RunOptions
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts, with a hint as `remedy` for each that did not pass."""
-    hinted = []
+    """Return the verdicts, each that did not pass with its hint in the field `remedy`."""
+    with_remedies = []
     for verdict in verdicts:
         if verdict.passed is not True:
             verdict = replace(verdict, remedy=hint(verdict, design, springs, options))
-        hinted.append(verdict)
-    return tuple(hinted)
+        with_remedies.append(verdict)
+    return tuple(with_remedies)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,29 +46,29 @@ class _Missed:
 def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunOptions) -> str:
     """Return the hint for a verdict that did not pass: one sentence on what would make it pass.
 
-    It is the `hint` of the verdict's row, filled with the numbers and clauses that it names in braces. If one of them
-    does not apply, it refers to the search.
+    Its template is the `hint` of the verdict's row in `sensor/verdicts.toml`, in which names in braces represent the
+    functions in `PARTS`. If one of these functions has no advice, the hint refers to the search for a design.
     """
     if springs.monolithic:  # glued pins cause errors that no finer mesh removes
-        tolerance = tolerance_hint(verdict, options.tolerance)
-        if tolerance is not None:
-            return tolerance
+        about_tolerance = tolerance_hint(verdict, options.tolerance)
+        if about_tolerance is not None:
+            return about_tolerance
     row = verdict.row
     template = (row.hint_without_value if verdict.value is None else "") or row.hint
     missed = _Missed(verdict=verdict, design=design, springs=springs, options=options)
-    words = ""
-    for text, part, *_ in Formatter().parse(template):
-        found = PARTS[part](missed) if part else ""
-        if found is None:
+    sentence = ""
+    for text, part_name, *_ in Formatter().parse(template):
+        part = PARTS[part_name](missed) if part_name else ""
+        if part is None:
             return SEARCH
-        words += text + found
-    return words or SEARCH
+        sentence += text + part
+    return sentence or SEARCH
 
 
 def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
-    """Return a hint for a verdict that is undecided by its error bar: the `--tol` that would decide it, if any.
+    """Return the hint for a verdict that its error bar leaves undecided: a `--tol` that would decide it, if any.
 
-    `run_tolerance` [1] is the relative tolerance of the run. The result is None for any other verdict.
+    `run_tolerance` [1] is the relative tolerance of the run. None for any other verdict.
     """
     limit = verdict.limit
     tolerance = verdict.tolerance
@@ -95,23 +95,24 @@ def least_travel(design: Design) -> float:
 
 
 def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float | None:
-    """Return the travel [mm] at which a verdict on strain, clearance or pressure passes.
+    """Return a travel [mm], shorter than the design's, at which a verdict on strain, clearance or pressure passes.
 
-    None for any other verdict, and for one that passes at the travel of the design. None also if the travel would be
-    too short for a reading.
+    Strain is proportional to the travel, pressure to a power of it, and a clearance decreases as much as the travel
+    increases. None for any other verdict, if a shorter travel does not help, and if it would be too short for a
+    reading.
     """
     travel = design.press.travel_mm
-    bound = travel
+    bound = travel  # largest travel at which the verdict passes
     if isinstance(verdict.limit, int | float) and verdict.value is not None:
         if verdict.row.by_travel == "pressure" and verdict.value > 0.0:
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
             bound = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
-        elif verdict.row.by_travel == "distance":  # it decreases by as much as the travel increases
+        elif verdict.row.by_travel == "distance":
             missing = verdict.limit - verdict.value
             bound = travel - missing
     for kind, spring in springs.springs.items() if verdict.row.by_travel == "strain" else ():
         printable = springs.printable[kind]
-        if printable.name == verdict.name and spring.highest_strain > 0.0:  # the strain is proportional to the travel
+        if printable.name == verdict.name and spring.highest_strain > 0.0:
             bound = travel * printable.strain_limit / spring.highest_strain
     if bound >= travel:  # the failure does not depend on the travel, for instance the length of a leaf
         return None
@@ -119,24 +120,24 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
     return shorter if least_travel(design) <= shorter < travel else None
 
 
-def _less_travel(missed: _Missed) -> str | None:
+def _shorter_travel_text(missed: _Missed) -> str | None:
     """Return the shorter travel [mm] at which the verdict passes, as text; None if there is none."""
     travel = shorter_travel(missed.verdict, missed.design, missed.springs)
     return None if travel is None else f"{travel:g}"
 
 
-def _more_travel(missed: _Missed) -> str | None:
-    """Return the longer travel [mm] of which all tips touch within the limit, as text; None without a number."""
+def _longer_travel_text(missed: _Missed) -> str | None:
+    """Return the travel [mm] that is long enough for the verdict on the last touch, as text; None without a value."""
     verdict = missed.verdict
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None
     travel = missed.design.press.travel_mm
-    least = (verdict.value + (verdict.error or 0.0)) * travel / (_MARGIN * verdict.limit)
-    return f"{rounded(least, towards=math.inf):g}"
+    shortest = (verdict.value + (verdict.error or 0.0)) * travel / (_MARGIN * verdict.limit)
+    return f"{rounded(shortest, towards=math.inf):g}"
 
 
-def _as_sized(missed: _Missed) -> str | None:
-    """Return a clause that leads back to sized springs and level flat tips, for which the law meets the targets."""
+def _sized_springs_clause(missed: _Missed) -> str | None:
+    """Return a clause that restores sized springs, or else a level press of flat tips; these meet the targets."""
     design, springs = missed.design, missed.springs
     if missed.options.fruit_stiffness == "hayes":
         return CONTACT_SIZES
@@ -144,11 +145,14 @@ def _as_sized(missed: _Missed) -> str | None:
         return "the springs were not made: see printable.low and printable.high"
     if design.springs.given and design.tips.tip_layout.takes_targets:
         return "leave the springs to the targets: `--set springs.K_l_N_per_m= --set springs.K_h_N_per_m=`"
-    return _level_flat_tips(missed)
+    return _level_flat_clause(missed)
 
 
-def _level_flat_tips(missed: _Missed) -> str | None:
-    """Return a clause that leads back to a level press of sharp flat tips on flat fruit, where P is one number."""
+def _level_flat_clause(missed: _Missed) -> str | None:
+    """Return a clause that restores a level press of sharp flat tips on flat fruit, in which P does not vary.
+
+    It names only the first property that differs; None if none does.
+    """
     press = missed.design.press
     tips = missed.design.tips
     if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
@@ -165,10 +169,11 @@ def _level_flat_tips(missed: _Missed) -> str | None:
     return None
 
 
-def _finer_bench(missed: _Missed) -> str | None:
-    """Return a clause that names the balance or the dial with which the verdict passes, and an alternative.
+def _finer_bench_clause(missed: _Missed) -> str | None:
+    """Return a clause that names the resolution of balance or dial at which the verdict passes, and an alternative.
 
-    All errors due to a bench, except noise, are proportional to its resolution.
+    All errors due to a bench, except noise, are proportional to its resolution. None if noise causes the error, or if
+    the verdict has no value.
     """
     verdict = missed.verdict
     bench = missed.design.bench or Bench()
@@ -185,8 +190,8 @@ def _finer_bench(missed: _Missed) -> str | None:
     return None
 
 
-def _steadier(missed: _Missed) -> str:
-    """Return a clause on a press, and with readings also a moment, in which flesh relaxes less."""
+def _steadier_press_clause(missed: _Missed) -> str:
+    """Return a clause on a press in which the flesh relaxes less, and for readings also on the best moment."""
     if missed.design.reading is None:
         return "press with less speed or hold for less time: `press.speed_mm_per_s`, `press.hold_s`"
     return (
@@ -196,11 +201,11 @@ def _steadier(missed: _Missed) -> str:
 
 
 PARTS: Mapping[str, Callable[[_Missed], str | None]] = {
-    "less_travel": _less_travel,
-    "more_travel": _more_travel,
-    "as_sized": _as_sized,
-    "level_flat_tips": _level_flat_tips,
-    "steadier": _steadier,
-    "finer_bench": _finer_bench,
+    "less_travel": _shorter_travel_text,
+    "more_travel": _longer_travel_text,
+    "as_sized": _sized_springs_clause,
+    "level_flat_tips": _level_flat_clause,
+    "steadier": _steadier_press_clause,
+    "finer_bench": _finer_bench_clause,
 }
 """Functions for the braces in hints of `sensor/verdicts.toml`: numbers and clauses, None if one does not apply."""

@@ -10,13 +10,13 @@ from sensor.verdict import Verdict
 from sensor.words import ROUND_OFF, shown, with_bar
 
 ERRORS_IN_WORDS = "± holds 95 %"
-"""The statement that stands once above all tables for people; files keep standard uncertainties."""
+"""The statement above a table for people; files contain standard uncertainties."""
 UNREAD = "some poses have no reading"
-"""The reason why a verdict on readings fails although its value, of the other poses, keeps the limit."""
+"""The reason why a verdict on readings fails although its value, over the other poses, is within the limit."""
 
 
 def headline(name: str, verdicts: Sequence[Verdict]) -> str:
-    """Return the answer on a design in one sentence."""
+    """Return the answer on a design in one sentence: yes, no or not decided."""
     counts = Counter(verdict.passed for verdict in verdicts)
     if counts[False]:
         return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts in the scene of its design."
@@ -36,7 +36,10 @@ def not_passed(verdicts: Iterable[Verdict]) -> list[Verdict]:
 
 
 def as_read(verdict: Verdict) -> Verdict:
-    """Return a verdict in units for people: fractions in per cent, uncertainties and their limit at 95 %."""
+    """Return a verdict in the units that people read: fractions in per cent, and uncertainties at 95 % coverage.
+
+    A limit and an absolute tolerance are converted like the value.
+    """
     row = verdict.row
     if row.shown is None:
         return verdict
@@ -50,7 +53,7 @@ def as_read(verdict: Verdict) -> Verdict:
 
 
 def measured(verdict: Verdict) -> str:
-    """Return the value of a verdict ± its error bar with its unit, empty without a value."""
+    """Return the value of a verdict with its error bar and its unit as text, empty without a value."""
     value = verdict.value
     return "" if value is None else with_bar(0.0 if abs(value) < ROUND_OFF else value, verdict.error, verdict.unit)
 
@@ -84,7 +87,7 @@ def tolerance_text(verdict: Verdict) -> str:
 
 
 def fails_unread(verdict: Verdict) -> bool:
-    """Return whether a verdict on readings fails although its value keeps the limit, because poses have no reading."""
+    """Return whether a verdict on readings fails only because poses have no reading, with a value within its limit."""
     if verdict.passed is not False or verdict.value is None or not isinstance(verdict.limit, int | float):
         return False
     return verdict.row.needs == "reading" and verdict.limit - verdict.value > (verdict.error or 0.0)
