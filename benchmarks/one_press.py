@@ -1,9 +1,9 @@
 """Errors that one press cannot detect: presses by independent boundary elements, read by a unit of a design.
 
-`python -m benchmarks.one_press [DESIGN] [--rows NAME ...] [--count N] [--seed 1]` prints rows for causes of error. A
-row has the change of E by the cause, the bar of the reading and its flags. A row of many presses has the numbers of
-presses inside their bars and of flagged ones, and the largest error in bars. Presses outside their bars without a flag
-are printed before it.
+`python -m benchmarks.one_press [DESIGN] [--rows NAME ...] [--count N] [--seed 1]` prints one row for each cause of
+error. A row has the change of E due to the cause, the error bar of the reading, and its flags. A row of many presses
+has the number within their error bars, the number with a flag, and the largest error over its bar. Presses outside
+their bars without a flag are printed before that row.
 
 Springs are as designed and known to 1 %, forces have no noise, and domes end at their rims. The unit is calibrated on a
 ball if the design says so.
@@ -14,6 +14,7 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -35,28 +36,30 @@ from solve.presses.pressed_bodies import SprungDomes as Sensor
 from solve.presses.pressing import Pressing, press
 from tests.measured_units import MeasuredDesign
 
+HeightMap = Callable[[np.ndarray, np.ndarray], np.ndarray]  # heights [mm] at x and y [mm]
+
 MODULI = (0.7, 2.5)  # MPa, well inside the range of the mango
-WAY = np.linspace(0.3, 1.0, 10)  # samples as shares of the travel; with 24 samples E changes by 1 %
-CELLS = 20  # cells of a grid in each direction; with 32 cells E changes by 0.1 %
-HOLLOW_CELLS = 32  # cells for contacts in hollows, where coarser grids do not converge at the rim of a dome
+SAMPLES = np.linspace(0.3, 1.0, 10)  # samples as fractions of the travel; with 24 of them E changes by 1 %
+CELLS = 20  # cells per side of a grid; with 32 cells E changes by 0.1 %
+HOLLOW_CELLS = 32  # cells per side on concave skin, where coarser grids do not converge at the rim of a dome
 PRESS_S = 3.0  # duration of a press
-FLESH = ((0.25, 5.0), (0.33, 120.0))  # relaxation (share, time [s]) with 42 % left, as for Tarocco oranges
+FLESH = ((0.25, 5.0), (0.33, 120.0))  # relaxing fractions and times [s]; 42 % of the force stays, as in Tarocco oranges
 TURNS = (0.0, 90.0, 45.0)  # rotations of the fruit between three presses [deg]
 LOW, HIGH = 0, 1  # indices of a low and a high tip
 BALL_RADIUS = 40.0  # mm
-HANDS = ((0.0, 0.0), (1.0, 40.0), (1.5, 200.0))  # tilts of presses on the ball, and their azimuths [deg]
+BALL_TILTS = ((0.0, 0.0), (1.0, 40.0), (1.5, 200.0))  # tilts of the presses on the ball, and their azimuths [deg]
 
 
-class Read(NamedTuple):
-    """A reading compared with the true modulus: relative error and bar [1], and flags."""
+class Comparison(NamedTuple):
+    """A reading compared with the true modulus: its relative error and error bar [1], and its flags."""
 
     error: float
     bar: float
     flags: tuple[str, ...]
 
     @property
-    def inside(self) -> bool:
-        """Return whether the error is within the bar."""
+    def is_inside(self) -> bool:
+        """Return whether the error is within the error bar."""
         return abs(self.error) <= self.bar
 
 
@@ -64,7 +67,7 @@ class Bench:
     """A unit of a design, and its sensor for the independent presses."""
 
     def __init__(self, name: str, seed: int) -> None:
-        """Solve the contact and the errors of the named design; `seed` is for random fruits."""
+        """Solve the contact and the errors of the design called `name`; `seed` is for the random fruits."""
         measured = MeasuredDesign(name)
         self.design = measured.design
         unit = measured.measuring(percent=1.0, gain_percent=0.1)
@@ -77,75 +80,81 @@ class Bench:
             self.unit = self.after_ball(self.sensor, self.design.reading.ball_percent)
 
     def after_ball(self, sensor: Sensor, percent: float) -> MeasuringUnit:
-        """Return the unit with the domes of a sensor, calibrated on a ball in the middle of the range of E.
+        """Return the unit with the domes of `sensor`, calibrated on a rubber ball whose modulus is known to `percent`.
 
-        The modulus of the ball is known to `percent`.
+        The ball is pressed once at each of `BALL_TILTS`. A press feels E / (1 - nu^2). So the modulus of the ball is
+        chosen for that of a fruit in the geometric middle of the unit's range of E.
         """
         known = self.before_ball
-        rubber = (
-            math.sqrt(math.prod(known.range_MPa)) * (1.0 - RUBBER_POISSON**2) / (1.0 - self.design.fruit.poisson**2)
-        )
+        middle = math.sqrt(math.prod(known.range_MPa))
+        rubber = middle * (1.0 - RUBBER_POISSON**2) / (1.0 - self.design.fruit.poisson**2)
         ball = ReferenceBall(E_MPa=rubber, radius_mm=BALL_RADIUS, percent=percent)
         self.unit = known.on_ball(BALL_RADIUS)
-        of_ball = Fruit(E=rubber, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER_POISSON)
-        found = [self.read(replace(of_ball, tilt=tilt, tilt_azimuth=azimuth), sensor) for tilt, azimuth in HANDS]
+        level = Fruit(E=rubber, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER_POISSON)
+        readings = [self.read(replace(level, tilt=tilt, tilt_azimuth=azimuth), sensor) for tilt, azimuth in BALL_TILTS]
         self.unit = known
-        return replace(known, unit=replace(known.unit, ball=correction_of(found, ball, known, "the ball")))
+        return replace(known, unit=replace(known.unit, ball=correction_of(readings, ball, known, "the ball")))
 
-    def fruit(self, E: float, **others: object) -> Fruit:
-        """Return the mean fruit of the design, level under the sensor and smooth, with changes of some fields."""
-        asked = self.design.reading
-        middle = [float(np.mean(both)) for both in (asked.radius_mm, asked.radius_across_mm)]
-        return replace(Fruit(E=E, R1=middle[0], R2=middle[1], poisson=self.design.fruit.poisson), **others)
+    def mean_fruit(self, E: float, **changes: object) -> Fruit:
+        """Return the mean fruit of the design with modulus E [MPa], smooth and level; `changes` set other fields."""
+        ranges = self.design.reading
+        R1, R2 = (float(np.mean(ends)) for ends in (ranges.radius_mm, ranges.radius_across_mm))
+        return replace(Fruit(E=E, R1=R1, R2=R2, poisson=self.design.fruit.poisson), **changes)
 
-    def drawn(self, **others: object) -> Fruit:
-        """Return a random fruit in a random pose within the ranges of the design, with changes of some fields."""
-        asked, rng = self.design.reading, self.rng
+    def random_fruit(self, **changes: object) -> Fruit:
+        """Return a random fruit in a random pose within the ranges of the design; `changes` set other fields."""
+        ranges, rng = self.design.reading, self.rng
         low, high = min(self.design.fruit.E_MPa), self.design.fruit.largest_E_MPa
         fruit = Fruit(
             E=math.exp(rng.uniform(math.log(low), math.log(high))),
-            R1=rng.uniform(*asked.radius_mm),
-            R2=rng.uniform(*asked.radius_across_mm),
+            R1=rng.uniform(*ranges.radius_mm),
+            R2=rng.uniform(*ranges.radius_across_mm),
             azimuth=rng.uniform(-90.0, 90.0),
-            tilt=asked.tilt_deg * math.sqrt(rng.uniform()),
+            tilt=ranges.tilt_deg * math.sqrt(rng.uniform()),
             tilt_azimuth=rng.uniform(0.0, 360.0),
             poisson=self.design.fruit.poisson,
         )
-        return replace(fruit, **others)
+        return replace(fruit, **changes)
 
     def read(
-        self, fruit: Fruit, sensor: Sensor | None = None, way: np.ndarray | None = None, t: np.ndarray | None = None
+        self,
+        fruit: Fruit,
+        sensor: Sensor | None = None,
+        fractions: np.ndarray = SAMPLES,
+        t: np.ndarray | None = None,
     ) -> FruitReading:
-        """Return the reading of a press; `way` are its samples as shares of the travel [1].
+        """Return the reading of a press whose samples are at `fractions` of the travel [1].
 
-        With times `t` [s] the flesh relaxes; else it is elastic.
+        If the times `t` [s] of the samples are given, the flesh relaxes as in `FLESH`. Otherwise it is elastic.
         """
         sensor = sensor or self.sensor
-        part = WAY if way is None else way
-        travels = self.design.press.travel_mm * part
+        travels = self.design.press.travel_mm * fractions
         if t is None:
             forces = press(sensor, fruit, travels, self.cells)
         else:
             forces = press_over_time(sensor, fruit, travels, t, FLESH, self.cells)
         touching = (forces > self.unit.least_forces).all(axis=1)
-        times = PRESS_S * part if t is None else t
+        times = PRESS_S * fractions if t is None else t
         forces, times = forces[touching], times[touching]
         return press_reading(self.unit, PressSamples(channels=forces, tips=len(sensor.K), t=times, touched_s=0.0))
 
-    def against(self, E: float, found: FruitReading) -> Read:
-        """Return a reading compared with the true modulus E [MPa]; the error is infinite without a modulus."""
-        if found.E is None:
-            return Read(math.inf, 0.0, found.flags)
-        return Read(found.E / E - 1.0, found.u, found.flags)
+    def compare(self, E: float, reading: FruitReading) -> Comparison:
+        """Return a reading compared with the true modulus E [MPa]; the error is infinite if no modulus was read."""
+        if reading.E is None:
+            return Comparison(math.inf, 0.0, reading.flags)
+        return Comparison(reading.E / E - 1.0, reading.u, reading.flags)
 
 
-def of_tip(tip: int, value: float, otherwise: float) -> tuple[float, ...]:
-    """Return a tuple over the four tips with `value` for one tip and `otherwise` for the others."""
+def value_at_tip(tip: int, value: float, otherwise: float) -> tuple[float, ...]:
+    """Return a tuple over the four tips: `value` at the index `tip`, and `otherwise` elsewhere."""
     return tuple(value if each == tip else otherwise for each in range(4))
 
 
-def waves(rng: np.random.Generator, rms: float, length: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Return a height map with an rms [mm] of random waves with this length [mm] in all directions."""
+def random_waves(rng: np.random.Generator, rms: float, length: float) -> HeightMap:
+    """Return a height map [mm]: the sum of 12 plane waves of one `length` [mm], with random directions and phases.
+
+    `rms` [mm] is the root mean square of the sum.
+    """
     angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, 12))
     kx, ky = 2.0 * math.pi / length * np.array([np.cos(angle), np.sin(angle)])
 
@@ -158,42 +167,49 @@ def waves(rng: np.random.Generator, rms: float, length: float) -> Callable[[np.n
     return heights
 
 
-def odd_shape(rng: np.random.Generator, most: float = 0.3) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Return a height map with random terms of third and fourth order, each at most `most` [mm] at 6 mm."""
-    third, fourth = rng.uniform(-most, most, 2)
-    turned = rng.uniform(0.0, 2.0 * math.pi, 2)
+def random_asymmetry(rng: np.random.Generator, largest: float = 0.3) -> HeightMap:
+    """Return a height map [mm] with one random term r^3 cos(m a) and one r^4 cos(n a) in polar coordinates r, a.
+
+    m is 1 or 3, and n is 0, 2 or 4. Each term is at most `largest` [mm] at a radius of 6 mm.
+    """
+    third, fourth = rng.uniform(-largest, largest, 2)
+    directions = rng.uniform(0.0, 2.0 * math.pi, 2)
     orders = rng.choice([1, 3]), rng.choice([0, 2, 4])
 
     def heights(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         r, angle = np.hypot(x, y) / 6.0, np.arctan2(y, x)
-        of_third = third * r**3 * np.cos(orders[0] * (angle - turned[0]))
-        return of_third + fourth * r**4 * np.cos(orders[1] * (angle - turned[1]))
+        cubic = third * r**3 * np.cos(orders[0] * (angle - directions[0]))
+        return cubic + fourth * r**4 * np.cos(orders[1] * (angle - directions[1]))
 
     return heights
 
 
-def turned(heights: Callable[[np.ndarray, np.ndarray], np.ndarray], degrees: float) -> Callable:
-    """Return a height map, rotated about the axis of the sensor."""
+def rotate_heights(heights: HeightMap, degrees: float) -> HeightMap:
+    """Return a height map that is rotated about the axis of the sensor."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     return lambda x, y: heights(c * x + s * y, c * y - s * x)
 
 
-def bruise(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield bruises with half the modulus and a radius of 6 or 3 mm."""
+Case = tuple[str, dict, Sensor]
+"""The name of a fault, the changes of the mean fruit that cause it, and the sensor that presses this fruit."""
+
+
+def bruises(bench: Bench) -> Iterator[Case]:
+    """Yield bruises under one tip: hemispheres of half the modulus, with a radius of 6 or 3 mm."""
     for radius in (6.0, 3.0):
         for name, tip in (("low", LOW), ("high", HIGH)):
-            soft = {"softness": of_tip(tip, 2.0, 1.0), "soft_radius": of_tip(tip, radius, math.inf)}
-            yield f"radius {radius:g} mm, under a {name} tip", soft, bench.sensor
+            bruise = {"softness": value_at_tip(tip, 2.0, 1.0), "soft_radius": value_at_tip(tip, radius, math.inf)}
+            yield f"radius {radius:g} mm, under a {name} tip", bruise, bench.sensor
 
 
-def soft_tip(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield flesh that is 20 % softer under one tip."""
+def soft_flesh(bench: Bench) -> Iterator[Case]:
+    """Yield flesh with 0.8 of the modulus under one tip."""
     for name, tip in (("low", LOW), ("high", HIGH)):
-        yield f"under a {name} tip", {"softness": of_tip(tip, 1.25, 1.0)}, bench.sensor
+        yield f"under a {name} tip", {"softness": value_at_tip(tip, 1.25, 1.0)}, bench.sensor
 
 
-def one_bump(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield single bumps under a high tip."""
+def single_bumps(bench: Bench) -> Iterator[Case]:
+    """Yield Gaussian bumps of the skin, each under a high tip."""
     x0, y0 = bench.sensor.positions[HIGH]
     for height, sigma in ((0.05, 0.8), (0.05, 1.5), (0.05, 3.0), (0.02, 0.8)):
 
@@ -203,15 +219,15 @@ def one_bump(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
         yield f"{height:g} mm, sigma {sigma:g} mm", {"bumps": bump}, bench.sensor
 
 
-def uneven(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield skins with waves of 0.016 mm rms, three draws for each length."""
+def uneven_skins(bench: Bench) -> Iterator[Case]:
+    """Yield skins with random waves of 0.016 mm rms, three for each length of the waves."""
     for length in (2.0, 4.0, 8.0):
         for draw in range(3):
-            yield f"waves of {length:g} mm, {draw + 1}", {"bumps": waves(bench.rng, 0.016, length)}, bench.sensor
+            yield f"waves of {length:g} mm, {draw + 1}", {"bumps": random_waves(bench.rng, 0.016, length)}, bench.sensor
 
 
-def dome(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield form errors of all domes: caps of 1 mm that are 0.02 mm flat or pointed, and radii changed by 10 %."""
+def dome_forms(bench: Bench) -> Iterator[Case]:
+    """Yield form errors of all domes: Gaussian caps of 0.02 mm, flat or pointed, and radii changed by 10 %."""
     sensor = bench.sensor
     for name, height in (("cap flat by 0.02 mm", -0.02), ("cap pointed by 0.02 mm", 0.02)):
 
@@ -223,222 +239,245 @@ def dome(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
         yield f"radius times {factor:g}", {}, replace(sensor, dome_radius=factor * sensor.dome_radius)
 
 
-def layers(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield outer layers of 2 mm, twice or half as stiff as the core, whose modulus is to be read."""
+def outer_layers(bench: Bench) -> Iterator[Case]:
+    """Yield outer layers of 2 mm, twice or half as stiff as the core. The error is that of the core's modulus."""
     for stiffness in (2.0, 0.5):
         layer = Layer(2.0, stiffness, bench.design.fruit.poisson)
         yield f"{stiffness:g} times as stiff", {"layer": layer}, bench.sensor
 
 
-def cheeks(bench: Bench) -> Iterator[tuple[str, dict, Sensor]]:
-    """Yield cheeks with radii beyond the range of the design."""
+def extreme_cheeks(bench: Bench) -> Iterator[Case]:
+    """Yield fruit with principal radii outside the range of the design."""
     for radii in ((34.0, 80.0), (34.0, 180.0), (63.0, 80.0), (63.0, 180.0)):
         yield f"{radii[0]:g} by {radii[1]:g} mm", {"R1": radii[0], "R2": radii[1]}, bench.sensor
 
 
-SINGLE = {"bruise": bruise, "soft_tip": soft_tip, "uneven": uneven, "bump": one_bump, "dome": dome, "layers": layers}
-SINGLE["cheeks"] = cheeks
+SINGLE = {
+    "bruise": bruises,
+    "soft_tip": soft_flesh,
+    "uneven": uneven_skins,
+    "bump": single_bumps,
+    "dome": dome_forms,
+    "layers": outer_layers,
+    "cheeks": extreme_cheeks,
+}
 
 
-def yields(bench: Bench) -> Iterator[tuple[str, Read]]:
-    """Yield presses of flesh that yields at 0.8 or 1.1 of the largest mean pressure under a tip.
+def yielding_flesh(bench: Bench) -> Iterator[tuple[str, Comparison]]:
+    """Yield the readings of flesh with a yield pressure, compared with those of elastic flesh.
 
-    They are compared with presses of elastic flesh.
+    The yield pressure is 0.8 or 1.1 of the largest mean pressure under a tip.
     """
     for E in MODULI:
-        fruit = bench.fruit(E)
+        fruit = bench.mean_fruit(E)
         elastic = Pressing(bench.sensor, fruit)
-        mean = (elastic.forces(bench.design.press.travel_mm) / elastic.area).max()
-        even = bench.read(fruit).E
-        for part in (0.8, 1.1):
-            yield (
-                f"at {part:g} of the mean, {E:g} MPa",
-                bench.against(even, bench.read(replace(fruit, yields=part * mean))),
-            )
+        pressure = (elastic.forces(bench.design.press.travel_mm) / elastic.area).max()
+        elastic_E = bench.read(fruit).E
+        for fraction in (0.8, 1.1):
+            reading = bench.read(replace(fruit, yields=fraction * pressure))
+            yield f"at {fraction:g} of the mean, {E:g} MPa", bench.compare(elastic_E, reading)
 
 
-def paused(at: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return shares of the travel and times [s] of a press that pauses at the share `at` for `seconds`."""
-    way = np.linspace(0.1, 1.0, 19)
-    t = PRESS_S * way
-    stop = int(np.searchsorted(way, at))
-    rests = np.full(4, way[stop])
-    at_rest = t[stop] + seconds * np.arange(1, 5) / 4.0
-    return np.insert(way, stop + 1, rests), np.concatenate([t[: stop + 1], at_rest, t[stop + 1 :] + seconds])
+Pace = tuple[np.ndarray, np.ndarray]
+"""The samples of a press: fractions of the travel [1], and times [s]."""
 
 
-def changed(at: float, factor: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return shares of the travel and times [s] of a press that is slower by a factor from the share `at` on."""
-    way = np.linspace(0.1, 1.0, 19)
-    return way, PRESS_S * (np.minimum(way, at) + factor * np.maximum(way - at, 0.0))
+def pace_with_pause(stop: float, seconds: float) -> Pace:
+    """Return the samples of a press that pauses for `seconds` at the fraction `stop` of its travel."""
+    fractions = np.linspace(0.1, 1.0, 19)
+    t = PRESS_S * fractions
+    last = int(np.searchsorted(fractions, stop))  # the last sample before the pause
+    pause_t = t[last] + seconds * np.arange(1, 5) / 4.0  # four samples in the pause
+    pause_fractions = np.full(4, fractions[last])
+    return (
+        np.insert(fractions, last + 1, pause_fractions),
+        np.concatenate([t[: last + 1], pause_t, t[last + 1 :] + seconds]),
+    )
 
 
-def pace(bench: Bench) -> Iterator[tuple[str, Read]]:
-    """Yield uneven paces on flesh that relaxes, compared with a steady press of the same flesh."""
+def pace_with_change(start: float, factor: float) -> Pace:
+    """Return the samples of a press that takes `factor` times as long per travel beyond the fraction `start`."""
+    fractions = np.linspace(0.1, 1.0, 19)
+    return fractions, PRESS_S * (np.minimum(fractions, start) + factor * np.maximum(fractions - start, 0.0))
+
+
+STEADY_PACE = pace_with_change(1.0, 1.0)
+
+
+def uneven_paces(bench: Bench) -> Iterator[tuple[str, Comparison]]:
+    """Yield readings of presses at an uneven pace on flesh that relaxes, compared with a press at a steady pace."""
     for E in MODULI:
-        fruit = bench.fruit(E)
-        even = bench.read(fruit, None, *changed(1.0, 1.0)).E
-        for name, each in (
-            ("pause of 2 s at 0.8", paused(0.8, 2.0)),
-            ("a third as fast from 0.6", changed(0.6, 3.0)),
-            ("twice the time", changed(0.0, 2.0)),
+        fruit = bench.mean_fruit(E)
+        steady_E = bench.read(fruit, None, *STEADY_PACE).E
+        for name, pace in (
+            ("pause of 2 s at 0.8", pace_with_pause(0.8, 2.0)),
+            ("a third as fast from 0.6", pace_with_change(0.6, 3.0)),
+            ("twice the time", pace_with_change(0.0, 2.0)),
         ):
-            yield f"{name}, {E:g} MPa", bench.against(even, bench.read(fruit, None, *each))
+            yield f"{name}, {E:g} MPa", bench.compare(steady_E, bench.read(fruit, None, *pace))
 
 
-def paces(bench: Bench, count: int) -> Iterator[Read]:
-    """Yield presses with pauses and changes of pace on random fruit."""
+def random_paces(bench: Bench, count: int) -> Iterator[Comparison]:
+    """Yield `count` readings of random fruit, by turns with a change of pace and with a pause.
+
+    Each is compared with a press of the same fruit at a steady pace.
+    """
     for number in range(count):
-        fruit = bench.drawn()
-        even = bench.read(fruit, None, *changed(1.0, 1.0)).E
-        at = bench.rng.uniform(0.4, 0.9)
-        each = (
-            paused(at, bench.rng.uniform(0.3, 3.0)) if number % 2 else changed(at, 3.0 ** bench.rng.uniform(-1.0, 1.0))
-        )
-        yield bench.against(even, bench.read(fruit, None, *each))
+        fruit = bench.random_fruit()
+        steady_E = bench.read(fruit, None, *STEADY_PACE).E
+        fraction = bench.rng.uniform(0.4, 0.9)
+        if number % 2:
+            pace = pace_with_pause(fraction, bench.rng.uniform(0.3, 3.0))
+        else:
+            pace = pace_with_change(fraction, 3.0 ** bench.rng.uniform(-1.0, 1.0))
+        yield bench.compare(steady_E, bench.read(fruit, None, *pace))
 
 
 def is_hollow(bench: Bench, fruit: Fruit) -> bool:
-    """Return whether a dome touches hollow skin, with a mean curvature below 0, or touches with its rim."""
+    """Return whether a dome touches skin with a mean curvature below 0 (concave), or touches with its rim."""
     x, y = Pressing(bench.sensor, fruit).touch.T
     step = 0.05  # mm
     bumps = fruit.bumps(x, y)
-    around = sum(fruit.bumps(x + dx, y + dy) for dx, dy in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)))
-    curvature = 0.5 * np.trace(fruit.curvature) - 0.5 * (around - 4.0 * bumps) / step**2
-    away = np.hypot(*(np.stack([x, y], axis=1) - bench.sensor.positions).T)
-    return bool((curvature < 0.0).any() or (away > bench.sensor.rim - step).any())
+    neighbours = sum(fruit.bumps(x + dx, y + dy) for dx, dy in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)))
+    # The mean curvature of a height map is half its Laplacian, here by the five-point formula.
+    curvature = 0.5 * np.trace(fruit.curvature) - 0.5 * (neighbours - 4.0 * bumps) / step**2
+    off_axis = np.hypot(*(np.stack([x, y], axis=1) - bench.sensor.positions).T)
+    return bool((curvature < 0.0).any() or (off_axis > bench.sensor.rim - step).any())
 
 
-def shapes(bench: Bench, count: int) -> Iterator[Read]:
-    """Yield presses on skins with terms of third and fourth order; skins hollow under a tip get a separate row."""
-    hollow: list[Read] = []
-    pressed = 0
+def asymmetric_fruit(bench: Bench, count: int) -> Iterator[Comparison]:
+    """Yield `count` readings of fruit with terms of third and fourth order in its shape.
+
+    Fruit that is concave under a tip is not counted; its readings are printed in a row of their own.
+    """
+    hollow: list[Comparison] = []
+    yielded = 0
     bench.cells = HOLLOW_CELLS
-    while pressed < count:
-        fruit = bench.drawn(bumps=odd_shape(bench.rng))
-        found = bench.against(fruit.E, bench.read(fruit))
+    while yielded < count:
+        fruit = bench.random_fruit(bumps=random_asymmetry(bench.rng))
+        comparison = bench.compare(fruit.E, bench.read(fruit))
         if is_hollow(bench, fruit):
-            hollow.append(found)
+            hollow.append(comparison)
         else:
-            pressed += 1
-            yield found
+            yielded += 1
+            yield comparison
     bench.cells = CELLS
     if hollow:
         print_many("shapes, hollow under a tip", hollow)
 
 
-def by_three(bench: Bench, fruit: Fruit, each: list[dict]) -> Read:
-    """Return the answer from three presses of a fruit, each rotated and with its own changes."""
-    found = []
-    for turn, changes in zip(TURNS, each, strict=True):
-        found.append(bench.read(replace(fruit, azimuth=fruit.azimuth + turn, **changes)))
-    answer = fruit_answer(bench.unit, found, "1")
-    return Read(math.inf if answer.E is None else answer.E / fruit.E - 1.0, answer.u or 0.0, answer.flags)
+def read_three_presses(bench: Bench, fruit: Fruit, changes: list[dict]) -> Comparison:
+    """Return the modulus from three presses on a fruit, compared with its true one.
+
+    Between the presses the fruit is rotated as in `TURNS`. `changes` holds the changed fields of the fruit by press.
+    """
+    readings = []
+    for turn, changed_fields in zip(TURNS, changes, strict=True):
+        readings.append(bench.read(replace(fruit, azimuth=fruit.azimuth + turn, **changed_fields)))
+    answer = fruit_answer(bench.unit, readings, "1")
+    return Comparison(math.inf if answer.E is None else answer.E / fruit.E - 1.0, answer.u or 0.0, answer.flags)
 
 
-def three_uneven(bench: Bench, count: int) -> Iterator[Read]:
-    """Yield answers from three rotated presses on uneven skins with waves of 0.016 mm rms and 2 to 8 mm."""
+def three_uneven(bench: Bench, count: int) -> Iterator[Comparison]:
+    """Yield answers from three presses each, on skins with random waves of 0.016 mm rms and 2 to 8 mm length."""
     for _ in range(count):
-        heights = waves(bench.rng, 0.016, bench.rng.uniform(2.0, 8.0))
-        yield by_three(bench, bench.drawn(), [{"bumps": turned(heights, turn)} for turn in TURNS])
+        heights = random_waves(bench.rng, 0.016, bench.rng.uniform(2.0, 8.0))
+        changes = [{"bumps": rotate_heights(heights, turn)} for turn in TURNS]
+        yield read_three_presses(bench, bench.random_fruit(), changes)
 
 
-def bruised(bench: Bench, count: int, turned_tips: tuple[int | None, ...]) -> Iterator[Read]:
-    """Yield answers from three presses on fruit with a bruise of half the modulus and 6 mm.
+def bruised_fruit(bench: Bench, count: int, tip_steps: tuple[int | None, ...]) -> Iterator[Comparison]:
+    """Yield answers from three presses each, on fruit with a bruise: a hemisphere of 6 mm with half the modulus.
 
-    In each press the bruise is under a random first tip plus an entry of `turned_tips`, or under no tip for None.
+    `tip_steps` says for each press which tip is over the bruise, counted from a random tip. None means no tip.
     """
     for _ in range(count):
         tip = int(bench.rng.integers(4))
-        each = []
-        for on in turned_tips:
-            soft = {} if on is None else {"softness": of_tip((tip + on) % 4, 2.0, 1.0), "soft_radius": (6.0,) * 4}
-            each.append(soft)
-        yield by_three(bench, bench.drawn(), each)
+        changes = []
+        for step in tip_steps:
+            bruise = {"softness": value_at_tip((tip + (step or 0)) % 4, 2.0, 1.0), "soft_radius": (6.0,) * 4}
+            changes.append({} if step is None else bruise)
+        yield read_three_presses(bench, bench.random_fruit(), changes)
 
 
-def three_bruised(bench: Bench, count: int) -> Iterator[Read]:
-    """Yield a bruise that is under another tip after a quarter turn, and under none after 45 degrees."""
-    yield from bruised(bench, count, (0, 1, None))
+def real_cheeks(bench: Bench, count: int) -> Iterator[Comparison]:
+    """Yield readings of real fruit whose principal radii are outside the range of the design.
 
-
-def once_bruised(bench: Bench, count: int) -> Iterator[Read]:
-    """Yield a bruise that is under a tip in one of three presses."""
-    yield from bruised(bench, count, (0, None, None))
-
-
-def real_cheeks(bench: Bench, count: int) -> Iterator[Read]:
-    """Yield presses on real fruit with radii beyond the cheeks of the design; radii within get a separate row.
-
-    A further row repeats the presses with the mean radius known to the unit.
+    Fruit with radii within the range is not yielded but printed in a row of its own. A further row repeats the presses
+    with the mean radius known to the unit.
     """
     design, unit = bench.design, bench.unit
     real = FRUITS[design.name]
     stone = FleshOnStone(design.fruit.thickness_mm, design.fruit.poisson)
-    within: list[Read] = []
-    told: list[Read] = []
+    within_range: list[Comparison] = []
+    known_radius: list[Comparison] = []
     for _ in range(count):
         radii = bench.rng.uniform(*real.radius_mm), bench.rng.uniform(*real.radius_across_mm)
-        fruit = bench.drawn(R1=radii[0], R2=radii[1], layer=stone)
-        read = bench.against(fruit.E, bench.read(fruit))
-        both = zip(radii, (design.reading.radius_mm, design.reading.radius_across_mm), strict=True)
-        if all(ends[0] <= radius <= ends[1] for radius, ends in both):
-            within.append(read)
+        fruit = bench.random_fruit(R1=radii[0], R2=radii[1], layer=stone)
+        comparison = bench.compare(fruit.E, bench.read(fruit))
+        ranges = zip(radii, (design.reading.radius_mm, design.reading.radius_across_mm), strict=True)
+        if all(ends[0] <= radius <= ends[1] for radius, ends in ranges):
+            within_range.append(comparison)
             continue
-        yield read
-        mean = 2.0 / (1.0 / radii[0] + 1.0 / radii[1])
-        bench.unit = replace(unit, radii_mm=(mean, mean))
-        told.append(bench.against(fruit.E, bench.read(fruit)))
+        yield comparison
+        mean_radius = 2.0 / (1.0 / radii[0] + 1.0 / radii[1])
+        bench.unit = replace(unit, radii_mm=(mean_radius, mean_radius))
+        known_radius.append(bench.compare(fruit.E, bench.read(fruit)))
         bench.unit = unit
-    if within:
-        print_many("real cheeks within those of the design", within)
-    print_many("real cheeks beyond, with their mean radius told", told)
+    if within_range:
+        print_many("real cheeks within those of the design", within_range)
+    print_many("real cheeks beyond, with their mean radius told", known_radius)
 
 
-MANY = {"paces": (paces, 60), "shapes": (shapes, 300), "three_uneven": (three_uneven, 100)}
-MANY["three_bruised"] = (three_bruised, 100)
-MANY["real_cheeks"] = (real_cheeks, 60)
-MANY["once_bruised"] = (once_bruised, 100)
-LISTS = {"yields": yields, "pace": pace}
+# The order of these rows seeds their random numbers.
+MANY: dict[str, tuple[Callable[[Bench, int], Iterator[Comparison]], int]] = {
+    "paces": (random_paces, 60),
+    "shapes": (asymmetric_fruit, 300),
+    "three_uneven": (three_uneven, 100),
+    # After a quarter turn the next tip is over the bruise, and after 45 degrees none.
+    "three_bruised": (partial(bruised_fruit, tip_steps=(0, 1, None)), 100),
+    "real_cheeks": (real_cheeks, 60),
+    "once_bruised": (partial(bruised_fruit, tip_steps=(0, None, None)), 100),
+}
+"""By the name of a row, the function that yields its readings, and the usual number of them."""
+LISTS = {"yields": yielding_flesh, "pace": uneven_paces}
 
 
 def print_single(bench: Bench, name: str) -> None:
-    """Print the change of E by each kind of a cause, for each modulus."""
+    """Print the change of E due to each case of a cause, for each modulus."""
     for E in MODULI:
-        even = bench.read(bench.fruit(E))
-        for kind, changes, sensor in SINGLE[name](bench):
-            show(f"{name}: {kind}, {E:g} MPa", bench.against(even.E, bench.read(bench.fruit(E, **changes), sensor)))
+        smooth_E = bench.read(bench.mean_fruit(E)).E
+        for case, changes, sensor in SINGLE[name](bench):
+            reading = bench.read(bench.mean_fruit(E, **changes), sensor)
+            print_row(f"{name}: {case}, {E:g} MPa", bench.compare(smooth_E, reading))
 
 
-def show(name: str, read: Read) -> None:
+def print_row(name: str, comparison: Comparison) -> None:
     """Print the row of one reading."""
-    told = "inside" if read.inside else "flagged" if read.flags else "OUTSIDE"
-    print(
-        f"| {name} | {100.0 * read.error:+.1f} % | {100.0 * read.bar:.1f} % | {told} | {', '.join(read.flags)} |",
-        flush=True,
-    )
+    error, bar, flags = comparison
+    outcome = "inside" if comparison.is_inside else "flagged" if flags else "OUTSIDE"
+    print(f"| {name} | {100.0 * error:+.1f} % | {100.0 * bar:.1f} % | {outcome} | {', '.join(flags)} |", flush=True)
 
 
-def print_many(name: str, reads: Iterable[Read]) -> None:
-    """Print the row of many presses: the numbers inside their bars and flagged, and the largest error in bars."""
-    found = []
-    for number, read in enumerate(reads):
-        found.append(read)
-        if not read.inside and not read.flags:
-            show(f"{name}: press {number + 1}", read)
-    if not found:
+def print_many(name: str, comparisons: Iterable[Comparison]) -> None:
+    """Print the row of many presses, after a row for each press that is outside its error bar without a flag."""
+    seen = []
+    for number, comparison in enumerate(comparisons):
+        seen.append(comparison)
+        if not comparison.is_inside and not comparison.flags:
+            print_row(f"{name}: press {number + 1}", comparison)
+    if not seen:
         print(f"| {name} | none |", flush=True)
         return
-    inside = sum(read.inside for read in found)
-    flagged = sum(bool(read.flags) and not read.inside for read in found)
-    silent = [abs(read.error) / read.bar for read in found if not read.flags]
-    every = sum(bool(read.flags) for read in found)
-    farthest = max(silent, default=0.0)
-    errors = 100.0 * np.array([read.error for read in found if math.isfinite(read.error)])
-    sizes, bar = np.abs(errors), 100.0 * np.median([read.bar for read in found])
+    inside = sum(each.is_inside for each in seen)
+    flagged_outside = sum(bool(each.flags) and not each.is_inside for each in seen)
+    flagged = sum(bool(each.flags) for each in seen)
+    farthest = max((abs(each.error) / each.bar for each in seen if not each.flags), default=0.0)
+    errors = 100.0 * np.array([each.error for each in seen if math.isfinite(each.error)])
+    sizes, bar = np.abs(errors), 100.0 * np.median([each.bar for each in seen])
     print(
-        f"| {name} | {len(found)} | {inside} inside, {flagged} flagged outside, {every} flagged in all, "
-        f"{len(found) - len(errors)} without a modulus | farthest without a flag {farthest:.2f} bars | "
+        f"| {name} | {len(seen)} | {inside} inside, {flagged_outside} flagged outside, {flagged} flagged in all, "
+        f"{len(seen) - len(errors)} without a modulus | farthest without a flag {farthest:.2f} bars | "
         f"error {errors.mean():+.1f} % in the mean, {np.median(sizes):.1f} and {sizes.max():.1f} % in size, "
         f"its bar {bar:.1f} % |",
         flush=True,
@@ -451,20 +490,20 @@ def main() -> int:
     parser.add_argument("design", nargs="?", default="mango")
     names = [*SINGLE, *LISTS, *MANY]
     parser.add_argument("--rows", nargs="+", choices=names, default=names)
-    parser.add_argument("--count", type=int, help="presses of each row of many")
+    parser.add_argument("--count", type=int, help="number of presses in each row of many")
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
-    bench = Bench(asked.design, asked.seed)
-    for name in asked.rows:
+    options = parser.parse_args()
+    bench = Bench(options.design, options.seed)
+    for name in options.rows:
         if name in SINGLE:
             print_single(bench, name)
         elif name in LISTS:
-            for kind, read in LISTS[name](bench):
-                show(f"{name}: {kind}", read)
+            for case, comparison in LISTS[name](bench):
+                print_row(f"{name}: {case}", comparison)
         else:
-            each, count = MANY[name]
-            bench.rng = np.random.default_rng([asked.seed, list(MANY).index(name)])  # independent of earlier rows
-            print_many(name, each(bench, asked.count or count))
+            comparisons, count = MANY[name]
+            bench.rng = np.random.default_rng([options.seed, list(MANY).index(name)])  # independent of earlier rows
+            print_many(name, comparisons(bench, options.count or count))
     return 0
 
 
