@@ -1,6 +1,6 @@
 """Runs of CalculiX on a deck.
 
-Some failures end with exit code 0, so its output is read, and its reactions must balance.
+Some failures of CalculiX end with exit code 0. So its output is searched for errors, and its reactions must balance.
 """
 
 import re
@@ -18,7 +18,7 @@ from sensor.arrays import Floats
 from solve.linear import SolveError
 
 CALCULIX = "CalculiX (ccx)"
-BALANCE_LIMIT = 1e-5  # largest unbalanced force over the applied one; CalculiX prints seven digits
+BALANCE_LIMIT = 1e-5  # largest unbalanced force over the applied force; CalculiX prints seven digits
 _TABLE = re.compile(r"^ *(total force|displacements) .*for set (\S+) and time.*$", re.MULTILINE)
 
 
@@ -36,7 +36,7 @@ def is_installed() -> bool:
 
 
 def calculix(deck: Deck) -> tuple[list[StepResult], float]:
-    """Return CalculiX's answer to each step of a deck [N, mm from MPa], and its CPU seconds [s].
+    """Return CalculiX's results for each step of a deck [N, mm], and its CPU seconds [s].
 
     Nodes are numbered as in the deck, including its ground nodes and mean nodes. Raises SolveError if the program is
     absent, stops, prints an error, or its reactions do not balance.
@@ -54,16 +54,20 @@ def calculix(deck: Deck) -> tuple[list[StepResult], float]:
     error = re.search(r"\*ERROR.*", usage.out)
     if usage.exit_code or error or "Job finished" not in usage.out:
         reason = error.group() if error else "job not finished"
-        raise SolveError(_refusal(f"exit code {usage.exit_code}, {reason}"))
-    return _checked_results(printed, deck), usage.cpu
+        raise SolveError(_failure(f"exit code {usage.exit_code}, {reason}"))
+    return _parse_results(printed, deck), usage.cpu
 
 
-def _refusal(reason: str) -> str:
+def _failure(reason: str) -> str:
+    """Return the error message on a run that failed."""
     return f"CalculiX: {reason}: must finish its job with reactions that balance; look at its text"
 
 
-def _checked_results(text: str, deck: Deck) -> list[StepResult]:
-    """Return the results of each step from the text of a .dat file, in which displacements follow the forces."""
+def _parse_results(text: str, deck: Deck) -> list[StepResult]:
+    """Return the results of each step from the text of a .dat file, in which displacements follow the forces.
+
+    Raises SolveError if a step is missing or its forces do not balance.
+    """
     results: list[StepResult] = []
     forces: dict[str, float] = {}
     displacements = np.zeros(deck.node_count)
@@ -78,14 +82,17 @@ def _checked_results(text: str, deck: Deck) -> list[StepResult]:
                 results.append(StepResult(forces=forces, displacements=displacements))
                 forces, displacements = {}, np.zeros(deck.node_count)
     if len(results) != len(deck.steps):
-        raise SolveError(_refusal(f"{len(results)} tables of results for {len(deck.steps)} steps"))
+        raise SolveError(_failure(f"{len(results)} tables of results for {len(deck.steps)} steps"))
     for result, step in zip(results, deck.steps, strict=True):
         check_balance(CALCULIX, result.forces, step)
     return results
 
 
 def check_balance(program: str, forces: Mapping[str, float], step: LinearStep) -> None:
-    """Raise SolveError unless the support balances the applied forces in the answer of a program; forces [N] by set."""
+    """Raise SolveError unless the supports balance the applied forces of a step.
+
+    `forces` are the forces that `program` gives for each node set [N].
+    """
     support = sum(value for name, value in forces.items() if name.startswith("support"))
     pressed = float(step.loads.sum()) + sum(forces[name] for name in step.pressed)
     if not (np.isfinite(pressed) and pressed != 0.0 and abs(pressed + support) <= BALANCE_LIMIT * abs(pressed)):

@@ -27,7 +27,7 @@ REPEATS = 3
 
 def command_section(repeats: int = REPEATS) -> str:
     """Return the table of the costs of the imports and of each command, as medians of several repeats."""
-    usages = _measured_usages(repeats)
+    usages = _measure_usages(repeats)
     bare = [statistics.median(getattr(usage, key) for usage in usages["bare imports"]) for key in ("wall", "cpu")]
     rows = []
     for label, repeated in usages.items():
@@ -46,16 +46,16 @@ def command_section(repeats: int = REPEATS) -> str:
     return section("Whole command", heads, rows, notes)
 
 
-def _measured_usages(repeats: int) -> dict[str, list[ResourceUsage]]:
+def _measure_usages(repeats: int) -> dict[str, list[ResourceUsage]]:
     """Return by name the usages of the bare imports and of each command, one for each repeat."""
     usages: dict[str, list[ResourceUsage]] = {name: [] for name in ("bare imports", *COMMANDS)}
     resource_usage(IMPORTS)  # not counted, because it fills the page cache
     for _ in range(repeats):
         usages["bare imports"].append(resource_usage(IMPORTS, environment=ONE_THREAD))
         with tempfile.TemporaryDirectory() as name:
-            for label, words in COMMANDS.items():
+            for label, arguments in COMMANDS.items():
                 folder = Path(name) / KINDS.get(label, "run")
                 environment = {**ONE_THREAD, "XDG_CACHE_HOME": str(folder / "cache")}
-                command = [sys.executable, "-m", "twintip", *words, "--out", str(folder / "out")]
+                command = [sys.executable, "-m", "twintip", *arguments, "--out", str(folder / "out")]
                 usages[label].append(resource_usage(command, ROOT, environment))
     return usages

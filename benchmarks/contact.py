@@ -1,4 +1,4 @@
-"""Work and precision of the contact compliance on the paper's block: split, direct FE, and peers on the same meshes.
+"""Cost and error of the contact compliance on the paper's block: split, direct FE, and peers on the same meshes.
 
 As a program it prints its measurements as JSON, so that they come from a fresh interpreter on one thread. Imports are
 not counted.
@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.bars.truths import TRUTHS
 from benchmarks.calculix import StepResult
 from benchmarks.deck import SkfemMesh, contact_deck
-from benchmarks.harness import OURS, Bench, Measurement, Solved, print_measurements, timed
+from benchmarks.harness import OURS, Bench, Measurement, Solved, print_measurements, time_call
 from benchmarks.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
 from pipeline.storage.deck import LinearStep
 from reference.direct_fruit import MIDDLE, SIDE, Held, direct_compliance, mesh_compliance
@@ -25,6 +25,7 @@ from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
 from solve.fruit.split import LARGEST_ERROR, LEVELS, footprint_compliance, split_compliance
 
+# The split is the product's method: half-space solution plus finite-element correction.
 SPLIT, DIRECT = "split", "direct P2 tets"
 BENCH = Bench(
     name="contact",
@@ -53,73 +54,81 @@ MODULI, TRAVELS = np.linspace(0.5, 3.5, 7).tolist(), 0.6 * np.arange(1, 14) / 13
 
 
 def pair_and_own(S: Floats) -> tuple[float, float]:
-    """Return the mean compliance of a tip minus the mean crosstalk, and s11 [1/mm], from S (tips, tips) [1/mm]."""
+    """Return s11 - s12 and s11 [1/mm] of a compliance S (tips, tips) [1/mm].
+
+    s11 - s12 is the mean of the diagonal minus the mean of the other entries.
+    """
     tips, own = len(S), float(np.trace(S))
     return own / tips - (float(S.sum()) - own) / (tips * (tips - 1)), float(S[0, 0])
 
 
 def relative_errors(compliance: FruitCompliance) -> tuple[float, float]:
-    """Return the product's relative error bars for the values of `pair_and_own` [1]."""
+    """Return the relative error bars of the two values of `pair_and_own` [1]."""
     return compliance.error_pair, compliance.error_own
 
 
 def split_rows() -> Iterator[Measurement]:
-    """Yield the rows of the split: as the product calls it, with its error bar, and on each of its single meshes."""
+    """Yield the rows of the split: as the product calls it, with an error bar, and on each single mesh without one."""
     for tolerance in TOLERANCES:
-        compliance, cpu = timed(partial(split_compliance, FRUIT, TIPS, tolerance))
+        compliance, cpu = time_call(partial(split_compliance, FRUIT, TIPS, tolerance))
         # A single mesh without a coarser partner gets the largest error over random scenes as its bar.
         meshes = "its error pair" if tolerance <= LARGEST_ERROR else "one rough mesh"
         yield _product_row(f"{OURS}split, {meshes}", f"to {100.0 * tolerance:g} %", compliance, cpu)
     for grading in LEVELS:
-        solved, cpu = timed(partial(footprint_compliance, FRUIT, FOOTPRINTS, grading))
+        solved, cpu = time_call(partial(footprint_compliance, FRUIT, FOOTPRINTS, grading))
         answer = Solved(values=pair_and_own(solved.S), cpu=cpu, dofs=solved.dofs)
         yield BENCH.row(SPLIT, f"step {grading.step:g}", answer)
 
 
 def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float) -> Measurement:
+    """Return the row of a compliance that has an error bar."""
     values, bar = pair_and_own(compliance.S), relative_errors(compliance)[0]
     return BENCH.row(method, mesh, Solved(values=values, cpu=cpu, dofs=compliance.info.dofs, error_bar=bar))
 
 
 def direct_rows() -> Iterator[Measurement]:
-    """Yield the rows of direct finite elements and of peers on each mesh of the family, and of the extrapolation."""
+    """Yield the rows of direct FE and of peers on each mesh of a family, and of the limit at element size 0."""
     part = solved_block(FRUIT, TIPS)
     meshes = []
     total_meshing = 0.0
     for scale in REFINEMENTS:
-        mesh, meshing = timed(partial(fruit_mesh, part, FRUIT, TIPS, scale))
-        solved, cpu = timed(partial(mesh_compliance, mesh, FRUIT.poisson))
+        mesh, meshing = time_call(partial(fruit_mesh, part, FRUIT, TIPS, scale))
+        solved, cpu = time_call(partial(mesh_compliance, mesh, FRUIT.poisson))
         answer = Solved(values=pair_and_own(solved.S), cpu=meshing + cpu, dofs=solved.dofs)
         yield BENCH.row(DIRECT, f"edge {0.1 * scale:.3g} mm", answer)
         for name, solver in deck_solvers("C3D10").items():
-            yield _deck_row(f"{name} P2 tets", f"edge {0.1 * scale:.3g} mm", mesh, meshing, solver)
+            yield _peer_deck_row(f"{name} P2 tets", f"edge {0.1 * scale:.3g} mm", mesh, meshing, solver)
         meshes.append(mesh)
         total_meshing += meshing
-    compliance, cpu = timed(partial(direct_compliance, meshes, FRUIT.poisson))
+    compliance, cpu = time_call(partial(direct_compliance, meshes, FRUIT.poisson))
     yield _product_row("direct, three meshes extrapolated", "default", compliance, total_meshing + cpu)
 
 
-def _deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solver: Solver) -> Measurement:
+def _peer_deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solver: Solver) -> Measurement:
+    """Return the row of a peer on a mesh of the quarter [mm], which took `meshing` CPU seconds [s]."""
     deck = contact_deck(mesh, 1.0, FRUIT.poisson, 1.0)
 
     def solve() -> Solved:
         results, cpu = solver(deck)
-        return Solved(values=_pair_and_own_of(results), cpu=cpu, dofs=3 * deck.elements.count)
+        return Solved(values=_pair_and_own_of_modes(results), cpu=cpu, dofs=3 * deck.elements.count)
 
     return BENCH.peer_row(method, name, meshing, solve)
 
 
-def _pair_and_own_of(results: Sequence[StepResult]) -> tuple[float, float]:
-    """Return s11 - s12 and s11 [1/mm] from the two results of a quarter that is pressed by 1 mm.
+def _pair_and_own_of_modes(results: Sequence[StepResult]) -> tuple[float, float]:
+    """Return s11 - s12 and s11 [1/mm] from the results of two steps, in which a quarter is pressed by 1 mm.
 
-    In the first the mirror image is pressed equally, in the second oppositely.
+    In the first step the mirrored tip is pressed equally, in the second oppositely. A quarter carries half the force.
     """
-    alike, against = (0.5 / result.forces["high_tip"] for result in results)
-    return against, 0.5 * (alike + against)
+    equal, opposite = (0.5 / result.forces["high_tip"] for result in results)
+    return opposite, 0.5 * (equal + opposite)
 
 
 def high_order_rows() -> Iterator[Measurement]:
-    """Yield the rows of NGSolve, if installed, with high order and its own mesh, refined to the edges of the tip."""
+    """Yield the rows of NGSolve, if installed, with elements of high order on its own mesh.
+
+    The mesh is refined towards the edges of the tip.
+    """
     if NGSOLVE.interpreter is None:
         return
     held: Held = {"base": (1, 2, 3), SIDE: (2,)}
@@ -129,7 +138,7 @@ def high_order_rows() -> Iterator[Measurement]:
 
         def solve(task: PeerTask = task) -> Solved:
             answer = peer_answer(NGSOLVE, task)
-            return Solved(values=_pair_and_own_of(answer.results), cpu=answer.cpu, dofs=answer.dofs)
+            return Solved(values=_pair_and_own_of_modes(answer.results), cpu=answer.cpu, dofs=answer.dofs)
 
         yield BENCH.peer_row(f"{NGSOLVE.name}, order {order}", f"{levels} levels to the edge", 0.0, solve)
 

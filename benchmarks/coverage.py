@@ -59,18 +59,18 @@ KINDS: dict[str, tuple[Callable[[random.Random], Sequence[ReferenceCheck]], int]
 """The random kinds, each with the divisor of the count that its cost requires."""
 
 
-def drawn_checks(kind: str, count: int, seed: int) -> tuple[list[ReferenceCheck], int]:
+def check_random_scenes(kind: str, count: int, seed: int) -> tuple[list[ReferenceCheck], int]:
     """Return the checks with a reference for `count` random scenes of a kind, and the number of refused scenes."""
-    draw, _ = KINDS[kind]
+    check_random_scene, _ = KINDS[kind]
     checks: list[ReferenceCheck] = []
     refused = 0
     for number in range(count):
         try:
-            drawn = draw(random.Random(f"{kind} {seed} {number}"))
+            scene_checks = check_random_scene(random.Random(f"{kind} {seed} {number}"))
         except REFUSALS:
             refused += 1
             continue
-        checks += [check for check in drawn if check.reference is not None]
+        checks += [check for check in scene_checks if check.reference is not None]
         print(f"{kind} {number}", file=sys.stderr, flush=True)
     return checks, refused
 
@@ -80,21 +80,21 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     rows = []
-    all_hold = True
-    for kind, (_, one_of) in KINDS.items():
-        scenes = max(1, asked.count // one_of)
-        checks, refused = drawn_checks(kind, scenes, asked.seed)
+    meets_goal = True
+    for kind, (_, divisor) in KINDS.items():
+        scenes = max(1, options.count // divisor)
+        checks, refused = check_random_scenes(kind, scenes, options.seed)
         inside = statistics.fmean(check.excess <= 1.0 for check in checks)
-        all_hold = all_hold and inside >= GOAL
+        meets_goal = meets_goal and inside >= GOAL
         bar = statistics.median(check.relative_error for check in checks)
         worst = max(check.excess for check in checks)
         numbers = [str(scenes), str(refused), str(len(checks)), f"{100.0 * inside:.1f} %", f"{worst:.2f}", percent(bar)]
         rows.append([kind, *numbers])
-    introduction = INTRODUCTION.format(count=asked.count, seed=asked.seed)
+    introduction = INTRODUCTION.format(count=options.count, seed=options.seed)
     write_section("Do the error bars hold?", introduction, [section("Random scenes and springs", HEADS, rows)])
-    return 0 if all_hold else 1
+    return 0 if meets_goal else 1
 
 
 if __name__ == "__main__":

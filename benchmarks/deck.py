@@ -1,4 +1,4 @@
-"""Scenes of the benchmarks as decks of CalculiX, with the elements of `reference.element_study`; N, mm, MPa."""
+"""The tasks of the benchmarks as CalculiX decks, with the elements of `reference.element_study`. Units: N, mm, MPa."""
 
 from typing import Any
 
@@ -17,10 +17,10 @@ HELD_HALF = {"mounting_holes": (1, 2, 3), "symmetry": (2,)}
 
 
 def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: float) -> Deck:
-    """Return the deck of a housing or its half y >= 0 [mm], its holes held, E [MPa], with a newton on each tip in turn.
+    """Return the deck of a housing, or of its half y >= 0 [mm], with fixed holes and 1 N on each tip in turn; E in MPa.
 
-    E is in MPa. `choice` names the element in `reference.element_study`, which gives nodes and loads. `kind` is the
-    element of CalculiX. The product's own deck has only its own element and mount. Raises SolveError if they differ.
+    `choice` names the element in `reference.element_study`, which places nodes and loads. `kind` is the same element in
+    CalculiX. (The product writes decks of its own element and mount only.) Raises SolveError if both elements differ.
     """
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)
@@ -28,13 +28,13 @@ def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: flo
     held = {name: axes for name, axes in HELD_HALF.items() if name in mesh.boundaries}
     sets = boundary_sets(elements, basis, tuple(held))
     sets["tips"] = np.flatnonzero(np.any(list(means.values()), axis=0))
-    share = 0.5 if "symmetry" in held else 1.0  # half the force on half the part
-    steps = [LinearStep(held=held, loads=share * mean) for mean in means.values()]
+    fraction = 0.5 if "symmetry" in held else 1.0  # half the force on half the part
+    steps = [LinearStep(held=held, loads=fraction * mean) for mean in means.values()]
     return Deck(elements=elements, sets=sets, E=E, poisson=poisson, steps=steps, means=means, asked="tips")
 
 
 def contact_deck(mesh: SkfemMesh, E: float, poisson: float, shift: float) -> Deck:
-    """Return the deck of the fruit [mm] under rigid flat tips, whose u_z is `shift` [mm]; E in MPa.
+    """Return the deck of a fruit [mm] under rigid flat tips whose vertical displacement is `shift` [mm]; E in MPa.
 
     The mesh is of the quarter x, y >= 0, of the half y >= 0 or of the whole; its boundaries show which. On a quarter,
     the tips are pressed equally in the first step and oppositely in the second. Else one tip is pressed in each step.

@@ -1,8 +1,8 @@
-"""Whole runs of random extreme designs: each must end in verdicts with finite numbers, or in a refusal of one line.
+"""Whole runs of random extreme designs: each must end in verdicts with finite numbers, or in an error of one line.
 
 `python -m benchmarks.extremes [--count 200] [--seed 1]` writes docs/measurements.md, and exits with 1 if a run ends
-otherwise. After Ctrl-C it reports the finished runs. `--rough` runs the designs to a tolerance of 0.1, only to see
-their outcomes, and writes no page.
+otherwise. After Ctrl-C it reports the finished runs. `--rough` runs the designs to a tolerance of 0.1, prints how they
+end, and writes no page.
 """
 
 import argparse
@@ -45,7 +45,10 @@ Goals:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of one design: exit code of its run, wall time [s], memory, reason of a refusal, fault if any."""
+    """How the run of one design ended: exit code, wall time [s], peak memory, error message, and the missed goal.
+
+    `message` is empty unless the design was rejected, and `fault` is empty if the run met all goals.
+    """
 
     number: int
     code: int
@@ -56,10 +59,11 @@ class Outcome:
 
 
 def random_settings(rng: random.Random) -> dict[str, object]:
-    """Return random settings of a design file, which may contradict each other."""
-    decades = partial(_decades, rng)
+    """Return the random settings of a design file by key; the settings may contradict each other."""
+    decades = partial(_log_uniform, rng)
 
     def sometimes(chance: float, value: float) -> float:
+        """Return the value with a probability of `chance` [1], else 0."""
         return value if rng.random() < chance else 0.0
 
     side = decades(0.03, 30.0)
@@ -103,71 +107,76 @@ def random_settings(rng: random.Random) -> dict[str, object]:
         settings["fruit.thickness_mm"] = radius * rng.uniform(0.1, 2.0)
     if settings["fruit.shape"] == "ellipsoid":
         settings["fruit.radius_across_mm"] = radius * decades(0.3, 3.0)
-    return settings | _of_tips(rng, settings, side) | _of_flesh(rng, E_max, side) | _of_reading(rng)
+    return settings | _tip_settings(rng, settings, side) | _flesh_settings(rng, E_max, side) | _reading_settings(rng)
 
 
-def _decades(rng: random.Random, least: float, most: float) -> float:
+def _log_uniform(rng: random.Random, least: float, most: float) -> float:
     """Return a random number between two bounds, uniform in its logarithm."""
     return least * (most / least) ** rng.random()
 
 
-def _of_tips(rng: random.Random, settings: dict[str, object], side: float) -> dict[str, object]:
-    """Return random values for the keys of cones, domes and lines of tips with this side [mm]."""
+def _tip_settings(rng: random.Random, settings: dict[str, object], side: float) -> dict[str, object]:
+    """Return the random settings that only cones, domes or lines of tips have; the tips are `side` [mm] wide."""
     found: dict[str, object] = {}
     if settings["tips.shape"] == "cone":
         found["tips.half_angle_deg"] = rng.uniform(45.0, 89.0)
         if rng.random() < OFTEN:
-            found["tips.blunt_mm"] = _decades(rng, 1e-3, 1.0) * side
+            found["tips.blunt_mm"] = _log_uniform(rng, 1e-3, 1.0) * side
     if settings["tips.shape"] == "dome":
-        found["tips.dome_radius_mm"] = _decades(rng, 0.5, 30.0) * side
+        found["tips.dome_radius_mm"] = _log_uniform(rng, 0.5, 30.0) * side
         found["tips.socket"] = rng.choice(["none", "pin"])
     if settings["tips.layout"] == "line":
         found["tips.order"] = rng.choice(["LHL", "HLH"])
-        found["tips.outer_mm"] = rng.choice([0.0, _decades(rng, 1e-3, 0.3) * side])
+        found["tips.outer_mm"] = rng.choice([0.0, _log_uniform(rng, 1e-3, 0.3) * side])
     return found
 
 
-def _of_flesh(rng: random.Random, E_max: float, side: float) -> dict[str, object]:
-    """Return random keys of a skin, of relaxation and of given springs, each in half of the designs."""
+def _flesh_settings(rng: random.Random, E_max: float, side: float) -> dict[str, object]:
+    """Return random settings of a skin, of relaxing flesh and of given springs, each in half of the designs.
+
+    `E_max` is the largest modulus of the flesh [MPa], and `side` the width of a tip [mm].
+    """
     found: dict[str, object] = {}
     if rng.random() < OFTEN:
-        found["fruit.skin_mm"] = _decades(rng, 1e-3, 1.0) * side
-        found["fruit.skin_E_MPa"] = _decades(rng, 1.0, 3e4) * E_max
+        found["fruit.skin_mm"] = _log_uniform(rng, 1e-3, 1.0) * side
+        found["fruit.skin_E_MPa"] = _log_uniform(rng, 1.0, 3e4) * E_max
         if rng.random() < OFTEN:
             found["fruit.skin_poisson"] = rng.uniform(-0.9, 0.4999)
     if rng.random() < OFTEN:
         count = rng.randint(1, 3)
-        found["fruit.relaxation"] = [[rng.uniform(0.01, 0.99) / count, _decades(rng, 1e-3, 1e5)] for _ in range(count)]
-        found["press.speed_mm_per_s"] = _decades(rng, 1e-3, 100.0)
-        found["press.hold_s"] = _decades(rng, 1e-2, 1e4)
+        found["fruit.relaxation"] = [
+            [rng.uniform(0.01, 0.99) / count, _log_uniform(rng, 1e-3, 1e5)] for _ in range(count)
+        ]
+        found["press.speed_mm_per_s"] = _log_uniform(rng, 1e-3, 100.0)
+        found["press.hold_s"] = _log_uniform(rng, 1e-2, 1e4)
     if rng.random() < OFTEN:
-        K_l = _decades(rng, 1.0, 1e5)
+        K_l = _log_uniform(rng, 1.0, 1e5)
         found["springs.K_l_N_per_m"] = K_l
-        found["springs.K_h_N_per_m"] = K_l * _decades(rng, 1.01, 300.0)
+        found["springs.K_h_N_per_m"] = K_l * _log_uniform(rng, 1.01, 300.0)
     return found
 
 
-def _of_reading(rng: random.Random) -> dict[str, object]:
-    """Return random keys of `[reading]` and of `[readout]`, each table in half of the designs."""
+def _reading_settings(rng: random.Random) -> dict[str, object]:
+    """Return random settings of the tables `[reading]` and `[readout]`, each in half of the designs."""
     found: dict[str, object] = {}
     if rng.random() < OFTEN:
         found |= {
             "reading.tilt_deg": rng.uniform(0.0, 15.0),
             "reading.tilt_change_deg": rng.choice([0.0, rng.uniform(0.0, 5.0)]),
-            "reading.off_centre_mm": rng.choice([0.0, _decades(rng, 1e-2, 10.0)]),
+            "reading.off_centre_mm": rng.choice([0.0, _log_uniform(rng, 1e-2, 10.0)]),
             "reading.radius_spread": rng.uniform(0.0, 0.5),
             "reading.stiffness_percent": rng.uniform(0.0, 50.0),
             "reading.gain_percent": rng.uniform(0.0, 50.0),
-            "reading.bias_limit": _decades(rng, 1e-3, 1.0),
-            "reading.uncertainty_limit": _decades(rng, 1e-3, 1.0),
+            "reading.bias_limit": _log_uniform(rng, 1e-3, 1.0),
+            "reading.uncertainty_limit": _log_uniform(rng, 1e-3, 1.0),
         }
         if rng.random() < OFTEN:
             found["reading.calibrated_by"] = rng.choice(["weights", "plate"])
     if rng.random() < OFTEN:
         found |= {
             "readout.bits": rng.randint(8, 32),
-            "readout.rate_Hz": _decades(rng, 0.1, 1e5),
-            "readout.noise_nV": _decades(rng, 1e-2, 1e6),
+            "readout.rate_Hz": _log_uniform(rng, 0.1, 1e5),
+            "readout.noise_nV": _log_uniform(rng, 1e-2, 1e6),
             "readout.drift_K": rng.uniform(0.0, 50.0),
             "readout.tare_K": rng.uniform(0.0, 50.0),
         }
@@ -177,18 +186,24 @@ def _of_reading(rng: random.Random) -> dict[str, object]:
 
 
 def random_design(seed: int, number: int) -> dict[str, str]:
-    """Return the settings of the first random design within the bounds of a design file, as on the command line."""
+    """Return the settings of a random design as text, as on the command line.
+
+    Settings are drawn until they are within the bounds of a design file.
+    """
     rng = random.Random(f"{seed} {number}")
     while True:
-        drawn = random_settings(rng)
-        settings = {key: value if isinstance(value, str) else json.dumps(value) for key, value in drawn.items()}
+        values = random_settings(rng)
+        settings = {key: value if isinstance(value, str) else json.dumps(value) for key, value in values.items()}
         with suppress(InputError):
             load_design("paper", settings)
             return settings
 
 
 def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence[str] = ()) -> Outcome:
-    """Run one design in its own process on one thread, and return its outcome with faults of the files that it left."""
+    """Run one design in its own process on one thread, and return its outcome.
+
+    `number` is that of the design, and names its subfolder of `folder`. `flags` are further arguments of the command.
+    """
     place = folder / str(number)
     temporary = place / "tmp"
     temporary.mkdir(parents=True)
@@ -197,22 +212,25 @@ def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence
     for key, value in settings.items():
         command += ["--set", f"{key}={value}"]
     usage = resource_usage(command, ROOT, {**ONE_THREAD, "TMPDIR": str(temporary)}, deadline=SECONDS)
-    left = [path.name for path in (*place.iterdir(), *temporary.iterdir()) if path not in (temporary, out)]
+    leftovers = [path.name for path in (*place.iterdir(), *temporary.iterdir()) if path not in (temporary, out)]
     message = usage.last_line.removeprefix("pipeline: ") if usage.exit_code == REFUSED else ""
-    return Outcome(number, usage.exit_code, usage.wall, usage.peak_MiB, message, fault_of(usage, out, left))
+    return Outcome(number, usage.exit_code, usage.wall, usage.peak_MiB, message, find_fault(usage, out, leftovers))
 
 
-def fault_of(usage: ResourceUsage, out: Path, left: Sequence[str]) -> str:
-    """Return the fault of a run, of its output folder, or of files `left` beside it; empty if all goals are met."""
-    lines_of_errors = 1 if usage.exit_code == REFUSED else 0
+def find_fault(usage: ResourceUsage, out: Path, leftovers: Sequence[str]) -> str:
+    """Return the first goal that a run misses, as text; empty if it meets all.
+
+    `out` is the output folder of the run, and `leftovers` are the names of files that it left beside this folder.
+    """
+    expected_lines = 1 if usage.exit_code == REFUSED else 0
     if usage.wall >= SECONDS:
         return f"took more than {SECONDS} s"
     if usage.exit_code not in OUTCOMES or "Traceback" in usage.err:
         return f"exit code {usage.exit_code}: {usage.last_line}"
-    if usage.err.count("\n") != lines_of_errors:
+    if usage.err.count("\n") != expected_lines:
         return f"stderr: {usage.err.strip()}"
-    if left:
-        return f"left behind: {', '.join(left)}"
+    if leftovers:
+        return f"left behind: {', '.join(leftovers)}"
     if usage.peak_MiB > MOST_MIB:
         return f"memory {usage.peak_MiB:.0f} MiB"
     if (out / "report.json").is_file():
@@ -229,13 +247,13 @@ def _refuse_constant(name: str) -> float:
 
 
 def sections(outcomes: list[Outcome]) -> list[str]:
-    """Return two tables: the ends of runs with time and memory, and the refusals by the name in their message."""
+    """Return two tables: how the runs end, with their time and memory, and which keys the error messages name."""
     rows = []
-    for code, words in OUTCOMES.items():
+    for code, meaning in OUTCOMES.items():
         ended = [one for one in outcomes if one.code == code and not one.fault]
         wall = max((one.wall for one in ended), default=0.0)
         peak = max((one.peak_MiB for one in ended), default=0.0)
-        rows.append([words, str(len(ended)), f"{wall:.0f}", f"{peak:.0f}"])
+        rows.append([meaning, str(len(ended)), f"{wall:.0f}", f"{peak:.0f}"])
     faults = [f"design {one.number}: {one.fault}" for one in outcomes if one.fault]
     rows.append(["with a fault", str(len(faults)), "-", "-"])
     names = Counter(one.message.partition(" = ")[0].partition(":")[0] for one in outcomes if one.message)
@@ -252,18 +270,18 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=200, help="designs to run")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rough", action="store_true", help="run to a tolerance of 0.1 and write no page")
-    asked = parser.parse_args()
-    rough = ROUGH_FLAGS if asked.rough else ()
+    options = parser.parse_args()
+    rough = ROUGH_FLAGS if options.rough else ()
     outcomes: list[Outcome] = []
     with suppress(KeyboardInterrupt), tempfile.TemporaryDirectory() as folder:
-        for number in range(asked.count):
-            one = outcome(number, random_design(asked.seed, number), Path(folder), rough)
+        for number in range(options.count):
+            one = outcome(number, random_design(options.seed, number), Path(folder), rough)
             outcomes.append(one)
             print(f"{number}: {one.wall:.1f} s, {one.fault or one.message or OUTCOMES[one.code]}", file=sys.stderr)
-    if asked.rough:
+    if options.rough:
         print(f"{len(outcomes)} designs, {sum(bool(one.fault) for one in outcomes)} with a fault")
         return 1 if any(one.fault for one in outcomes) else 0
-    flags = f"--count {len(outcomes)} --seed {asked.seed}"
+    flags = f"--count {len(outcomes)} --seed {options.seed}"
     introduction = INTRODUCTION.format(flags=flags, seconds=SECONDS, memory=MOST_MIB)
     write_section("Extreme designs", introduction, sections(outcomes))
     return 1 if any(one.fault for one in outcomes) else 0

@@ -1,4 +1,4 @@
-"""Work and precision of the stiffness of the flexures of one housing: elements, integration, beam formulas, peers.
+"""Cost and error of the stiffness of one housing: other elements, integration rules, beam formulas, and peers.
 
 As a program it prints its measurements as JSON, so that they come from a fresh interpreter on one thread. Imports are
 not counted.
@@ -14,7 +14,7 @@ import cadquery as cq
 from benchmarks.bars.truths import TRUTHS
 from benchmarks.calculix import calculix
 from benchmarks.deck import SkfemMesh, flexure_deck
-from benchmarks.harness import OURS, Bench, Measurement, Solved, print_measurements, timed
+from benchmarks.harness import OURS, Bench, Measurement, Solved, print_measurements, time_call
 from benchmarks.peers import NGSOLVE, Solver, deck_solvers
 from cad.parts.housing import Arm, Housing
 from cad.parts.housing_solid import housing_part, named_housing
@@ -55,17 +55,21 @@ SHEAR = 5.0 / 6.0  # shear coefficient of a rectangle, S. Timoshenko 1921
 
 
 def beam_rows() -> Iterator[Measurement]:
-    """Yield the rows of closed formulas: Euler, Timoshenko, and Timoshenko with the plane-strain modulus."""
-    wide = E_MPA / (1.0 - POISSON**2)
-    for name, modulus, shear in (("Euler", E_MPA, 0.0), ("Timoshenko", E_MPA, 1.0), ("wide Timoshenko", wide, 1.0)):
+    """Yield the rows of closed forms: Euler and Timoshenko beams, and Timoshenko's with the plane-strain modulus."""
+    plane_strain = E_MPA / (1.0 - POISSON**2)
+    for name, modulus, shear in (
+        ("Euler", E_MPA, 0.0),
+        ("Timoshenko", E_MPA, 1.0),
+        ("wide Timoshenko", plane_strain, 1.0),
+    ):
         K = [beam_stiffness(arm.flexure, modulus, shear) for arm in HOUSING.arms]
         yield BENCH.row(f"beam, {name}", "-", Solved(values=K, cpu=0.0, dofs=0))
 
 
 def beam_stiffness(flexure: Flexure, modulus: float, shear: float) -> float:
-    """Return the stiffness of two guided leaves [N/mm]; `shear` [1] is the included share of the shear compliance.
+    """Return the stiffness of two guided leaves [N/mm] by beam theory, for a bending `modulus` [MPa].
 
-    `modulus` is in MPa.
+    `shear` is the part of the shear compliance that is included: 0 for Euler's beam, 1 for Timoshenko's.
     """
     bending = 1.0 / pair_stiffness(modulus, flexure.depth, flexure.thickness, flexure.length)
     G = 0.5 * E_MPA / (1.0 + POISSON)
@@ -73,11 +77,11 @@ def beam_stiffness(flexure: Flexure, modulus: float, shear: float) -> float:
 
 
 def product_rows() -> Iterator[Measurement]:
-    """Yield the rows of the product's solver, on the rough mesh and on pairs of meshes, with its error bars."""
-    rough, cpu = timed(partial(rough_compliance, HOUSING, E_MPA, POISSON))
+    """Yield the rows of the product's solver with its error bars: on the rough mesh, and on pairs of meshes."""
+    rough, cpu = time_call(partial(rough_compliance, HOUSING, E_MPA, POISSON))
     yield BENCH.row(f"{OURS}hex 20, one rough mesh", "rough", _solved(rough_stiffness(HOUSING, rough), cpu))
     for pair in MESH_PAIRS:
-        stiffness, cpu = timed(partial(stiffness_on, pair, HOUSING, HousingSolver(E_MPA, POISSON)))
+        stiffness, cpu = time_call(partial(stiffness_on, pair, HOUSING, HousingSolver(E_MPA, POISSON)))
         yield BENCH.row(f"{OURS}hex 20, error pair", f"scale {pair.fine:g}", _solved(stiffness, cpu))
 
 
@@ -87,14 +91,15 @@ def stiffness_on(pair: MeshPair, housing: Housing, solver: HousingSolver) -> Hou
 
 
 def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:
+    """Return the product's stiffness as the answer of a method; the error bar is that of K_l."""
     return Solved(values=stiffness.K, cpu=cpu, dofs=stiffness.info.dofs, error_bar=stiffness.error[0])
 
 
 def element_rows() -> Iterator[Measurement]:
-    """Yield the rows of elements on single meshes, without error bars: hexahedra, tetrahedra and peers."""
+    """Yield the rows of single meshes without error bars: of hexahedra, of tetrahedra, and of peers on some of them."""
     for choice in HEXAHEDRA:
         for scale in (*SCALES, *(FAMILY_ENDS if choice == HEXAHEDRA[0] else ())):
-            mesh, meshing = timed(partial(flexure_mesh, HOUSING, scale))
+            mesh, meshing = time_call(partial(flexure_mesh, HOUSING, scale))
             name = f"scale {scale:g}"
             yield _element_row(f"{choice}, curved", name, mesh, choice, meshing)
             if scale in SCALES and choice in PEER_KINDS:
@@ -102,7 +107,7 @@ def element_rows() -> Iterator[Measurement]:
     half = housing_half(HOUSING)
     for finest in TET_SIZES:
         field = SizeField(largest_mm=5.0, smallest_mm=finest, growth=0.4, faces=("low_leaves", "high_leaves"))
-        mesh, meshing = timed(partial(volume_mesh, half, field, tolerance=0.05))
+        mesh, meshing = time_call(partial(volume_mesh, half, field, tolerance=0.05))
         name = f"leaf {finest:g} mm"
         for choice in ("tet P1", "tet P2"):
             yield _element_row(f"{choice}, straight", name, mesh, choice, meshing)
@@ -111,7 +116,7 @@ def element_rows() -> Iterator[Measurement]:
 
 
 def mesh_rows() -> Iterator[Measurement]:
-    """Yield the rows of cheaper meshes for the product's element, to show that scale 1 is a good choice.
+    """Yield the rows of the product's element on cheaper meshes, to show that scale 1 is a good choice.
 
     Each has fewer elements in the frame, around the holes, in the necks or along the leaves. None reaches an error of
     0.1 % at two thirds of the cost of scale 1.
@@ -128,7 +133,7 @@ def mesh_rows() -> Iterator[Measurement]:
         "scale 2, one layer": (counts(HOUSING, 2.0), 1),
     }
     for name, (count, layers) in meshes.items():
-        mesh, meshing = timed(partial(mesh_of_counts, HOUSING, count, layers))
+        mesh, meshing = time_call(partial(mesh_of_counts, HOUSING, count, layers))
         yield _element_row(f"{HEXAHEDRA[0]}, curved", name, mesh, HEXAHEDRA[0], meshing)
 
 
@@ -152,12 +157,16 @@ def _leaf_test(arm: Arm) -> FaceTest:
 
 
 def _element_row(method: str, name: str, mesh: SkfemMesh, choice: str, meshing: float) -> Measurement:
-    found, cpu = timed(partial(element_stiffness, mesh, choice, E_MPA, POISSON))
+    """Return the row of an element of `reference.element_study` on a mesh, which took `meshing` CPU seconds [s]."""
+    found, cpu = time_call(partial(element_stiffness, mesh, choice, E_MPA, POISSON))
     return BENCH.row(method, name, Solved(values=found.K, cpu=meshing + cpu, dofs=found.dofs))
 
 
 def peer_rows(name: str, mesh: SkfemMesh, choice: str, kind: str, meshing: float) -> Iterator[Measurement]:
-    """Yield the row of each installed peer on a mesh [mm] that took `meshing` CPU seconds [s]."""
+    """Yield the row of each installed peer on a mesh [mm], which took `meshing` CPU seconds [s].
+
+    `choice` is the name of the element in `reference.element_study`, and `kind` its type in CalculiX.
+    """
     for peer, solver in deck_solvers(kind).items():
         if peer != NGSOLVE.name:
             solve = partial(peer_stiffness, mesh, (choice, kind), (E_MPA, POISSON), solver)
@@ -167,10 +176,10 @@ def peer_rows(name: str, mesh: SkfemMesh, choice: str, kind: str, meshing: float
 def peer_stiffness(
     mesh: SkfemMesh, element: tuple[str, str], material: tuple[float, float], solver: Solver = calculix
 ) -> Solved:
-    """Return the stiffness of each spring [N/mm] by a peer, from a mesh of half of the housing [mm].
+    """Return a peer's stiffness of each spring [N/mm] on a mesh of half of the housing [mm].
 
-    `element` is the name in `reference.element_study`, which gives nodes and loads, and CalculiX's type. `material` is
-    E [MPa] and Poisson's ratio. Raises SolveError.
+    `element` is a name in `reference.element_study`, which places nodes and loads, and a type of CalculiX. `material`
+    is E [MPa] and Poisson's ratio. Raises SolveError if the peer fails.
     """
     deck = flexure_deck(mesh, *element, *material)
     results, cpu = solver(deck)

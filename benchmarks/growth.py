@@ -156,12 +156,12 @@ def print_cost(name: str, size: int) -> None:
     """Run a work at one size, and print its wall and CPU seconds [s] as JSON; a small first call is not counted."""
     growth = GROWTHS[name]
     growth.work(growth.sizes[0])
-    start, cpu = time.perf_counter(), _cpu()
+    start, cpu = time.perf_counter(), _cpu_seconds()
     growth.work(size)
-    print(json.dumps({"wall": time.perf_counter() - start, "cpu": _cpu() - cpu}))
+    print(json.dumps({"wall": time.perf_counter() - start, "cpu": _cpu_seconds() - cpu}))
 
 
-def _cpu() -> float:
+def _cpu_seconds() -> float:
     """Return the processor time of this process and of its finished children [s]."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(each.ru_utime + each.ru_stime for each in used)

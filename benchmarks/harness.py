@@ -187,7 +187,7 @@ class Bench:
             )
 
 
-def timed(work: Callable[[], T]) -> tuple[T, float]:
+def time_call(work: Callable[[], T]) -> tuple[T, float]:
     """Return the result of a piece of work, and its CPU seconds [s]."""
     start = time.process_time()
     result = work()

@@ -1,6 +1,6 @@
-"""Changes of the spring stiffness by a mount other than the sheet's, for presets, processes and mounts.
+"""How much the stiffness of springs changes if a plate is mounted otherwise than its fabrication sheet says.
 
-`python -m benchmarks.other_mounts` writes docs/measurements.md, which is the source of a bound in the error bars.
+`python -m benchmarks.other_mounts` writes a section of docs/measurements.md, the source of a bound in the error bars.
 """
 
 import math
@@ -45,7 +45,7 @@ bend, K_h moves by -0.42, -0.92 and -0.43 %. That of `pear` is more than the 0.8
 class Comparison:
     """A design in one mount, and the other mount that changes a stiffness most, with the changes of both springs [1].
 
-    `largest` are the largest absolute changes of each spring by any other mount [1].
+    `largest` holds for each spring its largest absolute change in any other mount [1].
     """
 
     preset: str
@@ -68,7 +68,7 @@ def comparisons() -> Iterator[Comparison]:
 
 
 def comparison(preset: str, process: str, mount: str) -> Comparison | None:
-    """Return the largest change of a preset by another mount, or None if its springs cannot be made."""
+    """Return the comparison of a preset in one mount with all other mounts, or None if its springs cannot be made."""
     design = load_design(preset, {"print.process": process, "print.mount": mount})
     springs = Sensor(design=design, options=RunOptions(tolerance=ROUGH_TOLERANCE)).springs.per_spring
     if springs.housing is None:
@@ -80,42 +80,42 @@ def comparison(preset: str, process: str, mount: str) -> Comparison | None:
 
 
 def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
-    """Return by name of other mounts the relative change of the stiffness of each spring [1]; E in MPa.
+    """Return the relative change of the stiffness of each spring [1] in each other mount, by its name; E in MPa.
 
     The other mounts are the other choice in a design, covers that press only near the screws, and screws so loose that
     they only bend. The mesh is coarse, which changes the result by a tenth. Raises SolveError.
     """
     half = coarse_half(housing, E, poisson, rough=False)
-    own_K = np.array(_stiffness_of(half))
-    mounts = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
+    own_K = np.array(_tip_stiffness(half))
+    mounts = {"screws so loose that they bend": (_screw_layer(housing, E, poisson),), **_other_mounts(housing)}
     changes = {}
     for name, layers in mounts.items():
-        other_K = _stiffness_of(_with_layers(half, layers, E, poisson))
+        other_K = _tip_stiffness(_remount(half, layers, E, poisson))
         changes[name] = tuple((other_K / own_K - 1.0).tolist())
     return changes
 
 
-def _stiffness_of(half: ClampedHalf) -> tuple[float, ...]:
+def _tip_stiffness(half: ClampedHalf) -> tuple[float, ...]:
     """Return the stiffness of each tip of a clamped half along the press [N/mm]; raises SolveError."""
     return tip_stiffnesses(tip_means(half.basis, PRESS).T @ displacements(half))
 
 
-def _with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> ClampedHalf:
-    """Return the same half in another mount, for a load along the press; E in MPa."""
-    bare = half.matrix if half.ground is None else half.matrix - half.ground
+def _remount(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> ClampedHalf:
+    """Return the same half with the elastic `layers` as its mount, for a load along the press; E in MPa."""
+    without_mount = half.matrix if half.ground is None else half.matrix - half.ground
     ground = layer_matrix(half.basis, layers, E, poisson)
-    free = replace(half, matrix=csc_matrix(bare + ground), ground=ground, clamped=np.zeros(0, dtype=np.int64))
+    free = replace(half, matrix=csc_matrix(without_mount + ground), ground=ground, clamped=np.zeros(0, dtype=np.int64))
     return with_symmetry(free, PRESS)
 
 
-def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
-    """Return by name the layers of each mount that holds the frame differently than its own mount."""
+def _other_mounts(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
+    """Return the elastic layers of each mount that holds the frame differently, by the name of the mount."""
     others = {}
     if housing.mount == "covers":
         others["washers on the frame, no covers"] = mount_layers(replace(housing, mount="washers"))
         pressed = discs_at(housing, WASHER_MM + 2.0 * (PLATE_MM + RECESS_MM) * SPREAD)
-        near = tuple(replace(layer, discs=pressed) for layer in mount_layers(housing))
-        others["covers that press near the screws alone"] = near
+        near_screws = tuple(replace(layer, discs=pressed) for layer in mount_layers(housing))
+        others["covers that press near the screws alone"] = near_screws
     elif housing.mount == "washers":
         others["covers between frame and washers"] = mount_layers(replace(housing, mount="covers"))
     if housing.back_to_back:
@@ -123,8 +123,8 @@ def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
     return others
 
 
-def _bending_screws(housing: Housing, E: float, poisson: float) -> ElasticLayer:
-    """Return a layer in the holes whose shear stiffness equals the bending stiffness of loose screws, 192 EI / L^3.
+def _screw_layer(housing: Housing, E: float, poisson: float) -> ElasticLayer:
+    """Return a layer in the holes that is as stiff in shear as loose screws are in bending, 192 EI / L^3.
 
     S. P. Timoshenko, Strength of Materials, part I, 1955: a beam with both ends built in, loaded at its middle.
     """

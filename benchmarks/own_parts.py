@@ -65,36 +65,36 @@ Peer = tuple[list[tuple[float, float]], int, float]
 def row_of(name: str, peer: Callable[[str, cq.Workplane], Peer]) -> list[str]:
     """Return the row of one housing."""
     shape = OWN_HOUSINGS[name]()
-    found, cpu = _found(shape)
+    found, cpu = _product_stiffness(shape)
     peers, unknowns, peer_cpu = peer(name, shape)
     cells = []
     is_inside = True
     for face, (K, bar) in zip(found.faces.values(), peers, strict=True):
-        cells += [_cell(face.K, face.K * face.K_error), _cell(K, bar)]
+        cells += [_stiffness_cell(face.K, face.K * face.K_error), _stiffness_cell(K, bar)]
         is_inside &= abs(face.K - K) <= face.K * face.K_error + bar
     inside = "yes" if is_inside else "no"
     return [name, *cells, inside, str(found.dofs), f"{cpu:.0f}", str(unknowns), f"{peer_cpu:.0f}"]
 
 
-def _found(shape: cq.Workplane) -> tuple[PartStiffness, float]:
+def _product_stiffness(shape: cq.Workplane) -> tuple[PartStiffness, float]:
     start = time.process_time()
     found = stiffness(shape, held=hole_points(HOUSING), pressed=tip_points(HOUSING), E_MPa=E_MPA, poisson=POISSON)
     return found, time.process_time() - start
 
 
-def _cell(K: float, bar: float) -> str:
+def _stiffness_cell(K: float, bar: float) -> str:
     return f"{1e3 * K:.5g} ± {100.0 * bar / K:.2f} %"
 
 
-def _named(solid: cq.Solid) -> Part:
+def _name_faces(solid: cq.Solid) -> Part:
     faces = {tip_face(tip): faces_at(solid, tip, [point]) for tip, point in tip_points(HOUSING).items()}
     faces[HELD] = faces_at(solid, "held", hole_points(HOUSING))
     return own_part(solid, faces)
 
 
-def by_sections(name: str, shape: cq.Workplane) -> Peer:
+def calculix_on_section(name: str, shape: cq.Workplane) -> Peer:
     """Return what CalculiX gives on the product's section."""
-    extrusion = extrusion_of(_named(own_solid(as_one_shape(shape), name)))
+    extrusion = extrusion_of(_name_faces(own_solid(as_one_shape(shape), name)))
     if extrusion is None:
         raise ValueError(name)
     presses = {tip_face(tip): UP for tip in tip_points(HOUSING)}
@@ -106,12 +106,12 @@ def by_sections(name: str, shape: cq.Workplane) -> Peer:
     return [(K, abs(K - other)) for K, other in pairs], full.dofs, full.cpu + reduced.cpu
 
 
-def by_files(name: str, shape: cq.Workplane) -> Peer:
+def calculix_on_step_file(name: str, shape: cq.Workplane) -> Peer:
     """Return what CalculiX gives on tetrahedra of a STEP file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "part.step"
         cq.exporters.export(cq.Workplane(as_one_shape(shape)), str(path))
-        part = _named(read_own_solid(path))
+        part = _name_faces(read_own_solid(path))
     solved = []
     for size in TET_SIZES:
         mesh = tetrahedra(part, boxes_of(name, size), size, tolerance=TET_VOLUME)
@@ -143,10 +143,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", default=list(OWN_HOUSINGS))
     parser.add_argument("--files", action="store_true", help="solve tetrahedra of the STEP file of the whole part")
-    args = parser.parse_args()
+    options = parser.parse_args()
     rows = []
-    for name in args.names:
-        rows.append(row_of(name, by_files if args.files else by_sections))
+    for name in options.names:
+        rows.append(row_of(name, calculix_on_step_file if options.files else calculix_on_section))
         print(rows[-1], file=sys.stderr, flush=True)
     print(table(HEADS, rows))
     return 0

@@ -103,7 +103,9 @@ def deck_task(deck: Deck) -> PeerTask:
 def deck_solvers(kind: str) -> dict[str, Solver]:
     """Return by name the installed programs that solve a deck with one type of elements: CalculiX and the peers."""
     solvers: dict[str, Solver] = {"CalculiX": calculix} if is_installed() else {}
-    return solvers | {peer.name: partial(_on_deck, peer) for peer in PEERS if peer.interpreter and kind in peer.kinds}
+    return solvers | {
+        peer.name: partial(_solve_deck, peer) for peer in PEERS if peer.interpreter and kind in peer.kinds
+    }
 
 
 def absent_peers() -> list[str]:
@@ -112,18 +114,18 @@ def absent_peers() -> list[str]:
     return programs + [peer.name for peer in PEERS if peer.interpreter is None]
 
 
-def _on_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
+def _solve_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
     """Return a peer's results on a deck, and its CPU seconds [s]; displacements outside the set `asked` are 0."""
     answer = peer_answer(peer, deck_task(deck))
-    on_set = []
+    on_nodes = []
     for result in answer.results:
         displacements = np.zeros(deck.node_count)
         if len(result.displacements) not in (0, len(deck.sets[deck.asked])):
-            raise _refused(peer, f"{len(result.displacements)} displacements of {len(deck.sets[deck.asked])} nodes")
+            raise _failure(peer, f"{len(result.displacements)} displacements of {len(deck.sets[deck.asked])} nodes")
         if len(result.displacements):
             displacements[deck.sets[deck.asked]] = result.displacements
-        on_set.append(StepResult(forces=result.forces, displacements=displacements))
-    return on_set, answer.cpu
+        on_nodes.append(StepResult(forces=result.forces, displacements=displacements))
+    return on_nodes, answer.cpu
 
 
 def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
@@ -143,45 +145,45 @@ def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
         command = [str(interpreter), str(SCRIPTS / peer.script), task.kind, str(path)]
         usage = resource_usage(command, Path(name), ONE_THREAD, deadline=DEADLINE)
     if usage.wall >= DEADLINE:
-        raise _refused(peer, f"still at work after {DEADLINE:g} s")
+        raise _failure(peer, f"still at work after {DEADLINE:g} s")
     if usage.exit_code:
-        raise _refused(peer, f"exit code {usage.exit_code}, {usage.last_line}")
-    return _checked_answer(peer, task, (usage.out.strip().splitlines() or [""])[-1], usage.cpu)
+        raise _failure(peer, f"exit code {usage.exit_code}, {usage.last_line}")
+    return _parse_answer(peer, task, (usage.out.strip().splitlines() or [""])[-1], usage.cpu)
 
 
-def _refused(peer: Peer, reason: str) -> SolveError:
+def _failure(peer: Peer, reason: str) -> SolveError:
     return SolveError(f"{peer.name}: {reason}: must answer each step with reactions that balance; look at its script")
 
 
-def _checked_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAnswer:
+def _parse_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAnswer:
     """Return the answer in the last line of a peer's output; `used` [s] is the CPU time of its whole process.
 
     Raises SolveError if the line is not an answer, or if its numbers cannot be right.
     """
     try:
         answer = json.loads(line)
-        results = tuple(_result(step) for step in answer["steps"])
+        results = tuple(_parse_step(step) for step in answer["steps"])
         dofs, cpu = int(answer["dofs"]), float(answer["cpu"])
     except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise _refused(peer, f"not an answer, {line[:60]!r}") from error
+        raise _failure(peer, f"not an answer, {line[:60]!r}") from error
     if len(results) != len(task.steps):
-        raise _refused(peer, f"{len(results)} answers to {len(task.steps)} steps")
+        raise _failure(peer, f"{len(results)} answers to {len(task.steps)} steps")
     if not 0.0 < cpu <= used:
-        raise _refused(peer, f"{cpu:g} CPU s counted, {used:g} used")
+        raise _failure(peer, f"{cpu:g} CPU s counted, {used:g} used")
     for number, (step, result) in enumerate(zip(task.steps, results, strict=True)):
-        if set(result.forces) != {*step.pressed, f"support{number}"} or not _finite(result):
-            raise _refused(peer, f"forces {result.forces}")
+        if set(result.forces) != {*step.pressed, f"support{number}"} or not _is_finite(result):
+            raise _failure(peer, f"forces {result.forces}")
         check_balance(peer.name, result.forces, step)
     return PeerAnswer(results=results, dofs=dofs, cpu=cpu)
 
 
-def _result(step: Mapping[str, Any]) -> StepResult:
+def _parse_step(step: Mapping[str, Any]) -> StepResult:
     forces = {str(name): float(value) for name, value in step["forces"].items()}
     displacements: Floats = np.array(step["displacements"], dtype=np.float64)
     return StepResult(forces=forces, displacements=displacements)
 
 
-def _finite(result: StepResult) -> bool:
+def _is_finite(result: StepResult) -> bool:
     return all(map(math.isfinite, result.forces.values())) and bool(np.isfinite(result.displacements).all())
 
 

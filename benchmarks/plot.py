@@ -28,12 +28,12 @@ def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
         for number, (title, rows) in enumerate(panels.items(), start=1):
             axes = figure.add_subplot(1, len(panels), number)
             axes.set(title=title, xlabel="CPU seconds, one thread", ylabel="relative error")
-            _draw(axes, [row for row in rows if row.dofs and row.errors and row.worst])
+            _draw_curves(axes, [row for row in rows if row.dofs and row.errors and row.worst])
         figure.savefig(drawing, format="svg", metadata={"Date": None})
     return drawing.getvalue()
 
 
-def _draw(axes: Axes, rows: Sequence[Measurement]) -> None:
+def _draw_curves(axes: Axes, rows: Sequence[Measurement]) -> None:
     methods = dict.fromkeys(row.method for row in rows)
     for method, colour in zip(methods, itertools.cycle(_COLOURS), strict=False):
         curve = sorted((row.cpu, row.worst) for row in rows if row.method == method)

@@ -7,7 +7,7 @@ import sys
 from functools import partial
 
 from benchmarks.calculix import calculix, is_installed
-from benchmarks.harness import percent, section, signed_percent, timed, write_section
+from benchmarks.harness import percent, section, signed_percent, time_call, write_section
 from mesh.housing.sweep import flexure_mesh
 from pipeline.making.flexure_deck import flexure_deck
 from pipeline.options import RunOptions
@@ -35,24 +35,34 @@ def rows_of(name: str) -> tuple[list[list[str]], bool]:
     design = Design(print=Print(process=name))
     options = RunOptions()
     sizing = spring_sizing(design, fruit_compliance(design, options), options)
-    springs, cpu = timed(partial(springs_for, design, sizing, "fitted"))
+    springs, cpu = time_call(partial(springs_for, design, sizing, "fitted"))
     if springs.housing is None:
         return [], True
     peer = calculix_stiffnesses(springs) if is_installed() else None
-    lines = []
-    good = True
+    rows = []
+    meets_goals = True
     for index, (spring, arm) in enumerate(zip(springs.springs.values(), springs.housing.arms, strict=True)):
-        miss = spring.stiffness / spring.target - 1.0
-        good = good and abs(miss) <= TARGET
-        found, apart = "-", "-"
+        target_error = spring.stiffness / spring.target - 1.0
+        meets_goals = meets_goals and abs(target_error) <= TARGET
+        calculix_cell, difference_cell = "-", "-"
         if peer is not None:
             difference = peer[index] / spring.stiffness - 1.0
-            good = good and abs(difference) <= SAME_MESH
-            found, apart = f"{1e3 * peer[index]:.6g}", signed_percent(difference)
+            meets_goals = meets_goals and abs(difference) <= SAME_MESH
+            calculix_cell, difference_cell = f"{1e3 * peer[index]:.6g}", signed_percent(difference)
         numbers = [f"{1e3 * spring.target:.6g}", f"{arm.flexure.length:.3f}", f"{1e3 * spring.stiffness:.6g}"]
         bar = percent(spring.error / spring.stiffness)
-        lines.append([f"{name} {arm.name}", *numbers, signed_percent(miss), bar, found, apart, f"{cpu:.2g}"])
-    return lines, good
+        rows.append(
+            [
+                f"{name} {arm.name}",
+                *numbers,
+                signed_percent(target_error),
+                bar,
+                calculix_cell,
+                difference_cell,
+                f"{cpu:.2g}",
+            ]
+        )
+    return rows, meets_goals
 
 
 def calculix_stiffnesses(springs: FittedSprings) -> tuple[float, ...]:
@@ -70,9 +80,9 @@ def main() -> int:
     table = []
     missed = []
     for name in PROCESSES:
-        lines, good = rows_of(name)
-        table += lines
-        if not good:
+        rows, meets_goals = rows_of(name)
+        table += rows
+        if not meets_goals:
             missed.append(name)
     goals = f"Goals: {percent(TARGET)} against target, {percent(SAME_MESH)} between CalculiX and FE. "
     goals += f"Missed by: {', '.join(missed) or 'none'}."

@@ -26,8 +26,8 @@ that a bar stands for, as a root mean square: 1 if bars are as wide as errors, a
 
 def row_of(proof: ProvedDesign) -> list[str]:
     """Return the row of a proof; errors and bars are root mean squares over readings without a flag."""
-    told = [each for each in proof.readings if each.error is not None and not each.is_flagged]
-    errors, bars = (np.array([getattr(each, name) for each in told]) for name in ("error", "u"))
+    unflagged = [each for each in proof.readings if each.error is not None and not each.is_flagged]
+    errors, bars = (np.array([getattr(each, name) for each in unflagged]) for name in ("error", "u"))
     return [
         f"`{proof.design}`",
         str(proof.presses - proof.outside - proof.flagged),
@@ -45,12 +45,12 @@ def main() -> int:
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     proofs = []
-    for folder in asked.folders:
-        proofs.append(prove(read_report(folder), asked.count, asked.seed))
+    for folder in options.folders:
+        proofs.append(prove(read_report(folder), options.count, options.seed))
         print(row_of(proofs[-1]), file=sys.stderr, flush=True)
-    introduction = INTRODUCTION.format(count=asked.count, seed=asked.seed, most=proofs[0].most_outside)
+    introduction = INTRODUCTION.format(count=options.count, seed=options.seed, most=proofs[0].most_outside)
     write_section(TITLE, introduction, [section("Presets for fruit", HEADS, map(row_of, proofs))])
     return 0 if all(proof.passed for proof in proofs) else 1
 

@@ -1,4 +1,4 @@
-"""Work and precision of unilateral contact: tilted rigid flat tips on a curved fruit, moved by a given travel.
+"""Cost and error of unilateral contact: tilted, rigid, flat tips that are pressed on a curved fruit by a given travel.
 
 As a program it prints its measurements as JSON, so that they come from a fresh interpreter on one thread. Imports are
 not counted. The flesh is linear elastic, and contact forces act along the normals of the tips, without friction. The
@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.bars.truths import TRUTHS
 from benchmarks.deck import TETRAHEDRA, SkfemMesh
-from benchmarks.harness import OURS, Bench, Measurement, Solved, print_measurements, timed
+from benchmarks.harness import OURS, Bench, Measurement, Solved, print_measurements, time_call
 from benchmarks.peers import GETFEM, Peer, PeerTask, deck_task, peer_answer
 from cad.parts.part import Part
 from mesh.volume import SizeField, volume_mesh
@@ -36,7 +36,7 @@ FRUIT = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thi
 TIPS, PRESS, TRAVEL_MM = Tips(), PressMotion(tilt_deg=1.0), 0.2
 SCENE = Scene(fruit=FRUIT, tips=TIPS, press=PRESS)
 E_MPA = 1.0
-SMALL_SLOPE = 1.0 / math.cos(math.radians(SCENE.steepest_deg)) - 1.0  # error by the slope, see their status
+SMALL_SLOPE = 1.0 / math.cos(math.radians(SCENE.steepest_deg)) - 1.0  # relative error due to the slope of the skin
 BENCH = Bench(
     name="unilateral contact",
     scene="A piece of a sphere of radius 35 mm: 20 x 20 mm, 12 mm thick, nu 0.3, E 1 MPa. Flat tips of 1 mm, 8 mm "
@@ -57,7 +57,7 @@ def tip_plane() -> tuple[float, float]:
 
 
 def half_mesh(part: Part, scale: float) -> SkfemMesh:
-    """Return straight tetrahedra of the half [mm]; `scale` multiplies the coarsest size at the edges of the tips."""
+    """Return straight tetrahedra of half the fruit [mm]; `scale` multiplies the size at the edges of the tips."""
     smooth = scale**0.25
     size = SizeField(
         smallest_mm=edge_size(TIPS, scale),
@@ -70,7 +70,7 @@ def half_mesh(part: Part, scale: float) -> SkfemMesh:
 
 
 def half_deck(mesh: SkfemMesh) -> Deck:
-    """Return the deck of the half, with the motion of the tips as its step."""
+    """Return the deck of half the fruit, with the motion of the tips as its only step."""
     choice, kind = TETRAHEDRA
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)
@@ -79,7 +79,7 @@ def half_deck(mesh: SkfemMesh) -> Deck:
 
 
 def contact_task(deck: Deck) -> PeerTask:
-    """Return the task for a peer to press the tips on the half."""
+    """Return the task of a peer: to press the tips, in the plane of their faces, on half the fruit."""
     task = deck_task(deck)
     return replace(task, kind="contact", scene={**task.scene, "plane": tip_plane()})
 
@@ -88,13 +88,14 @@ def product_rows() -> Iterator[Measurement]:
     """Yield the rows of the product's forces with their error bars; the cost includes the compliance."""
 
     def forces(tolerance: float) -> SensorResponse:
+        """Return the response of rigid springs, solved to a relative tolerance [1]."""
         rigid = np.zeros((len(FACES), len(FACES)))
         compliance = contact_compliance(FRUIT, TIPS, tolerance=CONTACT_FRACTION * tolerance)
         return scene_response(SCENE, compliance, rigid, [E_MPA], [TRAVEL_MM])
 
     forces(ROUGH_TOLERANCE)  # not counted, because the first solve of a process loads libraries
     for tolerance in (ROUGH_TOLERANCE, DEFAULT_TOLERANCE):
-        response, cpu = timed(partial(forces, tolerance))
+        response, cpu = time_call(partial(forces, tolerance))
         bar = float(response.F_error[0, 0]) + SMALL_SLOPE
         name = f"--tol {tolerance:g}"
         answer = Solved(values=response.F[0, 0], cpu=cpu, dofs=response.info.dofs, error_bar=bar)
@@ -102,10 +103,10 @@ def product_rows() -> Iterator[Measurement]:
 
 
 def peer_rows() -> Iterator[Measurement]:
-    """Yield the rows of GetFEM with an augmented Lagrangian on one family of meshes."""
+    """Yield the rows of GetFEM on one family of meshes, by its augmented Lagrangian method."""
     part = curved_half(FRUIT, TIPS)
     for scale in SCALES:
-        mesh, meshing = timed(partial(half_mesh, part, scale))
+        mesh, meshing = time_call(partial(half_mesh, part, scale))
         deck, name = half_deck(mesh), f"edge {edge_size(TIPS, scale):.3g} mm"
         if GETFEM.interpreter:
             solve = partial(_pressed, GETFEM, contact_task(deck))
@@ -113,7 +114,7 @@ def peer_rows() -> Iterator[Measurement]:
 
 
 def _pressed(peer: Peer, task: PeerTask) -> Solved:
-    """Return the forces on the whole tips [N] by a peer."""
+    """Return a peer's forces on both tips [N]; half the fruit carries half of each."""
     answer = peer_answer(peer, task)
     (result,) = answer.results
     forces = [2.0 * abs(result.forces[name]) for name in FACES]

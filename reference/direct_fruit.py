@@ -36,11 +36,11 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     """Return the compliance [1/mm] extrapolated from three graded meshes [mm] of one family, coarse to fine.
 
     The meshes are of the quarter x, y >= 0 (central tips), of the half y >= 0, or of the whole block; their boundaries
-    show which. Raises SolveError at once if the finest mesh would need too much memory. Raises it later if a solve, the
-    balance of reactions or the reciprocity of loads fails, or if the error exceeds 10 %.
+    show which. Raises SolveError if the finest mesh would need too much memory, if a solve, the balance of reactions or
+    the reciprocity of loads fails, or if the relative error exceeds 10 %.
     """
     start = time.perf_counter()
-    locked = locking(poisson)
+    locking_share = locking_error(poisson)
     finest = meshes[-1]
     check_cost(3 * (finest.p.shape[1] + finest.edges.shape[1]))
     solved = [mesh_compliance(mesh, poisson) for mesh in meshes]
@@ -51,14 +51,14 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     limits = [richardson(values, sizes, EDGE_RATE) for values in diagonals.T.tolist()]
     worst = max(limits, key=lambda limit: limit.error)
 
-    # Crosstalk hardly depends on the size at the edges. It is taken from the finest mesh, because extrapolation would
-    # only add noise.
-    between = ~np.eye(len(TIPS), dtype=bool)
+    # The crosstalk of the tips hardly depends on the element size at their edges. It is taken from the finest mesh,
+    # because an extrapolation would only add noise.
+    off_diagonal = ~np.eye(len(TIPS), dtype=bool)
     coarser = solved[-2].S
     S = 0.5 * (solved[-1].S + solved[-1].S.T)
-    drift = float(np.abs(S - 0.5 * (coarser + coarser.T))[between].max())
+    crosstalk_change = float(np.abs(S - 0.5 * (coarser + coarser.T))[off_diagonal].max())
     np.fill_diagonal(S, [limit.value for limit in limits])
-    error = (worst.error + drift) / float(np.diag(S).mean() - S[between].mean()) + locked
+    error = (worst.error + crosstalk_change) / float(np.diag(S).mean() - S[off_diagonal].mean()) + locking_share
     if not error <= WIDEST_ERROR:
         hint = "take a fruit that is thicker, or tips farther from its edges"
         msg = f"contact: relative error of s11 - s12 = {error:.2g}: must be at most {WIDEST_ERROR:g}; {hint}"
@@ -66,13 +66,13 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     return FruitCompliance(
         S=S,
         error_pair=error,
-        error_own=limits[0].error / limits[0].value + locked,
+        error_own=limits[0].error / limits[0].value + locking_share,
         info=SolveInfo(method=METHOD, dofs=solved[-1].dofs, seconds=time.perf_counter() - start, status=worst.status),
     )
 
 
-def locking(poisson: float) -> float:
-    """Return the relative error by locking [1]; raises SolveError for a Poisson's ratio above `LOCKS_TO`."""
+def locking_error(poisson: float) -> float:
+    """Return the relative error due to locking [1]; raises SolveError for a Poisson's ratio above `LOCKS_TO`."""
     if poisson > LOCKS_TO:
         msg = f"fruit.poisson = {poisson:.6g}: must be at most {LOCKS_TO:g} for direct elements; they lock beyond"
         raise SolveError(msg)
@@ -81,9 +81,9 @@ def locking(poisson: float) -> float:
 
 
 def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
-    """Return the compliance on one mesh [mm] of a quarter, a half or the whole block.
+    """Return the compliance of the tips for E = 1 [1/mm], on one mesh [mm] of a quarter, a half or the whole block.
 
-    Each mode of the compliance is at most the true one, because finite elements with prescribed displacements
+    Each eigenvalue of the compliance is at most the true one, because finite elements with prescribed displacements
     overestimate the stiffness. Raises SolveError like `direct_compliance`.
     """
     basis = vector_basis(mesh, ElementTetP2(), order=2)
@@ -96,12 +96,12 @@ def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
     if MIDDLE not in mesh.boundaries:
         stiffness = tip_stiffness(basis, K, held, FACES)
         return MeshCompliance(fraction * np.asarray(np.linalg.inv(stiffness), dtype=np.float64), int(basis.N))
-    # A quarter has one tip. The conditions on the plane x = 0 decide whether the other tip presses equally or
-    # oppositely. The compliances of two equal tips are half the sum and half the difference of these two modes.
-    alike = tip_stiffness(basis, K, {**held, MIDDLE: ("u^1",)}, FACES[1:])[0, 0]
-    against = tip_stiffness(basis, K, {**held, MIDDLE: ("u^2", "u^3")}, FACES[1:])[0, 0]
-    even = 0.5 * fraction / alike
-    odd = 0.5 * fraction / against
+    # A quarter has one tip. The conditions on the plane x = 0 decide whether the mirrored tip is pressed equally or
+    # oppositely. s11 and s12 of two equal tips are half the sum and half the difference of these two modes.
+    equal = tip_stiffness(basis, K, {**held, MIDDLE: ("u^1",)}, FACES[1:])[0, 0]
+    opposite = tip_stiffness(basis, K, {**held, MIDDLE: ("u^2", "u^3")}, FACES[1:])[0, 0]
+    even = 0.5 * fraction / equal
+    odd = 0.5 * fraction / opposite
     return MeshCompliance(np.array([[even + odd, even - odd], [even - odd, even + odd]]), int(basis.N))
 
 
@@ -148,7 +148,10 @@ def check_balance(stiffness: Floats, support: Floats) -> None:
 
 
 def outline_size(mesh: Mesh) -> float:
-    """Return the mean length of the mesh edges along the outlines of the tips [mm]; planes of symmetry are left out."""
+    """Return the mean length of the mesh edges along the outlines of the tips [mm], without planes of symmetry.
+
+    An edge is on the outline if it belongs to only one facet of a tip face.
+    """
     tip_facets = [mesh.boundaries[face] for face in FACES if face in mesh.boundaries]
     edges, count = np.unique(mesh.f2e[:, np.concatenate(tip_facets)], return_counts=True)
     outline = edges[count == 1]

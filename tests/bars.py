@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.bars.check import ending
+from benchmarks.bars.check import case_outcome
 from benchmarks.bars.table import CASES
 
 QUICK = (
@@ -31,5 +31,5 @@ def _marks(name):
 
 def holds(name):
     """Fail unless a case is right within its bar, or is refused as it may be."""
-    found = ending(*CASES[name])
+    found = case_outcome(*CASES[name])
     assert found.verdict != "WRONG", f"{found.reason}: {found.check}"

@@ -7,7 +7,7 @@ With names of groups it runs and prints only those.
 import sys
 from collections import Counter
 
-from benchmarks.bars.check import ending
+from benchmarks.bars.check import case_outcome
 from benchmarks.bars.table import CASES
 from benchmarks.harness import percent, section, write_section
 
@@ -33,7 +33,7 @@ def main() -> int:
     for name, case in CASES.items():
         if groups and name.partition(":")[0] not in groups:
             continue
-        found = ending(*case)
+        found = case_outcome(*case)
         count[found.verdict] += 1
         numbers = ["-", "-", "-"]
         if found.check:

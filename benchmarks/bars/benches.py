@@ -3,7 +3,7 @@
 import itertools
 
 from benchmarks import contact, flexure, unilateral
-from benchmarks.bars.check import ReferenceCheck, checks
+from benchmarks.bars.check import ReferenceCheck, make_checks
 from benchmarks.harness import Reference
 
 BENCHES = {
@@ -20,5 +20,5 @@ def bench_checks(bench: str, rows: int) -> tuple[ReferenceCheck, ...]:
     every: list[ReferenceCheck] = []
     for row in itertools.islice(measured(), rows):
         judge = Reference(values=(true,), errors=(error,), source=f"{row.mesh} against {of_bench.reference.source}")
-        every += checks((of_bench.values[0],), ((1.0 + row.errors[0]) * true,), (row.error_bar or 0.0,), judge)
+        every += make_checks((of_bench.values[0],), ((1.0 + row.errors[0]) * true,), (row.error_bar or 0.0,), judge)
     return tuple(every)

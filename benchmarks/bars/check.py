@@ -1,4 +1,4 @@
-"""Comparison of values of the product and their error bars with references, and the outcome of a hard case."""
+"""Comparison of the product's values and error bars with references, and the outcome of a hard case."""
 
 import math
 import warnings
@@ -12,7 +12,7 @@ from mesh.session import MeshError
 from sensor.quantity import InputError
 from solve.linear import SolveError
 
-REFERENCE_BYTES = 10.0 * 2**30  # most memory of a factorisation of a reference; the largest takes 6.3 GiB
+REFERENCE_BYTES = 10.0 * 2**30  # memory limit of the factorisation of a reference; the largest takes 6.3 GiB
 WIDEST_ERROR = 0.1  # widest useful error bar over its value
 REFUSALS = (InputError, MeshError, SolveError)
 
@@ -40,7 +40,7 @@ class ReferenceCheck:
 
     @property
     def excess(self) -> float:
-        """Return the distance to the reference over the sum of both error bars [1]; more than 1 is wrong."""
+        """Return the deviation from the reference over the sum of both error bars [1]; more than 1 is wrong."""
         if self.reference is None:
             return 0.0
         allowed = self.error + self.reference_error
@@ -48,33 +48,37 @@ class ReferenceCheck:
 
     @property
     def wrong(self) -> bool:
-        """Return whether the value is outside the bars, or its own bar is missing or too wide; nan is wrong too."""
+        """Return whether the value is outside the error bars, is nan, or has no error bar or one that is too wide."""
         return not (0.0 < self.relative_error <= self.widest and self.excess <= 1.0)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of a case: right, refused, no reference or WRONG, with a reason and the decisive check."""
+    """The outcome of a case: right, refused, no reference or WRONG, with its reason and the worst check."""
 
     verdict: str
     reason: str
     check: ReferenceCheck | None = None
 
 
-def checks(
+def make_checks(
     names: Sequence[str], values: Iterable[float], relative_errors: Sequence[float], reference: Reference
 ) -> tuple[ReferenceCheck, ...]:
-    """Return a check for each value of the product, in the unit of the reference; its error bars are relative [1]."""
-    trues = reference.values or (None,) * len(names)
+    """Return a check for each value of the product, in the unit of the reference.
+
+    `relative_errors` are the error bars of the values, over the values [1].
+    """
+    truths = reference.values or (None,) * len(names)
     uncertainties = reference.errors or (0.0,) * len(names)
     every = []
-    for name, value, error, true, uncertainty in zip(names, values, relative_errors, trues, uncertainties, strict=True):
+    rows = zip(names, values, relative_errors, truths, uncertainties, strict=True)
+    for name, value, error, truth, uncertainty in rows:
         every.append(
             ReferenceCheck(
                 name=name,
                 value=float(value),
                 error=error * abs(float(value)),
-                reference=true,
+                reference=truth,
                 reference_error=uncertainty,
                 source=reference.source,
             )
@@ -82,10 +86,10 @@ def checks(
     return tuple(every)
 
 
-def attempted(compute: Callable[[], Reference]) -> Reference:
-    """Return the result of a reference computation; if it refuses, a reference without values but with the reason.
+def try_reference(compute: Callable[[], Reference]) -> Reference:
+    """Return the result of a reference computation, which may use more memory than a solve of the product.
 
-    It may use more memory than a solve of the product.
+    If the computation raises one of `REFUSALS`, the reference has no values, and its source is the reason.
     """
     try:
         with patch.object(solve.linear, "MOST_BYTES", REFERENCE_BYTES):
@@ -94,10 +98,11 @@ def attempted(compute: Callable[[], Reference]) -> Reference:
         return Reference(values=(), errors=(), source=f"the reference refused: {refusal}")
 
 
-def ending(work: Callable[[], Sequence[ReferenceCheck]], answerable: bool) -> Outcome:
-    """Return the outcome of a case; `answerable` cases may not be refused.
+def case_outcome(work: Callable[[], Sequence[ReferenceCheck]], answerable: bool) -> Outcome:
+    """Return the outcome of a case; a case that is `answerable` must not raise an error.
 
-    A refusal must be one line that names a bound. Warnings, and all errors that are not refusals, are raised.
+    Other cases may raise one of `REFUSALS` with one line that names a bound. All other errors are passed on, and
+    warnings are raised as errors.
     """
     try:
         with warnings.catch_warnings():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.bars.check import ReferenceCheck, checks
+from benchmarks.bars.check import ReferenceCheck, make_checks
 from benchmarks.harness import Reference
 from sensor.theory.hertz import force_factor
 from solve.compression.flesh_law import FleshLaw
@@ -25,4 +25,4 @@ def ball_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
     curve = force_curve(ball_press())
     travels = BALL.radius * DEPTHS
     ratios = curve.force(travels) / (force_factor(1.0 / 0.91, BALL.radius) * travels**1.5)
-    return checks([f"F at {depth:g} R" for depth in DEPTHS], ratios, (curve.error,) * len(DEPTHS), truth)
+    return make_checks([f"F at {depth:g} R" for depth in DEPTHS], ratios, (curve.error,) * len(DEPTHS), truth)

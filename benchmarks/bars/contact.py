@@ -1,9 +1,9 @@
-"""Hard scenes for the compliance of the fruit, and their references."""
+"""Hard cases for the compliance of the fruit under the tips, and their references."""
 
 import dataclasses
 from functools import partial
 
-from benchmarks.bars.check import ReferenceCheck, attempted, checks
+from benchmarks.bars.check import ReferenceCheck, make_checks, try_reference
 from benchmarks.contact import BENCH, pair_and_own, relative_errors
 from benchmarks.harness import Reference
 from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE
@@ -17,55 +17,65 @@ from solve.fruit.compliance import FruitCompliance
 from solve.fruit.split import MOST_DOFS, contact_footprints, footprint_compliance, mesh_dofs
 from solve.linear import SolveError
 
-FOUR_TIMES = 3.9
-DIRECT_ERROR = 1e-2
+FOUR_TIMES = 3.9  # smallest ratio of dofs that is counted as four times
+DIRECT_ERROR = 1e-2  # largest relative error of a reference by direct FE
 FINER = tuple(Grading(step, (0.7, 0.21, 0.063, 0.0189, 0.0081)) for step in (0.42, 0.36, 0.3, 0.25, 0.2))
 BLOCK, TIPS = Fruit(), Tips()
 TOLERANCE = CONTACT_FRACTION * DEFAULT_TOLERANCE
 
 
 def truth_checks(truth: Reference, fruit: Fruit = BLOCK, tolerance: float = TOLERANCE) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the paper's pair, solved to a relative tolerance [1], by known s11 - s12 and s11 [1/mm]."""
-    return _checked(contact_compliance(fruit, TIPS, tolerance), truth)
+    """Return the checks of s11 - s12 and s11 of the paper's pair [1/mm] by known values.
+
+    The compliance is solved to a relative `tolerance` [1].
+    """
+    return _check_pair(contact_compliance(fruit, TIPS, tolerance), truth)
 
 
 def compliance_checks(
     fruit: Fruit = BLOCK, tips: Tips = TIPS, tolerance: float = TOLERANCE
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of s11 - s12 and s11 [1/mm], solved to a relative tolerance [1]; raises like the solvers."""
+    """Return the checks of s11 - s12 and s11 [1/mm] by a finer solution, as `contact_reference` finds it.
+
+    The compliance is solved to a relative `tolerance` [1]. Raises the errors of the solvers.
+    """
     compliance = contact_compliance(fruit, tips, tolerance)
-    return _checked(compliance, attempted(partial(contact_reference, fruit, tips, compliance)))
+    return _check_pair(compliance, try_reference(partial(contact_reference, fruit, tips, compliance)))
 
 
 def direct_checks(fruit: Fruit, tips: Tips = TIPS) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of s11 - s12 and s11 [1/mm] by direct FE.
+    """Return the checks of s11 - s12 and s11 [1/mm] by direct finite elements (FE).
 
     Raises SolveError if the relative error of direct FE exceeds `DIRECT_ERROR`.
     """
-    reference = _by_direct_elements(fruit, tips)
+    reference = _direct_reference(fruit, tips)
     if reference.relative_error > DIRECT_ERROR:
         msg = f"relative error of direct FE = {reference.relative_error:.2g}: must be at most {DIRECT_ERROR:g}"
         raise SolveError(msg)
-    return _checked(contact_compliance(fruit, tips), reference)
+    return _check_pair(contact_compliance(fruit, tips), reference)
 
 
-def _checked(compliance: FruitCompliance, reference: Reference) -> tuple[ReferenceCheck, ...]:
+def _check_pair(compliance: FruitCompliance, reference: Reference) -> tuple[ReferenceCheck, ...]:
+    """Return the checks of s11 - s12 and s11 [1/mm]; the source names the methods of both sides."""
     source = f"{compliance.info.method.partition(',')[0]} against {reference.source}"
-    judged = dataclasses.replace(reference, source=source)
-    return checks(BENCH.values, pair_and_own(compliance.S), relative_errors(compliance), judged)
+    named_reference = dataclasses.replace(reference, source=source)
+    return make_checks(BENCH.values, pair_and_own(compliance.S), relative_errors(compliance), named_reference)
 
 
 def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> Reference:
-    """Return s11 - s12 and s11 [1/mm] by the split with four times the dofs, or by direct FE if that is too large."""
+    """Return s11 - s12 and s11 [1/mm] by the product's own method with four times the dofs.
+
+    If this is too large, they are from direct FE.
+    """
     footprints = contact_footprints(fruit, tips)
     for grading in FINER:
         if FOUR_TIMES * compliance.info.dofs <= mesh_dofs(fruit, footprints, grading) <= MOST_DOFS:
             finer = footprint_compliance(fruit, footprints, grading)
             return Reference(values=pair_and_own(finer.S), errors=(), source=f"split, {finer.dofs} dofs")
-    return _by_direct_elements(fruit, tips)
+    return _direct_reference(fruit, tips)
 
 
-def _by_direct_elements(fruit: Fruit, tips: Tips) -> Reference:
+def _direct_reference(fruit: Fruit, tips: Tips) -> Reference:
     """Return the reference by direct FE on three meshes, with its own error bar."""
     part = solved_block(fruit, tips)
     meshes = [fruit_mesh(part, fruit, tips, refinement) for refinement in REFINEMENTS]

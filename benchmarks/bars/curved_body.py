@@ -3,7 +3,7 @@
 import functools
 from dataclasses import replace
 
-from benchmarks.bars.check import ReferenceCheck, checks
+from benchmarks.bars.check import ReferenceCheck, make_checks
 from benchmarks.contact import BENCH, pair_and_own
 from benchmarks.harness import Reference
 from sensor.arrays import Floats
@@ -46,4 +46,4 @@ def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> 
     value, _ = pair_and_own(S + found.change)
     bar = relative_bars(found, S)[0] * block / value
     expected = replace(truth, values=(block + truth.values[0],))
-    return checks(BENCH.values[:1], (value,), (float(bar),), expected)
+    return make_checks(BENCH.values[:1], (value,), (float(bar),), expected)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.bars.check import ReferenceCheck, checks
+from benchmarks.bars.check import ReferenceCheck, make_checks
 from benchmarks.harness import ROOT, Reference
 from pipeline.options import load_design
 from pipeline.response.contact import contact_compliance
@@ -44,7 +44,7 @@ def dome_checks(
     stand = Stand(radii_mm=(radius, radius), tilt_deg=tuple(tilt_deg), off_centre_mm=tuple(off_centre_mm))
     found = pose_forces(scene, compliance, SPRINGS, [Pose(E=E, travel=TRAVEL_MM, stand=stand)])
     F = found.F[0, of_tips]
-    return checks([TIPS[tip] for tip in of_tips], F, (found.F_error[0, of_tips] / F).tolist(), truth)
+    return make_checks([TIPS[tip] for tip in of_tips], F, (found.F_error[0, of_tips] / F).tolist(), truth)
 
 
 def solid_checks(solids: str, diagonal: Sequence[float], of_tips: Sequence[int]) -> tuple[ReferenceCheck, ...]:

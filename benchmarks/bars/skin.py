@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.bars.check import ReferenceCheck, checks
+from benchmarks.bars.check import ReferenceCheck, make_checks
 from benchmarks.harness import Reference
 from sensor.design.fruit import Fruit
 from solve.error_estimate import SolveInfo
@@ -51,17 +51,17 @@ def skin_checks(fruit: Fruit, radius: float, truth: Reference) -> Sequence[Refer
         beside = own - 1.0 / contact.flat_stiffness(radius)
         forces.append(float(contact.press(np.array((depth - beside * true_force) / curvature))[1]) * curvature)
     names = [f"{what} at {E:g} MPa" for what in ("stiffness", "force") for E in MODULI]
-    return _checked(names, ratios + forces, skinned, truth)
+    return _check_skin(names, ratios + forces, skinned, truth)
 
 
 def cube_checks(fruit: Fruit, truth: Reference) -> Sequence[ReferenceCheck]:
     """Return the checks of the stiffness of a cube of 1 mm over the stiffness without skin [1], at three moduli."""
     bare, skinned = compliances(fruit, Footprint(0.0, 0.0, 1.0, square_punch))
     ratios = [float(bare.S[0, 0] / skinned.at(E).S[0, 0]) for E in MODULI]
-    return _checked([f"stiffness at {E:g} MPa" for E in MODULI], ratios, skinned, truth)
+    return _check_skin([f"stiffness at {E:g} MPa" for E in MODULI], ratios, skinned, truth)
 
 
-def _checked(
+def _check_skin(
     names: Sequence[str], values: Sequence[float], skinned: FruitCompliance, truth: Reference
 ) -> Sequence[ReferenceCheck]:
-    return checks(names, values, (min(skinned.error_own, LARGEST_ERROR),) * len(names), truth)
+    return make_checks(names, values, (min(skinned.error_own, LARGEST_ERROR),) * len(names), truth)

@@ -1,4 +1,4 @@
-"""Hard springs: leaves and whole designs at their limits, meshes of bad quality, and nearly free bodies."""
+"""Hard cases for springs: leaves and designs at their limits, meshes of bad quality, and nearly free bodies."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import contact
-from benchmarks.bars.check import WIDEST_ERROR, ReferenceCheck, attempted, checks
+from benchmarks.bars.check import WIDEST_ERROR, ReferenceCheck, make_checks, try_reference
 from benchmarks.flexure import BENCH, E_MPA, HOUSING, POISSON, stiffness_on
 from benchmarks.harness import Reference
 from cad.parts.housing import Housing
@@ -33,7 +33,7 @@ from solve.elasticity import stiffness_matrix
 from solve.housing.stiffness import housing_stiffness, tip_compliance
 from solve.linear import factorise
 
-FINER = 0.5  # scale of the reference mesh, which has over four times the dofs
+FINER = 0.5  # scale of the reference mesh, which has more than four times the dofs
 TARGET_TOLERANCE = 5e-3
 LEAST_QUALITY = 0.05
 WIDEST_STRAIN_ERROR = 0.15  # widest useful error bar of a strain, which is extrapolated to the edges of elements
@@ -45,25 +45,25 @@ BLOCK, TIPS, TARGETS = Fruit(), Tips(), Targets()
 def stiffness_checks(
     housing: Housing, E: float, poisson: float, pairs: Sequence[MeshPair] = (DEFAULT,)
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the springs of a housing [N/mm] on each pair of meshes, by a finer mesh; E in MPa."""
-    reference = attempted(partial(_finer_stiffness, housing, E, poisson))
+    """Return the checks of the stiffness of both springs [N/mm] on each pair of meshes, by a finer mesh; E in MPa."""
+    reference = try_reference(partial(_finer_stiffness, housing, E, poisson))
     every: list[ReferenceCheck] = []
     for pair in pairs:
         solver = HousingSolver(E, poisson)
         stiffness = stiffness_on(pair, housing, solver)
         solver.check(pair.fine)
-        every += checks(BENCH.values, stiffness.K, stiffness.error, reference)
+        every += make_checks(BENCH.values, stiffness.K, stiffness.error, reference)
     return tuple(every)
 
 
 def _finer_stiffness(housing: Housing, E: float, poisson: float) -> Reference:
-    """Return the stiffnesses [N/mm] in the same mount on a mesh with over four times the dofs."""
+    """Return the stiffnesses [N/mm] in the same mount on a mesh with more than four times the dofs."""
     finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson, mount_layers(housing))
     return Reference(values=tuple(finer.K), errors=(), source=f"finer mesh, {finer.dofs} dofs")
 
 
 def leaf_checks(thickness: float, length: float, depth: float) -> tuple[ReferenceCheck, ...]:
-    """Return the checks on a housing whose low flexure has leaves of this size [mm], the high one the same depth."""
+    """Return the checks of a housing whose low leaves have this size [mm], and its high ones the same depth."""
     low = dataclasses.replace(HOUSING.low, thickness=thickness, length=length, depth=depth)
     high = dataclasses.replace(HOUSING.high, depth=depth)
     housing = dataclasses.replace(HOUSING, tip_side=min(HOUSING.tip_side, depth))
@@ -71,39 +71,43 @@ def leaf_checks(thickness: float, length: float, depth: float) -> tuple[Referenc
 
 
 def short_leaf_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the small housing [N/mm] by known stiffnesses from other programs."""
+    """Return the checks of the stiffness of the small housing [N/mm] by values from another program."""
     fine, coarse = (tip_compliance(flexure_mesh(SMALL_HOUSING, scale), E_MPA, POISSON) for scale in (1.0, 2.0))
     stiffness = housing_stiffness(fine, coarse)
-    return checks(BENCH.values, stiffness.K, stiffness.error, truth)
+    return make_checks(BENCH.values, stiffness.K, stiffness.error, truth)
 
 
 def mount_checks(preset: str, mount: str, lengths: Sequence[float]) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of stiffness, strain and sag of a housing in a mount, by a finer mesh; leaf lengths in mm."""
+    """Return the checks of the stiffness, the root strain and the sag of a preset's housing, by a finer mesh.
+
+    `lengths` [mm] are those of the low and the high leaves.
+    """
     design = load_design(preset, {"print.mount": mount})
     low, high = lengths
     housing = housing_for(design, design.process, (low, high), NO_TRAVEL)
     E, poisson = design.process.E_MPa, design.process.poisson
-    found = stiffness_on(DEFAULT, housing, HousingSolver(E, poisson))
+    solved = stiffness_on(DEFAULT, housing, HousingSolver(E, poisson))
     finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson, mount_layers(housing))
     numbers = {
-        "K": (found.K, found.error, finer.K, DEFAULT.least_tolerance),
-        "strain": (found.strain_per_N, found.strain_error, finer.strain_per_N, WIDEST_STRAIN_ERROR),
-        "sag": (found.weight_sag, found.weight_sag_error, finer.weight_sag, WIDEST_ERROR),
+        "K": (solved.K, solved.error, finer.K, DEFAULT.least_tolerance),
+        "strain": (solved.strain_per_N, solved.strain_error, finer.strain_per_N, WIDEST_STRAIN_ERROR),
+        "sag": (solved.weight_sag, solved.weight_sag_error, finer.weight_sag, WIDEST_ERROR),
     }
     every: list[ReferenceCheck] = []
-    for name, (values, errors, trues, widest) in numbers.items():
-        judge = Reference(values=trues, errors=(), source=f"finer mesh, {finer.dofs} dofs")
-        found_checks = checks((f"{name}_l", f"{name}_h"), values, errors, judge)
-        every += [dataclasses.replace(each, widest=widest) for each in found_checks]
+    for name, (values, errors, finer_values, widest) in numbers.items():
+        truth = Reference(values=finer_values, errors=(), source=f"finer mesh, {finer.dofs} dofs")
+        pair_checks = make_checks((f"{name}_l", f"{name}_h"), values, errors, truth)
+        every += [dataclasses.replace(each, widest=widest) for each in pair_checks]
     return tuple(every)
 
 
 def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
-    """Return the checks on the springs of a whole design; raises InputError if a spring cannot be made."""
+    """Return the checks of the springs of a design; raises InputError if a spring cannot be made."""
     return _springs_checks(Design(targets=targets, fruit=fruit))
 
 
 def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
+    """Return the checks of the fitted springs of a design: by a finer mesh, and by their targets."""
     sizing = spring_sizing(design, contact_compliance(design.fruit, design.tips), RunOptions())
     springs = springs_for(design, sizing, "fitted")
     each, housing = springs.springs.values(), springs.housing
@@ -114,32 +118,36 @@ def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
         msg = f"{verdict.name}: {verdict.reason}"
         raise InputError(msg)
     solved = [spring.stiffness for spring in each]
-    asked = Reference(values=tuple(spring.target for spring in each), errors=(), source="target")
+    targets = Reference(values=tuple(spring.target for spring in each), errors=(), source="target")
     return (
         *stiffness_checks(housing, springs.process.E_MPa, springs.process.poisson),
-        *checks(BENCH.values, solved, (TARGET_TOLERANCE,) * len(solved), asked),
+        *make_checks(BENCH.values, solved, (TARGET_TOLERANCE,) * len(solved), targets),
     )
 
 
 def process_checks(process: str, P_max: float, NL: float) -> tuple[ReferenceCheck, ...]:
-    """Return the checks on the springs for the paper's block with these targets in a process; raises InputError."""
+    """Return the checks of the springs that a process makes for these targets on the paper's block.
+
+    Raises InputError if the process cannot make them.
+    """
     return _springs_checks(Design(targets=Targets(P_max=P_max, NL=NL), print=Print(process=process)))
 
 
-def jittered_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
+def moved_node_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
     """Return the checks of s11 - s12 and s11 on meshes whose inner nodes are moved at random.
 
     Nodes move by up to a `fraction` [1] of their shortest edge.
     """
-    meshes = [_jittered(scale, fraction) for scale in REFINEMENTS]
+    meshes = [_move_nodes(scale, fraction) for scale in REFINEMENTS]
     for mesh in meshes:
         check_quality(np.asarray(mesh.p), np.asarray(mesh.t), LEAST_QUALITY)
     compliance = direct_compliance(meshes, BLOCK.poisson)
     values = contact.pair_and_own(compliance.S)
-    return checks(contact.BENCH.values, values, contact.relative_errors(compliance), contact.BENCH.reference)
+    return make_checks(contact.BENCH.values, values, contact.relative_errors(compliance), contact.BENCH.reference)
 
 
-def _jittered(scale: float, fraction: float) -> Any:
+def _move_nodes(scale: float, fraction: float) -> Any:
+    """Return a mesh of the fruit whose inner nodes are moved at random by up to a `fraction` of their shortest edge."""
     mesh = fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, scale)
     points = np.array(mesh.p)
     lengths = np.linalg.norm(points[:, mesh.edges[1]] - points[:, mesh.edges[0]], axis=0)
@@ -154,7 +162,7 @@ def _jittered(scale: float, fraction: float) -> Any:
 
 
 def grounded_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
-    """Return the check that a free block on weak springs moves by 1 if every spring k is loaded with the force k.
+    """Return the check that a block on weak springs moves by 1 if every spring k is loaded with the force k.
 
     k is a `fraction` [1] of the largest diagonal entry of the stiffness matrix, so that the block is nearly free.
     """
@@ -167,4 +175,6 @@ def grounded_checks(fraction: float) -> tuple[ReferenceCheck, ...]:
     load[vertical] = k
     shifts = factorise(K, np.zeros(0, dtype=np.int64)).solve(load)[vertical]
     worst = shifts[np.argmax(np.abs(shifts - 1.0))]
-    return checks(("shift",), (worst,), (DIGITS,), Reference(values=(1.0,), errors=(), source="rigid body on springs"))
+    return make_checks(
+        ("shift",), (worst,), (DIGITS,), Reference(values=(1.0,), errors=(), source="rigid body on springs")
+    )

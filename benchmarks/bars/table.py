@@ -16,9 +16,9 @@ from benchmarks.bars.skin import cube_checks, skin_checks
 from benchmarks.bars.springs import (
     design_checks,
     grounded_checks,
-    jittered_checks,
     leaf_checks,
     mount_checks,
+    moved_node_checks,
     short_leaf_checks,
 )
 from benchmarks.bars.truths import BARS, TRUTHS
@@ -43,7 +43,7 @@ CHECKS: dict[str, Callable[..., Sequence[ReferenceCheck]]] = {
     "springs": short_leaf_checks,
     "mount": mount_checks,
     "design": design_checks,
-    "moved nodes": jittered_checks,
+    "moved nodes": moved_node_checks,
     "clamp": grounded_checks,
     "bench": bench_checks,
 }
@@ -56,10 +56,10 @@ def every_case() -> Iterator[tuple[str, Callable[[], Sequence[ReferenceCheck]], 
     for group, check in CHECKS.items():
         for what, changes in BARS[group].items():
             answerable = "bar" in changes or group not in MAY_BE_REFUSED
-            yield f"{group}: {what}", partial(checked, check, changes), answerable
+            yield f"{group}: {what}", partial(run_case, check, changes), answerable
 
 
-def checked(check: Callable[..., Sequence[ReferenceCheck]], changes: Mapping[str, Any]) -> Sequence[ReferenceCheck]:
+def run_case(check: Callable[..., Sequence[ReferenceCheck]], changes: Mapping[str, Any]) -> Sequence[ReferenceCheck]:
     """Return the checks of a case from its keys in bars.toml; raises InputError if a table of a design refuses them."""
     values = {key: TABLES[key](**value) if key in TABLES else value for key, value in changes.items()}
     if "truth" in values:

@@ -13,28 +13,31 @@ AXES = "xyz"
 NEAR = 1e-9  # tolerance of coordinates [mm]
 
 
-def elastic(space, E, poisson, *, condensed=False):
-    """Return the bilinear form of linear elasticity."""
+def elastic_form(space, E, poisson, *, condensed=False):
+    """Return the assembled bilinear form of linear elasticity; `condensed` eliminates the dofs inside elements."""
     u, v = space.TnT()
     strain = ngs.Sym(ngs.Grad(u))
-    shear, first = 0.5 * E / (1.0 + poisson), E * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    mu, lam = 0.5 * E / (1.0 + poisson), E * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
     form = ngs.BilinearForm(space, symmetric=True, condense=condensed)
-    form += (2.0 * shear * ngs.InnerProduct(strain, ngs.Sym(ngs.Grad(v))) + first * ngs.div(u) * ngs.div(v)) * ngs.dx
+    form += (2.0 * mu * ngs.InnerProduct(strain, ngs.Sym(ngs.Grad(v))) + lam * ngs.div(u) * ngs.div(v)) * ngs.dx
     return form.Assemble()
 
 
 def held_space(mesh, order, held, pressed):
-    """Return the space of displacements with held components; `held` has components, counted from 1, by boundary.
+    """Return the space of displacements; `held` names the fixed components, counted from 1, of each boundary.
 
-    The vertical component is also held on the boundaries in `pressed`, where it is prescribed.
+    The vertical component is also fixed on the boundaries in `pressed`, where its value is prescribed.
     """
     names = {f"dirichlet{axis}": [name for name, c in held.items() if AXES.index(axis) + 1 in c] for axis in AXES}
     names["dirichletz"] = names["dirichletz"] + list(pressed)
     return ngs.VectorH1(mesh, order=order, **{key: "|".join(found) for key, found in names.items() if found})
 
 
-def solved(form, u, right=None):
-    """Solve for the free dofs of u by Cholesky factorisation; the other dofs keep their prescribed values."""
+def solve_free_dofs(form, u, right=None):
+    """Solve for the free dofs of u by Cholesky factorisation; the other dofs keep their prescribed values.
+
+    `right` is the load vector, or None for no load. With static condensation the interior dofs are found last.
+    """
     space = u.space
     residual = u.vec.CreateVector()
     if right is None:
@@ -52,8 +55,8 @@ def solved(form, u, right=None):
         u.vec.data += form.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky") * residual
 
 
-def force(form, u, names):
-    """Return the force along z on boundaries [N], as the work of the residual on their unit displacement."""
+def boundary_force(form, u, names):
+    """Return the force along z on the boundaries `names` [N]: the work of the residual on their unit displacement."""
     residual = u.vec.CreateVector()
     form.Apply(u.vec, residual)
     unit = ngs.GridFunction(u.space)
@@ -61,36 +64,36 @@ def force(form, u, names):
     return float(ngs.InnerProduct(residual, unit.vec))
 
 
-def pressed_answer(mesh, step, task):
-    """Return the number of dofs and the answer of a step with prescribed displacements.
+def solve_step(mesh, step, task):
+    """Return the number of dofs, and the forces of a step with prescribed displacements.
 
-    `task` has order, E and poisson.
+    `task` holds the polynomial `order`, `E` [MPa] and `poisson`.
     """
     space = held_space(mesh, task["order"], step["held"], step["pressed"])
     u = ngs.GridFunction(space)
     for name, shift in step["pressed"].items():
         u.components[2].Set(shift, definedon=mesh.Boundaries(name))
-    form = elastic(space, task["E"], task["poisson"], condensed=task["order"] > 2)
-    solved(form, u)
+    form = elastic_form(space, task["E"], task["poisson"], condensed=task["order"] > 2)
+    solve_free_dofs(form, u)
     support = [name for name, components in step["held"].items() if VERTICAL in components]
-    forces = {name: force(form, u, [name]) for name in step["pressed"]}
-    forces[step["support"]] = force(form, u, support)
+    forces = {name: boundary_force(form, u, [name]) for name in step["pressed"]}
+    forces[step["support"]] = boundary_force(form, u, support)
     return space.ndof, {"forces": forces, "displacements": []}
 
 
-def answered(mesh, steps, task):
-    """Return the dofs, and the answers to all steps."""
-    answers = [pressed_answer(mesh, step, task) for step in steps]
+def answer_steps(mesh, steps, task):
+    """Return the number of dofs, and the answers to all steps."""
+    answers = [solve_step(mesh, step, task) for step in steps]
     return answers[0][0], [answer for _, answer in answers]
 
 
-def same_mesh(deck):
-    """Return the tetrahedra of a deck with straight edges; its boundaries have the names of the sets."""
+def mesh_of_deck(deck):
+    """Return the mesh of a deck as straight tetrahedra, with the node sets of the deck as boundaries."""
     mesh = netgen.meshing.Mesh(3)
     corners = np.unique(deck.cells[:, :4])
     points = {int(node): mesh.Add(netgen.meshing.MeshPoint(netgen.meshing.Pnt(*deck.nodes[node]))) for node in corners}
     mesh.SetMaterial(1, "body")
-    for cell in deck.cells[:, (0, 1, 3, 2)]:
+    for cell in deck.cells[:, (0, 1, 3, 2)]:  # Netgen orders the corners with the opposite orientation
         mesh.Add(netgen.meshing.Element3D(1, [points[int(node)] for node in cell]))
     names = [name for name in deck.sets if not name.startswith("support")]
     for number, name in enumerate(names, start=1):
@@ -105,11 +108,11 @@ def deck_task(path):
     """Solve a deck with elements of order 2 on its own tetrahedra."""
     deck = read_deck(path)
     steps = [{"held": step.held, "pressed": step.pressed, "support": step.support} for step in deck.steps]
-    return answered(same_mesh(deck), steps, {"order": 2, "E": deck.E, "poisson": deck.poisson})
+    return answer_steps(mesh_of_deck(deck), steps, {"order": 2, "E": deck.E, "poisson": deck.poisson})
 
 
 def block_task(path):
-    """Press the quarter of a block on a mesh that is refined towards the edges of the tip in `levels` steps."""
+    """Press the quarter of a block on a mesh that is refined towards the edges of the tip `levels` times."""
     task = scene_of(path)
     length, width, height = task["size"]
     (start, end), side = task["tip_x"], task["tip_y"]
@@ -131,7 +134,7 @@ def block_task(path):
     mesh = ngs.Mesh(occ.OCCGeometry(shape).GenerateMesh(maxh=task["size_mm"], grading=0.4))
     if task["levels"]:
         mesh.RefineHP(task["levels"], factor=task["factor"])
-    return answered(mesh, task["steps"], task)
+    return answer_steps(mesh, task["steps"], task)
 
 
 def scene_of(path):

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import solve.fruit.remainder
-from benchmarks.bars.check import ReferenceCheck, attempted, checks, ending
+from benchmarks.bars.check import ReferenceCheck, case_outcome, make_checks, try_reference
 from benchmarks.bars.table import CASES, MAY_BE_REFUSED
 from benchmarks.contact import pair_and_own
 from benchmarks.harness import Reference
@@ -46,7 +46,7 @@ def check(**changed):
     ],
 )
 def test_a_case_is_right_only_inside_its_bar(values, verdict):
-    assert ending(lambda: values, False).verdict == verdict
+    assert case_outcome(lambda: values, False).verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -62,22 +62,22 @@ def test_a_case_is_refused_only_with_a_cause(error, answerable, verdict):
     def work():
         raise error
 
-    assert ending(work, answerable).verdict == verdict
+    assert case_outcome(work, answerable).verdict == verdict
 
 
 def test_a_refusal_of_the_reference_does_not_count_against_the_product():
     def refuses():
         raise MeshError("volume", "finer mesh", "none")
 
-    found = ending(lambda: checks(("s",), (1.0,), (1e-3,), attempted(refuses)), True)
+    found = case_outcome(lambda: make_checks(("s",), (1.0,), (1e-3,), try_reference(refuses)), True)
     assert (found.verdict, found.check.value, found.check.reference) == ("no reference", 1.0, None)
 
 
 @pytest.mark.usefixtures("wrong_traction")
 def test_wrong_sign_in_a_traction_fails_by_reciprocity_and_without_it_by_the_reference(monkeypatch):
-    assert "loads differ from their reciprocals" in ending(*CASES["paper: the default"]).reason
+    assert "loads differ from their reciprocals" in case_outcome(*CASES["paper: the default"]).reason
     monkeypatch.setattr(solve.fruit.remainder, "RECIPROCITY_LIMIT", np.inf)
-    assert ending(*CASES["paper: the default"]).verdict == "WRONG"
+    assert case_outcome(*CASES["paper: the default"]).verdict == "WRONG"
 
 
 SIZES = st.floats(-1.5, 1.9).map(lambda power: 10.0**power)
@@ -106,7 +106,7 @@ def test_random_designs_have_no_third_kind_of_end(block, side, spacing, offset, 
         own = small.error_own
         assert pair_and_own(small.S)[1] == small.S[0, 0]
         scaled = Reference(values=tuple(10.0 * solved(10.0).S.diagonal()), errors=(), source="scaled")
-        return checks(("s11", "s22"), small.S.diagonal(), (own, own), scaled)
+        return make_checks(("s11", "s22"), small.S.diagonal(), (own, own), scaled)
 
-    found = ending(work, False)
+    found = case_outcome(work, False)
     assert found.verdict != "WRONG", found.reason
