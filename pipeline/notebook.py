@@ -45,8 +45,8 @@ def answer_html(
     """
     parts = [f"<p><strong>{escape(headline(name, verdicts))}</strong></p>", _verdict_table(verdicts)]
     reasons = [
-        f"<li>{_outcome(one)} {escape(f'{one.name}: {one.remedy or one.reference}')}</li>"
-        for one in not_passed(verdicts)
+        f"<li>{_outcome(verdict)} {escape(f'{verdict.name}: {verdict.remedy or verdict.reference}')}</li>"
+        for verdict in not_passed(verdicts)
     ]
     parts += [f"<ul>{''.join(reasons)}</ul>"] if reasons else []
     parts += [_spring_table(springs)] if springs else []
@@ -102,10 +102,10 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     The curve is interrupted where P is nan, because a tip is out of contact. Nothing is drawn if fewer than two values
     are known.
     """
-    known = np.isfinite(P)
-    if np.count_nonzero(known) < 2:  # noqa: PLR2004 - ends of a line
+    is_known = np.isfinite(P)
+    if np.count_nonzero(is_known) < 2:  # noqa: PLR2004 - ends of a line
         return
-    x_ticks, y_ticks = _ticks(0.0, float(E.max())), _ticks(float(P[known].min()), float(P[known].max()))
+    x_ticks, y_ticks = _ticks(0.0, float(E.max())), _ticks(float(P[is_known].min()), float(P[is_known].max()))
     width, height = _SIZE
     left, top, right, bottom = _MARGINS
 
@@ -130,11 +130,11 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     for tick, y in zip(y_ticks, y_of(y_ticks), strict=True):
         yield _line((left, y), (width - right, y))
         yield f'<text x="{left - 6}" y="{y + 4.0:.1f}" text-anchor="end">{tick:g}</text>'
-    middle = 0.5 * (left + width - right)
-    yield f'<text x="{middle:.1f}" y="{height - 6}" text-anchor="middle">modulus E of the fruit [MPa]</text>'
+    centre = 0.5 * (left + width - right)
+    yield f'<text x="{centre:.1f}" y="{height - 6}" text-anchor="middle">modulus E of the fruit [MPa]</text>'
     rotation = f"translate(12 {0.5 * (top + height - bottom):.1f}) rotate(-90)"
     yield f'<text transform="{rotation}" text-anchor="middle">force ratio P [1]</text>'
-    for part in _runs(known):
+    for part in _runs(is_known):
         points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(x_of(E[part]), y_of(P[part]), strict=True))
         yield f'<polyline points="{points}" fill="none" stroke="{_BLUE}" stroke-width="2"/>'
     dots = np.asarray(moduli, dtype=np.float64)
@@ -144,10 +144,10 @@ def _plot(E: Floats, P: Floats, moduli: Sequence[float]) -> Iterator[str]:
     yield "</svg>"
 
 
-def _runs(known: Flags) -> Iterator[slice]:
+def _runs(is_known: Flags) -> Iterator[slice]:
     """Yield the slices of an array in which all values are known, in order."""
     # A run begins where the flag rises from 0 to 1 and ends where it falls.
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(int), [0]])))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_known.astype(int), [0]])))
     for start, end in edges.reshape(-1, 2).tolist():
         yield slice(start, end)
 

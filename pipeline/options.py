@@ -84,11 +84,11 @@ class RunOptions:
     @property
     def command(self) -> str:
         """Return the command line that repeats the run in its folder."""
-        words = ["pipeline", "design" if self.fabrication else "run", "--design design.toml"]
-        words += [f"--fruit-stiffness {self.fruit_stiffness}", f"--tol {self.tolerance:g}"]
-        words += ["--fields"] if self.fields else []
-        words += ["--look"] if self.look else []
-        return " ".join(words)
+        parts = ["pipeline", "design" if self.fabrication else "run", "--design design.toml"]
+        parts += [f"--fruit-stiffness {self.fruit_stiffness}", f"--tol {self.tolerance:g}"]
+        parts += ["--fields"] if self.fields else []
+        parts += ["--look"] if self.look else []
+        return " ".join(parts)
 
     @property
     def rough(self) -> bool:
@@ -122,11 +122,11 @@ def design_path(design: str | Path, name: str = "--design") -> Path:
     """
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
-    known = preset_names()
+    presets = preset_names()
     refuse_gone(f"preset {design}")
-    if design not in known:
-        hint = f"did you mean {nearest(design, known)}?" if known else "give a path"
-        raise validation_error(name, design, "", f"one of {', '.join(known)}, or a path that ends in .toml", hint)
+    if design not in presets:
+        hint = f"did you mean {nearest(design, presets)}?" if presets else "give a path"
+        raise validation_error(name, design, "", f"one of {', '.join(presets)}, or a path that ends in .toml", hint)
     return DESIGNS / f"{design}.toml"
 
 

@@ -174,8 +174,8 @@ def relative_change(number: Callable[..., Floats], scale: float | None = None) -
     denominator = nominal if scale is None else abs(scale) or 1.0
 
     def change(cause: Cause, sign: float) -> Floats:
-        moved = (number(cause, sign) - nominal) / denominator
-        return np.where(np.isfinite(moved), moved, sign * LIFTED)
+        changes = (number(cause, sign) - nominal) / denominator
+        return np.where(np.isfinite(changes), changes, sign * LIFTED)
 
     return change
 
@@ -193,8 +193,8 @@ def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
     def change_in_scene(cause: Cause, sign: float) -> Floats:
         if cause.name != POSE:
             return change(cause, sign)
-        moved = (minus if sign < 0.0 else plus) / value - 1.0
-        return np.asarray(moved if math.isfinite(moved) else LIFTED)
+        pose_change = (minus if sign < 0.0 else plus) / value - 1.0
+        return np.asarray(pose_change if math.isfinite(pose_change) else LIFTED)
 
     return change_in_scene
 

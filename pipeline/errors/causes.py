@@ -130,14 +130,14 @@ def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause
     process = pair.springs.process
     leaves = [arm.flexure for arm in housing.arms]
 
-    bend_mm = " and ".join(f"{deflection.max():.3g}" for deflection in deflections)
-    stiffer = np.array([stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True)])
-    yield Cause(name="large deflection", reason=f"elastica of leaves bent by {bend_mm} mm", springs=stiffer)
+    deflections_text = " and ".join(f"{deflection.max():.3g}" for deflection in deflections)
+    changes = np.array([stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True)])
+    yield Cause(name="large deflection", reason=f"elastica of leaves bent by {deflections_text} mm", springs=changes)
 
     mark_changes = []
     for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
-        # The frame's fraction of the compliance 1/K [1] is inversely proportional to the depth. So a frame that is
-        # thinner by the depth of the marks changes K by this fraction times the relative change of the depth.
+        # The frame contributes this fraction of the compliance 1/K. A frame that is thinner by the depth of the marks
+        # is softer by the relative change of its depth.
         frame_fraction = fraction * K / (process.E_MPa * leaf.depth)
         mark_changes.append(-frame_fraction * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
@@ -147,8 +147,8 @@ def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause
         foot_changes = []
         for leaf in leaves:
             # The wide layer makes up a share of the depth, in which K is proportional to the cube of the thickness.
-            thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
-            foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thicker**BEAM_SLOPE - 1.0))
+            thickness_ratio = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
+            foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thickness_ratio**BEAM_SLOPE - 1.0))
         yield Cause(
             name="elephant's foot",
             reason=f"a first layer {FOOT_MM:g} mm wider on each side and {FOOT_HIGH_MM:g} mm high",
@@ -232,7 +232,7 @@ def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) ->
 
     radius = design.fruit.radius_mm
     if design.fruit.can_roll and radius is not None:
-        places = design.tips.centres_mm
+        positions = design.tips.centres_mm
         law = force_ratio_curve(pair)
         stiffness = [
             series_stiffness(law.springs.K_l, law.K_m_max),
@@ -240,7 +240,7 @@ def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) ->
         ]
         roll_angles = []
         for depth in travel.flat:
-            rolled = roll([K * depth for K in stiffness], places, stiffness, radius)
+            rolled = roll([K * depth for K in stiffness], positions, stiffness, radius)
             # A fruit that rolls away lifts a tip: the offset is set to more than the travel.
             roll_angles.append(
                 math.radians(rolled.angle_deg) if rolled.steady else 2.0 * depth / design.tips.spacing_mm
@@ -249,7 +249,7 @@ def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) ->
         yield Cause(
             name="free fruit",
             reason=f"a fruit that rolls freely on a table (friction of {rolled.friction:.2g} holds it)",
-            height_offsets=np.multiply.outer(places, np.reshape(roll_angles, travel.shape)),
+            height_offsets=np.multiply.outer(positions, np.reshape(roll_angles, travel.shape)),
             advice="Hold the fruit",
         )
 

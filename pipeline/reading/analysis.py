@@ -149,21 +149,21 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
     channels = designed_channels(reading, presses.full_scale, sensor.signal, sensor.springs.creep, press_s)
     calibration = calibration_errors(design, presses.full_scale, 1.0 / np.diag(sensor.C), channels.noises)
     channels = channels.calibrated(calibration)
-    found, refused = _read_presses(model, presses, channels, design.tips.side_mm)
+    press_readings, refused_text = _read_presses(model, presses, channels, design.tips.side_mm)
     analysis = ReadingAccuracy(
         method=model.method,
         touch=touch_fraction(presses),
         level=model.level,
-        refused=refused,
+        refused=refused_text,
         calibration=calibration,
         face_mm=float(presses.face_mm.max()),
         pressures=_skin_pressures(sensor, presses),
     )
     # The first placement is the level press, which corrects all others: without it there is no accuracy.
-    if any(level is None for level, *_ in found):
+    if any(level is None for level, *_ in press_readings):
         return analysis
     try:
-        moduli = _accuracy_by_modulus(sensor, model, presses, channels, found)
+        moduli = _accuracy_by_modulus(sensor, model, presses, channels, press_readings)
     except RiseError:  # a finite difference changed a press that had just enough rise into one without a modulus
         return analysis
     return replace(
@@ -175,27 +175,29 @@ def analyse_readings(sensor: PressedSensor) -> ReadingAccuracy | None:
 
 
 def _accuracy_by_modulus(
-    sensor: PressedSensor, model: RiseModel, presses: SampledPresses, channels: Channels, found: FoundReadings
+    sensor: PressedSensor, model: RiseModel, presses: SampledPresses, channels: Channels, press_readings: FoundReadings
 ) -> tuple[ModulusAccuracy, ...]:
     """Return for each modulus the largest bias over all placements, and the uncertainty of a reading.
 
-    The uncertainty is a mean over the random placements, because these occur with their natural frequency. `found` has
-    the readings of `presses`.
+    The uncertainty is a mean over the random placements, because these occur with their natural frequency.
+    `press_readings` has the readings of `presses`.
     """
     design, placements = sensor.design, presses.placements
     reading = design.reading or ReadingRequirements()
-    E_read = np.array([[math.nan if each is None else each.E for each in row] for row in found])
+    E_read = np.array([[math.nan if each is None else each.E for each in row] for row in press_readings])
     biases = E_read / np.array(presses.moduli)[:, None] - 1.0
     bias_errors = _bias_errors(model, presses, biases)
-    by_pose = uncertainty_by_pose(biases, placements).tolist()
-    by_thickness = uncertainty_by_thickness(biases, placements).tolist()
+    pose_uncertainty = uncertainty_by_pose(biases, placements).tolist()
+    thickness_uncertainty = uncertainty_by_thickness(biases, placements).tolist()
     # Placement 0 is the level press. It joins the random ones, because all of these may lack a reading.
-    drawn = [0, *(index for index, each in enumerate(placements) if each.is_drawn)]
+    drawn_indices = [0, *(index for index, each in enumerate(placements) if each.is_drawn)]
     drawn_presses = [
-        [forces[index] for index in drawn if row[index] is not None]
-        for forces, row in zip(presses.F, found, strict=True)
+        [forces[index] for index in drawn_indices if row[index] is not None]
+        for forces, row in zip(presses.F, press_readings, strict=True)
     ]
-    drawn_readings = [[each for each in (row[index] for index in drawn) if each is not None] for row in found]
+    drawn_readings = [
+        [each for each in (row[index] for index in drawn_indices) if each is not None] for row in press_readings
+    ]
     form_changes = [np.array([moved_by_form(design, model, press) for press in each]) for each in drawn_presses]
     # Presses on a reference ball correct the change of E that fruit and ball have in common.
     form_changes_on_ball: Floats | float = 0.0
@@ -212,8 +214,8 @@ def _accuracy_by_modulus(
             **by_heat(sensor.signal),
             **_form_uncertainty(form_changes[i] - form_changes_on_ball),
             **ball,
-            "pose": by_pose[i],
-            "thickness": by_thickness[i],
+            "pose": pose_uncertainty[i],
+            "thickness": thickness_uncertainty[i],
             "poisson": uncertainty_by_poisson(design, model, presses.F[i, 0]),
         }
         row = ModulusAccuracy(
@@ -262,7 +264,7 @@ def _read_presses(
     noises = channels.noises * math.sqrt(RISE_TRAVELS / PRESS_SAMPLES)
     least_forces = channels.least_forces
     reasons = []
-    found: FoundReadings = []
+    press_readings: FoundReadings = []
     for E, forces, faces in zip(presses.moduli, presses.F, presses.face_mm.tolist(), strict=True):
         row: list[RiseReading | None] = []
         for placement, press, width in zip(presses.placements, forces, faces, strict=True):
@@ -275,11 +277,11 @@ def _read_presses(
             except ReadingError as error:
                 reasons.append(f"as at {E:.3g} MPa, {placement}: {error}")
             row.append(reading)
-        found.append(row)
+        press_readings.append(row)
     if not reasons:
-        return found, None
+        return press_readings, None
     count = len(presses.moduli) * len(presses.placements)
-    return found, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
+    return press_readings, f"{len(reasons)} of {count} poses have no reading, {reasons[0]}"
 
 
 def _bias_errors(model: RiseModel, presses: SampledPresses, biases: Floats) -> Floats:
@@ -304,9 +306,9 @@ def uncertainty_by_pose(biases: Floats, placements: Sequence[Placement]) -> Floa
     It is the root mean square of the biases in the random placements. `biases` [1] have the shape (moduli, placements),
     nan for a press without a reading.
     """
-    drawn = biases[:, [each.is_drawn for each in placements]]
-    count = np.isfinite(drawn).sum(axis=1)
-    return np.asarray(np.sqrt(np.nansum(drawn**2, axis=1) / np.maximum(count, 1)))
+    drawn_biases = biases[:, [each.is_drawn for each in placements]]
+    count = np.isfinite(drawn_biases).sum(axis=1)
+    return np.asarray(np.sqrt(np.nansum(drawn_biases**2, axis=1) / np.maximum(count, 1)))
 
 
 def uncertainty_by_thickness(biases: Floats, placements: Sequence[Placement]) -> Floats:
@@ -376,8 +378,8 @@ def touch_fraction(presses: SampledPresses) -> Estimate:
         # A tip that loses contact again, or touches only in the last sample, is counted as one that never touches.
         if not touching[first:].all() or first + 1 >= samples:
             return Estimate(1.0, 0.0)
-        by_flesh, by_spring = (_samples_to_touch(press[first : first + 2] ** power) for power in (2.0 / 3.0, 1.0))
-        earlier, later = (first + np.clip(shift, 0.0, 1.0).max() for shift in (by_flesh, by_spring))
+        flesh_shift, spring_shift = (_samples_to_touch(press[first : first + 2] ** power) for power in (2.0 / 3.0, 1.0))
+        earlier, later = (first + np.clip(shift, 0.0, 1.0).max() for shift in (flesh_shift, spring_shift))
         fraction = 0.5 * (earlier + later) / samples
         if fraction > latest.value:
             latest = Estimate(float(fraction), float(0.5 * (later - earlier) / samples))

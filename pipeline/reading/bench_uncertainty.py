@@ -73,8 +73,8 @@ def deflections_on_plate(scatter: Floats, flattened: Floats, design: Design, spa
     and its flattening: `flattened` [mm] over a `span` of the travel [mm]. The flattening is proportional to the power
     -2/3 of the modulus of the print, which scatters.
     """
-    by_modulus = 2.0 / 3.0 * design.process.E_scatter * flattened / span if span > 0.0 else 0.0
-    return np.maximum(np.hypot(scatter, by_modulus), LEAST_ERROR)
+    modulus_scatter = 2.0 / 3.0 * design.process.E_scatter * flattened / span if span > 0.0 else 0.0
+    return np.maximum(np.hypot(scatter, modulus_scatter), LEAST_ERROR)
 
 
 def springs_on_plate(*, gains: Floats, deflections: Floats, travel: float, alike: float, apart: Floats) -> Floats:
@@ -133,12 +133,14 @@ def _errors_after_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, no
     per_digit = left_by_digits(1.0, 1.0, WEIGHED_AT)
     newtons_per_g = 1e-3 * STANDARD_GRAVITY
     loads = np.minimum(pressed, newtons_per_g * bench.balance_max_g)
-    by_balance = _relative_error(per_digit * newtons_per_g * bench.balance_g, loads)
-    by_dial = _relative_error(per_digit * bench.dial_mm, loads / stiffnesses)
+    balance_error = _relative_error(per_digit * newtons_per_g * bench.balance_g, loads)
+    dial_error = _relative_error(per_digit * bench.dial_mm, loads / stiffnesses)
     # `per_digit` contains the standard deviation ROUNDED of rounding, which noise does not have.
-    by_noise = _relative_error(per_digit / ROUNDED * noises, loads)
-    springs = np.maximum(np.hypot(by_balance, by_dial), LEAST_ERROR)
-    return _CalibrationErrors(springs, np.hypot(by_balance, by_noise), {"balance": by_balance, "dial": by_dial})
+    noise_error = _relative_error(per_digit / ROUNDED * noises, loads)
+    springs = np.maximum(np.hypot(balance_error, dial_error), LEAST_ERROR)
+    return _CalibrationErrors(
+        springs, np.hypot(balance_error, noise_error), {"balance": balance_error, "dial": dial_error}
+    )
 
 
 def _errors_after_plate(
@@ -154,11 +156,11 @@ def _errors_after_plate(
     largest_forces = deepest * stiffnesses
     flattened = flattening(design, largest_forces) - flattening(design, PLATE_AT[0] * largest_forces)
     scatter = _relative_error(per_digit / ROUNDED * noises, largest_forces)
-    by_noise = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
+    noise_error = np.sqrt(np.maximum(weighed.gains**2 - weighed.causes["balance"] ** 2, 0.0))
     deflections = deflections_on_plate(scatter, flattened, design, deepest * (PLATE_AT[-1] - PLATE_AT[0]))
     travel_error = float(_relative_error(per_digit * bench.dial_mm, deepest))
     # The error of the balance is in both forces, so it cancels in the ratio of the stiffnesses by plate and by weights.
-    ratio_errors = np.hypot(weighed.causes["dial"], by_noise)
+    ratio_errors = np.hypot(weighed.causes["dial"], noise_error)
     # standard deviations of the mean of independent ratios, and of the difference of each ratio from this mean
     mean_error = float(np.linalg.norm(ratio_errors)) / len(ratio_errors)
     from_mean = np.sqrt(np.maximum(ratio_errors**2 * (1.0 - 2.0 / len(ratio_errors)) + mean_error**2, 0.0))
@@ -169,8 +171,8 @@ def _errors_after_plate(
         alike=math.hypot(travel_error, mean_error),
         apart=from_mean,
     )
-    by_dial = np.sqrt(np.maximum(springs**2 - weighed.gains**2 - deflections**2, 0.0))
-    causes = {"balance": weighed.causes["balance"], "dial": by_dial, "noise": np.hypot(by_noise, deflections)}
+    dial_error = np.sqrt(np.maximum(springs**2 - weighed.gains**2 - deflections**2, 0.0))
+    causes = {"balance": weighed.causes["balance"], "dial": dial_error, "noise": np.hypot(noise_error, deflections)}
     return _CalibrationErrors(springs, deflections, causes)
 
 

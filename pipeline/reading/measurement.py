@@ -48,16 +48,16 @@ class RiseModel:
         Samples are at equal steps of the travel, and their times are those of a press by hand of `PRESS_S`. `noises`
         and `least_forces` are as in `read_rise`. Raises RiseError.
         """
-        found = read_rise(self.law, self._rise(press, least_forces), noises)
-        return replace(found, E=correct_reading(found.E, self.level))
+        uncorrected = read_rise(self.law, self._rise(press, least_forces), noises)
+        return replace(uncorrected, E=correct_reading(uncorrected.E, self.level))
 
     def modulus(self, press: Floats) -> float:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises RiseError."""
         return correct_reading(rise_modulus(self.law, self._rise(press)), self.level)
 
-    def change(self, press: Floats, more: Floats) -> float:
-        """Return the absolute relative change of the modulus [1] if the forces of a press change by `more` [N]."""
-        return abs(self.modulus(press + more) / self.modulus(press) - 1.0)
+    def change(self, press: Floats, force_change: Floats) -> float:
+        """Return the absolute relative change of the modulus [1] if the forces change by `force_change` [N]."""
+        return abs(self.modulus(press + force_change) / self.modulus(press) - 1.0)
 
     def uneven(self, press: Floats, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
         """Return the slopes of a press for uneven skin and flesh, from `uneven_slopes`; raises RiseError."""

@@ -86,13 +86,13 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     t, travel, read_at = _press_and_hold(design)
     E = np.array(design.fruit.E_MPa)
     times, depths = (np.broadcast_to(each, (len(E), len(t))) for each in (t, first_touch + travel))
-    solved = timed_forces(law, Relaxation(design.fruit.relaxation), E, times, depths)
-    F = solved.F
+    timed = timed_forces(law, Relaxation(design.fruit.relaxation), E, times, depths)
+    F = timed.F
     apparent = _apparent_moduli(law, F)
     changes = _largest_changes(apparent[:, RAMP_STEPS:])
     steadiest = int(changes.argmin())
     change = float(changes[read_at])
-    step_error = float((solved.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())
+    step_error = float((timed.error[:, RAMP_STEPS:] / F[:, RAMP_STEPS:]).max())
     return ReadingOverTime(
         E=E,
         t=t,
@@ -205,6 +205,6 @@ def _elastic_error(sensor: PressedSensor, law: ContrastLaw, first_touch: float) 
     if law.hertz == 0.0:
         return 0.0
     travel = design.press.travel_mm
-    solved = sensor.forces_in_poses([Pose(E=modulus, travel=travel) for modulus in design.fruit.E_MPa]).F
-    by_law = elastic_forces(law, np.array(design.fruit.E_MPa), np.full(len(solved), first_touch + travel))
-    return float(np.abs(by_law / solved - 1.0).max())
+    solved_forces = sensor.forces_in_poses([Pose(E=modulus, travel=travel) for modulus in design.fruit.E_MPa]).F
+    law_forces = elastic_forces(law, np.array(design.fruit.E_MPa), np.full(len(solved_forces), first_touch + travel))
+    return float(np.abs(law_forces / solved_forces - 1.0).max())

@@ -146,11 +146,11 @@ def _tilt_and_shift(shape: Placement, reading: ReadingRequirements, direction: V
 
     Both are in a `direction`, a unit vector. The tilt grows by its largest change during the press, as by hand.
     """
-    turned = min(reading.tilt_change_deg, reading.tilt_deg)
+    tilt_change = min(reading.tilt_change_deg, reading.tilt_deg)
     return replace(
         shape,
-        tilt_deg=_scale(direction, reading.tilt_deg - turned),
-        turned_deg=_scale(direction, turned),
+        tilt_deg=_scale(direction, reading.tilt_deg - tilt_change),
+        turned_deg=_scale(direction, tilt_change),
         off_centre_mm=_scale(direction, reading.off_centre_mm),
     )
 
@@ -165,7 +165,7 @@ def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) ->
     for _ in range(DRAWN):
         # All random numbers are drawn even if a range is missing, so that it does not change the other ones.
         radius, across, azimuth = rng.uniform(size=3).tolist()
-        tilt, position, turned = (_sample_disc(rng) for _ in range(3))
+        tilt, position, tilt_change = (_sample_disc(rng) for _ in range(3))
         radii = None
         if fruits.radius is not None:
             first = _interpolate(fruits.radius, radius)
@@ -177,7 +177,7 @@ def _sample_placements(fruits: OccurringFruits, reading: ReadingRequirements) ->
             azimuth_deg=180.0 * azimuth if fruits.azimuths else None,
             tilt_deg=_scale(tilt, max(reading.tilt_deg - reading.tilt_change_deg, 0.0)),
             off_centre_mm=_scale(position, reading.off_centre_mm),
-            turned_deg=_scale(turned, reading.tilt_change_deg),
+            turned_deg=_scale(tilt_change, reading.tilt_change_deg),
         )
 
 

@@ -122,8 +122,8 @@ class PressedSensor(Record):
         Its compliances are those at the geometric mean of the range of moduli.
         """
         scene = scene_of(self.design, (), self.springs.sideways)
-        middle = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
-        contrast = dome_contrast(scene, self.contact, self.C, middle)
+        middle_E = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
+        contrast = dome_contrast(scene, self.contact, self.C, middle_E)
         gaps = gaps_under_domes(scene.fruit, scene.tips)
         return ContrastLaw(
             weights=weights,
@@ -160,11 +160,11 @@ class PressedSensor(Record):
         press = np.column_stack([np.interp(travel_by_hand, x, row) for row in forces.T])
         try:
             rise = rise_of(press, len(least_forces), least_forces, t=times)
-            found = read_rise(self.law, rise, np.zeros(len(least_forces)))
+            reading = read_rise(self.law, rise, np.zeros(len(least_forces)))
         except ReadingError:
             return None
         # The deviation of E is inversely proportional to the duration, so its ratio to the limit is a duration [s].
-        change_per_s = float(np.linalg.norm(found.slopes.times))  # of ln E per time error, in a press of 1 s
+        change_per_s = float(np.linalg.norm(reading.slopes.times))  # of ln E per time error, in a press of 1 s
         for_times = change_per_s * signal.time_deviation / signal.rate_Hz / LARGEST_BY_TIME
         # The instrument of a sample lies one sample earlier, or two if channels are interpolated to one time.
         samples = FEWEST + (2 if signal.delays else 1)

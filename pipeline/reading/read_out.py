@@ -22,17 +22,17 @@ class LevelReading:
     read_MPa: float = report_field("MPa", "modulus that is read from the rise of that press")
 
 
-def correct_reading(read: float, level: Sequence[LevelReading]) -> float:
+def correct_reading(E_read: float, level: Sequence[LevelReading]) -> float:
     """Return a modulus read [MPa], corrected for the shape and the skin of the fruit by simulated level readings.
 
     The logarithm of the correction is interpolated in ln E between the level readings, and constant beyond them.
     Without level readings the modulus is unchanged.
     """
     if not level:
-        return read
+        return E_read
     logs = [math.log(row.read_MPa) for row in level]
     shifts = [math.log(row.E_MPa / row.read_MPa) for row in level]
-    return read * math.exp(np.interp(math.log(read), logs, shifts))
+    return E_read * math.exp(np.interp(math.log(E_read), logs, shifts))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -44,7 +44,7 @@ def rolling_domes(
     if radius is None:
         return None
     return RollingDomes(
-        positions=tuple((place.x, place.y) for place in design.tips.places_mm),
+        positions=tuple((position.x, position.y) for position in design.tips.places_mm),
         weights=weights,
         dome_radius=radius,
         mean_curvature=0.5 * math.fsum(curvatures or design_curvatures(design)),

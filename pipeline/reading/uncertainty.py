@@ -70,8 +70,8 @@ class UncertaintySources:
 
         None if the other sources reach it without noise.
         """
-        others = math.hypot(*(size for name, size in self.contributions.items() if name not in OF_NOISE))
-        return None if others >= limit else math.sqrt(limit**2 - others**2) / self.noise_slope
+        without_noise = math.hypot(*(size for name, size in self.contributions.items() if name not in OF_NOISE))
+        return None if without_noise >= limit else math.sqrt(limit**2 - without_noise**2) / self.noise_slope
 
 
 class SlopesOnBall(NamedTuple):
@@ -121,10 +121,10 @@ class Channels:
         """Return the forces below which tips are counted as out of contact [N]."""
         return np.maximum(LEAST_OVER_NOISE * self.errors, LEAST_OF_SCALE * self.full_scale)
 
-    def calibrated(self, left: CalibrationLeft) -> "Channels":
+    def calibrated(self, errors: CalibrationLeft) -> "Channels":
         """Return the channels with the errors of springs and gains that remain after a calibration."""
-        gains = {**self.gains, "gain": 0.01 * np.array(left.gain_percent)}
-        return replace(self, gains=gains, springs=0.01 * np.array(left.stiffness_percent))
+        gains = {**self.gains, "gain": 0.01 * np.array(errors.gain_percent)}
+        return replace(self, gains=gains, springs=0.01 * np.array(errors.stiffness_percent))
 
     def of_press(self, slopes: Sequence[RiseSlopes]) -> dict[str, float]:
         """Return the relative standard uncertainty of a modulus due to each cause except noise [1].
@@ -147,9 +147,9 @@ class Channels:
 
     def of_moment(self, slopes: ReadingSlopes, forces: Floats) -> dict[str, float]:
         """Return the same uncertainties as `of_press` for a modulus read from the forces of one moment [N], (tips,)."""
-        by_force = np.array(slopes.forces)
-        by_zeros = standard_uncertainties({"zero_drift": (BOUNDED * self.zero_drift, by_force)})
-        return {**by_zeros, **self.of_springs_and_gains(np.array(slopes.springs), by_force * forces)}
+        force_slopes = np.array(slopes.forces)
+        zero_sources = standard_uncertainties({"zero_drift": (BOUNDED * self.zero_drift, force_slopes)})
+        return {**zero_sources, **self.of_springs_and_gains(np.array(slopes.springs), force_slopes * forces)}
 
     def of_springs_and_gains(self, springs: Floats, gains: Floats) -> dict[str, float]:
         """Return the relative standard uncertainty of a modulus due to errors of stiffnesses, creep and gains [1].
@@ -167,8 +167,10 @@ class Channels:
         if self.creep:
             sources["creep"] = (self.creep, np.ones(1))
         # The drift with temperature differs between the ball and the fruit, so the ball does not remove it.
-        by_gain = {cause: (each, gains if cause == OF_DRIFT else corrected_gains) for cause, each in self.gains.items()}
-        return standard_uncertainties(sources | by_gain)
+        gain_sources = {
+            cause: (each, gains if cause == OF_DRIFT else corrected_gains) for cause, each in self.gains.items()
+        }
+        return standard_uncertainties(sources | gain_sources)
 
 
 def designed_channels(
@@ -185,7 +187,7 @@ def designed_channels(
     the springs are weighed, `WEIGHED_AFTER_S`.
     """
     tips = np.ones(len(full_scale))
-    by_reading = Channels(
+    channels = Channels(
         full_scale=full_scale,
         noise={"noise_percent": 0.01 * reading.noise_percent * full_scale, "noise_N": reading.noise_N * tips},
         zero_drift=0.0 * tips,
@@ -197,12 +199,12 @@ def designed_channels(
         creep=creep.deviation(EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S, press_s),
     )
     if signal is None:
-        return by_reading
+        return channels
     return replace(
-        by_reading,
+        channels,
         noise={"readout_noise": np.array(signal.noise_N), "quantisation": np.array(signal.rounding_N)},
         zero_drift=np.array(signal.zero_drift_N),
-        gains={**by_reading.gains, OF_DRIFT: BOUNDED * 0.01 * np.array(signal.gain_drift_percent)},
+        gains={**channels.gains, OF_DRIFT: BOUNDED * 0.01 * np.array(signal.gain_drift_percent)},
         # The effect of a time error is inversely proportional to the duration; slopes are those of a press of PRESS_S.
         time_s=BOUNDED * 1e-3 * signal.time_error_ms * PRESS_S / press_s,
     )
@@ -218,18 +220,20 @@ def by_heat(signal: SignalPath | None) -> dict[str, float]:
 
 
 def uncertainty_sources(
-    found: Sequence[RiseReading], channels: Channels, samples: int, others: Mapping[str, float]
+    readings: Sequence[RiseReading], channels: Channels, samples: int, other_sources: Mapping[str, float]
 ) -> UncertaintySources:
-    """Return all sources of the uncertainty of a reading, from the slopes of equally likely readings `found`.
+    """Return all sources of the uncertainty of a reading, from the slopes of equally likely `readings`.
 
     `samples` is the number of samples with which these presses were solved. A real press has `PRESS_SAMPLES`, to which
-    the effect of noise is scaled. `others` are sources that are computed elsewhere [1].
+    the effect of noise is scaled. `other_sources` are computed elsewhere [1].
     """
-    slopes = [each.slopes for each in found]
+    slopes = [each.slopes for each in readings]
     per_force = np.array([each.noise for each in slopes]) * math.sqrt(samples / PRESS_SAMPLES)
-    by_noise = standard_uncertainties({cause: (deviation, per_force) for cause, deviation in channels.noise.items()})
+    noise_sources = standard_uncertainties(
+        {cause: (deviation, per_force) for cause, deviation in channels.noise.items()}
+    )
     return UncertaintySources(
-        contributions={**by_noise, **channels.of_press(slopes), **others},
+        contributions={**noise_sources, **channels.of_press(slopes), **other_sources},
         stiffness_slope=_root_mean_square(np.array([each.springs for each in slopes])),
         noise_slope=0.01 * _root_mean_square(per_force * channels.full_scale),
     )

@@ -37,13 +37,13 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     yield _headline(report, verdicts)
     yield table
     yield from _spring_lines(report)
-    wrong = not_passed(verdicts)
-    yield from reasons(wrong[:_REASONS], in_table=lambda verdict: not is_on_the_part(verdict))
-    if len(wrong) > _REASONS:
-        yield f"and {len(wrong) - _REASONS} more: --verbose lists them all"
+    problems = not_passed(verdicts)
+    yield from reasons(problems[:_REASONS], in_table=lambda verdict: not is_on_the_part(verdict))
+    if len(problems) > _REASONS:
+        yield f"and {len(problems) - _REASONS} more: --verbose lists them all"
     notes = report["notes"]
     # Fewer notes if there are reasons and the line that counts the rest, so that the answer stays on one screen.
-    for note in notes[: _NOTES - min(len(wrong), _REASONS + 1)]:
+    for note in notes[: _NOTES - min(len(problems), _REASONS + 1)]:
         yield f"- {escape(note)}"
     out = escape(str(folder))
     yield f"files in {out}: response.csv is the table P -> E, report.json has every number"
@@ -79,8 +79,10 @@ def _headline(report: Json, verdicts: list[Verdict]) -> str:
     """Return the first line: the outcome, the name of the design, and how many verdicts failed or are undecided."""
     outcomes = [verdict.passed for verdict in verdicts]
     counts = [f"{outcomes.count(passed)} {OUTCOMES[passed]}" for passed in (False, None) if passed in outcomes]
-    words = f"of {len(verdicts)} verdicts {', '.join(counts)}" if counts else f"all {len(verdicts)} verdicts passed"
-    return f"{OUTCOME[all_passed(verdicts)]}  twintip · {escape(report['design']['name'])}: {words}"
+    counts_text = (
+        f"of {len(verdicts)} verdicts {', '.join(counts)}" if counts else f"all {len(verdicts)} verdicts passed"
+    )
+    return f"{OUTCOME[all_passed(verdicts)]}  twintip · {escape(report['design']['name'])}: {counts_text}"
 
 
 def _spring_lines(report: Json) -> Iterator[str]:
@@ -104,8 +106,8 @@ def _spring_lines(report: Json) -> Iterator[str]:
         size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
         stiffness = f"{with_bar(K, 0.01 * spring['error_percent'] * K, 'N/m')} by FE"
         limit = "" if spring["safety_factor"] is None else f", limit {spring['safety_factor'] * strain:.2g}"
-        words = f"leaves {size} in {process}, strain {strain:.2g} at full travel{limit}"
-        yield escape(f"{name} spring: {stiffness}, {words}")
+        leaf_text = f"leaves {size} in {process}, strain {strain:.2g} at full travel{limit}"
+        yield escape(f"{name} spring: {stiffness}, {leaf_text}")
 
 
 def _error_table(report: Json) -> Table:
@@ -131,9 +133,9 @@ def _method_lines(report: Json) -> Iterator[str]:
     """Yield for contact and springs the accuracy reached, the tolerance requested, and the method chosen."""
     accuracy = report["accuracy"]
     for name in ("contact", "springs"):
-        solved = accuracy[name]
-        if solved is not None:
-            yield f"{name} ± {solved['error_percent']:.2g} %, --tol {accuracy['tolerance']:g}: {solved['choice']}"
+        stage = accuracy[name]
+        if stage is not None:
+            yield f"{name} ± {stage['error_percent']:.2g} %, --tol {accuracy['tolerance']:g}: {stage['choice']}"
 
 
 def _scatter_lines(report: Json) -> Iterator[str]:
@@ -152,8 +154,8 @@ def _scatter_lines(report: Json) -> Iterator[str]:
             bands.append(f"{name} {low} to {high}")
     yield f"before calibration 95 % of prints have: {', '.join(bands)}"
     error = scatter["calibrated_modulus_error"]
-    known = "not known" if error is None else f"known to {100.0 * error:.1f} %"
-    yield f"with both stiffnesses of a unit known to 1 %, the modulus that it reads is {known}"
+    accuracy_text = "not known" if error is None else f"known to {100.0 * error:.1f} %"
+    yield f"with both stiffnesses of a unit known to 1 %, the modulus that it reads is {accuracy_text}"
 
 
 def _cost_line(report: Json) -> str:

@@ -97,9 +97,9 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         return ()
     if report.housing is None:
         return (judge("geometry.made", 0.0, "no housing: see printable.*", limit=1.0),)
-    missing = ", ".join(name for name in RUN_FILES if not is_regular(folder / name))
-    if missing:
-        reason = f"{missing} cannot be measured, there is no such file; run the design again"
+    missing_files = ", ".join(name for name in RUN_FILES if not is_regular(folder / name))
+    if missing_files:
+        reason = f"{missing_files} cannot be measured, there is no such file; run the design again"
         if any(file.path == LATEST for file in report.files):
             reason = "a look makes no solid to measure: run the design without --look, and check that folder"
         return (judge(READABLE, None, reason),)
@@ -109,7 +109,8 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     verdicts = check_sensor(sensor, report.deflections_mm, folder)
     verdicts += _verdicts_or_unreadable(lambda: (files_as_designed(sensor, folder, names),))
     evaluated = {verdict.name for verdict in verdicts}
-    verdicts += tuple(one for one in check_file(folder / "housing.3mf", process) if one.name not in evaluated)
+    file_verdicts = check_file(folder / "housing.3mf", process)
+    verdicts += tuple(verdict for verdict in file_verdicts if verdict.name not in evaluated)
     if "cover.step" in names:  # only `pipeline design` writes cover and bracket
         verdicts += _verdicts_or_unreadable(lambda: cover_verdicts(sensor, read_step(folder / "cover.step"), process))
     if "mount.step" in names:

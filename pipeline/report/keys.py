@@ -34,12 +34,12 @@ def report_key(name: str) -> ReportKey | None:
     The types of the fields of `Report` are followed word by word. An element of a list is named by its index. A verdict
     is named by its own name, which may contain dots: "verdicts.reading.bias.value".
     """
-    words = name.split(".")
-    if words[0] == "verdicts" and len(words) > 1:  # all verdicts have the same keys, so the first represents them
-        words = ["verdicts", "0", words[-1]]
+    path = name.split(".")
+    if path[0] == "verdicts" and len(path) > 1:  # all verdicts have the same keys, so the first represents them
+        path = ["verdicts", "0", path[-1]]
     kind: Any = Report
     metadata: dict[str, Any] = {}  # metadata along the path; inner fields override outer ones
-    for word in words:
+    for word in path:
         if get_origin(kind) is tuple and _INDEX.fullmatch(word):
             kind = _element_type(kind)
         elif get_origin(kind) is dict:
@@ -103,14 +103,16 @@ def value_at(report: object, name: str) -> object:
     Verdicts are found by their names, and elements of lists by index. Raises KeyError if there is no such key, and the
     errors of the solvers if a part cannot be solved.
     """
-    words = name.split(".")
+    path = name.split(".")
     value = report
-    if words[0] == "verdicts":
+    if path[0] == "verdicts":
         verdicts: Any = _get_part(report, "verdicts", name)
-        by_name = verdicts if isinstance(verdicts, Mapping) else {verdict.name: verdict for verdict in verdicts}
-        value = _get_part(by_name, ".".join(words[1:-1]), name)  # names of verdicts contain dots
-        words = words[-1:]
-    for word in words:
+        verdicts_by_name = (
+            verdicts if isinstance(verdicts, Mapping) else {verdict.name: verdict for verdict in verdicts}
+        )
+        value = _get_part(verdicts_by_name, ".".join(path[1:-1]), name)  # names of verdicts contain dots
+        path = path[-1:]
+    for word in path:
         value = _get_part(value, word, name)
     return value
 
@@ -152,5 +154,5 @@ def _without_none(kind: Any) -> Any:  # noqa: ANN401 - any type
     """Return the type of a value without None and `LeftOut`."""
     if get_origin(kind) not in (Union, UnionType):
         return kind
-    kinds = [one for one in get_args(kind) if one not in (NoneType, LeftOut)]
+    kinds = [member for member in get_args(kind) if member not in (NoneType, LeftOut)]
     return kinds[0] if len(kinds) == 1 else kind

@@ -42,7 +42,7 @@ def notes(result: SensorResult) -> list[str]:
     """
     info = result.press.table.info
     main_notes = _ratio_notes(result) if result.readings is None else _reading_notes(result.pressed, result.readings)
-    found = [
+    all_notes = [
         *_advice_notes(result.errors.budgets),
         *_given_springs_note(result),
         _relaxation_note(result),
@@ -51,8 +51,8 @@ def notes(result: SensorResult) -> list[str]:
         *_support_note(result),
         *main_notes,
     ]
-    found.sort(key=lambda note: note.percent, reverse=True)
-    texts = [note.text for note in found]
+    all_notes.sort(key=lambda note: note.percent, reverse=True)
+    texts = [note.text for note in all_notes]
     return [*_unusual_moduli(result.design), *result.left_out, *texts, f"Response: {info.method}; {info.status}."]
 
 

@@ -32,10 +32,10 @@ class EarlierAnswer(NamedTuple):
 
         `command` is that of the new run. None if every file of the earlier run still exists.
         """
-        gone = [name for name in self.names if name != LATEST and not (folder / name).exists()]
-        if not gone:
+        lost_names = [name for name in self.names if name != LATEST and not (folder / name).exists()]
+        if not lost_names:
             return None
-        counted = f"{len(gone)} files of the answer before are gone, as {gone[0]}"
+        counted = f"{len(lost_names)} files of the answer before are gone, as {lost_names[0]}"
         if self.command == command:
             return counted
         again = self.command.replace("design.toml", shlex.quote(str(folder / "design.toml")), 1)

@@ -67,12 +67,12 @@ def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
     table = Table(*columns, title=title or None, title_justify="left")
     for verdict in verdicts:
         outcome = OUTCOME[verdict.passed]
-        shown = as_read(verdict)
+        in_units = as_read(verdict)
         table.add_row(
-            shown.name,
-            measured(shown),
-            escape(limit_text(shown, shown.unit)),
-            escape(tolerance_text(shown)),
+            in_units.name,
+            measured(in_units),
+            escape(limit_text(in_units, in_units.unit)),
+            escape(tolerance_text(in_units)),
             f"{outcome}: {UNREAD}" if fails_unread(verdict) else outcome,
         )
     return table

@@ -120,9 +120,9 @@ class FittedSprings(Record):
         """
         if self.fitted is None:
             return spring_compliance(*self.tips.each(*self.stiffnesses.stiffnesses))
-        of_plate = self.fitted.stiffness.C
-        plates = len(self.tips.springs) // len(of_plate)
-        return np.asarray(np.kron(np.eye(plates), of_plate))
+        plate_compliance = self.fitted.stiffness.C
+        plates = len(self.tips.springs) // len(plate_compliance)
+        return np.asarray(np.kron(np.eye(plates), plate_compliance))
 
     @property
     def sideways(self) -> SidewaysGive | None:
@@ -233,10 +233,10 @@ def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, 
     """
     solution = fitted.stiffness
     arms = fitted.housing.arms
-    made = {}
+    springs_by_name = {}
     for i, arm in enumerate(arms):
         strain = solution.K[i] * springs.deflections[i] * solution.strain_per_N[i]
-        made[arm.name] = replace(
+        springs_by_name[arm.name] = replace(
             springs.springs[arm.name],
             K=solution.K[i],
             K_error=solution.error[i],
@@ -248,7 +248,7 @@ def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, 
             seconds=solution.info.seconds,
         )
     printable = printable_leaves(design, sizing, tuple(arm.flexure.length for arm in arms))
-    return replace(springs, springs=made, printable=printable, fitted=fitted)
+    return replace(springs, springs=springs_by_name, printable=printable, fitted=fitted)
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[SpringToRead, ...]:
@@ -273,11 +273,11 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     if attitude == "side":
         return tuple(Estimate(0.0, weight * abs(sag), "mm") for sag in solution.weight_sag_lengthwise)
     pin = fitted.housing.pin
-    of_pin = 0.0 if pin is None else GRAVITY * pin_mass(pin, density)
+    pin_weight = 0.0 if pin is None else GRAVITY * pin_mass(pin, density)
     sign = 1.0 if attitude == "down" else -1.0
     sags = []
     for per_weight, K, error in zip(solution.weight_sag, solution.K, solution.weight_sag_error, strict=True):
-        sag = weight * per_weight + of_pin / K  # of the flexure, and due to the weight of a pin at its end
+        sag = weight * per_weight + pin_weight / K  # of the flexure, and due to the weight of a pin at its end
         sags.append(Estimate(sign * sag, error * sag, "mm"))
     return tuple(sags)
 

@@ -137,8 +137,8 @@ class HousingSolver:
             self._begin_solid(housing)
         mesh = None
         if scale == COARSE and scale in self._last:
-            solved, solved_mesh = self._last[scale]
-            mesh = stretch_leaves(solved_mesh, solved, housing)
+            last_housing, last_mesh = self._last[scale]
+            mesh = stretch_leaves(last_mesh, last_housing, housing)
         if mesh is None:
             mesh = flexure_mesh(housing, scale)
         self._last[scale] = (housing, mesh)
@@ -212,12 +212,12 @@ class Solved(NamedTuple):
 
         The secants give its stiffnesses. The lengths are so close that a further solve would not improve them.
         """
-        found = self.compliance
+        compliance = self.compliance
         pairs = zip(self.secants, housing.arms, strict=True)
         K = np.array([secant.stiffness(arm.flexure.length) for secant, arm in pairs])
-        scale = np.sqrt(found.K / K)  # scales the row and the column of a compliance
-        sag = tuple((scale**2 * found.weight_sag).tolist())
-        return dataclasses.replace(found, C=found.C * np.outer(scale, scale), weight_sag=sag)
+        scale = np.sqrt(compliance.K / K)  # scales the row and the column of a compliance
+        sag = tuple((scale**2 * compliance.weight_sag).tolist())
+        return dataclasses.replace(compliance, C=compliance.C * np.outer(scale, scale), weight_sag=sag)
 
 
 def fit_on_mesh(
@@ -236,14 +236,14 @@ def fit_on_mesh(
     """
     secants = tuple(Secant(slope=slope) for slope in slopes)
     for _ in range(most_solves):
-        found = solve(housing)
-        rows = zip(secants, housing.arms, found.K, strict=True)
+        compliance = solve(housing)
+        rows = zip(secants, housing.arms, compliance.K, strict=True)
         secants = tuple(secant.through(arm.flexure.length, K) for secant, arm, K in rows)
-        solved = Solved(housing, found, secants)
-        if largest_miss(found.K, targets) <= miss:
-            return solved
-        housing = solved.aim_at(targets)
-    K = ", ".join(f"{stiffness:.6g}" for stiffness in found.K)
+        fit = Solved(housing, compliance, secants)
+        if largest_miss(compliance.K, targets) <= miss:
+            return fit
+        housing = fit.aim_at(targets)
+    K = ", ".join(f"{stiffness:.6g}" for stiffness in compliance.K)
     wanted = ", ".join(f"{target:.6g}" for target in targets)
     msg = (
         f"flexures: K = {K} N/mm after {most_solves} solves: must be {wanted} N/mm within {miss:g}; choose other "
@@ -340,8 +340,8 @@ def _fit_on_rough_mesh(housing: Housing, targets: Floats, solver: HousingSolver)
     The mesh is not compared with a solid.
     """
     solve = functools.partial(rough_compliance, E=solver.E, poisson=solver.poisson)
-    solved = fit_on_mesh(housing, _beam_slopes(housing, solver.E), targets, solve)
-    return solved.housing, rough_stiffness(solved.housing, solved.compliance)
+    fit = fit_on_mesh(housing, _beam_slopes(housing, solver.E), targets, solve)
+    return fit.housing, rough_stiffness(fit.housing, fit.compliance)
 
 
 def rough_compliance(housing: Housing, E: float, poisson: float) -> TipCompliance:
@@ -349,15 +349,15 @@ def rough_compliance(housing: Housing, E: float, poisson: float) -> TipComplianc
 
     E is in MPa.
     """
-    found = compliance_of(coarse_half(housing, E, poisson, rough=True))
-    return dataclasses.replace(found, C=ROUGH_LIFT * found.C)
+    compliance = compliance_of(coarse_half(housing, E, poisson, rough=True))
+    return dataclasses.replace(compliance, C=ROUGH_LIFT * compliance.C)
 
 
-def rough_stiffness(housing: Housing, found: TipCompliance) -> HousingStiffness:
+def rough_stiffness(housing: Housing, compliance: TipCompliance) -> HousingStiffness:
     """Return the stiffness of a housing [N/mm] on the rough mesh, with error bars derived from random designs."""
     errors = tuple(ROUGH_ERROR * odd_shape_factor(arm.flexure) for arm in housing.arms)
-    one_mesh = housing_stiffness(found, found)  # the error of the strain needs no second mesh
-    info = dataclasses.replace(one_mesh.info, status=f"20-node hexahedra, one rough mesh of {found.dofs} dofs")
+    one_mesh = housing_stiffness(compliance, compliance)  # the error of the strain needs no second mesh
+    info = dataclasses.replace(one_mesh.info, status=f"20-node hexahedra, one rough mesh of {compliance.dofs} dofs")
     return dataclasses.replace(one_mesh, error=errors, weight_sag_error=errors, info=info)
 
 

@@ -252,9 +252,9 @@ def refuse_part(path: Path, points: Mapping[str, Sequence[Place]]) -> None:
     from cad.checks.own_part import faces_at, read_own_solid
 
     solid = read_own_solid(path, any_size=True)  # inches are found by the size of the housing, which is not known yet
-    for flag, places in points.items():
-        for place in places:
-            faces_at(solid, flag, [place])
+    for flag, flag_points in points.items():
+        for point in flag_points:
+            faces_at(solid, flag, [point])
 
 
 def file_stiffness(
@@ -295,11 +295,11 @@ def file_stiffness(
         faces[HELD] = faces_at(solid, "a screw hole of the design", hole_points(housing))
     _refuse_held_and_pressed(faces, "--pressed")
     scene = _Scene(presses=directions, material=material, housing=None if held else housing)
-    found = _solve_part(own_part(solid, faces), scene)
+    part_stiffness = _solve_part(own_part(solid, faces), scene)
     if housing is None or housing.pin is None:
-        return found
+        return part_stiffness
     pin = pin_compliance(housing.pin, *material)
-    return replace(found, faces={name: _add_pin(face, pin) for name, face in found.faces.items()})
+    return replace(part_stiffness, faces={name: _add_pin(face, pin) for name, face in part_stiffness.faces.items()})
 
 
 def _add_pin(face: PressedFace, pin: Estimate) -> PressedFace:
@@ -336,25 +336,25 @@ def _solve_part(part: Part, scene: _Scene) -> PartStiffness:
 
     start = time.perf_counter()
     extrusion = extrusion_of(part)
-    swept = None
+    swept_solution = None
     reason = "no section is swept over most of it"
     if extrusion is not None:
         try:
-            swept = replace(_solve_swept(extrusion, scene), seconds=time.perf_counter() - start)
+            swept_solution = replace(_solve_swept(extrusion, scene), seconds=time.perf_counter() - start)
         except MeshError as error:  # the part is then meshed with tetrahedra
             reason = str(error)
-    if swept is not None:
-        largest_error = max(face.K_error for face in swept.faces.values())
+    if swept_solution is not None:
+        largest_error = max(face.K_error for face in swept_solution.faces.values())
         if largest_error <= _SWEPT_ENOUGH:
-            return swept
+            return swept_solution
         reason = f"what its sweep leaves out may move K by {100.0 * largest_error:.2g} %"
     try:
-        found = _solve_in_tetrahedra(part, scene)
+        solution = _solve_in_tetrahedra(part, scene)
     except InputError:
-        if swept is None:
+        if swept_solution is None:
             raise
-        return swept
-    return replace(found, not_swept=reason, seconds=time.perf_counter() - start)
+        return swept_solution
+    return replace(solution, not_swept=reason, seconds=time.perf_counter() - start)
 
 
 def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
@@ -370,7 +370,7 @@ def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
         part, has_sides = with_sides(part, SIDES, 0.5 * scene.housing.depth)
         layers = layers if has_sides else ()
     walls = walls_of(part)
-    solved: list[PartCompliance] = []
+    solutions: list[PartCompliance] = []
     cost = 0.0
     for scale in _SCALES:
         mesh = tetrahedra(part, walls, scale)
@@ -378,14 +378,14 @@ def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
         cost += _SECONDS_PER_UNKNOWN * unknowns
         if cost > MOST_SECONDS or _BYTES_PER_UNKNOWN * unknowns > MOST_BYTES:
             break
-        if not solved:
+        if not solutions:  # the first mesh shows whether the mount touches the part
             layers = layers if _is_covered(mesh, layers) else ()
-        solved.append(tetrahedral_compliance(mesh, scene.material, scene.presses, layers))
-        if len(solved) == 1:
-            _refuse_block(solved[0], part, scene)
-        if len(solved) >= _FEWEST and max(error / abs(K) for K, error in _extrapolate(solved)) < _FINE_ENOUGH:
+        solutions.append(tetrahedral_compliance(mesh, scene.material, scene.presses, layers))
+        if len(solutions) == 1:
+            _refuse_block(solutions[0], part, scene)
+        if len(solutions) >= _FEWEST and max(error / abs(K) for K, error in _extrapolate(solutions)) < _FINE_ENOUGH:
             break
-    if len(solved) < _FEWEST:
+    if len(solutions) < _FEWEST:
         most_unknowns = MOST_SECONDS / _SECONDS_PER_UNKNOWN
         bound = f"at most about {most_unknowns:.3g} for all meshes, {MOST_SECONDS:g} s of CPU time"
         hint = "take fine details away from where nothing bends, or draw the part as one section that is swept"
@@ -394,24 +394,24 @@ def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
     no_strain = "tetrahedra are too coarse at the roots of leaves for it"
     faces = {
         name: PressedFace(K=K, K_error=error / K + ERROR_FLOOR, no_strain=no_strain)
-        for name, (K, error) in zip(scene.presses, _extrapolate(solved), strict=True)
+        for name, (K, error) in zip(scene.presses, _extrapolate(solutions), strict=True)
     }
     return PartStiffness(
         faces=faces,
         material=scene.material,
-        method=f"quadratic tetrahedra, {len(solved)} meshes",
+        method=f"quadratic tetrahedra, {len(solutions)} meshes",
         held_by="the design's covers" if layers else "the faces that are held",
-        dofs=solved[-1].dofs,
+        dofs=solutions[-1].dofs,
         left_out_mm3=0.0,
         left_out_at=None,
-        curve=tuple((each.dofs, each.seconds, *(1e3 * each.K).tolist()) for each in solved),
+        curve=tuple((solution.dofs, solution.seconds, *(1e3 * solution.K).tolist()) for solution in solutions),
     )
 
 
-def _extrapolate(solved: Sequence[PartCompliance]) -> list[tuple[float, float]]:
+def _extrapolate(solutions: Sequence[PartCompliance]) -> list[tuple[float, float]]:
     """Return the stiffness of each pressed face extrapolated to element size 0, and its error [N/mm]."""
-    sizes = _SCALES[: len(solved)]
-    return [at_size_zero(sizes, K) for K in np.array([each.K for each in solved]).T.tolist()]
+    sizes = _SCALES[: len(solutions)]
+    return [at_size_zero(sizes, K) for K in np.array([solution.K for solution in solutions]).T.tolist()]
 
 
 def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
@@ -422,23 +422,25 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     the section cannot be meshed.
     """
     # The mesh is swept along y, so the loads are rotated into the axes of the extrusion.
-    turned = {name: tuple((extrusion.turn @ direction).tolist()) for name, direction in scene.presses.items()}
+    presses = {name: tuple((extrusion.turn @ direction).tolist()) for name, direction in scene.presses.items()}
+    # The layers of a mount apply only to a part that lies as the housing does.
     layers = scene.layers if np.allclose(extrusion.turn, np.eye(3)) else ()
     (coarse_scale, coarse_layers), (fine_scale, fine_layers) = _MESHES
-    mesh = swept_part(extrusion, coarse_scale, coarse_layers, turned.values())
+    mesh = swept_part(extrusion, coarse_scale, coarse_layers, presses.values())
     layers = layers if _is_covered(mesh.mesh, layers) else ()
-    coarse = swept_compliance(mesh, scene.material, turned, layers)
+    coarse = swept_compliance(mesh, scene.material, presses, layers)
     _refuse_block(coarse, extrusion.part, scene)
     numbers = strained_corners(coarse)
-    neglected = np.zeros(len(turned))  # relative error of K due to corners and features that are not swept
+    neglected = np.zeros(len(presses))  # relative error of K due to corners and features that are not swept
     if numbers:
-        mesh = _coarse_mesh_with_fine_corners(extrusion, turned, numbers)
-        unrefined, coarse = coarse, swept_compliance(mesh, scene.material, turned, layers)
+        mesh = _coarse_mesh_with_fine_corners(extrusion, presses, numbers)
+        unrefined, coarse = coarse, swept_compliance(mesh, scene.material, presses, layers)
         neglected = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
     fine_corners = FineCorners(numbers=numbers, size=_CORNER_SIZES[1])
-    mesh = swept_part(extrusion, fine_scale, fine_layers, turned.values(), fine_corners)
-    fine = swept_compliance(mesh, scene.material, turned, layers)
-    held = swept_compliance(mesh, scene.material, turned) if layers else fine
+    mesh = swept_part(extrusion, fine_scale, fine_layers, presses.values(), fine_corners)
+    fine = swept_compliance(mesh, scene.material, presses, layers)
+    # the same with the walls of the screw holes held instead of the mount, for comparison
+    held = swept_compliance(mesh, scene.material, presses) if layers else fine
     neglected += left_out(mesh, fine)
     volume = mesh.excess * mesh.area
     largest_place = None
@@ -510,12 +512,12 @@ def _is_covered(mesh: object, layers: Sequence[ElasticLayer]) -> bool:
     return any(layer.covers(middles[0], middles[2]).any() for layer in layers)
 
 
-def _refuse_block(found: PartCompliance, part: Part, scene: _Scene) -> None:
+def _refuse_block(solution: PartCompliance, part: Part, scene: _Scene) -> None:
     """Raise InputError for a part without leaves: one in which nothing bends between pressed and held faces.
 
     Such a part is as stiff as a block, so its stiffness exceeds a fraction of E times the distance of both faces.
     """
-    for name, K in zip(scene.presses, found.K.tolist(), strict=True):
+    for name, K in zip(scene.presses, solution.K.tolist(), strict=True):
         distance = part.face_distance(name, HELD)
         limit = _MOST_STIFF * scene.material[0] * distance
         if not limit >= K:

@@ -108,8 +108,8 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
             fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
             bound = travel * fraction ** (1.0 / design.tips.tip_shape.pressure_exponent)
         elif verdict.row.by_travel == "distance":
-            missing = verdict.limit - verdict.value
-            bound = travel - missing
+            deficit = verdict.limit - verdict.value
+            bound = travel - deficit
     for kind, spring in springs.springs.items() if verdict.row.by_travel == "strain" else ():
         printable = springs.printable[kind]
         if printable.name == verdict.name and spring.highest_strain > 0.0:
@@ -184,9 +184,9 @@ def _finer_bench_clause(missed: _Missed) -> str | None:
         "by the balance": (f"bench.balance_g={rounded(finer * bench.balance_g, 1, towards=0.0):g}", "a stiffer spring"),
         "by the dial": (f"bench.dial_mm={rounded(finer * bench.dial_mm, 1, towards=0.0):g}", "a longer travel"),
     }
-    for cause, (setting, other) in clauses.items():
+    for cause, (setting, alternative) in clauses.items():
         if cause in verdict.reference:
-            return f"would pass with a finer one, `--set {setting}`, or with {other}"
+            return f"would pass with a finer one, `--set {setting}`, or with {alternative}"
     return None
 
 

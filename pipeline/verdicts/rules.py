@@ -31,8 +31,8 @@ def P_max_verdict(P_max: Estimate | None, targets: Targets, scene_text: str) -> 
 
     `scene_text` says for which springs and scene it holds.
     """
-    words = f"force ratio at E_max {scene_text}; tolerance relative to the target"
-    return judge("P_max", P_max, LIFTED if P_max is None else words, limit=targets.P_max)
+    text = f"force ratio at E_max {scene_text}; tolerance relative to the target"
+    return judge("P_max", P_max, LIFTED if P_max is None else text, limit=targets.P_max)
 
 
 def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdict:
@@ -40,8 +40,8 @@ def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdic
 
     `scene_text` says for which springs and scene it holds.
     """
-    words = f"departure of P from its straight line, {targets.NL_definition}, {scene_text}; tolerance absolute"
-    return judge("NL", NL, LIFTED if NL is None else words, limit=targets.NL)
+    text = f"departure of P from its straight line, {targets.NL_definition}, {scene_text}; tolerance absolute"
+    return judge("NL", NL, LIFTED if NL is None else text, limit=targets.NL)
 
 
 def displacement_verdict(table: SensorResponse) -> Verdict:
@@ -71,8 +71,8 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
     if not np.isfinite(P).all():
         return judge(name, None, "a tip is off the fruit at full travel")
     smallest_step = float((np.diff(P) / P[:-1]).min())
-    words = "smallest relative step of P between neighbouring E at full travel"
-    return judge(name, smallest_step, words, passed=smallest_step > 0.0)
+    text = "smallest relative step of P between neighbouring E at full travel"
+    return judge(name, smallest_step, text, passed=smallest_step > 0.0)
 
 
 # Springs
@@ -89,19 +89,19 @@ def stiffness_verdict(name: str, spring: MadeSpring, *, monolithic: bool) -> Ver
         return judge(name, None, "not made, so not solved", limit=limit, passed=None)
     is_known = monolithic or spring.error <= (row.tolerance or 0.0) * spring.target
     tolerance = row.tolerance if is_known else row.tolerance_with_pins
-    words = "FE of the exported housing; tolerance relative"
+    text = "FE of the exported housing; tolerance relative"
     K = Estimate(spring.K, spring.error, "N/mm")
-    return judge(name, K.times(1e3, "N/m"), words, limit=limit, tolerance=tolerance)
+    return judge(name, K.times(1e3, "N/m"), text, limit=limit, tolerance=tolerance)
 
 
-def own_part_verdict(name: str, K: Estimate, target: float, words: str) -> Verdict:
+def own_part_verdict(name: str, K: Estimate, target: float, text: str) -> Verdict:
     """Return the verdict on a spring [N/m] of a part that the user made, against its target [N/m].
 
     It has a wider tolerance if its error bar exceeds the tolerance of a housing of ours.
     """
     row = row_of(name)
     is_known = K.error <= (row.tolerance or 0.0) * target
-    return judge(name, K, words, limit=target, tolerance=row.tolerance if is_known else row.tolerance_of_own_part)
+    return judge(name, K, text, limit=target, tolerance=row.tolerance if is_known else row.tolerance_of_own_part)
 
 
 def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
@@ -134,7 +134,7 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     """
     tips = design.tips
     radius = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
-    slopes = [_slope_under(design, position) for position in tips.places_mm]
+    slopes = [_slope_under_tip(design, position) for position in tips.places_mm]
     farthest = 0.0
     forces_at_full_travel = press.table.F[:, -1]
     for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
@@ -145,14 +145,14 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     steepest = math.degrees(math.atan(max(slopes)))
     towards = "across the sides of" if tips.socket == "none" else "under"
     half_face = 0.5 * tips.side_mm
-    words = (
+    text = (
         f"farthest contact from the middle of a face, Hertz, at full travel and every E; the fruit is up to "
         f"{steepest:.2g} deg steep {towards} a tip; must be at most half of tips.side_mm"
     )
-    return judge("geometry.tip_face", Estimate(farthest, 0.0, "mm"), words, limit=half_face)
+    return judge("geometry.tip_face", Estimate(farthest, 0.0, "mm"), text, limit=half_face)
 
 
-def _slope_under(design: Design, position: Position) -> float:
+def _slope_under_tip(design: Design, position: Position) -> float:
     """Return the slope [1] of the fruit relative to a tip at `position` [mm], including tilt and roll of the press.
 
     For a printed tip, whose face is a square, it is the steeper of the slopes towards two of its sides. For other tips
@@ -176,16 +176,16 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
     The bias whose error bar reaches farthest is compared with the limit too, because it may belong to another pose. If
     it reaches the limit, the verdict is undecided.
     """
-    words = "largest |E read / E - 1| without noise, over all fruits and poses"
+    text = "largest |E read / E - 1| without noise, over all fruits and poses"
     if readings.moduli:
         worst = readings.worst_bias
-        words += f": at {worst.E:.3g} MPa, {worst.worst}"
+        text += f": at {worst.E:.3g} MPa, {worst.worst}"
     limit = reading.bias_limit
-    verdict = _of_all_poses("reading.bias", readings.bias, limit, words, readings.refused)
+    verdict = _verdict_over_poses("reading.bias", readings.bias, limit, text, readings.refused)
     reach = readings.reach
     if reach is None or verdict.passed is False:
         return verdict
-    reach_verdict = judge(verdict.name, reach, words, limit=limit)
+    reach_verdict = judge(verdict.name, reach, text, limit=limit)
     if reach_verdict.passed is verdict.passed:
         return verdict
     reach_text = (
@@ -199,15 +199,15 @@ def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements)
 
     The reference text names this modulus and the largest source.
     """
-    words = "uncertainty of E over all fruits and poses"
+    text = "uncertainty of E over all fruits and poses"
     limit = reading.least_uncertainty_limit
     if readings.moduli:
         widest = readings.worst_uncertainty
         sources = widest.sources.contributions
         largest = list(sources)[first_largest(sources.values())]
-        words += f", at {widest.E:.3g} MPa; largest source: {largest}"
+        text += f", at {widest.E:.3g} MPa; largest source: {largest}"
         limit = widest.uncertainty_limit
-    return _of_all_poses("reading.uncertainty", readings.uncertainty, limit, words, readings.refused)
+    return _verdict_over_poses("reading.uncertainty", readings.uncertainty, limit, text, readings.refused)
 
 
 def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
@@ -220,8 +220,8 @@ def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements
     if errors is None:
         return None
     if "stiffness_percent" in errors.typed:
-        words = "as reading.stiffness_percent gives it; the bench is not used"
-        return judge(name, errors.largest_stiffness, words, limit="as given", passed=True)
+        text = "as reading.stiffness_percent gives it; the bench is not used"
+        return judge(name, errors.largest_stiffness, text, limit="as given", passed=True)
     bench = f"a balance of {errors.balance_g:g} g up to {errors.balance_max_g:g} g, and a dial of {errors.dial_mm:g} mm"
     spring = f"uncertainty of the spring of {errors.worst_tip} after calibration"
     return judge(name, errors.largest_stiffness, f"{spring}, most of it by the {errors.by}; with {bench}")
@@ -229,8 +229,8 @@ def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements
 
 def touch_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict:
     """Return the verdict on the travel at which all tips touch [1]."""
-    words = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
-    return judge("reading.touch", readings.touch, words, limit=LARGEST_TOUCH_FRACTION)
+    text = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
+    return judge("reading.touch", readings.touch, text, limit=LARGEST_TOUCH_FRACTION)
 
 
 def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
@@ -242,11 +242,11 @@ def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Ve
     if not pressures:
         return None
     worst = pressures[first_largest(pressure.over_limit for pressure in pressures)]
-    words = f"mean pressure over what a tip touches, at {worst.E_MPa:.3g} MPa, {worst.worst}; must be at most the limit"
-    return judge("bruise", Estimate(worst.pressure_MPa, worst.error_MPa, "MPa"), words, limit=worst.limit_MPa)
+    text = f"mean pressure over what a tip touches, at {worst.E_MPa:.3g} MPa, {worst.worst}; must be at most the limit"
+    return judge("bruise", Estimate(worst.pressure_MPa, worst.error_MPa, "MPa"), text, limit=worst.limit_MPa)
 
 
-def _of_all_poses(name: str, estimate: Estimate | None, limit: float, words: str, refused: str | None) -> Verdict:
+def _verdict_over_poses(name: str, estimate: Estimate | None, limit: float, words: str, refused: str | None) -> Verdict:
     """Return the verdict on an estimate over all poses [1], which fails if a pose has no reading.
 
     `refused` counts and explains such poses, and is None if there are none. The estimate leaves them out; it is None if
@@ -269,8 +269,8 @@ def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
         return judge(name, None, "a tip is off the fruit during the hold", limit=limit)
     read_s = over_time.t[over_time.at]
     steadiest = over_time.steadiest
-    words = (
+    text = (
         f"largest |E read / E read at {read_s:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
         f"{steadiest.moves_percent:.2g} %, at {steadiest.at_s:.3g} s"
     )
-    return judge(name, over_time.moves, words, limit=limit)
+    return judge(name, over_time.moves, text, limit=limit)

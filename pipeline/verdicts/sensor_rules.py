@@ -39,16 +39,16 @@ Rule = Callable[["Sensor"], Verdict | None]
 
 
 def _reading_verdict(
-    judged: "Callable[[ReadingAccuracy, ReadingRequirements], Verdict | None]", sensor: "Sensor"
+    make_verdict: "Callable[[ReadingAccuracy, ReadingRequirements], Verdict | None]", sensor: "Sensor"
 ) -> Verdict | None:
     """Return the verdict of a function on the readings of a sensor; None for a design without readings."""
     reading = sensor.design.reading
     readings = None if reading is None else sensor.readings
-    return None if reading is None or readings is None else judged(readings, reading)
+    return None if reading is None or readings is None else make_verdict(readings, reading)
 
 
 def _ratio_verdict(
-    name: str, judged: Callable[[Estimate | None, Targets, str], Verdict], sensor: "Sensor"
+    name: str, make_verdict: Callable[[Estimate | None, Targets, str], Verdict], sensor: "Sensor"
 ) -> Verdict | None:
     """Return the verdict of a function on P_max or NL, by `name`; None for a design with readings or without targets.
 
@@ -59,8 +59,8 @@ def _ratio_verdict(
         return None
     reached = sensor.reached  # refuses a scene that cannot be pressed
     springs = sensor.springs.per_spring
-    words = ratio_in_words(springs, level=sensor.is_level, reached=reached)
-    verdict = judged({"P_max": reached.P_max, "NL": reached.NL}[name], targets, words)
+    text = ratio_in_words(springs, level=sensor.is_level, reached=reached)
+    verdict = make_verdict({"P_max": reached.P_max, "NL": reached.NL}[name], targets, text)
     return verdict if springs.known else replace(verdict, passed=None)
 
 
@@ -102,8 +102,8 @@ def _bruise_verdict(sensor: "Sensor") -> Verdict | None:
     limits = sensor.design.fruit.bruise_limits_MPa
     if sensor.design.reading is not None or not limits:
         return None
-    words = "largest force over the face of a tip, at the largest E and full travel; must be at most the limit"
-    return judge("bruise", tip_pressure(sensor.pressed, sensor.press), words, limit=max(limits))
+    text = "largest force over the face of a tip, at the largest E and full travel; must be at most the limit"
+    return judge("bruise", tip_pressure(sensor.pressed, sensor.press), text, limit=max(limits))
 
 
 def _relaxation_verdict(sensor: "Sensor") -> Verdict | None:
@@ -135,9 +135,9 @@ RULES: tuple[tuple[str, Rule], ...] = (
 
 def tip_pressure(sensor: PressedSensor, press: ScenePress) -> Estimate:
     """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
-    of_springs = float(force_errors_of_springs(sensor.pair, float(press.at_largest_E.E[-1])).max())
-    of_contact = float(press.at_largest_E.F_error[-1, -1])
-    relative = of_springs + (of_contact if of_contact > 0.0 else 0.0)  # nan if no tip touches the fruit
+    spring_error = float(force_errors_of_springs(sensor.pair, float(press.at_largest_E.E[-1])).max())
+    contact_error = float(press.at_largest_E.F_error[-1, -1])
+    relative = spring_error + (contact_error if contact_error > 0.0 else 0.0)  # nan if no tip touches the fruit
     pressure = mean_tip_pressure(sensor.design, press)
     return Estimate(pressure, relative * pressure, "MPa")
 
@@ -155,8 +155,8 @@ def _scene_in_words(*, level: bool, reached: SceneTargets) -> str:
     """Return text for the scene, with P_max and NL of a level sensor if the scene is another one."""
     if level:
         return "of a level sensor on flat fruit"
-    of_level = f"P_max {reached.level.P_max:.4g}, NL {reached.level.NL:.3g}"
-    return f"at full travel in this scene; a level sensor on flat fruit has {of_level}"
+    level_text = f"P_max {reached.level.P_max:.4g}, NL {reached.level.NL:.3g}"
+    return f"at full travel in this scene; a level sensor on flat fruit has {level_text}"
 
 
 def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
@@ -169,10 +169,10 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
     paper = _on_paper_springs(sensor)
     press = press_scene(scene_of(paper.design), paper.contact, paper.C)
     reached = reached_targets(paper, PAPER_TARGETS, press)
-    words = _scene_in_words(level=press.level, reached=reached)
+    text = _scene_in_words(level=press.level, reached=reached)
     return (
-        P_max_verdict(reached.P_max, PAPER_TARGETS, words),
-        NL_verdict(reached.NL, PAPER_TARGETS, words),
+        P_max_verdict(reached.P_max, PAPER_TARGETS, text),
+        NL_verdict(reached.NL, PAPER_TARGETS, text),
         displacement_verdict(press.table),
         monotonic_verdict(press.scan),
     )

@@ -99,12 +99,12 @@ def entry_of(name: str) -> Entry:
     """
     refuse_gone(f"verdicts.{name}")
     refuse_gone_key(name)
-    by_lower_case = {}
+    names_by_lower_case = {}
     for entry in entries():
         for alias in (entry.name, *entry.each, *entry.aliases):
             if alias == name:
                 return entry
-            by_lower_case[alias.lower()] = alias
+            names_by_lower_case[alias.lower()] = alias
     key = report_key(name)
     if key is not None:
         source = "docs/report-json.md"
@@ -119,9 +119,9 @@ def entry_of(name: str) -> Entry:
         )
     if name in FRUITS:
         return _fruit_entry(FRUITS[name])
-    by_lower_case |= {fruit: fruit for fruit in FRUITS}
-    near = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
-    hint = f"Did you mean {by_lower_case[near[0]]}? " if near else ""
+    names_by_lower_case |= {fruit: fruit for fruit in FRUITS}
+    near = difflib.get_close_matches(name.lower(), names_by_lower_case, n=1)
+    hint = f"Did you mean {names_by_lower_case[near[0]]}? " if near else ""
     bound = "a verdict, a symbol, a fruit or a key of report.json"
     msg = f"NAME = {name!r} must be {bound}. {hint}`pipeline explain` lists them all."
     raise InputError(msg, field="NAME", value=name, bound=bound)

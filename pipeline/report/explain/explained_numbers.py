@@ -20,16 +20,16 @@ def number_in(folder: Path, entry: Entry, name: str) -> str:
     if not entry.is_verdict:
         return _symbol_text(report, entry) or "no number in this report"
     names = entry.each if name == entry.name and entry.each else (name,)
-    words = [_verdict_text(verdict) for verdict in report.verdicts if verdict.name in names]
-    return "; ".join(words) or "no verdict in this design"
+    texts = [_verdict_text(verdict) for verdict in report.verdicts if verdict.name in names]
+    return "; ".join(texts) or "no verdict in this design"
 
 
 def _verdict_text(verdict: Verdict) -> str:
     """Return value, limit, outcome and hint of a verdict as text."""
-    read = as_read(verdict)
-    limit = "" if read.limit is None else f", limit {shown(read.limit, read.unit)}"
+    in_units = as_read(verdict)
+    limit = "" if in_units.limit is None else f", limit {shown(in_units.limit, in_units.unit)}"
     hint = "" if verdict.remedy is None else f"; {verdict.remedy}"
-    return f"{verdict.name} {measured(read) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"
+    return f"{verdict.name} {measured(in_units) or 'no value'}{limit}: {OUTCOMES[verdict.passed]}{hint}"
 
 
 def _symbol_text(report: object, entry: Entry) -> str | None:

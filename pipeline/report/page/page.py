@@ -50,13 +50,13 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     drawings = [folder / name for name in sorted_names if name.endswith(".svg")]
     bill = answer.bill(folder) if answer.BILL in file_names else []
     verdicts = [as_read(verdict) for verdict in report.verdicts]
-    wrong = not_passed(verdicts)
+    problems = not_passed(verdicts)
     # Each verdict has its index, by which the page's script finds it in the data.
     on_the_part = [(i, one) for i, one in enumerate(verdicts) if is_on_the_part(one)]
     targets = [(i, one) for i, one in enumerate(verdicts) if not is_on_the_part(one)]
     paper = () if report.paper is None else report.paper.verdicts
     # The first notes stand beside the answer only if nothing failed; otherwise the failures stand there.
-    limiting = [] if wrong else report.notes[:_LIMITING_NOTES]
+    limiting = [] if problems else report.notes[:_LIMITING_NOTES]
     page_data = {
         "report": report_data(report),
         "coverage": COVERAGE,
@@ -76,8 +76,8 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         passed=all_passed(verdicts),
         headline=headline(report.design.name, verdicts),
         has_housing=report.design.tips.tip_layout.has_housing,
-        not_passed=wrong,
-        numbers=[*wrong, *(one for _, one in targets if one.passed)][:_FIRST_NUMBERS],
+        not_passed=problems,
+        numbers=[*problems, *(one for _, one in targets if one.passed)][:_FIRST_NUMBERS],
         brief=answer.brief,
         limiting_notes=limiting,
         other_notes=report.notes[len(limiting) :],

@@ -54,16 +54,16 @@ def closest_to_limit(verdicts: Iterable[Verdict]) -> Closest | None:
 
     The fraction is value over limit for an upper limit, and limit over value for a lower one.
     """
-    found = []
+    candidates = []
     for verdict in verdicts:
         value, limit = verdict.value, verdict.limit
         if not verdict.passed or value is None or not isinstance(limit, int | float) or min(value, limit) <= 0.0:
             continue
         if verdict.limit_sense == "at most":
-            found.append(Closest(verdict, value / limit))
+            candidates.append(Closest(verdict, value / limit))
         elif verdict.limit_sense == "at least":
-            found.append(Closest(verdict, limit / value))
-    return max(found, key=lambda one: one.fraction, default=None)
+            candidates.append(Closest(verdict, limit / value))
+    return max(candidates, key=lambda candidate: candidate.fraction, default=None)
 
 
 def dimensions(report: Report) -> list[Dimension]:

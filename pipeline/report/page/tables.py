@@ -165,13 +165,13 @@ def read_presses(presses: Floats, reader: Reader, read_out: ReadingConstants) ->
     shape (moduli, nodes, 2), with nan for a press without a reading.
     """
     one_percent = 0.01 * np.array(read_out.full_scale_N)
-    found = np.full((*presses.shape[:2], 2), np.nan)
+    readings = np.full((*presses.shape[:2], 2), np.nan)
     for index in np.ndindex(presses.shape[:2]):
         if np.isfinite(presses[index]).all():
             with suppress(ReadingError):
                 E, per_force = reader(presses[index])
-                found[index] = E, 1.0 / np.linalg.norm(per_force * one_percent)
-    return found
+                readings[index] = E, 1.0 / np.linalg.norm(per_force * one_percent)
+    return readings
 
 
 def ratio_reader(read_out: ReadingConstants) -> Reader:
