@@ -162,4 +162,4 @@ def _cost_line(report: Json) -> str:
     """Return the wall-clock and CPU seconds of each stage as one line."""
     cpu = report["cpu_seconds"]
     stages = [f"{name} {wall:.2f}/{cpu[name]:.2f}" for name, wall in report["seconds"].items()]
-    return f"seconds (wall/processor): {', '.join(stages)}"
+    return f"seconds (wall-clock/CPU): {', '.join(stages)}"

@@ -35,11 +35,11 @@ class EarlierAnswer(NamedTuple):
         lost_names = [name for name in self.names if name != LATEST and not (folder / name).exists()]
         if not lost_names:
             return None
-        counted = f"{len(lost_names)} files of the answer before are gone, as {lost_names[0]}"
+        counted = f"files of the earlier run that were removed: {len(lost_names)}, for example {lost_names[0]}"
         if self.command == command:
             return counted
         again = self.command.replace("design.toml", shlex.quote(str(folder / "design.toml")), 1)
-        return f"{counted}; make them for this design by: {again} --out {shlex.quote(str(folder))}"
+        return f"{counted}. To make them again for this design, run: {again} --out {shlex.quote(str(folder))}"
 
 
 def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> Plain:

@@ -76,8 +76,9 @@ def _part_notes(part: PartStiffness) -> Iterator[str]:
             strain = with_bar(face.strain_per_N, face.strain_error * face.strain_per_N)
             yield f"{name}: largest strain at a round inner corner {strain} for 1 N"
         else:
-            yield f"{name}: no strain is told: {face.no_strain}"
+            yield f"{name}: no strain is given: {face.no_strain}"
     if part.left_out_at is not None:
         x, y, z = part.left_out_at
         place_text = f"most of it near ({x:.3g}, {y:.3g}, {z:.3g}) mm"
-        yield f"the mesh leaves out {part.left_out_mm3:.3g} mm^3, {place_text}: its bound is in the bars"
+        volume_text = f"the mesh leaves out {part.left_out_mm3:.3g} mm^3, {place_text}"
+        yield f"{volume_text}; the error bars include a bound of its effect"

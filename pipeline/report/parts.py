@@ -186,14 +186,14 @@ class ResponseReport:
         """Return the response at each modulus of a table of forces.
 
         `spring_errors` has a row for each modulus: the relative error of each tip's force due to the numerical error of
-        its spring [1], (tips,). The error of P is at most their sum.
+        its spring [1], (tips,). Their sum is added to the error of P.
         """
         columns = force_columns(table, tips) | {"slope_ratio": table.slope_ratio}
         rows = []
         for i, (E, spring_error) in enumerate(zip(table.E.tolist(), spring_errors, strict=True)):
-            by_travel: dict[str, Any] = {name: numbers(grid[i]) for name, grid in columns.items()}
+            columns_over_travel: dict[str, Any] = {name: numbers(grid[i]) for name, grid in columns.items()}
             row = cls(
-                **by_travel | {"E_MPa": E},
+                **columns_over_travel | {"E_MPa": E},
                 F_error_percent=numbers(100.0 * (table.F_error[i] + spring_error.max())),
                 P_error_percent=numbers(100.0 * (table.P_error[i] + spring_error.sum())),
                 F_N=tuple(numbers(table.F[i, :, tip]) for tip in tips.own_columns),

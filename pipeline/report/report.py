@@ -306,7 +306,7 @@ def _finite_number(text: str) -> float:
     """Return the number of a JSON text; raises ValueError for nan and infinity, which JSON does not have."""
     value = float(text)
     if not math.isfinite(value):
-        msg = f"{text} is no number of JSON"
+        msg = f"{text} is not a JSON number"
         raise ValueError(msg)
     return value
 

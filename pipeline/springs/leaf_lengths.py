@@ -275,12 +275,12 @@ def fit_lengths(
         outcome = "by random designs"
     else:
         housing, stiffness = _fit_on_pairs(housing, feet, solver, tolerance)
-        reached = "meet" if max(stiffness.error) <= tolerance else "are the least there is, but miss"
+        reached = "meet" if max(stiffness.error) <= tolerance else "are the smallest of all meshes, but exceed"
         outcome = f"{reached} {100.0 * tolerance:g} %"
-    status = f"{stiffness.info.status}: bars of {_percents(stiffness.error)} % {outcome}"
+    status = f"{stiffness.info.status}: error bars of {_percents(stiffness.error)} % {outcome}"
     if pin is not None:
         stiffness = add_pin_compliance(stiffness, pin)
-        status = f"{status}; with what pins give in their feet {_percents(stiffness.error)} %"
+        status = f"{status}; with the compliance of pins in their feet {_percents(stiffness.error)} %"
     info = dataclasses.replace(stiffness.info, status=status, seconds=time.perf_counter() - start)
     return FittedHousing(housing=housing, stiffness=dataclasses.replace(stiffness, info=info))
 

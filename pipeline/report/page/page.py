@@ -52,8 +52,8 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
     verdicts = [as_read(verdict) for verdict in report.verdicts]
     problems = not_passed(verdicts)
     # Each verdict has its index, by which the page's script finds it in the data.
-    on_the_part = [(i, one) for i, one in enumerate(verdicts) if is_on_the_part(one)]
-    targets = [(i, one) for i, one in enumerate(verdicts) if not is_on_the_part(one)]
+    on_the_part = [(i, verdict) for i, verdict in enumerate(verdicts) if is_on_the_part(verdict)]
+    targets = [(i, verdict) for i, verdict in enumerate(verdicts) if not is_on_the_part(verdict)]
     paper = () if report.paper is None else report.paper.verdicts
     # The first notes stand beside the answer only if nothing failed; otherwise the failures stand there.
     limiting = [] if problems else report.notes[:_LIMITING_NOTES]
@@ -77,11 +77,11 @@ def page_of(report: Report, result: SensorResult, folder: Path) -> str:
         headline=headline(report.design.name, verdicts),
         has_housing=report.design.tips.tip_layout.has_housing,
         not_passed=problems,
-        numbers=[*problems, *(one for _, one in targets if one.passed)][:_FIRST_NUMBERS],
+        numbers=[*problems, *(verdict for _, verdict in targets if verdict.passed)][:_FIRST_NUMBERS],
         brief=answer.brief,
         limiting_notes=limiting,
         other_notes=report.notes[len(limiting) :],
-        closest=answer.closest_to_limit(one for _, one in targets),
+        closest=answer.closest_to_limit(verdict for _, verdict in targets),
         targets=targets,
         part=on_the_part,
         paper={verdict.name: as_read(verdict) for verdict in paper},

@@ -146,7 +146,7 @@ def fit(monkeypatch):
         (STEPS, 0.015, [2.0, 2.0, 4.0], "meet 1.5 %"),
         (STEPS, 1e-3, [2.0, 2.0, 1.0], "meet 0.1 %"),
         (STEPS, 7e-4, [2.0, 2.0, 0.5], "meet 0.07 %"),
-        (STEPS, 1e-5, [2.0, 2.0, 0.5], "are the least there is, but miss 0.001 %"),
+        (STEPS, 1e-5, [2.0, 2.0, 0.5], "are the smallest of all meshes, but exceed 0.001 %"),
         (WIDE, 0.01, [2.0, 2.0, 4.0, 1.0], "meet 1 %"),  # 0.3 of the step from scale 4 to 2 is too wide
     ],
 )
