@@ -1,4 +1,4 @@
-"""The calibration of each preset on three benches: uncertainties of springs and of a modulus that remain.
+"""The calibration of each preset on three benches: the uncertainties that it leaves in springs and modulus.
 
 `python -m benchmarks.benches` writes docs/measurements.md.
 """
@@ -19,34 +19,38 @@ HEADS = ["preset", "bench", "low, high spring", "by", "uncertainty of E, limit",
 HEADS += ["`reading.calibration`"]
 INTRODUCTION = """\
 `python -m benchmarks.benches` writes this section: each preset with [the bench](read-a-fruit.md#what-a-bench-leaves) of
-a kitchen, that of the defaults, and that of a laboratory. Numbers are standard uncertainties, those of E at the modulus
-where it is largest over its limit. Springs are exactly as stiff as given. A kitchen balance weighs up to 2 kg."""
+a kitchen, that of the defaults, and that of a laboratory. Numbers are standard uncertainties. The uncertainty of E is
+given at the modulus where its ratio to the limit is largest. Springs are exactly as stiff as designed. A kitchen
+balance weighs up to 2 kg."""
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 
 
 def row_of(name: str, bench: str) -> list[str]:
-    """Return the row of a preset on a bench, even if a run refuses the bench."""
+    """Return the row of a preset on a bench, even if a run would reject the bench.
+
+    Raises ValueError for a preset without `[reading]`.
+    """
     design = load_design(name, BENCHES[bench])
     sensor = Sensor(design=design, options=RunOptions(), springs_as="sized")
     readings = sensor.readings
     if readings is None or readings.calibration is None:
         msg = f"{name}: a preset that is read has readings"
         raise ValueError(msg)
-    left = readings.calibration
-    widest = readings.worst_uncertainty
-    low, high = (left.stiffness_percent[kind[0]] for kind in design.tips.spring_groups)
+    calibration = readings.calibration
+    worst = readings.worst_uncertainty
+    low, high = (calibration.stiffness_percent[kind[0]] for kind in design.tips.spring_groups)
     verdicts = [sensor.verdict(f"reading.{key}") for key in ("uncertainty", "calibration")]
     outcomes = ["-" if verdict is None else OUTCOMES[verdict.passed] for verdict in verdicts]
     try:
         refuse_bench_that_cannot_weigh(design)
     except InputError:
         outcomes[-1] = "refused by a run"
-    uncertainty = f"{percent(widest.sources.total)}, {percent(widest.uncertainty_limit)}"
-    return [name, bench, f"{low:.2g}, {high:.2g} %", left.by, uncertainty, f"{widest.E:g} MPa", *outcomes]
+    uncertainty = f"{percent(worst.sources.total)}, {percent(worst.uncertainty_limit)}"
+    return [name, bench, f"{low:.2g}, {high:.2g} %", calibration.by, uncertainty, f"{worst.E:g} MPa", *outcomes]
 
 
 def full_scale_of(name: str) -> str:
-    """Return the largest force of a low and of a high tip of a preset [g]."""
+    """Return, as text, a preset and the largest forces on its low and its high tips [g]."""
     sensor = Sensor(design=load_design(name), options=RunOptions(), springs_as="sized")
     forces = () if sensor.readings is None else sensor.readings.full_scale or ()
     grams = [f"{1e3 * forces[kind[0]] / STANDARD_GRAVITY:.3g}" for kind in sensor.design.tips.spring_groups]

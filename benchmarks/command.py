@@ -1,4 +1,4 @@
-"""Wall time, processor time and peak memory of the whole command, compared with the bare imports of its libraries."""
+"""Wall-clock time, CPU time and peak memory of the command, compared with only importing its libraries."""
 
 import statistics
 import sys
@@ -19,14 +19,14 @@ COMMANDS = {
     "look, another --nl": ["run", "--look", "--nl", "0.06"],
     "design, cold": ["design", "--nl", "0.05"],
 }
-"""The measured commands; commands of one kind are run in turn with one folder and one cache, both empty at first."""
+"""The measured commands. Those of one kind run in turn with one folder and one cache, both empty at first."""
 KINDS = {"look, cold": "look", "look, another --nl": "look", "design, cold": "design"}
 
 REPEATS = 3
 
 
 def command_section(repeats: int = REPEATS) -> str:
-    """Return the table of the costs of the imports and of each command, as medians of several repeats."""
+    """Return the table of what the imports and each command cost, as medians of several repeats."""
     usages = _measure_usages(repeats)
     bare = [statistics.median(getattr(usage, key) for usage in usages["bare imports"]) for key in ("wall", "cpu")]
     rows = []
@@ -47,7 +47,7 @@ def command_section(repeats: int = REPEATS) -> str:
 
 
 def _measure_usages(repeats: int) -> dict[str, list[ResourceUsage]]:
-    """Return by name the usages of the bare imports and of each command, one for each repeat."""
+    """Return the usages of the bare imports and of each command by name, one for each repeat."""
     usages: dict[str, list[ResourceUsage]] = {name: [] for name in ("bare imports", *COMMANDS)}
     resource_usage(IMPORTS)  # not counted, because it fills the page cache
     for _ in range(repeats):

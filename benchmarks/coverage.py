@@ -1,4 +1,4 @@
-"""Coverage of the error bars: random contact scenes, presses and springs, compared with finer or independent solves.
+"""Coverage of the error bars: random contact scenes, presses and springs, compared with finer or other solutions.
 
 `python -m benchmarks.coverage [--count 100] [--seed 1]` writes docs/measurements.md, and exits with 1 if fewer than
 95 % of the numbers lie inside their bars.
@@ -39,7 +39,7 @@ def random_contact(rng: random.Random) -> Sequence[ReferenceCheck]:
 
 
 def random_press(rng: random.Random) -> Sequence[ReferenceCheck]:
-    """Return the checks of the forces of the paper's tips, tilted at random on a random sphere."""
+    """Return the checks of the forces on the paper's tips, which press a random sphere at a random tilt."""
     size = {"length_mm": 20.0, "width_mm": 20.0, "thickness_mm": 12.0}
     fruit = Fruit(shape="sphere", radius_mm=10.0 ** rng.uniform(1.4, 2.5), poisson=rng.uniform(0.0, 0.45), **size)
     press = PressMotion(travel_mm=rng.uniform(0.2, 0.6), tilt_deg=rng.uniform(-3.0, 3.0))
@@ -56,11 +56,11 @@ KINDS: dict[str, tuple[Callable[[random.Random], Sequence[ReferenceCheck]], int]
     "forces of a tilted press": (random_press, 4),
     "stiffness of springs": (random_springs, 8),
 }
-"""The random kinds, each with the divisor of the count that its cost requires."""
+"""The kinds of random scenes, each with the divisor of the count of scenes; costly kinds have a larger one."""
 
 
 def check_random_scenes(kind: str, count: int, seed: int) -> tuple[list[ReferenceCheck], int]:
-    """Return the checks with a reference for `count` random scenes of a kind, and the number of refused scenes."""
+    """Return the checks of `count` random scenes of a kind that have a reference, and the number of refused scenes."""
     check_random_scene, _ = KINDS[kind]
     checks: list[ReferenceCheck] = []
     refused = 0

@@ -1,4 +1,4 @@
-"""Growth of wall time, processor time and memory with the size of each kind of work.
+"""Growth of wall-clock time, CPU time and memory with the size of each kind of work.
 
 `python -m benchmarks.growth` writes docs/measurements.md. With the name of a work and a size it runs only this one and
 prints its cost.
@@ -34,7 +34,7 @@ from solve.contact.response import scene_response
 INTRODUCTION = """\
 `python -m benchmarks.growth` writes this section. Each size is run once, in a process of its own, with one thread for
 each worker. Imports and a first small call are not counted. Memory is the peak of the largest process. The exponent
-describes the processor time between the two largest sizes, where fixed costs matter least.
+describes the CPU time between the two largest sizes, where fixed costs matter least.
 
 Two exponents are above theory, because the work changes in a step:
 
@@ -64,13 +64,13 @@ wanted = ["springs.K_l_N_per_m", "springs.K_h_N_per_m", "verdicts.P_max.value"]
 
 
 def contact_of_tips(count: int) -> None:
-    """Solve the compliance of the fruit under a number of tips."""
+    """Solve the compliance of the fruit under `count` tips."""
     design = load_design("paper", LAYOUTS[count])
     contact_compliance(design.fruit, design.tips)
 
 
 def tilted_moduli(count: int) -> None:
-    """Press a tilted pair on fruits with a number of moduli, including the solution for the compliance."""
+    """Press a tilted pair on fruits with `count` moduli; the solution for the compliance is included."""
     design = load_design("paper", {"press.tilt_deg": 1})
     contact = contact_compliance(design.fruit, design.tips)
     springs = springs_for(design, spring_sizing(design, contact, RunOptions()), "sized")
@@ -79,7 +79,7 @@ def tilted_moduli(count: int) -> None:
 
 
 def poses_of_domes(count: int) -> None:
-    """Press the domes of mango on fruits in a number of poses."""
+    """Press the domes of mango on fruits in `count` poses."""
     design = load_design("mango")
     contact = contact_compliance(design.fruit, design.tips)
     springs = springs_for(design, spring_sizing(design, contact, RunOptions()), "sized")
@@ -87,20 +87,20 @@ def poses_of_domes(count: int) -> None:
 
 
 def springs_to_digits(inverse: int) -> None:
-    """Fit the springs of the paper's sensor to a tolerance of one over `inverse`."""
+    """Fit the springs of the paper's sensor to a relative tolerance of 1 / `inverse`."""
     design = load_design("paper")
     contact = contact_compliance(design.fruit, design.tips)
     springs_for(design, spring_sizing(design, contact, RunOptions()), "fitted", 1.0 / inverse)
 
 
 def contact_to_digits(inverse: int) -> None:
-    """Solve the fruit under the paper's pair to a tolerance of one over `inverse`."""
+    """Solve the compliance of the fruit under the paper's pair to a relative tolerance of 1 / `inverse`."""
     design = load_design("paper")
     contact_compliance(design.fruit, design.tips, tolerance=1.0 / inverse)
 
 
 def study_points(count: int, engine: Callable[[], AbstractContextManager[Engine]]) -> None:
-    """Solve a study of a number of points that share their contact."""
+    """Solve a study of `count` points that share their contact solution, on an engine."""
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "growth.toml"
         file.write_text(STUDY.format(samples=count), encoding="utf-8")
@@ -109,7 +109,7 @@ def study_points(count: int, engine: Callable[[], AbstractContextManager[Engine]
 
 
 def study_on_cluster(count: int, workers: int) -> None:
-    """Solve the study on a Dask cluster on this machine; the start of the cluster is counted."""
+    """Solve the study on a Dask cluster on this machine; its time includes the start of the cluster."""
     from distributed import LocalCluster
 
     cluster = LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None)
@@ -119,7 +119,7 @@ def study_on_cluster(count: int, workers: int) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """A kind of work, its measured sizes, and the largest exponent of its processor time by theory."""
+    """A kind of work, its measured sizes, and the largest exponent of its CPU time by theory."""
 
     work: Callable[[int], None]
     sizes: tuple[int, ...]
@@ -162,13 +162,16 @@ def print_cost(name: str, size: int) -> None:
 
 
 def _cpu_seconds() -> float:
-    """Return the processor time of this process and of its finished children [s]."""
+    """Return the CPU time of this process and of its finished children [s]."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(each.ru_utime + each.ru_stime for each in used)
 
 
 def rows() -> Iterator[list[str]]:
-    """Yield a row for each size of each work; the last row of a work has the exponent."""
+    """Yield a row for each size of each kind of work; the last row of a kind has its exponent.
+
+    Raises RuntimeError if a run fails.
+    """
     for name, growth in GROWTHS.items():
         cpu_before = math.nan
         for index, size in enumerate(growth.sizes):

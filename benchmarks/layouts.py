@@ -1,4 +1,4 @@
-"""The largest error of a single reading by tilt, for each layout of tips on a round fruit.
+"""The largest error of a single reading due to tilt, for each layout of tips on a round fruit.
 
 `python -m benchmarks.layouts` (a minute) writes the table of docs/presets.md.
 """
@@ -36,7 +36,7 @@ WIDE_DOME = {"shape": "dome", "dome_radius_mm": 10.0, "side_mm": 5.95}
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table: a layout, the method of its reading, its travel [mm] and spring stiffnesses [N/mm]."""
+    """A row of the table: a layout of tips, the method of reading, the travel [mm] and the springs [N/mm]."""
 
     name: str
     tips: Tips
@@ -71,9 +71,9 @@ ROWS = (
 
 
 def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float) -> Iterator[float]:
-    """Yield the relative error of E [1] at every modulus and direction of the tilt [deg].
+    """Yield the relative error of E [1] read by the contrast law, at every modulus and direction of the tilt.
 
-    It is nan if a tip does not touch.
+    `tilt` is in degrees. The error is nan if a tip does not touch.
     """
     S = compliance.S
     hertz = 0.0
@@ -84,8 +84,8 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
     weights = contrast_weights(row.tips.places_mm, row.tips.springs)
     law = ContrastLaw(weights=weights, gaps=(0.0,) * len(S), C=row.C.tolist(), S=S.tolist(), hertz=hertz)
     angles = 2.0 * math.pi * np.arange(DIRECTIONS if tilt else 1) / DIRECTIONS
-    turns = [(tilt * math.cos(angle), tilt * math.sin(angle)) for angle in angles]
-    poses = [Pose(E=E, travel=row.travel, stand=Stand(tilt_deg=turn)) for E in MODULI for turn in turns]
+    tilts = [(tilt * math.cos(angle), tilt * math.sin(angle)) for angle in angles]  # about x and y [deg]
+    poses = [Pose(E=E, travel=row.travel, stand=Stand(tilt_deg=each)) for E in MODULI for each in tilts]
     solution = pose_forces(scene, compliance, row.C, poses)
     for pose, forces in zip(poses, solution.F, strict=True):
         try:
@@ -95,13 +95,13 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
 
 
 def pair_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float) -> Iterator[float]:
-    """Yield the relative error of E [1] of a pair at every modulus, tilted both ways [deg].
+    """Yield the relative error of E [1] read from the force ratio of a pair, at every modulus and for both tilts.
 
-    It is nan if a tip does not touch.
+    `tilt` is in degrees. The error is nan if a tip does not touch, and infinite if no modulus explains the ratio.
     """
     K_m_over_E = compliance.K_m_over_E()
-    for turn in {tilt, -tilt}:  # a set, so that a level pair is pressed once
-        press = dataclasses.replace(scene.press, tilt_deg=turn)
+    for signed_tilt in {tilt, -tilt}:  # a set, so that a level pair is pressed once
+        press = dataclasses.replace(scene.press, tilt_deg=signed_tilt)
         tilted = dataclasses.replace(scene, press=press)
         response = scene_response(tilted, compliance, row.C, MODULI, travels(row.travel, SAMPLES))
         for E, P, F in zip(MODULI, response.P, response.F, strict=True):
@@ -117,7 +117,7 @@ def pair_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float
 
 
 def main() -> None:
-    """Write the table."""
+    """Compute the table and write it into docs/presets.md."""
     heads = ["layout", "read by", *(f"{tilt:g} deg" for tilt in TILTS)]
     rows = []
     for row in ROWS:

@@ -1,4 +1,4 @@
-"""Ten housings of one's own, drawn as a user would: each differs from the housing of a design in one way."""
+"""Ten housings, drawn as a user would draw them: each differs from the housing of a design in one way."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,24 +9,27 @@ from benchmarks.flexure import HOUSING
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 
-_REACH = 20.0  # [mm] beyond the plate, of what cuts through it
+_REACH = 20.0  # half the length of a box that cuts through the plate [mm]
 
 
 def _plate(housing: Housing) -> cq.Workplane:
+    """Return the solid of a designed housing."""
     return cq.Workplane(housing_part(housing).shape)
 
 
 def _box(x: tuple[float, float], z: tuple[float, float], y: tuple[float, float]) -> cq.Workplane:
+    """Return a box between these limits [mm]."""
     corner = cq.Vector(x[0], y[0], z[0])
     return cq.Workplane(cq.Solid.makeBox(x[1] - x[0], y[1] - y[0], z[1] - z[0], corner))
 
 
 def _through(x: tuple[float, float], z: tuple[float, float]) -> cq.Workplane:
+    """Return a box between these limits [mm] that cuts through the whole depth of the plate."""
     return _box(x, z, (-_REACH, _REACH))
 
 
 def _strip(path: cq.Workplane, thickness: float) -> cq.Workplane:
-    """Return a leaf of a thickness along an open path in the plane of x and z, as deep as the plate [mm]."""
+    """Return a leaf of this `thickness` [mm] along an open path in the xz plane, as deep as the plate."""
     wire = path.wire().val()
     outline = wire.offset2D(0.5 * thickness)[0]
     face = cq.Face.makeFromWires(outline)
@@ -36,16 +39,17 @@ def _strip(path: cq.Workplane, thickness: float) -> cq.Workplane:
 
 
 def _plane() -> cq.Workplane:
+    """Return the workplane on the back of the plate, from which sketches are extruded towards its front."""
     return cq.Workplane("XZ", origin=(0.0, 0.5 * HOUSING.depth, 0.0))
 
 
 def _without_low_leaves(level: float | None = None) -> cq.Workplane:
-    """Return the plate with its low leaves cut away with their fillets, or the one at a level [mm]."""
+    """Return the plate without its low leaves and their fillets, or without only the leaf at `level` [mm]."""
     low = HOUSING.arms[0]
     plate = _plate(HOUSING)
     half = 0.5 * low.flexure.thickness + low.flexure.fillet
-    for each in low.levels if level is None else (level,):
-        plate = plate.cut(_through(low.roots, (each - half, each + half)))
+    for z in low.levels if level is None else (level,):
+        plate = plate.cut(_through(low.roots, (z - half, z + half)))
     return plate
 
 
@@ -106,7 +110,7 @@ def another_frame() -> cq.Workplane:
 
 
 def three_leaves() -> cq.Workplane:
-    """Return the housing with a third low leaf between both."""
+    """Return the housing with a third low leaf between the two others."""
     low = HOUSING.arms[0]
     start, end = low.roots
     level = 0.5 * sum(low.levels)
@@ -118,8 +122,8 @@ def notch() -> cq.Workplane:
     """Return the housing with a round notch in its lower low leaf."""
     low = HOUSING.arms[0]
     level = low.levels[0] + 0.5 * low.flexure.thickness
-    at = low.roots[0] + 6.0
-    return _plate(HOUSING).cut(_plane().center(at, level + 0.1).circle(0.4).extrude(HOUSING.depth))
+    x = low.roots[0] + 6.0
+    return _plate(HOUSING).cut(_plane().center(x, level + 0.1).circle(0.4).extrude(HOUSING.depth))
 
 
 def curved_leaf() -> cq.Workplane:

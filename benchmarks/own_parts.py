@@ -1,11 +1,11 @@
-"""Ten housings of one's own by the product and by CalculiX: the tables of docs/your-own-part.md.
+"""The stiffness of ten user-drawn housings by the product and by CalculiX: the tables of docs/your-own-part.md.
 
-CalculiX solves 20-node elements with full integration on a finer section in three layers for each half, and finer at
-sharp inner corners. Its bar is the difference to reduced integration on the same mesh: the one is too stiff, and the
-other too soft by about as much. The section of that mesh is the product's own.
+CalculiX solves 20-node elements with full integration. Its mesh is the product's section, but finer, in three layers
+for each half, and finer still at sharp inner corners. Its error bar is the difference to reduced integration on the
+same mesh, because one is too stiff and the other too soft by about as much.
 
-With --files nothing is: gmsh divides the STEP file of the whole part into tetrahedra, on three meshes. Their observed
-rate of convergence gives the stiffness at size 0, and the bar is the step to it.
+With --files no mesh is shared: gmsh divides the STEP file of the whole part into tetrahedra, on three meshes. Their
+observed rate of convergence gives the stiffness at element size 0, and the error bar is the step to this limit.
 
     python -m benchmarks.own_parts [--files] [NAME ...]
 """
@@ -40,12 +40,12 @@ from reference.tetrahedra import Box, fine_boxes, tetrahedra
 from solve.housing.stiffness import tip_face
 from solve.own_part import at_size_zero, strained_corners, swept_compliance
 
-ROUGH, FINER = (4.0, 1), (2.0, 3)  # scale of the section, layers of a half
+ROUGH, FINER = (4.0, 1), (2.0, 3)  # scale of the element size in the section, and layers in half the depth
 CORNER = 0.1  # size of elements at sharp corners over the thickness
 UP = (0.0, 0.0, 1.0)
 INTEGRATIONS = {"full": ("hex 20, full", "C3D20"), "reduced": ("hex 20, reduced", "C3D20R")}
 TET_SIZES = (2.0, 1.4, 1.0)
-TET_VOLUME = 3e-4  # relative: what the few elements around a screw hole of the coarsest mesh leave
+TET_VOLUME = 3e-4  # relative error of the volume on the coarsest mesh, with few elements around a screw hole
 HEADS = [
     "housing",
     "K_l [N/m]",
@@ -59,41 +59,47 @@ HEADS = [
     "CPU s",
 ]
 Peer = tuple[list[tuple[float, float]], int, float]
-"""Stiffness of each tip [N/mm] with its bar, unknowns, CPU seconds."""
+"""The stiffness of each tip with its error bar [N/mm], the number of unknowns, and CPU seconds."""
 
 
 def row_of(name: str, peer: Callable[[str, cq.Workplane], Peer]) -> list[str]:
-    """Return the row of one housing."""
+    """Return the row of one housing, solved by the product and by `peer`."""
     shape = OWN_HOUSINGS[name]()
-    found, cpu = _product_stiffness(shape)
+    solved, cpu = _product_stiffness(shape)
     peers, unknowns, peer_cpu = peer(name, shape)
     cells = []
     is_inside = True
-    for face, (K, bar) in zip(found.faces.values(), peers, strict=True):
+    for face, (K, bar) in zip(solved.faces.values(), peers, strict=True):
         cells += [_stiffness_cell(face.K, face.K * face.K_error), _stiffness_cell(K, bar)]
         is_inside &= abs(face.K - K) <= face.K * face.K_error + bar
     inside = "yes" if is_inside else "no"
-    return [name, *cells, inside, str(found.dofs), f"{cpu:.0f}", str(unknowns), f"{peer_cpu:.0f}"]
+    return [name, *cells, inside, str(solved.dofs), f"{cpu:.0f}", str(unknowns), f"{peer_cpu:.0f}"]
 
 
 def _product_stiffness(shape: cq.Workplane) -> tuple[PartStiffness, float]:
+    """Return the product's stiffness of a housing, and its CPU seconds [s]."""
     start = time.process_time()
-    found = stiffness(shape, held=hole_points(HOUSING), pressed=tip_points(HOUSING), E_MPa=E_MPA, poisson=POISSON)
-    return found, time.process_time() - start
+    solved = stiffness(shape, held=hole_points(HOUSING), pressed=tip_points(HOUSING), E_MPa=E_MPA, poisson=POISSON)
+    return solved, time.process_time() - start
 
 
 def _stiffness_cell(K: float, bar: float) -> str:
+    """Return a stiffness in N/m with its relative error bar, as text; both arguments are in N/mm."""
     return f"{1e3 * K:.5g} ± {100.0 * bar / K:.2f} %"
 
 
 def _name_faces(solid: cq.Solid) -> Part:
+    """Return the solid as a part whose pressed and held faces have names."""
     faces = {tip_face(tip): faces_at(solid, tip, [point]) for tip, point in tip_points(HOUSING).items()}
     faces[HELD] = faces_at(solid, "held", hole_points(HOUSING))
     return own_part(solid, faces)
 
 
 def calculix_on_section(name: str, shape: cq.Workplane) -> Peer:
-    """Return what CalculiX gives on the product's section."""
+    """Return CalculiX's stiffness of a housing on a finer mesh of the product's section.
+
+    A rough solution of the product shows at which inner corners the mesh must be fine.
+    """
     extrusion = extrusion_of(_name_faces(own_solid(as_one_shape(shape), name)))
     if extrusion is None:
         raise ValueError(name)
@@ -107,7 +113,7 @@ def calculix_on_section(name: str, shape: cq.Workplane) -> Peer:
 
 
 def calculix_on_step_file(name: str, shape: cq.Workplane) -> Peer:
-    """Return what CalculiX gives on tetrahedra of a STEP file."""
+    """Return CalculiX's stiffness of a housing on tetrahedra of its STEP file, extrapolated to element size 0."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "part.step"
         cq.exporters.export(cq.Workplane(as_one_shape(shape)), str(path))
@@ -123,7 +129,7 @@ def calculix_on_step_file(name: str, shape: cq.Workplane) -> Peer:
 
 
 def boxes_of(name: str, size: float) -> list[Box]:
-    """Return where tetrahedra are small: in the leaves of the design, and in what a housing has in their place."""
+    """Return the boxes of small tetrahedra: in the leaves of the design, and in what replaces them in a housing."""
     low, high = HOUSING.arms
     boxes = fine_boxes(HOUSING, size)
     if name == "folded leaf":
@@ -139,7 +145,7 @@ def boxes_of(name: str, size: float) -> list[Box]:
 
 
 def main() -> int:
-    """Print the table."""
+    """Print the table of the housings."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", default=list(OWN_HOUSINGS))
     parser.add_argument("--files", action="store_true", help="solve tetrahedra of the STEP file of the whole part")

@@ -1,4 +1,4 @@
-"""Error against cost of every method in a log-log plot, as a reproducible SVG."""
+"""A log-log plot of error against cost for every method, as a reproducible SVG."""
 
 import io
 import itertools
@@ -18,7 +18,7 @@ _COLOURS = mpl.color_sequences["tab20"]
 
 
 def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
-    """Return an SVG of the worst error [1] over CPU seconds [s], with a panel per title and a curve per method.
+    """Return an SVG of the largest error [1] against CPU seconds [s], with a panel per title and a curve per method.
 
     Formulas have no dofs and are left out, and so are errors of 0, which a logarithmic axis cannot show.
     """
@@ -34,6 +34,7 @@ def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
 
 
 def _draw_curves(axes: Axes, rows: Sequence[Measurement]) -> None:
+    """Draw a curve for each method, with its legend beside the panel."""
     methods = dict.fromkeys(row.method for row in rows)
     for method, colour in zip(methods, itertools.cycle(_COLOURS), strict=False):
         curve = sorted((row.cpu, row.worst) for row in rows if row.method == method)

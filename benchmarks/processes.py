@@ -1,4 +1,4 @@
-"""The default sensor in every process that can make it: fitted leaves against targets, and CalculiX on the same mesh.
+"""The default sensor in every process that can make it: its springs against targets, and CalculiX on the same mesh.
 
 `python -m benchmarks.processes` writes docs/measurements.md, and exits with 1 if a goal is missed.
 """
@@ -31,7 +31,10 @@ both springs."""
 
 
 def rows_of(name: str) -> tuple[list[list[str]], bool]:
-    """Return the rows of both springs of a process, and whether they meet all goals; no rows if it cannot make them."""
+    """Return the rows of both springs of a process, and whether they meet all goals.
+
+    A process that cannot make the springs has no rows.
+    """
     design = Design(print=Print(process=name))
     options = RunOptions()
     sizing = spring_sizing(design, fruit_compliance(design, options), options)
@@ -66,7 +69,7 @@ def rows_of(name: str) -> tuple[list[list[str]], bool]:
 
 
 def calculix_stiffnesses(springs: FittedSprings) -> tuple[float, ...]:
-    """Return the stiffness of each spring of a housing in its mount [N/mm] by CalculiX; raises SolveError."""
+    """Return CalculiX's stiffness of each spring of a housing in its mount [N/mm]; raises SolveError if it fails."""
     process = springs.process
     half = clamped_half(flexure_mesh(springs.housing), process.E_MPa, process.poisson, mount_layers(springs.housing))
     deck = flexure_deck(half, process.E_MPa, process.poisson)

@@ -1,4 +1,4 @@
-"""Proofs of designs by simulated presses of random units: `pipeline simulate OUT --prove N` for several folders.
+"""Tests of designs by simulated presses of random units: `pipeline simulate OUT --prove N` for several folders.
 
 `python -m benchmarks.proofs outputs/mango outputs/apple ... [--count 60] [--seed 1]` writes a section of
 docs/measurements.md, in a minute or two for each folder.
@@ -19,13 +19,14 @@ TITLE = "Proofs of the presets"
 HEADS = ["preset", "inside", "outside", "flagged", "farthest", "rms error", "rms bar", "error over bar"]
 INTRODUCTION = """\
 `python -m benchmarks.proofs` writes this table, of {count} presses each with the seed {seed}. Every press is of another
-unit on another fruit ([how they are drawn](simulate.md#prove-a-design)). Outside are readings beyond their 95 % bar
-without a flag, of which at most {most} may be. The farthest is in bars. The last column is the error over the deviation
-that a bar stands for, as a root mean square: 1 if bars are as wide as errors, and less if they are wider."""
+unit on another fruit ([how they are drawn](simulate.md#prove-a-design)). "Outside" counts the readings without a flag
+that are beyond their 95 % bar; at most {most} are allowed. "Farthest" is the largest error over its bar. The last
+column is the root mean square of the error over the standard deviation that its bar represents. It is 1 if the bars are
+as wide as the errors, and less if they are wider."""
 
 
 def row_of(proof: ProvedDesign) -> list[str]:
-    """Return the row of a proof; errors and bars are root mean squares over readings without a flag."""
+    """Return the row of a design; its errors and error bars are root mean squares over readings without a flag."""
     unflagged = [each for each in proof.readings if each.error is not None and not each.is_flagged]
     errors, bars = (np.array([getattr(each, name) for each in unflagged]) for name in ("error", "u"))
     return [

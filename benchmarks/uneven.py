@@ -1,4 +1,4 @@
-"""The uncertainty of a reading by uneven skin and flesh, for several radii and spacings of the domes of a preset.
+"""The uncertainty of a reading due to uneven skin and flesh, for several radii and spacings of a preset's domes.
 
 `python -m benchmarks.uneven` (a minute) writes a section of docs/measurements.md.
 """
@@ -16,7 +16,7 @@ DESIGN = "mango"
 RADII = (7.0, 9.8, 14.0)
 SPACINGS = (6.3, 9.0, 12.0)
 TRAVELS = (1.13, 1.6)
-BETWEEN = 0.5  # gap between the plates of two tips [mm], for their pads
+PAD_GAP = 0.5  # gap between the plates of two tips [mm], for their pads
 PIECE = {6.3: 24.0, 9.0: 26.0, 12.0: 30.0}  # side of the modelled piece of fruit [mm], by spacing
 HEADS = [
     *("dome mm", "spacing mm", "travel mm", "skin %", "flesh %", "one press %", "three presses %"),
@@ -26,8 +26,8 @@ INTRODUCTION = """\
 `python -m benchmarks.uneven` writes this table. It changes the domes of `mango`, their spacing and the travel, and
 keeps its springs. The face of a dome is as wide as its contact needs. The columns give the largest value over all
 moduli, as standard uncertainties: of one press by skin, by flesh and by both, of the mean of three presses, and of the
-instrument on even fruit. The pressure on the skin is over its limit, so above 1 it bruises. The last touch is that of
-the travel; its limit is 0.5.
+instrument on even fruit. The pressure on the skin is divided by its limit, so above 1 the fruit is bruised. The last
+touch is the fraction of the travel at which the last tip touches; its limit is 0.5.
 
 Wider domes do not help: they indent the flesh less, so that the same heights are a larger part of a press. Narrower
 domes, more travel and more spacing help, but the first two bruise the fruit, and spacing costs bias. So more presses
@@ -35,14 +35,14 @@ cost least."""
 
 
 def row_of(radius: float, spacing: float, travel: float) -> list[str]:
-    """Return the row for a radius of the domes, a spacing and a travel [mm]; dashes if the design is refused."""
+    """Return the row for a radius of the domes, a spacing and a travel [mm]; dashes if the design is rejected."""
     design = load_design(DESIGN)
     cells = [f"{radius:g}", f"{spacing:g}", f"{travel:g}"]
     try:
         wide = replace(
             design,
             tips=replace(
-                design.tips, dome_radius_mm=radius, side_mm=min(1.9 * radius, spacing - BETWEEN), spacing_mm=spacing
+                design.tips, dome_radius_mm=radius, side_mm=min(1.9 * radius, spacing - PAD_GAP), spacing_mm=spacing
             ),
             press=replace(design.press, travel_mm=travel),
             fruit=replace(design.fruit, length_mm=PIECE[spacing], width_mm=PIECE[spacing]),

@@ -1,4 +1,4 @@
-"""Wall time, processor time and peak memory of a child process, and the environment that keeps it on one thread."""
+"""Wall-clock time, CPU time and peak memory of a child process, and the environment that keeps it on one thread."""
 
 import json
 import os
@@ -26,9 +26,9 @@ with open(sys.argv[1], "w") as file:
 
 @dataclass(frozen=True, kw_only=True)
 class ResourceUsage:
-    """Exit code and output of a program; wall and CPU seconds including its children [s], and peak memory [MiB].
+    """The exit code and output of a program, its wall-clock and CPU time [s], and its peak memory [MiB].
 
-    The memory is the peak of the largest process.
+    CPU time includes children, and the peak memory is that of the largest process.
     """
 
     exit_code: int

@@ -14,7 +14,7 @@ from benchmarks.harness import percent, section, write_section
 INTRODUCTION = """\
 `python -m benchmarks.bars` writes this section. Its cases are those of `benchmarks/bars/bars.toml`. Most are built to
 break the solvers. They have nearly incompressible flesh, tips that almost touch, thin fruit, extreme springs, damaged
-meshes, and a part that is hardly held. Each case must end in a right answer or in a refusal that says why. A right
+meshes, and a part that is nearly free. Each case must end in a right answer or in a refusal that says why. A right
 answer lies within its error bar of an independent reference."""
 HEADS = ["case", "number", "error bar", "difference, of what is allowed", "verdict", "compared with, or reason"]
 NOTES = [
