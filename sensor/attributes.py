@@ -1,4 +1,4 @@
-"""The section Attributes of a docstring in numpydoc form, from the unit and meaning that fields declare."""
+"""The section Attributes of a docstring in numpydoc format, from the units and meanings that fields declare."""
 
 import dataclasses
 import inspect
@@ -19,24 +19,25 @@ _MODULE = re.compile(r"\b(?:\w+\.)+(?=\w)")
 
 
 def with_attributes(kind: Kind) -> Kind:
-    """Add the section Attributes to the docstring of a record, in front of its examples.
+    """Add the section Attributes to the docstring of a record class, in front of its examples; a class decorator.
 
-    Each attribute has its type, and the unit and meaning of its field. A name in JSON that differs follows.
+    Each attribute has its type, and the unit and meaning of its field. The name of its key in JSON follows, if that
+    differs.
     """
-    if kind.__doc__ is not None:  # Python leaves docstrings out if it is asked to
-        before, title, examples = inspect.cleandoc(kind.__doc__).partition(_EXAMPLES)
-        lines = [line for item in dataclasses.fields(kind) for line in _entry(item)]
-        kind.__doc__ = "\n".join([before, "", "Attributes", "----------", *lines]) + title + examples
+    if kind.__doc__ is not None:  # with the option -OO, Python removes all docstrings
+        description, title, examples = inspect.cleandoc(kind.__doc__).partition(_EXAMPLES)
+        lines = [line for item in dataclasses.fields(kind) for line in _attribute_lines(item)]
+        kind.__doc__ = "\n".join([description, "", "Attributes", "----------", *lines]) + title + examples
     return kind
 
 
-def _entry(item: dataclasses.Field[Any]) -> Iterator[str]:
-    """Yield the lines of one attribute: its name and type, and below them its meaning."""
+def _attribute_lines(item: dataclasses.Field[Any]) -> Iterator[str]:
+    """Yield the lines of one attribute: its name and type, and below them its unit and meaning."""
     data = item.metadata
     kind = _type_name(item.type)
     meaning = re.sub(r"\bnull\b", "None", _LINK.sub(r"\1", data["meaning"]))
     unit = data.get("attribute_unit", data["unit"])
-    if unit and not kind.startswith("int"):  # a count needs none
+    if unit and not kind.startswith("int"):  # a count needs no unit
         meaning = _FIRST_CLAUSE.sub(f" [{unit}]", meaning, count=1)
     text = f"{meaning[0].upper()}{meaning[1:]}."
     key = key_of(item)
@@ -47,7 +48,7 @@ def _entry(item: dataclasses.Field[Any]) -> Iterator[str]:
 
 
 def _type_name(kind: object) -> str:
-    """Return the annotation of a field in words, without the modules of its types."""
+    """Return the annotation of a field as text for readers, without the modules of its types."""
     text = kind.__name__ if isinstance(kind, type) else str(kind)
     text = _MODULE.sub("", text).replace(" | ", " or ")
     text = re.sub(r"dict\[(\w+), (.+)\]", r"dict of \1 to \2", text)

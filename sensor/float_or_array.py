@@ -1,4 +1,4 @@
-"""The type of an argument that is a number or an array, if the result is of the same kind; it loads no NumPy."""
+"""The type of a function that takes a number or an array and returns the same; this module does not load NumPy."""
 
 from typing import TYPE_CHECKING, TypeVar
 

@@ -37,7 +37,7 @@ GONE = {
 }
 """Removed names, each with the sentence that says what to use instead."""
 ASKED_NOTHING = {"print.leaves": "printed", "print.gauges": "none", "readout.transducer": "displacement"}
-"""Removed keys of a design file, each with the value of 0.2 that had no effect: it is read, but not written again."""
+"""Removed keys of a design file, each with the value that had no effect in 0.2: it is read, but not written again."""
 REPORT_KEYS = (
     *("behaviour.modes", "stale"),
     *(name for name in GONE if name.startswith("verdicts.")),
@@ -49,7 +49,7 @@ REPORT_KEYS = (
 
 
 def refuse_gone(*names: str) -> None:
-    """Raise InputError for the first name in GONE; the message says what to use instead."""
+    """Raise InputError for the first of these names that was removed; the message says what to use instead."""
     for name in names:
         if name in GONE:
             msg = f"{name} was removed in 0.3. {GONE[name]}"
@@ -57,12 +57,15 @@ def refuse_gone(*names: str) -> None:
 
 
 def refuse_gone_key(key: str) -> None:
-    """Raise InputError for a removed key of report.json or a key below one; the message says what to use instead."""
+    """Raise InputError for a removed key of report.json, or a key inside a removed one.
+
+    The message says what to use instead.
+    """
     for gone in REPORT_KEYS:
         if f"{key}.".startswith(f"{gone}."):
             refuse_gone(gone)
 
 
 def without_nothing(table: str, values: Mapping[str, object]) -> Mapping[str, object]:
-    """Return the keys of a table of a design without those of 0.2 that had no effect."""
+    """Return a table of a design without removed keys whose value had no effect in 0.2."""
     return {key: value for key, value in values.items() if value != ASKED_NOTHING.get(f"{table}.{key}", ...)}

@@ -1,4 +1,4 @@
-"""The only reader of files that a user gives: regular files of at most 16 MiB, text in UTF-8 or in marked UTF-16."""
+"""The reader of all files that a user gives: regular files of at most 16 MiB, and TOML in UTF-8 or UTF-16."""
 
 import codecs
 import re
@@ -10,16 +10,16 @@ from typing import Any
 from sensor.quantity import validation_error
 
 MOST_BYTES = 16 * 2**20
-MOST_LEVELS = 16  # deepest nesting of tables and lists; a design file has four levels
-# A dotted key of more than MOST_LEVELS names; Python's parser takes time with the square of their number.
+MOST_LEVELS = 16  # maximum nesting of tables and lists; a design file has four levels
+# A dotted key of more than MOST_LEVELS names. The time of Python's parser grows with the square of their number.
 _NAME = r"""(?:"[^"\n]*"|'[^'\n]*'|[^\s.,=#"']+)[ \t]*"""
 _DEEP_KEY = re.compile(rf"(?<![^\s\[{{,])(?:{_NAME}\.[ \t]*){{{MOST_LEVELS}}}")
 
 
 def read_bytes(path: Path | str, name: str) -> bytes:
-    """Return the bytes of a file; raises InputError for a missing file, a pipe, a device or a huge file.
+    """Return the bytes of a file that the key or flag `name` gives.
 
-    The message calls the file by `name`, a key or a flag.
+    Raises InputError for a missing or unreadable file, a pipe, a device, and a file that is too large.
     """
     content = b""
     try:
@@ -43,9 +43,12 @@ def read_bytes(path: Path | str, name: str) -> bytes:
 
 
 def read_toml(path: Path, name: str) -> dict[str, Any]:
-    """Return the tables of a TOML file; raises InputError as `read_bytes` does, and for invalid TOML."""
+    """Return the tables of a TOML file that the key or flag `name` gives.
+
+    Raises InputError like `read_bytes`, and for a file that is not valid TOML.
+    """
     content = read_bytes(path, name)
-    # Some editors write UTF-16, which starts with a mark that no other text starts with.
+    # Some editors write UTF-16, which begins with a byte order mark.
     in_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     hint = "correct the file at that place"
     try:
@@ -74,9 +77,9 @@ def parsed_toml(text: str) -> dict[str, Any]:
 
 
 def _is_deeper(tables: dict[str, Any], levels: int) -> bool:
-    """Return whether tables and lists are nested deeper than so many levels.
+    """Return whether tables and lists are nested deeper than `levels`.
 
-    There is no recursion, because a hostile file could exhaust the stack.
+    The levels are searched one after another, because a hostile file could exhaust the stack of a recursion.
     """
     containers: list[dict[str, Any] | list[Any]] = [tables]
     for _ in range(levels):

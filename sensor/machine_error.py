@@ -2,4 +2,4 @@
 
 
 class MachineError(OSError):
-    """A fault of this machine or of a library on it, like any OSError: it says nothing about the design."""
+    """A fault of this machine or of a library on it, which says nothing about the design, like any OSError."""

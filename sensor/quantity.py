@@ -13,7 +13,7 @@ from dataclasses import MISSING, Field, dataclass, field
 from typing import Any, ClassVar, Self
 
 STANDARD_GRAVITY = 9.80665  # [m/s^2], ISO 80000-3
-_LONGEST_VALUE = 500  # most characters of a value in a message; longer than any path
+_MAX_VALUE_LENGTH = 500  # maximum number of characters of a value in a message; longer than any path
 
 
 class InputError(ValueError):
@@ -55,7 +55,7 @@ class Bounds:
     at_most: float | None = None
 
     def hold(self, value: float) -> bool:
-        """Return whether a value [unit of the bounds] lies in the range; nan never does."""
+        """Return whether a value [unit of the bounds] lies within the range; False for nan and infinity."""
         return (
             math.isfinite(value)
             and (self.above is None or value > self.above)
@@ -86,18 +86,18 @@ class Estimate:
 
     @property
     def relative(self) -> float:
-        """Return the error as a fraction of the value [1]; infinite for a value of 0 that is not exact."""
+        """Return the error as a fraction of the value [1]; infinite for a value of 0 with an error."""
         if self.error == 0.0:
             return 0.0
         return self.error / abs(self.value) if self.value != 0.0 else math.inf
 
     @property
     def percent(self) -> float:
-        """Return the error as a fraction of the value [%]."""
+        """Return the error as a percentage of the value [%]."""
         return 100.0 * self.relative
 
     def times(self, factor: float, unit: str) -> "Estimate":
-        """Return the estimate in another unit; one of the present unit is `factor` of the new one."""
+        """Return the estimate in another unit; `factor` is the number of new units per present unit."""
         return Estimate(factor * self.value, factor * self.error, unit)
 
 
@@ -120,10 +120,11 @@ def quantity(
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
     **notes: object,
 ) -> Any:  # noqa: ANN401 - takes the place of the field's value
-    """Declare a field that holds one number or several: unit, bounds, hint, and meaning.
+    """Declare a field of a record that holds a number or several numbers, with its unit, bounds, hint and meaning.
 
-    The hint says what to do outside the bounds. An empty hint means the `HINT` of the record, as in `Sourced`. `notes`
-    are further metadata: `key` if the field has another name in a file, or `flag` if messages call it by its flag.
+    `hint` says what to do if a number is outside the bounds; if it is empty, the `HINT` of the record is used, as in
+    `Sourced`. `notes` are further metadata: `key`, if the field has another name in a file, or `flag`, if error
+    messages name the field by a flag.
     """
     metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning, **notes}
     return field(default=default, metadata=metadata)
@@ -137,7 +138,7 @@ def choice(
     meaning: str = "",
     flag: str = "",
 ) -> Any:  # noqa: ANN401 - as above
-    """Declare a field that holds one of the options; `flag` is as in `quantity`."""
+    """Declare a field of a record that holds one of the texts in `options`; `flag` is as in `quantity`."""
     return field(default=default, metadata={"options": tuple(options), "hint": hint, "meaning": meaning, "flag": flag})
 
 
@@ -147,7 +148,7 @@ def text_field(
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - as above
 ) -> Any:  # noqa: ANN401 - as above
-    """Declare a field that holds free text on one line, or a tuple of such texts."""
+    """Declare a field of a record that holds free text on one line, or a tuple of such texts."""
     return field(default=default, metadata={"text": "a line of text", "hint": hint, "meaning": meaning})
 
 
@@ -159,9 +160,10 @@ def report_field(
     default_factory: Any = MISSING,  # noqa: ANN401 - as above
     **notes: object,
 ) -> Any:  # noqa: ANN401 - as above
-    """Declare a field that is a key of report.json, with its unit and meaning; no value is checked.
+    """Declare a field of a record that is a key of report.json, with its unit and meaning; its value is not checked.
 
-    The unit is "1" for a plain number, and empty for a text, a truth value or a table. `notes` are further metadata.
+    The unit is "1" for a number without a unit, and empty for a text, a truth value or a table. `notes` are further
+    metadata, as `pipeline/storage/told.py` lists them.
     """
     metadata = {"unit": unit, "meaning": meaning, **notes}
     options: dict[str, Any] = {"default": default, "default_factory": default_factory, "metadata": metadata}
@@ -169,43 +171,43 @@ def report_field(
 
 
 def key_of(item: Field[Any]) -> str:
-    """Return the key of a field in a file or in data: the declared `key`, else the name of the field."""
+    """Return the key of a field in a file or in JSON data: its declared `key`, or else the name of the field."""
     key: str = item.metadata.get("key", item.name)
     return key
 
 
 def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:
-    """Return the error for one bad value: a sentence that states the error, and one that says what to do.
+    """Return the error for an invalid value: a sentence that states what is wrong, and one that says what to do.
 
-    `bound` completes "NAME = VALUE must be ..."; `hint` is a clause that starts with a verb or states a usual value. A
-    value of None is an input that is missing.
+    `bound` completes the sentence "NAME = VALUE UNIT must be ...". `hint` is a clause that begins with a verb or states
+    a usual value. A value of None means that the input is missing.
     """
-    in_unit = "" if unit in ("", "1") else f" {unit}"
-    given = f"{name} = {_formatted(value)}{in_unit}"
+    unit_suffix = "" if unit in ("", "1") else f" {unit}"
+    subject = f"{name} = {_format_value(value)}{unit_suffix}"
     if value is None:
-        given = name if bound.startswith("given") else f"{name} is not set; it"
-    message = " ".join(filter(None, (_sentence(f"{given} must be {bound}"), _sentence(_capitalised(hint)))))
+        subject = name if bound.startswith("given") else f"{name} is not set; it"
+    message = " ".join(filter(None, (_end_sentence(f"{subject} must be {bound}"), _end_sentence(_capitalise(hint)))))
     return InputError(message, field=name, value=value, bound=bound)
 
 
-def _sentence(text: str) -> str:
-    """Return a clause with a full stop, unless it already ends like a sentence."""
+def _end_sentence(text: str) -> str:
+    """Return a text with a full stop, unless it is empty or ends like a sentence already."""
     return text if not text or text.endswith((".", "?", "!")) else f"{text}."
 
 
-def _capitalised(clause: str) -> str:
-    """Return a clause with a capital first letter, unless it starts with a key, a flag, a number or a command."""
-    first = clause.partition(" ")[0].rstrip(",:;")
-    return clause[:1].upper() + clause[1:] if first.isalpha() and first != "pipeline" else clause
+def _capitalise(clause: str) -> str:
+    """Return a clause with a capital first letter, unless it begins with a key, a flag, a number or a command."""
+    first_word = clause.partition(" ")[0].rstrip(",:;")
+    return clause[:1].upper() + clause[1:] if first_word.isalpha() and first_word != "pipeline" else clause
 
 
-def _formatted(value: object) -> str:
-    """Return a number with enough digits to differ from its bound, or a text as one line."""
+def _format_value(value: object) -> str:
+    """Return a number with enough digits to distinguish it from its bound, or any other value as one line of text."""
     if isinstance(value, float):
         short = f"{value:g}"
         return short if float(short) == value else repr(float(value))
     shown = repr(value) if isinstance(value, str) else f"{value}"
-    return shown if len(shown) <= _LONGEST_VALUE else f"{shown[:_LONGEST_VALUE]}..."
+    return shown if len(shown) <= _MAX_VALUE_LENGTH else f"{shown[:_MAX_VALUE_LENGTH]}..."
 
 
 def nearest(word: str, names: Sequence[str]) -> str:
@@ -216,19 +218,19 @@ def nearest(word: str, names: Sequence[str]) -> str:
 
 
 def unknown_name(kind: str, name: str, names: Sequence[str], word: str | None = None) -> InputError:
-    """Return the error for an unknown name, with the known names and the most similar one.
+    """Return the error for an unknown name, with the known `names` and the most similar one of them.
 
-    `word` is the unknown part of the name, if it is not the whole name.
+    `kind` is the noun for such a name, as "key". `word` is the unknown part of the name, if it is not the whole name.
     """
-    given = name if word is None else word
-    shown = name if name.isprintable() else repr(name)
+    unknown = name if word is None else word
+    printable_name = name if name.isprintable() else repr(name)
     bound = f"one of {', '.join(names)}"
-    message = f"{shown} is an unknown {kind}; it must be {bound}. Did you mean {nearest(given, names)}?"
-    return InputError(message, field=name, value=given, bound=bound)
+    message = f"{printable_name} is an unknown {kind}; it must be {bound}. Did you mean {nearest(unknown, names)}?"
+    return InputError(message, field=name, value=unknown, bound=bound)
 
 
 def as_float(number: float) -> float:
-    """Return a number as a float [same unit]; infinity for an integer that is too large."""
+    """Return a number as a float; an integer that is too large becomes plus or minus infinity."""
     try:
         return float(number)
     except OverflowError:
@@ -239,39 +241,42 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,4})?")  
 
 
 def written_number(text: str) -> float | None:
-    """Return the number that a text writes, such as .03, 3e-2 or +1; None for other text."""
+    """Return the number in a text, such as .03, 3e-2 or +1; None for any other text."""
     return float(text) if _NUMBER.fullmatch(text.strip()) else None
 
 
 def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
-    """Check every declared field of a frozen record except those in `but`; raises InputError at the first bad one."""
-    for item, key, flag in _declared(record.__class__):
+    """Raise InputError for the first field of a record whose value contradicts its declaration.
+
+    `table` is the name of the table that holds the keys of the record, or "". The fields in `but` are not checked.
+    """
+    for item, key, flag in _declared_fields(record.__class__):
         value = getattr(record, item.name)
-        may_be_left_out = value is None and item.default is None
-        if item.name not in but and not may_be_left_out:
+        is_left_out = value is None and item.default is None
+        if item.name not in but and not is_left_out:
             hint = item.metadata["hint"] or record.HINT
             _check_field(flag or (f"{table}.{key}" if table else key), value, item, hint)
 
 
 @functools.cache
-def _declared(kind: type) -> tuple[tuple[Field[Any], str, str], ...]:
-    """Return the fields of a record type that declare what they may hold, each with its key in a file and its flag.
+def _declared_fields(kind: type) -> tuple[tuple[Field[Any], str, str], ...]:
+    """Return the fields of a record type that are checked, each with its key in a file and its flag.
 
     The result is cached, because studies check millions of records.
     """
-    declared = (item for item in dataclasses.fields(kind) if "hint" in item.metadata)
-    return tuple((item, key_of(item), item.metadata.get("flag", "")) for item in declared)
+    checked = (item for item in dataclasses.fields(kind) if "hint" in item.metadata)
+    return tuple((item, key_of(item), item.metadata.get("flag", "")) for item in checked)
 
 
 def check_choice(name: str, value: object, kind: type[Any]) -> None:
-    """Raise InputError unless a value is one of the options of the field `table.key`, declared in a record type."""
+    """Raise InputError unless a value is one of the options of a field; `name` is TABLE.KEY, and `kind` its record."""
     key = name.rpartition(".")[2]
     item = kind.__dataclass_fields__[key]
     _check_field(name, value, item, item.metadata["hint"])
 
 
 def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Check one value against the declaration of its field."""
+    """Raise InputError if a value contradicts the declaration of its field; `name` is its name in messages."""
     if "text" in item.metadata:
         _check_texts(name, value, item, hint)
     elif "options" in item.metadata:
@@ -284,7 +289,7 @@ def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
 
 
 def _check_texts(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Check a text, or each text if the annotation is a tuple; raises InputError for the first bad one."""
+    """Raise InputError unless a value is text on one line, or a tuple of such texts if the annotation says so."""
     bound = item.metadata["text"]
     texts: tuple[object, ...] = (value,)
     if str(item.type).startswith("tuple"):
@@ -296,17 +301,18 @@ def _check_texts(name: str, value: object, item: Field[Any], hint: str) -> None:
 
 
 def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Check a number, or each number of a field that holds several; raises InputError for the first bad one.
+    """Raise InputError for the first number of a field that is outside its bounds, or is no number.
 
-    The annotation of the field decides: "tuple[float, ...]" must be a list, "float | tuple[float, ...]" may be a list.
+    The annotation of the field says whether it holds a list: a field "tuple[float, ...]" must, and a field
+    "float | tuple[float, ...]" may.
     """
     unit = item.metadata["unit"]
     bounds = item.metadata["bounds"]
     annotation = str(item.type)
-    listed = value if isinstance(value, tuple) and value else None
-    if annotation.startswith("tuple") and listed is None:
+    values = value if isinstance(value, tuple) and value else None
+    if annotation.startswith("tuple") and values is None:
         raise validation_error(name, value, unit, f"a list of at least one number, each {bounds}", hint)
-    numbers = (value,) if listed is None or "tuple" not in annotation else listed
+    numbers = (value,) if values is None or "tuple" not in annotation else values
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
             bound = f"a number {bounds}" if str(bounds) != str(Bounds()) else "a finite number"
@@ -329,19 +335,22 @@ class Sourced:
     sources: tuple[tuple[str, str], ...] = dataclasses.field(repr=False)  # sentences
 
     def __post_init__(self) -> None:
-        """Check each field, and that every number has its source."""
+        """Raise InputError for an invalid field, a number without a source, and a source without a number."""
         table = f"{self.LABEL} {self.name}"
         check_fields(self, table)
-        numbers = [item.name for item in dataclasses.fields(self) if "unit" in item.metadata]
-        given = {name for name in numbers if getattr(self, name) is not None}
-        for key in sorted(given ^ dict(self.sources).keys()):
+        names = [item.name for item in dataclasses.fields(self) if "unit" in item.metadata]
+        set_names = {name for name in names if getattr(self, name) is not None}
+        for key in sorted(set_names ^ dict(self.sources).keys()):
             name = f"{table}.{key}"
             raise validation_error(name, getattr(self, key, None), "", "a number with one source", self.HINT)
 
     @classmethod
     def from_table(cls, name: str, table: object) -> Self:
-        """Return the record of a table with its `sources`; raises InputError for an unknown or bad key."""
-        record = f"{cls.LABEL} {name}"  # its name in messages
+        """Return the record with this name from a table of its numbers, which has a table `sources` inside it.
+
+        Raises InputError for an unknown key, an invalid value, or a number without a source.
+        """
+        record = f"{cls.LABEL} {name}"  # the name of the record in messages
         if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
             bound = "a table of numbers with a table of their sources"
             raise validation_error(record, str(table), "", bound, cls.HINT)
@@ -351,15 +360,15 @@ class Sourced:
             unknown = f"{record}.{key}"
             hint = f"{cls.HINT}. Did you mean {nearest(key, keys)}?"
             raise validation_error(unknown, table[key], "", "left out", hint)
-        # A missing number becomes None, which the check of its field refuses by name.
-        left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
+        # A missing number becomes None, so that the check of its field names it.
+        missing = dict.fromkeys(item.name for item in fields if item.default is MISSING)
         sources = tuple(table.get("sources", {}).items())
         values: dict[str, Any] = {
             key: tuple(value) if isinstance(value, list) else value for key, value in table.items()
         }
-        return cls(**{**left_out, **values, "name": name, "sources": sources})
+        return cls(**{**missing, **values, "name": name, "sources": sources})
 
     @classmethod
     def from_tables(cls, tables: Mapping[str, object]) -> dict[str, Self]:
-        """Return the records of several tables by name; raises InputError as `from_table` does."""
+        """Return the records of several tables by name; raises InputError like `from_table`."""
         return {name: cls.from_table(name, table) for name, table in tables.items()}

@@ -1,4 +1,4 @@
-"""A base for records with arrays: short when printed, a table in a notebook."""
+"""A base class for records with arrays, which are shown as one short line, or as a table in a notebook."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -8,8 +8,8 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-_FEW = 4  # most entries that are listed one by one
-_LONGEST = 80  # most characters of a value
+_MAX_ENTRIES = 4  # maximum number of entries that are listed one by one
+_MAX_LENGTH = 80  # maximum number of characters of a value
 
 
 class Record:
@@ -27,13 +27,16 @@ class Record:
 
 
 def _fields(record: object) -> Iterator[tuple[str, str]]:
-    """Yield the name of each field of a dataclass and a short text of its value."""
+    """Yield the name of each field of a dataclass, with its value as short text."""
     for field in dataclasses.fields(record):  # type: ignore[arg-type]  # every record is a dataclass
         yield field.name, short_text(getattr(record, field.name))
 
 
 def short_text(value: object) -> str:
-    """Return a short text of a value: a number, the shape and range of an array, the class of a record."""
+    """Return a value as short text: a number with six digits, the shape and range of an array, the class of a record.
+
+    A long tuple or list is shown by its length and the type of its entries, and a mapping by its number of keys.
+    """
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, np.ndarray):
@@ -41,17 +44,17 @@ def short_text(value: object) -> str:
     if dataclasses.is_dataclass(value):
         return f"{type(value).__name__}(...)"
     if isinstance(value, tuple | list):
-        entries = ", ".join(map(short_text, value[:_FEW]))
-        few = len(value) <= _FEW and len(entries) <= _LONGEST
-        return f"({entries})" if few else f"{len(value)} x {type(value[0]).__name__}"
+        entries = ", ".join(map(short_text, value[:_MAX_ENTRIES]))
+        is_short = len(value) <= _MAX_ENTRIES and len(entries) <= _MAX_LENGTH
+        return f"({entries})" if is_short else f"{len(value)} x {type(value[0]).__name__}"
     if isinstance(value, Mapping):
         return f"{len(value)} keys"
     text = repr(value)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+    return text if len(text) <= _MAX_LENGTH else f"{text[:_MAX_LENGTH]}..."
 
 
 def _array_text(array: Floats) -> str:
-    if array.ndim == 1 and array.size <= _FEW:
+    if array.ndim == 1 and array.size <= _MAX_ENTRIES:
         return f"[{', '.join(f'{number:.6g}' for number in array.tolist())}]"
     shape = " x ".join(map(str, array.shape))
     finite = array[np.isfinite(array)]

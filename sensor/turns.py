@@ -12,7 +12,7 @@ def in_turn() -> Iterator[None]:
     """Let only one thread at a time run the functions decorated with `@in_turn()`; other threads wait.
 
     Threads share gmsh's session, OCCT's settings and CadQuery's imports. SciPy's `lu_solve` changes the pivots of a
-    cached factor while it uses them: two threads got NaN, or a different last digit.
+    cached factor while it uses them, so two threads at once would get NaN or a different last digit.
     """
     with _TURN:
         yield

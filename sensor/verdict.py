@@ -77,7 +77,7 @@ def _rows_by_name() -> dict[str, VerdictRow]:
 
 
 def row_of(name: str) -> VerdictRow:
-    """Return the row of a named verdict, or an empty row for a name that is not in the table."""
+    """Return the row of a verdict in the table of verdicts, or an empty row if its name is not in the table."""
     return _rows_by_name().get(name) or VerdictRow(name=name, group="files")
 
 
@@ -124,12 +124,12 @@ class Verdict:
 
     @property
     def sense(self) -> Sense | None:
-        """Return the side on which the limit bounds the value; None for a target, which may be missed on both sides."""
+        """Return the side on which the limit bounds the value; None for a target, which bounds both sides."""
         return self.row.sense
 
     @property
     def allowed_miss(self) -> float:
-        """Return the largest allowed distance of the value beyond its limit [unit]; 0 for a limit that is a text."""
+        """Return the maximum distance of a passing value beyond its limit [unit]; 0 for a limit that is a text."""
         if not isinstance(self.limit, int | float) or not isinstance(self.tolerance, int | float):
             return 0.0
         return self.tolerance * self.limit if self.relative else self.tolerance
@@ -149,13 +149,15 @@ def judge(
     tolerance: float | None = None,
     passed: bool | None = False,
 ) -> Verdict:
-    """Return the verdict on a value by the row of its name; limit and tolerance come from the row unless given.
+    """Return the verdict `name` on a value; its limit and tolerance come from the table of verdicts unless given.
 
-    A value must meet a target within the tolerance, or stay on one side of a limit. Beside a limit, the verdict is
-    undecided if the error bar crosses it. Beside a target, it is undecided if the error bar is wider than the
-    tolerance, unless the whole bar misses the target. A value without a bar is always decided; nan then fails. `passed`
-    is the outcome if the value or the limit is not a number. Raises ValueError for a name without a row, a verdict
-    without a limit, and an estimate in another unit.
+    A value must agree with a target within the tolerance, or stay on one side of a limit. If its error bar crosses the
+    limit, the verdict is undecided. With a target, it is undecided if the error bar is wider than the tolerance, unless
+    the whole error bar is outside the tolerance. A value without an error bar is always decided, and nan fails.
+
+    `reference` says what the value was compared with. `passed` is the outcome if the value or the limit is not a
+    number. Raises ValueError for a name that is not in the table, a verdict without a limit, and an estimate in another
+    unit.
     """
     row = _rows_by_name().get(name)
     if row is None:
@@ -186,9 +188,9 @@ def judge(
 
 
 def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
-    """Return whether a value with its error bar meets a limit; None if the bar prevents a decision."""
+    """Return whether a value satisfies the limit of its verdict; None if the error bar prevents a decision."""
     allowed, error = verdict.allowed_miss, verdict.error
-    if verdict.sense is None:
+    if verdict.sense is None:  # a target
         distance = abs(value - limit)
         if error is not None and error > allowed:
             return False if distance > allowed + error else None
@@ -200,7 +202,7 @@ def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
 
 
 def all_passed(verdicts: Iterable[Verdict]) -> bool | None:
-    """Return False if any verdict failed, else None if any is undecided, else True."""
+    """Return the outcome of several verdicts: False if one failed, or else None if one is undecided, or else True."""
     outcomes = {verdict.passed for verdict in verdicts}
     if False in outcomes:
         return False

@@ -315,7 +315,7 @@ class Fruit:
 
     @property
     def derived_keys(self) -> tuple[str, ...]:
-        """Return those of the keys length and width that equal the whole curved fruit, so that a file may omit them."""
+        """Return the keys, of length and width, whose value is that of the whole curved fruit; a file may omit them."""
         if self.radius_mm is None:
             return ()
         sizes = zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True)

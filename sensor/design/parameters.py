@@ -35,7 +35,7 @@ _STIFFNESS = Bounds(at_least=1e-6, at_most=1e9)
 # times too stiff or too soft to be made or read.
 _FORCE_RATIO = Bounds(at_least=1.001, at_most=100.0)
 _NONLINEARITY = Bounds(at_least=1e-5, at_most=0.4999)
-_LONGEST_NAME = 64
+_MAX_NAME_LENGTH = 64
 _ROUND_OFF = 1e-9  # relative tolerance of the bounds of a time or a thickness
 
 
@@ -179,7 +179,7 @@ class Print:
             )
 
 
-_OF_HOUSING = ("press.attitude", "print.max_length_mm", "print.E_MPa", "print.mount")
+_HOUSING_KEYS = ("press.attitude", "print.max_length_mm", "print.E_MPa", "print.mount")
 """Keys that are used only if the springs are those of a housing."""
 
 
@@ -238,10 +238,10 @@ class Design:
     printer: Process | None = None
 
     def __post_init__(self) -> None:
-        """Check the name, and all conditions on several tables; the first violation is reported."""
-        allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
-        if not allowed or len(self.name) > _LONGEST_NAME:
-            bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
+        """Raise InputError for an invalid name, or for the first condition between tables that is violated."""
+        has_valid_characters = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
+        if not has_valid_characters or len(self.name) > _MAX_NAME_LENGTH:
+            bound = f"1 to {_MAX_NAME_LENGTH} letters, digits, - or _"
             hint = 'write for instance name = "mine" in the design file, or give the file such a name'
             raise validation_error("name", self.name, "", bound, hint)
         self._check_process()
@@ -262,7 +262,7 @@ class Design:
         self._check_readout()
 
     def _check_process(self) -> None:
-        """Refuse a process name that is neither a known process nor the design's own one."""
+        """Raise InputError for a process that is neither a known one nor the design's own one."""
         name = self.print.process
         own = self.printer
         if own is None:
@@ -274,13 +274,14 @@ class Design:
             )
 
     def _check_leaf_thicknesses(self) -> None:
-        """Refuse leaf thicknesses that the process cannot print.
+        """Raise InputError for a leaf thickness that the process cannot print.
 
-        They must be a whole number of lines, known well enough, and so thin that a window remains between the leaves.
+        It must be a whole number of printed lines, thick enough to be known accurately, and so thin that a window
+        remains between the two leaves.
         """
         process = self._process_as_listed
         line = process.line_width_mm
-        most = self.tips.tip_layout.leaf_separation_mm - 2.0 * process.fillet_mm
+        max_thickness = self.tips.tip_layout.leaf_separation_mm - 2.0 * process.fillet_mm
         for key in ("leaf_thickness_low_mm", "leaf_thickness_high_mm"):
             thickness = getattr(self.print, key)
             if thickness is None:
@@ -291,10 +292,10 @@ class Design:
                 bound = f"a whole number of lines of {line:g} mm, as {process.name} prints"
                 hint = f"take {lines * line:g} or {(lines + 1) * line:g} mm"
             elif thickness < process.thinnest_leaf_mm:
-                least = process.thinnest_leaf_mm
-                bound = f"at least {least:.4g} mm, as {process.name} is accurate to {process.accuracy_mm:g} mm"
-            elif thickness >= most:
-                bound = f"less than {most:g} mm, the distance of the two leaves less their fillets"
+                min_thickness = process.thinnest_leaf_mm
+                bound = f"at least {min_thickness:.4g} mm, as {process.name} is accurate to {process.accuracy_mm:g} mm"
+            elif thickness >= max_thickness:
+                bound = f"less than {max_thickness:g} mm, the distance of the two leaves less their fillets"
             else:
                 continue
             name = f"print.{key}"
@@ -309,11 +310,11 @@ class Design:
 
     @property
     def _process_as_listed(self) -> Process:
-        """Return the known process or the design's own one, without changes by the design."""
+        """Return the design's own process or the known one, without the numbers that [print] changes."""
         return self.printer or PROCESSES[self.print.process]
 
     def _check_tip_shape(self) -> None:
-        """Refuse a tip that cannot be printed at the end of a shuttle; a ground pin may have any shape."""
+        """Raise InputError for a printed tip of a shape that cannot be printed; a ground pin may have any shape."""
         tips = self.tips
         if tips.socket == "pin" or tips.tip_shape.is_printed:
             return
@@ -325,7 +326,10 @@ class Design:
         raise validation_error("tips.shape", tips.shape, "", bound, hint)
 
     def _check_keys_beside_reading(self) -> None:
-        """Refuse keys without a meaning beside [reading]: a tilt of the press, and targets that size no springs."""
+        """Raise InputError for keys that have no meaning beside [reading].
+
+        These are the tilt and roll of the press, and targets if the springs are given.
+        """
         if self.reading is None:
             return
         for name, tilt in (("press.tilt_deg", self.press.tilt_deg), ("press.roll_deg", self.press.roll_deg)):
@@ -340,13 +344,13 @@ class Design:
             )
 
     def _check_keys_without_effect(self) -> None:
-        """Refuse keys that this design does not use.
+        """Raise InputError for a key that has no effect in this design.
 
-        They may have their default, which every design file contains, or 0, which has no effect.
+        The default value is allowed, because every written design file contains it, and so is 0.
         """
         fruit = self.fruit
         reading = self.reading
-        unused = {}
+        unused = {}  # for each key without effect: the reason, and a hint
         if fruit.skin_mm is None:
             unused["fruit.skin_poisson"] = ("without fruit.skin_mm", "drop it, or give a skin")
         if fruit.thickness_mm is not None:
@@ -358,18 +362,21 @@ class Design:
             elif reading.radius_mm is not None:
                 unused["reading.radius_spread"] = ("beside reading.radius_mm", "drop one of the two")
         if not self.tips.tip_layout.has_housing:
-            where = f"for tips.layout = {self.tips.layout!r}, which has no housing"
-            unused |= dict.fromkeys(_OF_HOUSING, (where, "drop it, or take another layout"))
-        for name, (where, hint) in unused.items():
+            reason = f"for tips.layout = {self.tips.layout!r}, which has no housing"
+            unused |= dict.fromkeys(_HOUSING_KEYS, (reason, "drop it, or take another layout"))
+        for name, (reason, hint) in unused.items():
             table, _, key = name.partition(".")
             record = getattr(self, table)
             item = record.__dataclass_fields__[key]
             value = getattr(record, key)
             if value not in (item.default, 0.0):
-                raise validation_error(name, value, item.metadata.get("unit", ""), f"left out {where}", hint)
+                raise validation_error(name, value, item.metadata.get("unit", ""), f"left out {reason}", hint)
 
     def _check_ranges_of_reading(self) -> None:
-        """Refuse ranges of radii and thicknesses that this fruit or these tips lack, and limits of the wrong number."""
+        """Raise InputError for ranges in [reading] that this fruit or these tips do not allow.
+
+        A list of limits must have one for each modulus of the fruit.
+        """
         reading = self.reading
         if reading is None:
             return
@@ -394,7 +401,7 @@ class Design:
             )
 
     def _check_readout(self) -> None:
-        """Refuse delays for the wrong number of tips, and a process whose drift is unknown."""
+        """Raise InputError for delays of the wrong number of tips, and for a process whose drift is unknown."""
         if self.readout is None:
             return
         delays = self.readout.delay_ms
@@ -407,7 +414,7 @@ class Design:
             )
 
     def _check_ball(self) -> None:
-        """Refuse a reference ball if presses on it cannot represent presses on the fruit."""
+        """Raise InputError for a reference ball if presses on it cannot represent presses on the fruit."""
         if self.reading is not None and self.reading.calibrated_by == "ball" and not self.takes_ball:
             bound = f"weights or plate: a ball is for {SHOWN_BY_BALL}"
             raise validation_error("reading.calibrated_by", "ball", "", bound, "choose plate")
@@ -418,7 +425,7 @@ class Design:
         return None if self.reading is None else self.bench or Bench()
 
     def _check_bench(self) -> None:
-        """Refuse a bench that no other key uses."""
+        """Raise InputError for a bench that has no effect."""
         bench = self.bench
         if bench is None:
             return
@@ -437,7 +444,7 @@ class Design:
 
     @property
     def elastic(self) -> "Design":
-        """Return the design on flesh that does not relax, such as a reference ball."""
+        """Return the same design for elastic flesh, which does not relax, such as a reference ball."""
         return dataclasses.replace(
             self,
             fruit=dataclasses.replace(self.fruit, relaxation=None),
@@ -446,16 +453,19 @@ class Design:
         )
 
     def _check_time(self) -> None:
-        """Refuse keys of time that do not match the relaxation of the flesh, and a reading outside the hold."""
+        """Raise InputError for the times of a press without relaxing flesh, or relaxing flesh without these times.
+
+        A reading must be taken while the press is held.
+        """
         at = None if self.reading is None else self.reading.at_s
-        of_press = {"press.speed_mm_per_s": self.press.speed_mm_per_s, "press.hold_s": self.press.hold_s}
+        press_times = {"press.speed_mm_per_s": self.press.speed_mm_per_s, "press.hold_s": self.press.hold_s}
         if self.fruit.relaxation is None:
-            for name, value in {**of_press, "reading.at_s": at}.items():
+            for name, value in {**press_times, "reading.at_s": at}.items():
                 if value is not None:
                     hint = "drop it, or give the relaxation of the flesh"
                     raise validation_error(name, value, "", "left out without fruit.relaxation", hint)
             return
-        for name, value in of_press.items():
+        for name, value in press_times.items():
             if value is None:
                 hint = "give the speed and the hold of the press"
                 raise validation_error(name, None, "", "given beside fruit.relaxation", hint)
@@ -471,11 +481,8 @@ class Design:
 
     @property
     def press_s(self) -> float:
-        """Return the duration of a press from the first touch to the deepest point [s].
-
-        Without a speed it is the duration of a press by hand, because a `stop_s` of 0 means that no speed is given.
-        """
-        return self.stop_s or PRESS_S
+        """Return the duration of a press from the first touch to the stop [s]; without a speed, that by hand."""
+        return self.stop_s or PRESS_S  # a stop at 0 s means that no speed is given
 
     @property
     def release_s(self) -> float:
@@ -484,12 +491,12 @@ class Design:
 
     @property
     def read_s(self) -> float:
-        """Return the time from the first touch at which the forces are read [s]; by default the stop of the press."""
+        """Return the time from the first touch to the reading of the forces [s]; by default that of the stop."""
         at = None if self.reading is None else self.reading.at_s
         return self.stop_s if at is None else min(max(at, self.stop_s), self.release_s)
 
     def _check_springs_are_known(self) -> None:
-        """Refuse a design whose springs are neither given nor sized; targets can size only the springs of a pair."""
+        """Raise InputError if the springs are neither given nor sized by targets; targets only size those of a pair."""
         takes_targets = self.tips.tip_layout.takes_targets
         if self.springs.given or (self.targets is not None and takes_targets):
             return
@@ -500,17 +507,17 @@ class Design:
 
     @property
     def nominal_targets(self) -> Targets:
-        """Return the targets, or the default ones if there are none.
+        """Return the targets, or the default targets if the design has none.
 
-        The definitions of the default targets then apply to the results P_max and NL.
+        Their definitions then apply to the results P_max and NL.
         """
         return self.targets or Targets()
 
     @property
     def per_spring(self) -> "Design":
-        """Return the design with one low and one high tip, as one plate carries them, in any layout.
+        """Return the design with a pair of tips, one low and one high, as a single plate carries them.
 
-        It has no read-out, because the channels belong to all tips.
+        It has no read-out, because the channels belong to all tips of the layout.
         """
         reading = self.reading
         if reading is not None and reading.calibrated_by == "ball":  # not allowed for a pair
@@ -519,29 +526,29 @@ class Design:
 
     @property
     def has_paper_scene(self) -> bool:
-        """Return whether fruit and tips are the paper's, for any moduli shown and any press."""
-        beside = ("name", "E_MPa", "bruise_limit_MPa", "poisson_spread", "relaxation", "gap_mm", "socket")
+        """Return whether the fruit and the tips are those of the paper, whatever the moduli and the press."""
+        ignored = ("name", "E_MPa", "bruise_limit_MPa", "poisson_spread", "relaxation", "gap_mm", "socket")
         return all(
-            getattr(own, item.name) == getattr(of_paper, item.name)
-            for own, of_paper in ((self.fruit, Fruit()), (self.tips, Tips()))
+            getattr(own, item.name) == getattr(paper, item.name)
+            for own, paper in ((self.fruit, Fruit()), (self.tips, Tips()))
             for item in dataclasses.fields(own)
-            if item.name not in beside
+            if item.name not in ignored
         )
 
     @property
     def full_travels_mm(self) -> tuple[float, float]:
-        """Return the largest travel of a low and of a high tip at full press [mm]; negative if no such tip touches.
+        """Return the largest travel [mm] of a low tip and of a high tip at the end of a press.
 
-        The tilt of the press lowers one side. With a reading, the travel starts at the first touch in the pose of the
-        press. A change of the tilt by `reading.tilt_change_deg` towards any tip adds to the travel of the outermost
-        tips.
+        It is negative if no such tip touches the fruit. The tilt of the press lowers one side. With a reading, the
+        travel starts at the first touch in the pose of the press, and a change of the tilt during the press adds to the
+        travel of the outermost tips.
         """
         centres = self.tips.centres_mm
         slope = math.tan(math.radians(self.press.tilt_deg))
         middle = sum(centres) / len(centres)
-        farthest = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
-        by_change = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_change_deg))
-        travels = [self.press.travel_mm + by_change + (x - middle) * slope for x in centres]
+        max_distance = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
+        by_tilt = 0.0 if self.reading is None else max_distance * math.tan(math.radians(self.reading.tilt_change_deg))
+        travels = [self.press.travel_mm + by_tilt + (x - middle) * slope for x in centres]
         low, high = (max(travels[tip] for tip in kind) for kind in self.tips.spring_groups)
         return low, high
 

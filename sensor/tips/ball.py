@@ -1,4 +1,4 @@
-"""Tips that end in a sphere: a half ball, and a dome, which is a shallow cap."""
+"""Tips that end in a spherical surface: a half ball, and a dome, which is a shallow spherical cap."""
 
 import math
 from dataclasses import dataclass
@@ -31,16 +31,19 @@ class Sphere(TipShape):
 
     @property
     def meridian(self) -> Meridian:
-        """Return the sphere out to the rim."""
+        """Return the arc of the sphere, from the axis to the rim."""
         return (arc(0.0, 0.5 * self.side_mm, 0.0, self.radius_mm),)
 
     @property
     def sized_as(self) -> str:
-        """Return the cylinder of the same diameter."""
+        """Return the name of the cylinder, whose face has the same outline."""
         return "cylinder"
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the area of Hertz's circle [mm^2 from N, E / (1 - nu^2) in MPa, mm]."""
+        """Return the area of the contact circle [mm^2] by Hertz, under `force` [N].
+
+        `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` its radius [mm].
+        """
         radius = relative_radius(self.radius_mm, fruit_radius)
         return math.pi * contact_radius(force, reduced_modulus, 0.0, radius) ** 2
 
@@ -57,7 +60,7 @@ class Dome(Sphere):
     dome_radius_mm: float
 
     def __post_init__(self) -> None:
-        """Refuse a face that is wider than the sphere."""
+        """Raise InputError for a face that is wider than the sphere."""
         if self.side_mm > 2.0 * self.dome_radius_mm:
             bound = f"at most 2 tips.dome_radius_mm = {2.0 * self.dome_radius_mm:g} mm"
             raise validation_error(

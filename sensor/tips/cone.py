@@ -1,4 +1,4 @@
-"""A tip that ends in a cone, sharp or with a ball at its point."""
+"""A tip that ends in a cone, with a sharp or a spherical point."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from sensor.theory.hertz import contact_radius, relative_radius
 from sensor.theory.sneddon_cone import cone_mean_pressure
 from sensor.tips.tip_shape import LEAST_PIECE_MM, Meridian, MeridianPoint, Straight, TipShape, arc
 
-# Contact treats the flank as a small slope, so it must not be steeper; a flatter one is a flat face.
+# Contact is solved for small slopes, so the flank must not be steeper. A flatter cone is a flat face.
 _HALF_ANGLE = Bounds(at_least=45.0, at_most=89.0)
 
 
@@ -46,7 +46,7 @@ class Cone(TipShape):
     blunt_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a ball so large that no flank remains."""
+        """Raise InputError for a spherical point so large that no flank remains."""
         if self._ball_edge_mm > 0.5 * self.side_mm - LEAST_PIECE_MM:
             largest = 0.5 * self.side_mm / math.cos(math.radians(self.half_angle_deg))
             bound = f"less than tips.side_mm / (2 cos(tips.half_angle_deg)) = {largest:g} mm"
@@ -59,7 +59,7 @@ class Cone(TipShape):
 
     @property
     def meridian(self) -> Meridian:
-        """Return the ball, if there is one, and the flank."""
+        """Return the arc of the spherical point, if there is one, and the flank."""
         half = 0.5 * self.side_mm
         ball = (arc(0.0, self._ball_edge_mm, 0.0, self.blunt_mm),) if self.blunt_mm > 0.0 else ()
         start = ball[-1].end if ball else MeridianPoint(0.0, 0.0)
@@ -68,13 +68,14 @@ class Cone(TipShape):
 
     @property
     def sized_as(self) -> str:
-        """Return the cylinder of the same diameter."""
+        """Return the name of the cylinder, whose face has the same outline."""
         return "cylinder"
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the area of Hertz's circle if only the ball touches, else the contact area of a sharp cone [mm^2].
+        """Return the contact area [mm^2] under `force` [N].
 
-        `force` [N], `reduced_modulus` is E / (1 - nu^2) [MPa], `fruit_radius` [mm].
+        It is the contact circle by Hertz if only the spherical point touches, or else the contact area of a sharp cone
+        by Sneddon. `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` its radius [mm].
         """
         if self.blunt_mm > 0.0:
             radius = contact_radius(force, reduced_modulus, 0.0, relative_radius(self.blunt_mm, fruit_radius))

@@ -1,4 +1,4 @@
-"""Tips with a flat face, square or round, whose edge may be rounded."""
+"""Tips with a square or a round flat face, whose edge may be rounded."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -29,7 +29,7 @@ class FlatTip(TipShape):
     fillet_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a fillet, or a remaining flat face, that is too small to be made."""
+        """Raise InputError if the fillet, or the flat face that it leaves, is too small to be made."""
         largest = 0.5 * self.side_mm - LEAST_PIECE_MM
         if self.fillet_mm and not LEAST_PIECE_MM <= self.fillet_mm <= largest:
             half = f"tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
@@ -38,7 +38,7 @@ class FlatTip(TipShape):
 
     @property
     def meridian(self) -> Meridian:
-        """Return the face, and the quarter circle of a rounded edge."""
+        """Return the flat face, and the quarter circle of a rounded edge if there is one."""
         half = 0.5 * self.side_mm
         fillet = self.fillet_mm
         face = Straight(MeridianPoint(0.0, 0.0), MeridianPoint(half - fillet, 0.0))
@@ -46,11 +46,11 @@ class FlatTip(TipShape):
 
     @property
     def sized_as(self) -> str:
-        """Return the shape itself."""
+        """Return the name of the shape itself."""
         return self.name
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:  # noqa: ARG002
-        """Return the area of the whole face [mm^2], whatever the force."""
+        """Return the area of the whole face [mm^2], which does not depend on the force."""
         return self.area_mm2
 
 
@@ -63,7 +63,7 @@ class Cube(FlatTip):
 
     @property
     def is_printed(self) -> bool:
-        """Return whether its edges are sharp: the housing is printed with sharp tips only."""
+        """Return whether its edges are sharp, because a housing can only be printed with sharp tips."""
         return self.is_flat
 
 

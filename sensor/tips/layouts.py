@@ -23,13 +23,13 @@ class SpringGroups(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """The positions of the tips [spacings] about their middle, and the parts that carry them.
+    """The positions of the tips relative to their middle, in units of the spacing, and the parts that carry them.
 
-    `orders` are the orders of low and high springs, as letters, from which a user may choose; a single one needs no
-    choice. `outer` are the indices of the tips that `tips.outer_mm` makes protrude. `plates` is the number of equal
-    plates: 2 back to back, 0 without a housing. A large distance of the two leaves of a flexure, `leaf_separation_mm`,
-    keeps the tip from tilting, which a thin plate needs most. `turn_deg` is the turn about the press axis that puts low
-    tips in the places of high ones, or None if no turn does.
+    `orders` are the orders of low (L) and high (H) springs from which a user may choose. `outer` are the indices of the
+    tips that protrude by `tips.outer_mm`. `plates` is the number of equal plates: 2 if they stand back to back, 0 if
+    there is no housing. `leaf_separation_mm` is the distance of the two leaves of a flexure; a large distance prevents
+    the tip from tilting, above all in a thin plate. `turn_deg` is the rotation about the press axis that exchanges the
+    low and the high tips, or None if there is none.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Layout:
 
     @property
     def is_pair(self) -> bool:
-        """Return whether each spring carries one tip; a force ratio then gives the modulus, not contrast weights."""
+        """Return whether the layout is a pair; the modulus then follows from a force ratio, and not from a contrast."""
         return len(self.positions) == len(SPRINGS)
 
     @property
@@ -70,14 +70,14 @@ class Layout:
     @property
     def length(self) -> float:
         """Return the distance between the outermost tips along x [spacings]."""
-        along = [position.x for position in self.positions]
-        return max(along) - min(along)
+        x = [position.x for position in self.positions]
+        return max(x) - min(x)
 
     @property
     def width(self) -> float:
         """Return the distance between the outermost tips along y [spacings]."""
-        across = [position.y for position in self.positions]
-        return max(across) - min(across)
+        y = [position.y for position in self.positions]
+        return max(y) - min(y)
 
 
 PAIR = Layout(name="pair", positions=(Position(-0.5, 0.0), Position(0.5, 0.0)), orders=("LH",), turn_deg=180.0)

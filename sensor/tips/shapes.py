@@ -21,9 +21,10 @@ OPTIONAL_KEYS = tuple(key.name for key in dataclasses.fields(ShapeKeys) if key.d
 
 
 def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
-    """Return the named shape; raises InputError for a key of another shape, or for a missing one.
+    """Return the tip shape with this name and the outline `side_mm`, with the values of its own keys.
 
-    A key belongs to a shape if its class has a field of this name. It must be given if the field has no default.
+    A key belongs to a shape if the class of the shape has a field with its name. Raises InputError if a key of another
+    shape is set, or if a key of this shape whose field has no default is missing.
     """
     kind = SHAPES[name]
     fields = {item.name: item for item in dataclasses.fields(kind)}

@@ -20,7 +20,7 @@ class MeridianPoint(NamedTuple):
 
 @dataclass(frozen=True)
 class Straight:
-    """A straight piece of a meridian."""
+    """A straight section of a meridian."""
 
     start: MeridianPoint
     end: MeridianPoint
@@ -28,7 +28,7 @@ class Straight:
 
 @dataclass(frozen=True)
 class Arc:
-    """A circular piece of a meridian; the lowest point of its circle is at r = `centre_r` and z = 0 [mm]."""
+    """A circular section of a meridian; the lowest point of its circle is at r = `centre_r` and z = 0 [mm]."""
 
     start: MeridianPoint
     end: MeridianPoint
@@ -45,7 +45,7 @@ def arc(start_r: float, end_r: float, centre_r: float, radius: float) -> Arc:
 
 
 Meridian = tuple[Straight | Arc, ...]
-LEAST_PIECE_MM = 1e-6  # shortest piece of a meridian; the CAD kernel treats shorter edges as points
+LEAST_PIECE_MM = 1e-6  # minimum length of a section of a meridian; the CAD kernel treats shorter edges as points
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,7 @@ class TipShape(ABC):
     """A rigid tip; `side_mm` is the side of a square outline, or the diameter of a round one.
 
     The other fields of a shape are its keys in [tips]; a field without a default must be given. Solvers and the housing
-    use only these properties, and refuse the shapes that they do not support.
+    use only the properties below, and reject shapes that they do not support.
     """
 
     name: ClassVar[str]
@@ -75,7 +75,7 @@ class TipShape(ABC):
     @property
     @abstractmethod
     def meridian(self) -> Meridian:
-        """Return the pieces of the meridian from the axis to half of `side_mm`."""
+        """Return the sections of the meridian, from the axis to a distance of half of `side_mm`."""
 
     @property
     @abstractmethod
@@ -112,7 +112,7 @@ class TipShape(ABC):
 
     @property
     def flank_deg(self) -> float:
-        """Return the slope of the steepest straight piece of the meridian [deg], 0 if there is none."""
+        """Return the angle of the steepest straight section of the meridian from the horizontal [deg]; 0 if none."""
         steepest = 0.0
         for piece in self.meridian:
             if isinstance(piece, Straight):
@@ -122,4 +122,7 @@ class TipShape(ABC):
 
     @abstractmethod
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the contact area under a force [mm^2 from N, E / (1 - nu^2) in MPa, mm]."""
+        """Return the contact area [mm^2] under `force` [N].
+
+        `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` its radius [mm].
+        """
