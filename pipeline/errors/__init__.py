@@ -1,1 +1,1 @@
-"""The parts of each error bar, and the scatter of prints."""
+"""The error budget of each number, and the scatter of prints."""

@@ -167,7 +167,7 @@ def _change_of_contact(cause: Cause, sign: float) -> Floats:
 def relative_change(number: Callable[..., Floats], scale: float | None = None) -> Change:
     """Return a function for the relative change of numbers by a multiple of a cause [1].
 
-    The change is divided by `scale`, or by the numbers themselves. A cause that lifts a tip counts as `LIFTED`.
+    The change is divided by `scale`, or by the numbers themselves. The change is `LIFTED` for a cause that lifts a tip.
     """
     nominal = number()
     # A scale of 0 would divide by zero, so it is replaced by 1.
@@ -181,7 +181,7 @@ def relative_change(number: Callable[..., Floats], scale: float | None = None) -
 
 
 def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
-    """Return the change of a number in its scene, where the tilted presses give the effect of the pose.
+    """Return the change of a number in its scene, with the effect of the pose from presses at other tilts.
 
     `tilted` has the number at the tilt minus and plus its spread, nan if a tip is out of contact. If it is empty, the
     change is returned unchanged.

@@ -10,7 +10,7 @@ Interval = tuple[float | None, float | None]
 
 @dataclass(frozen=True, kw_only=True)
 class LevelTargets:
-    """P_max and NL of a level sensor with flat sharp tips on the middle of a flat fruit, by the two-spring law."""
+    """P_max and NL of a level sensor with flat sharp tips at the centre of a flat fruit, by the two-spring law."""
 
     P_max: float = report_field("1", "force ratio on the firmest fruit")
     P_max_error: float = report_field("1", "half width of the error bar of P_max")

@@ -241,7 +241,7 @@ def _form_uncertainty(changes: Floats) -> dict[str, float]:
 
 
 def _slopes_on_ball(moduli: Sequence[float], readings: Sequence[Sequence[RiseReading]]) -> SlopesOnBall:
-    """Return the slopes of ln E on a reference ball, whose modulus is taken at the middle of the `moduli` [MPa].
+    """Return the slopes of ln E on a reference ball, whose modulus is taken as the middle of the `moduli` [MPa].
 
     The slopes at each modulus are means over its `readings` in random poses.
     """
@@ -329,10 +329,10 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
     """Return the standard uncertainty of a reading [1] due to Poisson's ratio nu, which differs between fruits.
 
     The spread of nu is two standard deviations, so nu' = nu + spread / 2 is one away. A press on a half-space measures
-    E / (1 - nu^2). So flesh of E and nu' gives the forces of flesh of r E and nu, with r = (1 - nu^2) / (1 - nu'^2),
+    E / (1 - nu^2). So flesh of E and nu' gives the forces of flesh of r E and nu. Here r = (1 - nu^2) / (1 - nu'^2),
     and flat tips read r E. Under domes the rigid base of the flesh adds to the compliance too:
-    S' = S + r base(nu') - base(nu). They read r E / b, where b is the modulus of the `press` (samples, tips) [N] by S'
-    over its modulus by S.
+    S' = S + r base(nu') - base(nu). They read r E / b, with b the modulus of the `press` (samples, tips) [N] by S' over
+    its modulus by S.
     """
     fruit = design.fruit
     poisson = fruit.poisson
@@ -365,9 +365,9 @@ def _absolute(bias: Estimate) -> Estimate:
 def touch_fraction(presses: SampledPresses) -> Estimate:
     """Return the travel at which the last tip touches over the whole travel [1], the largest of all presses.
 
-    It is 1 if a tip never touches. The touch of a tip is extrapolated from its first two forces. The travel since the
-    touch is proportional to the force of a spring, and to the power 2/3 of the force of flesh under a dome. The true
-    touch lies between both, so the estimate is their mean, with half their difference as its error.
+    It is 1 if a tip never touches. The touch of a tip is extrapolated from its first two forces. A spring makes
+    the travel since the touch proportional to the force, and flesh under a dome to its power 2/3. The true touch lies
+    between both, so the estimate is their mean, with half their difference as its error.
     """
     forces = np.nan_to_num(presses.F)
     samples = forces.shape[2]

@@ -4,7 +4,7 @@
 resolution of their instrument, so the errors of balance and dial add in quadrature. A gain is the slope of counts
 against the same weights, with the errors of balance and noise.
 
-**A plate.** All tips press a hard plate, and each deflection is calibrated against their common travel, so the
+**A plate.** All tips press a hard plate, and each deflection is calibrated against their common travel. So the
 resolution of the dial cancels between them. The stiffness of a spring is then the force, calibrated by weights, over
 that travel.
 

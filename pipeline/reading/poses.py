@@ -119,10 +119,10 @@ def fruits_of(fruit: Fruit, reading: ReadingRequirements) -> OccurringFruits:
 def occurring_placements(design: Design, reading: ReadingRequirements) -> Iterator[Placement]:
     """Yield the placements at which readings are evaluated: level, at the ends of all ranges, and random ones.
 
-    The first is level on the design's fruit, and the next are tilted in eight directions. Then follow the ends of the
-    ranges of the flesh and of the radii, with the fruit at several azimuths and the sensor level at the apex. On fruit
-    of other radii, except at azimuth 0, the sensor also stands tilted towards each of four diagonals, as far from the
-    apex as the design allows.
+    The first is level on the design's fruit, and the next are tilted in eight directions. Then the flesh and the radii
+    have the ends of their ranges, at several azimuths, and the sensor is level at the apex. On fruit of other radii it
+    also stands tilted towards each of four diagonals, as far from the apex as the design allows. Azimuth 0 has no such
+    placements.
     """
     fruits = fruits_of(design.fruit, reading)
     # The level press is placement 0; the error analysis relies on it.

@@ -142,9 +142,9 @@ class PressedSensor(Record):
     def fastest_press_s(self) -> float | None:
         """Return the shortest duration of a press by hand [s], from the first touch, that gives an accurate modulus.
 
-        Two conditions limit it. The standard deviation of E due to the conversion times of the channels is at most 2 %
-        in a level press on the firmest fruit. And at least `FEWEST` samples follow the touch of the last tip. None
-        without a read-out, or if the press has too little rise for a reading. Raises like `pose_forces`.
+        Two conditions limit it, in a level press on the firmest fruit. The standard deviation of E due to the
+        conversion times of the channels is at most 2 %. At least `FEWEST` samples follow the touch of the last tip.
+        None without a read-out, or if the press has too little rise for a reading. Raises like `pose_forces`.
         """
         signal = self.signal
         if signal is None:

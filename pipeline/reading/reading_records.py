@@ -7,7 +7,7 @@ from sensor.quantity import report_field
 
 @dataclass(frozen=True, kw_only=True)
 class SkinPressure:
-    """The pressure on the skin at one modulus: the largest mean pressure under a tip, and the half width of its bar."""
+    """The pressure on the skin at one modulus: the largest mean pressure under a tip, with its error."""
 
     E_MPa: float = report_field("MPa", "modulus of the fruit")
     pressure_MPa: float = report_field("MPa", "largest force of a tip divided by its contact area")

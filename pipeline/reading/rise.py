@@ -24,8 +24,8 @@ def design_curvatures(design: Design) -> Curvatures:
 def gaps_under_domes(fruit: Fruit, tips: Tips) -> Floats:
     """Return the gap between each level dome and the fruit when a tip at the apex touches [mm], (tips,).
 
-    The domes are spheres and the fruit a paraboloid, so the gap under an axis at the principal coordinates (u, v) is
-    u^2 / 2 (R1 + r) + v^2 / 2 (R2 + r). Tips without domes are spheres of radius r = 0.
+    The domes are spheres of radius r and the fruit is a paraboloid. Under an axis at the principal coordinates (u, v)
+    the gap is u^2 / (2 (R1 + r)) + v^2 / (2 (R2 + r)). Tips without domes have r = 0.
     """
     radius_sums = (tips.dome_radius_mm or 0.0) + np.array(fruit.radii_mm)
     principal = np.stack(fruit.to_principal(*np.array(tips.places_mm).T), axis=1)

@@ -90,8 +90,8 @@ class Channels:
     """The errors of the channels and springs of a design or a unit, one standard deviation each, (tips,).
 
     `full_scale` [N] is the largest force. `noise` [N] has a row for each cause, independent from sample to sample. A
-    zero drifts by at most `zero_drift` [N]. `gains` [1] has the errors of the gains by cause, `springs` [1] are the
-    errors of the stiffnesses, and `time_s` [s] is the error of each channel's time. Channels that were calibrated
+    zero drifts by at most `zero_drift` [N]. `gains` [1] has the errors of the gains by cause, and `springs` [1] are the
+    errors of the stiffnesses. `time_s` [s] is the error of each channel's time. Channels that were calibrated
     `on_plate` measure deflections. `creep` [1] is the common error of all stiffnesses due to creep of the leaves. It
     does not affect deflections, and changes all forces by the same factor. `on_ball` is None without a reference ball.
     """

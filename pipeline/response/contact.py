@@ -49,12 +49,12 @@ def contact_compliance(
 ) -> FruitCompliance:
     """Solve the compliance matrix of the fruit under its tips, times E [1/mm], which sizes the springs.
 
-    The tips are level, sharp and flat, and press vertically. Other tips are replaced by such tips: a filleted tip by a
-    sharp one, a spherical tip by the cylinder of its diameter, and a dome by a circle of half its width at the contact.
-    The status of the result names the replacement. The fruit is solved as a block, on the coarsest mesh whose error
-    meets the relative `tolerance`. The effects of its curved shape and of its skin are then added. Raises InputError
-    for a scene outside the domain of the block's solver (`solve/fruit/split.py`), or for a curved fruit outside its own
-    domain (`solve/fruit/curved_body.py`).
+    The tips are level, sharp and flat, and press vertically. Other tips are replaced by such tips. A filleted tip
+    becomes a sharp one, a spherical tip the cylinder of its diameter, and a dome a circle of half its width at the
+    contact. The status of the result names the replacement. The fruit is solved as a block, on the coarsest mesh whose
+    error meets the relative `tolerance`. The effects of its curved shape and of its skin are then added. Raises
+    InputError for a scene outside the domain of the block's solver (`solve/fruit/split.py`), or for a curved fruit
+    outside its own domain (`solve/fruit/curved_body.py`).
     """
     is_curved = fruit.equivalent_block != fruit
     footprints = contact_footprints(fruit, tips)

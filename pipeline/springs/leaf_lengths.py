@@ -264,8 +264,8 @@ def fit_lengths(
 
     `housing` is the initial guess. The error bars of the stiffnesses are within the relative `tolerance` [1], if a mesh
     reaches it. A tolerance above 0.1 % also applies to the targets, up to 0.5 %. Pins glued into the feet are in series
-    with the springs. Raises InputError if a target leaves no leaf, SolveError if the solves do not meet the targets,
-    and MeshError if a mesh differs from its solid.
+    with the springs. Raises InputError if a target leaves no leaf, and SolveError if the targets are not met. Raises
+    MeshError if a mesh differs from its solid.
     """
     start = time.perf_counter()
     pin = None if housing.pin is None else pin_compliance(housing.pin, solver.E, solver.poisson)
@@ -330,7 +330,7 @@ def coarse_lift(flexure: Flexure) -> float:
 
 
 def _beam_slopes(housing: Housing, E: float) -> list[float]:
-    """Return the slope d length / d K^(-1/3) of each leaf by the beam law K = 2 E d (t / L)^3, with E in MPa."""
+    """Return the slope d L / d K^(-1/3) of each leaf by the beam law K = 2 E d (t / L)^3, with E in MPa."""
     return [arm.flexure.thickness * math.cbrt(2.0 * E * arm.flexure.depth) for arm in housing.arms]
 
 

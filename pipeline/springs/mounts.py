@@ -19,7 +19,7 @@ SKIN_MM = 0.02
 # Effective share of the thickness of a cover's plate, which is stiffer than a bar as narrow as its rim. By CalculiX on
 # tetrahedra of housing and cover.
 PLATE_FRACTION = 0.75
-COARSE_SCALE = 4.0  # scale of the mesh for the sideways compliance of tips
+COARSE_SCALE = 4.0  # scale of the mesh for the lateral compliance of tips
 ROUGH_SCALE = 3.0  # scale of the only mesh of a rough answer, which has one layer of elements over the half depth
 
 

@@ -217,8 +217,8 @@ def stiffness(
 def _find_faces(solid: object, body: cq.Solid, argument: str, where: Where) -> tuple[int, ...]:
     """Return the indices of the faces of a body that a tag or points name.
 
-    `solid` is the object that the user passed, which may have tags. Raises InputError with the name of the `argument`
-    if the tag or a face is not found, or if `where` is neither a tag nor points.
+    `solid` is the object that the user passed, which may have tags. Raises InputError if the tag or a face is not
+    found, or if `where` is neither. The message has the name of the `argument`.
     """
     from cad.checks.own_part import faces_at, tagged_faces
 
@@ -266,9 +266,9 @@ def file_stiffness(
 ) -> PartStiffness:
     """Return the stiffness of the part in a STEP file, which is held and pressed at given points [mm].
 
-    Without points it is held and pressed where the `housing` of a design is. The compliance of pins in the feet of that
-    housing is added. `material` is Young's modulus [MPa] and Poisson's ratio. Raises InputError if a face is not found,
-    or if the part cannot be solved.
+    Without points it is held and pressed at the faces at which the `housing` of a design is. The compliance of pins in
+    the feet of that housing is added. `material` is Young's modulus [MPa] and Poisson's ratio. Raises InputError if a
+    face is not found, or if the part cannot be solved.
     """
     from cad.checks.own_part import (
         faces_at,

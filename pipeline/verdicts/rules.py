@@ -64,7 +64,7 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
     """Return the verdict on the smallest relative step of P between neighbouring moduli at full travel [1].
 
-    `scan` has at least two moduli, in rising order.
+    `scan` has at least two moduli, in increasing order.
     """
     name = "P_monotonic"
     P = scan.P[:, -1]
@@ -97,7 +97,7 @@ def stiffness_verdict(name: str, spring: MadeSpring, *, monolithic: bool) -> Ver
 def own_part_verdict(name: str, K: Estimate, target: float, text: str) -> Verdict:
     """Return the verdict on a spring [N/m] of a part that the user made, against its target [N/m].
 
-    It has a wider tolerance if its error bar exceeds the tolerance of a housing of ours.
+    The tolerance is wider if the error bar exceeds the tolerance for a housing that a run makes.
     """
     row = row_of(name)
     is_known = K.error <= (row.tolerance or 0.0) * target
