@@ -83,7 +83,8 @@ def _slider(key: str, label: str, unit: str, smallest: float, largest: float) ->
 def noise_percent(report: Report) -> float:
     """Return the noise of the forces at which the slider starts [% of full scale].
 
-    It is the largest error of a channel if the design has a read-out, else the noise in `[reading]`, else a default.
+    A design without `[reading]` has a default. Otherwise it is the largest error of a channel of the read-out, or the
+    noise in `[reading]` if the design has no read-out.
     """
     reading = report.design.reading
     if reading is None:
