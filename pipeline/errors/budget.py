@@ -96,11 +96,14 @@ class LevelPress:
 
 
 def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
-    """Return the level presses of a pair at moduli [MPa] (moduli,) and travels [mm] (travels,)."""
+    """Return the level presses of a pair at moduli E (moduli,) [MPa] and travels (travels,) [mm], with their causes.
+
+    The compliances come from the solved contact, and the deflections of the springs from the two-spring law.
+    """
     moduli = E[:, None]
     contacts = [pair.contact.at(modulus) for modulus in E.tolist()]
     crosstalk = np.array([contact.crosstalk for contact in contacts])
-    own = np.array([np.diag(contact.S) for contact in contacts]).T - crosstalk
+    own = np.array([np.diag(contact.S) for contact in contacts]).T - crosstalk  # (2, moduli)
     K_m = moduli * np.array([contact.K_m_over_E() for contact in contacts])[:, None]
     law = force_ratio_curve(pair)
     return LevelPress(

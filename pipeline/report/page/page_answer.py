@@ -13,7 +13,7 @@ from pipeline.storage.told import told_fields, told_value
 from pipeline.verdicts.in_words import measured
 from sensor.verdict import Verdict
 
-BILL = "bom.csv"
+BILL = "bom.csv"  # file of the bill of materials
 _ERRORS = ("reading.bias", "reading.uncertainty")
 _MOST_DIGITS = 6  # beyond, an error of the reading is shown with all its digits
 _MASS = f" g{EACH}"  # ending of the size of a printed part in the bill
