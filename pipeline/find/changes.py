@@ -72,11 +72,11 @@ def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[S
     travel is always tried. There are fewer steps if contact is solved `on_cells`, because such trials are expensive.
     """
     moves = {move for name in failed for move in row_of(name).mended_by} | {_TRAVEL}
-    found: list[Sweep] = []
+    chosen: list[Sweep] = []
     for move, make_sweeps in MOVES.items():
         if move in moves:
-            found += make_sweeps(design, on_cells)
-    return found
+            chosen += make_sweeps(design, on_cells)
+    return chosen
 
 
 def _two_spring_law(design: Design, _on_cells: bool) -> list[Sweep]:

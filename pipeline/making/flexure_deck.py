@@ -53,10 +53,10 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
     names = (HOLES, SIDES, _SYMMETRY, *map(tip_face, SPRINGS), *map(leaf_faces, SPRINGS))
     sets = boundary_sets(elements, half.basis, names)
     if half.ground is None:
-        held = {HOLES: (1, 2, 3)}
+        fixed_components = {HOLES: (1, 2, 3)}
     else:
         sets[GROUND] = np.array([elements.count])
-        held = {GROUND: (1, 2, 3)}
+        fixed_components = {GROUND: (1, 2, 3)}
     weights = tip_means(half.basis, PRESS).T
     means = {mean_of(spring): elements.of_dofs(half.basis, mean) for spring, mean in zip(SPRINGS, weights, strict=True)}
     return Deck(
@@ -64,7 +64,7 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
         sets=sets,
         E=E,
         poisson=poisson,
-        steps=[LinearStep(held={**held, _SYMMETRY: (2,)}, loads=0.5 * mean) for mean in means.values()],
+        steps=[LinearStep(held={**fixed_components, _SYMMETRY: (2,)}, loads=0.5 * mean) for mean in means.values()],
         springs=half.ground,
         means=means,
     )

@@ -254,6 +254,6 @@ def support_nodes(step: LinearStep, sets: Mapping[str, Ints]) -> Ints:
 
     Each node is listed once, although sets may share nodes along an edge. Nodes with a prescribed u_z are left out.
     """
-    held = np.concatenate([sets[name] for name, components in step.held.items() if VERTICAL in components])
-    pressed = [sets[name] for name in step.pressed]
-    return np.setdiff1d(held, np.concatenate(pressed) if pressed else [])
+    held_nodes = np.concatenate([sets[name] for name, components in step.held.items() if VERTICAL in components])
+    pressed_sets = [sets[name] for name in step.pressed]
+    return np.setdiff1d(held_nodes, np.concatenate(pressed_sets) if pressed_sets else [])

@@ -67,8 +67,8 @@ def whole_report(path: Path) -> bytes | None:
     """
     target = _check_usable(path)
     _clear_after_kill(target)
-    listed = _listed_digests(target)
-    if listed is None or unmanaged_files(target) or not set(listed) <= {file.name for file in target.iterdir()}:
+    digests = _listed_digests(target)
+    if digests is None or unmanaged_files(target) or not set(digests) <= {file.name for file in target.iterdir()}:
         return None
     return (target / REPORT).read_bytes()
 
@@ -85,10 +85,10 @@ def managed_files(folder: Path) -> list[str]:
 
     Empty if the report is missing or was changed itself.
     """
-    listed = _listed_digests(folder)
-    if listed is None:
+    digests = _listed_digests(folder)
+    if digests is None:
         return []
-    return [*(name for name, digest in sorted(listed.items()) if has_digest(folder / name, digest)), REPORT]
+    return [*(name for name, digest in sorted(digests.items()) if has_digest(folder / name, digest)), REPORT]
 
 
 def unmanaged_files(folder: Path) -> list[str]:
@@ -130,11 +130,11 @@ def _listed_digests(folder: Path) -> dict[str, str] | None:
         report = json.loads(read_bytes(path, REPORT)) if is_regular(path) else None
         if not isinstance(report, dict) or report.get(KEY) != content_digest(report):
             return None
-        listed = {str(entry["path"]): entry["sha256"] for entry in report["files"]}
+        digests = {str(entry["path"]): entry["sha256"] for entry in report["files"]}
     except (OSError, ValueError, RecursionError, KeyError, TypeError):
         return None
-    is_outside = any(Path(name).name != name for name in listed)
-    return None if is_outside else listed
+    is_outside = any(Path(name).name != name for name in digests)
+    return None if is_outside else digests
 
 
 def _check_listed(new: Path) -> None:

@@ -95,14 +95,14 @@ def strict_converter() -> cattrs.Converter:
 _CONVERTER = strict_converter()
 
 
-def first_largest(values: Iterable[float], scale: float = 0.0) -> int:
+def first_largest(values: Iterable[float], least: float = 0.0) -> int:
     """Return the index of the first number that equals the largest number within round-off; nan is ignored.
 
     Numbers that are equal by symmetry differ by round-off, and the difference depends on the processor. Two numbers are
-    equal within round-off if they differ by at most the fraction ROUND_OFF of the larger one or of `scale`. Raises
+    equal within round-off if they differ by at most the fraction ROUND_OFF of the larger one or of `least`. Raises
     ValueError if there is no number.
     """
     numbers = list(values)
     largest = max(number for number in numbers if not math.isnan(number))
-    is_largest = (math.isclose(number, largest, rel_tol=ROUND_OFF, abs_tol=ROUND_OFF * scale) for number in numbers)
+    is_largest = (math.isclose(number, largest, rel_tol=ROUND_OFF, abs_tol=ROUND_OFF * least) for number in numbers)
     return list(is_largest).index(True)

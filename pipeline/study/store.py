@@ -99,8 +99,8 @@ class StudyStore:
         """Return the stored point of each design, which is given by its settings; raises KeyError if one is missing."""
         texts = list(map(settings_text, designs))
         query = "SELECT settings, points.* FROM points WHERE settings IN (SELECT value FROM json_each(?))"
-        found = {text: _point_of_row(row) for text, *row in self._connection.execute(query, (json.dumps(texts),))}
-        return [found[text] for text in texts]
+        points = {text: _point_of_row(row) for text, *row in self._connection.execute(query, (json.dumps(texts),))}
+        return [points[text] for text in texts]
 
     def rows(self, numbers: Sequence[int] | None = None) -> Iterator[PointResult]:
         """Yield the points with these numbers, in the given order, or all points. Only one is in memory at a time."""

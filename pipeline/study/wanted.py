@@ -47,8 +47,8 @@ def _plain_level(key: str) -> str:
     """Return the level of a key that does not belong to a verdict; an empty string if it cannot be requested."""
     if key == PASSED:
         return "files"
-    found = report_key(key)
-    return found.level if found is not None and found.is_value else ""
+    known_key = report_key(key)
+    return known_key.level if known_key is not None and known_key.is_value else ""
 
 
 def _verdict_level(key: str) -> str:

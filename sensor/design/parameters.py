@@ -305,8 +305,8 @@ class Design:
     def process(self) -> Process:
         """Return the process of the housing, with the modulus and the leaf thicknesses that the design gives."""
         keys = ("E_MPa", "leaf_thickness_low_mm", "leaf_thickness_high_mm")
-        given = {key: value for key in keys if (value := getattr(self.print, key)) is not None}
-        return dataclasses.replace(self._process_as_listed, **given) if given else self._process_as_listed
+        changes = {key: value for key in keys if (value := getattr(self.print, key)) is not None}
+        return dataclasses.replace(self._process_as_listed, **changes) if changes else self._process_as_listed
 
     @property
     def _process_as_listed(self) -> Process:

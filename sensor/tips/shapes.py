@@ -28,7 +28,7 @@ def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
     """
     kind = SHAPES[name]
     fields = {item.name: item for item in dataclasses.fields(kind)}
-    given = {}
+    values = {}
     for key in dataclasses.fields(ShapeKeys):
         value = getattr(keys, key.name)
         label = f"tips.{key.name}"
@@ -38,8 +38,8 @@ def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
                 hint = "drop it, or take the shape it is for"
                 raise validation_error(label, value, key.metadata["unit"], bound, hint)
         elif value is not None:
-            given[key.name] = value
+            values[key.name] = value
         elif fields[key.name].default is dataclasses.MISSING:
             bound = f"given for tips.shape = {name!r}"
             raise validation_error(label, None, "", bound, key.metadata["hint"])
-    return kind(side_mm=side_mm, **given)
+    return kind(side_mm=side_mm, **values)
