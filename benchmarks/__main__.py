@@ -25,7 +25,7 @@ that hold the same nodes.
 
 
 def main() -> None:
-    """Measure everything and write the page."""
+    """Measure all methods and the command, and write their section and its plot."""
     introduction = INTRODUCTION.format(cores=os.cpu_count(), load=os.getloadavg()[0], python=platform.python_version())
     measured = {module.BENCH: measurements_of(module.__name__) for module in (contact, unilateral, flexure)}
     sections = [bench.section(rows) for bench, rows in measured.items()]

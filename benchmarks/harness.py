@@ -1,4 +1,4 @@
-"""Shared code of the benchmarks: the cost of a program, rows compared with a reference, and tables in Markdown."""
+"""Shared code of the benchmarks: measurements of methods against a reference, and tables in Markdown."""
 
 import dataclasses
 import json
@@ -38,16 +38,16 @@ class Reference:
 
     @property
     def relative_error(self) -> float:
-        """Return the largest error over its value [1]."""
+        """Return the largest relative error of the values [1]."""
         return max(error / abs(value) for value, error in zip(self.values, self.errors, strict=True))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """One method on one mesh: CPU seconds after imports [s], signed relative errors of its values [1], and dofs.
+    """One method on one mesh: CPU time after imports [s], signed relative errors of its values [1], and dofs.
 
-    `error_bar` [1] is the error that the method itself states for its first value. A method that refused has no errors,
-    and its remark is the reason.
+    `error_bar` [1] is the relative error that the method itself states for its first value. A method that failed has no
+    errors, and its remark is the reason.
     """
 
     method: str
@@ -60,21 +60,21 @@ class Measurement:
 
     @property
     def worst(self) -> float:
-        """Return the largest absolute error [1]; infinite for a method that refused."""
+        """Return the largest absolute value of the relative errors [1]; infinite for a method that failed."""
         return max((abs(error) for error in self.errors), default=math.inf)
 
     @property
     def cost(self) -> str:
-        """Return method, worst error and CPU seconds as text, and a remark if there is no error bar."""
+        """Return the method, its largest error and its CPU time as text, with a remark if it has no error bar."""
         bar = " without an error bar" if self.error_bar is None else ""
         return f"{self.method}: {percent(self.worst)}{bar}, {self.cpu:.2g} CPU s"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Solved:
-    """The answer of a method on a mesh: values in the unit of their bench, CPU seconds [s], dofs.
+    """The answer of a method on a mesh: values in the unit of their bench, CPU time [s], and dofs.
 
-    `error_bar` [1] is the error that the method itself states for its first value, or None.
+    `error_bar` [1] is the relative error that the method itself states for its first value, or None.
     """
 
     values: Sequence[float]
@@ -85,7 +85,7 @@ class Solved:
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """One bench: what is computed, the names and unit of its values, their reference."""
+    """A task that several methods solve: its description, the names and the unit of its values, and their reference."""
 
     name: str
     scene: str
@@ -102,18 +102,18 @@ class Bench:
         )
 
     def peer_row(self, method: str, mesh: str, meshing: float, solve: Callable[[], Solved]) -> Measurement:
-        """Return the row of a peer on a mesh that took `meshing` CPU seconds [s].
+        """Return the row of a peer, which `solve` runs, on a mesh that took `meshing` CPU seconds [s].
 
-        If `solve` raises SolveError, the row has no errors and its message as a remark.
+        If `solve` raises SolveError, the row has no errors, and the message becomes its remark.
         """
         try:
             solved = solve()
-        except SolveError as refusal:
-            return Measurement(method=method, mesh=mesh, cpu=meshing, errors=(), remark=str(refusal))
+        except SolveError as failure:
+            return Measurement(method=method, mesh=mesh, cpu=meshing, errors=(), remark=str(failure))
         return self.row(method, mesh, dataclasses.replace(solved, cpu=meshing + solved.cpu))
 
     def section(self, rows: Sequence[Measurement]) -> str:
-        """Return the table of errors and costs with its notes, and the table of the cheapest methods."""
+        """Return the table of errors and costs with its notes, and the table of the cheapest methods, as Markdown."""
         heads = ["method", "mesh", "dofs", "CPU s", *(f"error {value}" for value in self.values), "error bar", "remark"]
         cells = []
         for row in rows:
@@ -124,34 +124,34 @@ class Bench:
         return section(title, heads, cells, list(self._notes(rows))) + self._winners(rows)
 
     def _notes(self, rows: Sequence[Measurement]) -> Iterator[str]:
-        """Yield the notes below the table: scene, reference, missed error bars, absent peers."""
+        """Yield the notes below the table: the task, the reference, answers outside their bars, and absent peers."""
         truths = zip(self.values, self.reference.values, self.reference.errors, strict=True)
         reference = ", ".join(f"{name} {value:.6g} +- {error:.1g}" for name, value, error in truths)
         yield self.scene
         yield f"Reference: {reference} {self.unit}, by {self.reference.source}."
         yield f"CPU seconds include meshing. The error bar belongs to {self.values[0]}."
-        yield from self._outside(rows)
+        yield from self._notes_on_bars(rows)
         absent = absent_peers()
         if absent:
             yield f"Not installed, so not measured: {', '.join(absent)}."
 
     def _winners(self, rows: Sequence[Measurement]) -> str:
-        """Return the table of the cheapest method at each level, with its introduction.
+        """Return the table of the cheapest method at each relative error of `LEVELS`, with its introduction.
 
-        Levels below the error of the reference are left out.
+        Levels below the error of the reference are omitted.
         """
         levels = [level for level in LEVELS if level >= self.reference.relative_error]
         winners = table(WINNER_HEADS, (self._winner(rows, level) for level in levels))
         return f"\n{WINNERS}\n\n{winners}\n"
 
     def _winner(self, rows: Sequence[Measurement], level: float) -> list[str]:
-        """Return the row for a level: the cheapest method within a relative error [1], and the product and best peer.
+        """Return the row for a relative error `level` [1]: the cheapest method, the product, and the cheapest peer.
 
-        Formulas have no dofs and take no time; they are named in the last cell.
+        Formulas have no dofs and take no time; the last cell names those that reach the level.
         """
-        near = sorted((row for row in rows if self._is_within(row, level)), key=lambda row: row.cpu)
-        meshed = [row for row in near if row.dofs]
-        formulas = "; ".join(f"{row.method}: {percent(row.worst)}" for row in near if not row.dofs)
+        by_cost = sorted((row for row in rows if self._is_within(row, level)), key=lambda row: row.cpu)
+        meshed = [row for row in by_cost if row.dofs]
+        formulas = "; ".join(f"{row.method}: {percent(row.worst)}" for row in by_cost if not row.dofs)
         cells = [percent(level), meshed[0].cost if meshed else "none"]
         for methods in (OURS, PEER_NAMES):
             row = next((row for row in meshed if row.method.startswith(methods)), None)
@@ -164,17 +164,17 @@ class Bench:
         return [*cells, formulas or "-"]
 
     def _is_within(self, row: Measurement, level: float) -> bool:
-        """Return whether the error of a row, and its error bar if it states one, are at most `level` [1].
+        """Return whether the error of a row, and its error bar if it has one, are at most `level` [1].
 
-        The product must state an error bar, because without one a small error may be luck.
+        Rows of the product without an error bar are rejected, because a small error may then be luck.
         """
         bar = row.error_bar
         if bar is None:
             bar = math.inf if row.method.startswith(OURS) else 0.0
         return max(row.worst, bar) <= level
 
-    def _outside(self, rows: Sequence[Measurement]) -> Iterator[str]:
-        """Yield a note on each answer outside its own error bar, and whether the reference can judge it."""
+    def _notes_on_bars(self, rows: Sequence[Measurement]) -> Iterator[str]:
+        """Yield a note on each answer outside its error bar; it says if the error of the reference explains this."""
         uncertainty = self.reference.errors[0] / abs(self.reference.values[0])
         for row in rows:
             if row.error_bar is None or not row.errors or abs(row.errors[0]) <= row.error_bar:
@@ -188,7 +188,7 @@ class Bench:
 
 
 def time_call(work: Callable[[], T]) -> tuple[T, float]:
-    """Return the result of a piece of work, and its CPU seconds [s]."""
+    """Call a function; return its result and the CPU time that it took [s]."""
     start = time.process_time()
     result = work()
     return result, time.process_time() - start
@@ -200,7 +200,7 @@ def print_measurements(rows: Iterable[Measurement]) -> None:
 
 
 def measurements_of(module: str) -> list[Measurement]:
-    """Return the measurements of a module, run as a program on one thread; raises RuntimeError when it fails."""
+    """Run a module as a program on one thread, and return its measurements; raises RuntimeError if it fails."""
     print(f"{module} ...", file=sys.stderr, flush=True)
     usage = resource_usage([sys.executable, "-m", module], ROOT, ONE_THREAD)
     if usage.exit_code:
@@ -222,7 +222,10 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def write_section(title: str, introduction: str, sections: Sequence[str]) -> None:
-    """Replace the section with this title in docs/measurements.md, and print it; raises ValueError for a new title."""
+    """Replace the section with this title in docs/measurements.md, and print it.
+
+    Raises ValueError if the page has no such section.
+    """
     text = "\n".join([f"## {title}", "", introduction, "", *sections])
     page = MEASUREMENTS.read_text(encoding="utf-8")
     before, heading, rest = page.partition(f"## {title}\n")

@@ -1,6 +1,7 @@
-"""Peers in Python, run by their own interpreter on scripts that this project never imports.
+"""Peers: other finite-element programs in Python, run by their own interpreter on scripts that are never imported.
 
-`make bench-peers` creates its environment. If a peer crashes, hangs or prints garbage, it has no number but a reason.
+`make bench-peers` creates their environment. If a peer crashes, hangs or prints no valid answer, SolveError is raised,
+and the tables have its reason instead of a number.
 """
 
 import json
@@ -24,22 +25,19 @@ ROOT = Path(__file__).parents[1]
 # The environment of `make bench-peers`, and Debian's interpreter for the packages that only Debian has.
 INTERPRETERS = (ROOT / ".venv-peers" / "bin" / "python", Path("/usr/bin/python3"))
 SCRIPTS = ROOT / "benchmarks" / "peer_programs"
-DEADLINE = 1200.0  # most wall time of one task [s]
+DEADLINE = 1200.0  # maximum wall-clock time of one task [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Peer:
-    """A program that solves the same tasks: its name in the tables, and its elements by CalculiX's types.
-
-    The name of its package is the same in lower case.
-    """
+    """A program that solves the same tasks: its name in the tables, and the elements it has, as types of CalculiX."""
 
     name: str
     kinds: tuple[str, ...] = ("C3D10",)
 
     @property
     def package(self) -> str:
-        """Return the name of the package in Python."""
+        """Return the name of the Python package: that of the program in lower case."""
         return self.name.lower()
 
     @property
@@ -65,7 +63,7 @@ Solver = Callable[[Deck], tuple[Sequence[StepResult], float]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeerTask:
-    """A task for a peer: its kind, its numbers and names (`scene`), its arrays, and the load steps of the body."""
+    """A task for a peer: its kind, its numbers and names (`scene`), its arrays, and its load steps."""
 
     kind: str
     scene: Mapping[str, object]
@@ -73,7 +71,7 @@ class PeerTask:
     arrays: Mapping[str, Any] = field(default_factory=dict)
 
     def write(self, path: Path) -> None:
-        """Write the task as a file of arrays."""
+        """Write the task as a file of arrays, in the format of `peer_programs/deck.py`."""
         steps = [
             {"held": step.held, "pressed": step.pressed, "support": f"support{number}"}
             for number, step in enumerate(self.steps)
@@ -84,7 +82,7 @@ class PeerTask:
 
 @dataclass(frozen=True, kw_only=True)
 class PeerAnswer:
-    """The checked answer of a peer to each step, its dofs, and its CPU seconds [s] after imports."""
+    """The checked answer of a peer to each step, its number of dofs, and its CPU time after imports [s]."""
 
     results: tuple[StepResult, ...]
     dofs: int
@@ -92,7 +90,10 @@ class PeerAnswer:
 
 
 def deck_task(deck: Deck) -> PeerTask:
-    """Return the task to solve a deck on its own mesh; the answer has displacements on the set `asked` of the deck."""
+    """Return the task to solve a deck on its own mesh.
+
+    The answer has the displacements of the node set that the deck names in `asked`.
+    """
     supports = {f"support{number}": support_nodes(step, deck.sets) for number, step in enumerate(deck.steps)}
     sets = {f"set {name}": numbers for name, numbers in {**deck.sets, **supports}.items()}
     arrays = {"nodes": deck.elements.nodes.T, "cells": deck.elements.cells, **sets}
@@ -101,7 +102,7 @@ def deck_task(deck: Deck) -> PeerTask:
 
 
 def deck_solvers(kind: str) -> dict[str, Solver]:
-    """Return by name the installed programs that solve a deck with one type of elements: CalculiX and the peers."""
+    """Return the installed programs, by name, that solve a deck with elements of this type of CalculiX."""
     solvers: dict[str, Solver] = {"CalculiX": calculix} if is_installed() else {}
     return solvers | {
         peer.name: partial(_solve_deck, peer) for peer in PEERS if peer.interpreter and kind in peer.kinds
@@ -115,7 +116,7 @@ def absent_peers() -> list[str]:
 
 
 def _solve_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
-    """Return a peer's results on a deck, and its CPU seconds [s]; displacements outside the set `asked` are 0."""
+    """Return a peer's results on a deck, and its CPU time [s]; displacements outside the set `asked` are 0."""
     answer = peer_answer(peer, deck_task(deck))
     on_nodes = []
     for result in answer.results:
@@ -129,10 +130,10 @@ def _solve_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
 
 
 def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
-    """Return a peer's answer to a task [N, mm from MPa].
+    """Return a peer's answer to a task [N, mm].
 
-    Raises SolveError if the peer is absent, fails, or takes too long. Its answer must have the forces of every step,
-    reactions that balance, and no more CPU seconds than its process used.
+    Raises SolveError if the peer is absent, fails, or takes too long, or if its answer is wrong. An answer must have
+    the forces of every step, reactions that balance, and no more CPU time than the process used.
     """
     interpreter = peer.interpreter
     if interpreter is None:
@@ -152,13 +153,14 @@ def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
 
 
 def _failure(peer: Peer, reason: str) -> SolveError:
+    """Return the error for a peer that failed."""
     return SolveError(f"{peer.name}: {reason}: must answer each step with reactions that balance; look at its script")
 
 
 def _parse_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAnswer:
-    """Return the answer in the last line of a peer's output; `used` [s] is the CPU time of its whole process.
+    """Return the answer in `line`, the last one of a peer's output; `used` is the CPU time of its whole process [s].
 
-    Raises SolveError if the line is not an answer, or if its numbers cannot be right.
+    Raises SolveError if the line is no answer, or if its numbers cannot be right.
     """
     try:
         answer = json.loads(line)
@@ -178,12 +180,14 @@ def _parse_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAns
 
 
 def _parse_step(step: Mapping[str, Any]) -> StepResult:
+    """Return the result of one step from its object in JSON."""
     forces = {str(name): float(value) for name, value in step["forces"].items()}
     displacements: Floats = np.array(step["displacements"], dtype=np.float64)
     return StepResult(forces=forces, displacements=displacements)
 
 
 def _is_finite(result: StepResult) -> bool:
+    """Return whether all forces and displacements are finite numbers."""
     return all(map(math.isfinite, result.forces.values())) and bool(np.isfinite(result.displacements).all())
 
 

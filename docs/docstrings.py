@@ -38,7 +38,7 @@ _PUBLIC = re.compile(rf"\b({'|'.join(twintip.__all__)})\b")
 
 
 class Entry(NamedTuple):
-    """One parameter, attribute, result or error of a section; a result or an error has no type."""
+    """One parameter, attribute, result or error of a section; `kind` is its type, empty for a result or an error."""
 
     name: str
     kind: str
@@ -46,7 +46,7 @@ class Entry(NamedTuple):
 
 
 class Docstring(NamedTuple):
-    """A docstring in its parts: one line, prose, the entries of its sections by title, and its examples."""
+    """The parts of a docstring: its first line, its prose, the entries of its sections by title, and its examples."""
 
     summary: str
     prose: str
@@ -55,16 +55,16 @@ class Docstring(NamedTuple):
 
 
 def docstring(name: str) -> Docstring:
-    """Return the docstring of a public name in its parts."""
-    text, *rest = _TITLE.split(inspect.getdoc(getattr(twintip, name)) or "")
+    """Parse the docstring of a public name."""
+    text, *parts = _TITLE.split(inspect.getdoc(getattr(twintip, name)) or "")  # then titles and bodies in turn
     summary, _, prose = text.partition("\n\n")
-    titled = dict(zip(rest[::2], rest[1::2], strict=True))
-    sections = {title: list(entries(body)) for title, body in titled.items() if title != "Examples"}
-    return Docstring(summary, prose, sections, titled.get("Examples", ""))
+    bodies = dict(zip(parts[::2], parts[1::2], strict=True))
+    sections = {title: list(entries(body)) for title, body in bodies.items() if title != "Examples"}
+    return Docstring(summary, prose, sections, bodies.get("Examples", ""))
 
 
 def entries(body: str) -> Iterator[Entry]:
-    """Yield the entries of a section: each has a line of its own, and its meaning below with four spaces."""
+    """Yield the entries of a section. The name of an entry has a line of its own; its meaning is indented below."""
     for entry in re.split(r"\n(?=\S)", body):
         head, *lines = entry.splitlines()
         name, _, kind = head.partition(" : ")
@@ -72,7 +72,7 @@ def entries(body: str) -> Iterator[Entry]:
 
 
 def signature(name: str) -> str:
-    """Return how a name is called, without types; empty for a record that is only returned."""
+    """Return the signature of a public name without types; empty for a record that users do not create."""
     value = getattr(twintip, name)
     if inspect.isclass(value) and "Parameters" not in docstring(name).sections:
         return ""
@@ -82,7 +82,7 @@ def signature(name: str) -> str:
 
 
 def reference() -> str:
-    """Return all public names in groups, as Markdown."""
+    """Return the description of all public names in their groups, as Markdown."""
     parts = []
     for group, names in GROUPS.items():
         parts += [f"## {group}", *(part for name in names for part in of_name(name))]
@@ -90,7 +90,7 @@ def reference() -> str:
 
 
 def of_name(name: str) -> Iterator[str]:
-    """Yield the paragraphs and tables on a public name."""
+    """Yield the paragraphs and tables that describe a public name."""
     parts = docstring(name)
     yield f"### twintip.{name}"
     yield linked_pages(parts.summary)
@@ -104,14 +104,14 @@ def of_name(name: str) -> Iterator[str]:
 
 
 def table_of(title: str, entries: list[Entry]) -> str:
-    """Return a section as a table."""
+    """Return a section of a docstring as a Markdown table."""
     head = HEADS[title]
     rows = [head, ["---"] * len(head), *(cells(title, entry) for entry in entries)]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 def cells(title: str, entry: Entry) -> list[str]:
-    """Return the cells of an entry; types that are public names are links."""
+    """Return the cells of an entry; types that are public names become links."""
     meaning = linked_pages(entry.meaning).replace("|", "\\|")
     if title in ("Parameters", "Attributes"):
         return [in_code(entry.name), linked_names(entry.kind), meaning]
@@ -119,7 +119,7 @@ def cells(title: str, entry: Entry) -> list[str]:
 
 
 def in_code(names: str) -> str:
-    """Return names that are separated by commas as code."""
+    """Return names, which commas separate, each as code."""
     return ", ".join(f"`{name}`" for name in names.split(", "))
 
 

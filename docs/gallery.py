@@ -1,4 +1,4 @@
-"""Write the examples at the end of python.md from their scripts: what each is about and what it prints.
+"""Write the examples at the end of python.md from their scripts: what each one shows, and what it prints.
 
 `python docs/gallery.py` runs them all, in a minute or two, in a folder of their own.
 """
@@ -25,21 +25,21 @@ PICTURES = {
 """The picture that a script writes into its outputs; a copy stands in docs."""
 
 MARK = "<!-- examples -->\n"
-"""What stands in the page before the first example."""
+"""The comment in the page before the first example."""
 
 
-def printed_by(name: str, folder: Path) -> str:
-    """Return what an example prints when it is run in a folder."""
+def run_example(name: str, folder: Path) -> str:
+    """Run an example in a folder, and return what it prints."""
     environment = {**os.environ, "PYTHONPATH": os.fspath(ROOT)}
-    done = subprocess.run(
+    finished = subprocess.run(
         [sys.executable, EXAMPLES / f"{name}.py"],
         cwd=folder, env=environment, check=True, stdout=subprocess.PIPE, encoding="utf-8", timeout=600,
     )  # fmt: skip
-    return done.stdout
+    return finished.stdout
 
 
 def section(name: str, printed: str) -> str:
-    """Return the section of an example: its title and text, its picture, what it prints."""
+    """Return the section of an example: its title and text, its picture, and what it prints."""
     script = (EXAMPLES / f"{name}.py").read_text(encoding="utf-8")
     docstring = ast.get_docstring(ast.parse(script)) or ""
     title, _, text = docstring.partition(": ")
@@ -53,7 +53,7 @@ def main() -> None:
     """Run all examples and write the section with copies of their pictures."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        sections = [section(name, printed_by(name, folder)) for name in ORDER]
+        sections = [section(name, run_example(name, folder)) for name in ORDER]
         for picture in PICTURES.values():
             (ROOT / "docs" / picture).write_bytes((folder / "outputs" / picture).read_bytes())
     before, mark, _ = PAGE.read_text(encoding="utf-8").partition(MARK)

@@ -1,4 +1,4 @@
-"""Write the tables of these pages from the program's own data, each behind a comment that says what it holds.
+"""Write the tables of the pages from the program's own data; a comment above each table says what it holds.
 
 `python docs/pages.py` writes them. The meaning of a key stands beside its field.
 """
@@ -31,7 +31,7 @@ PAGES = (
     *("python.md", "python-names.md"),
 )
 NAMES_MARK = "<!-- public names -->\n"
-"""What stands in python-names.md before the first name."""
+"""The comment in python-names.md before the first name."""
 _TABLE = re.compile(r"(<!-- (\w+): (.+) -->\n)(?:\|.*\n)*")
 
 Rows = Iterator[tuple[str, ...]]
@@ -39,16 +39,16 @@ Rows = Iterator[tuple[str, ...]]
 
 
 def page(name: str) -> str:
-    """Return a page with its tables as they are now."""
+    """Return the text of a page with its tables written anew."""
     text = _TABLE.sub(table, (DOCS / name).read_text(encoding="utf-8"))
     before, mark, _ = text.partition(NAMES_MARK)
     return f"{before}{mark}\n{reference()}" if mark else text
 
 
-def table(found: re.Match[str]) -> str:
-    """Return a comment with the Markdown table that it asks for."""
-    comment, kind, asked = found.groups()
-    head, *rows = TABLES[kind](asked)
+def table(match: re.Match[str]) -> str:
+    """Return a matched comment, followed by the Markdown table that it specifies."""
+    comment, kind, argument = match.groups()
+    head, *rows = TABLES[kind](argument)
     lines = (head, ["---"] * len(head), *rows)
     return comment + "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
@@ -64,10 +64,10 @@ def design_keys(name: str) -> Rows:
         yield f"`{item.name}`", bounds, default, data["meaning"]
 
 
-def processes(asked: str) -> Rows:
-    """Yield the numbers of all print processes, or the sources of each number."""
+def processes(content: str) -> Rows:
+    """Yield the properties of all print processes, or if `content` is "sources" the sources of each property."""
     numbers = [item for item in dataclasses.fields(Process) if "unit" in item.metadata]
-    if asked == "sources":
+    if content == "sources":
         yield "number", "source"
         for item in numbers:
             yield f"`{item.name}`", sources_of(item.name)
@@ -79,9 +79,9 @@ def processes(asked: str) -> Rows:
         yield f"`{item.name}`", *("-" if value is None else f"{value:g}" for value in values), item.metadata["meaning"]
 
 
-def fruits(asked: str) -> Rows:
-    """Yield the ranges of all fruits, or the sources of each."""
-    if asked == "sources":
+def fruits(content: str) -> Rows:
+    """Yield the ranges of all fruits, or if `content` is "sources" the sources of each fruit."""
+    if content == "sources":
         yield "fruit", "source"
         for fruit in FRUITS.values():
             yield fruit.name, "; ".join(f"`{key}`: {text}" for key, text in fruit.sources)
@@ -93,7 +93,7 @@ def fruits(asked: str) -> Rows:
 
 
 def sources_of(key: str) -> str:
-    """Return the sources of a number, each once with the processes that it serves."""
+    """Return the sources of a property of print processes, each once, with the processes that use it."""
     users: dict[str, list[str]] = {}
     for name, process in PROCESSES.items():
         source = dict(process.sources).get(key)
@@ -104,10 +104,13 @@ def sources_of(key: str) -> str:
     return " · ".join(f"{', '.join(names)}: {source}" for source, names in users.items())
 
 
-def words(asked: str) -> Rows:
-    """Yield the verdicts with what each asks and when it passes, or the nouns of the main job or the other words."""
-    verdicts = asked == "verdicts"
-    nouns = asked == "main job"
+def words(content: str) -> Rows:
+    """Yield the verdicts with their questions and conditions, the nouns of the main job, or the other words.
+
+    `content` is "verdicts", "main job" or anything else.
+    """
+    verdicts = content == "verdicts"
+    nouns = content == "main job"
     yield ("name", "question", "passes when") if verdicts else ("name", "meaning")
     for entry in entries():
         if entry.is_verdict is verdicts and entry.in_main_job is nouns:
@@ -116,17 +119,17 @@ def words(asked: str) -> Rows:
             yield names, re.split(r"(?<=[.?]) ", entry.meaning, maxsplit=1)[0], *formula
 
 
-def keys_of_report(asked: str) -> Rows:
-    """Yield the keys of report.json below those that are named, in their order."""
+def keys_of_report(first_parts: str) -> Rows:
+    """Yield the keys of report.json that begin with one of these parts, which spaces separate."""
     yield "key", "unit", "meaning"
-    for first in asked.split():
+    for first in first_parts.split():
         for key in report_keys():
             if re.split(r"[.\[]", key.name)[0] == first:
                 yield f"`{key.name}`", key.unit, key.meaning
 
 
 def keys_of_answer(command: str) -> Rows:
-    """Yield the keys that a command prints, `fruit` those of a fruit of several presses."""
+    """Yield the keys that a command prints as JSON; "fruit" means the answer from several presses on one fruit."""
     yield "key of `--json`", "unit", "meaning"
     answers = {
         "calibrate": Calibration,
@@ -144,7 +147,7 @@ def keys_of_answer(command: str) -> Rows:
 
 
 def public_names(package: str) -> Rows:
-    """Yield the public names of the package, each with the first line of its docstring."""
+    """Yield the public names of a package, each with the first line of its docstring."""
     yield "name", "what it is"
     for name in (name for names in GROUPS.values() for name in names):
         link = f"[`{package}.{name}`](python-names.md#{package}{name.lower()})"
@@ -160,7 +163,7 @@ TABLES: dict[str, Callable[[str], Rows]] = {
     "answer": keys_of_answer,
     "names": public_names,
 }
-"""What yields the table behind a comment, by the word before its colon."""
+"""The function that yields a table, by the word before the colon in the comment."""
 
 
 def main() -> None:

@@ -23,8 +23,11 @@ wall, shuttle = low.roots  # x of the ends of its leaves
 material = {"E_MPa": design.process.E_MPa, "poisson": design.process.poisson}
 
 
-def folded(level: float, side: float, thickness: float) -> cq.Solid:
-    """Return a leaf with two turns, which leaves the shuttle at a level and goes up or down from it."""
+def folded_leaf(level: float, side: float, thickness: float) -> cq.Solid:
+    """Return a leaf with two turns that starts on the shuttle at a level [mm].
+
+    Its passes follow above the level if `side` is 1, and below if -1.
+    """
     near, far = wall + SHORTER_MM, shuttle - SHORTER_MM
     step, bulge = side * PASS_MM, 0.5 * PASS_MM
     path = (
@@ -50,7 +53,7 @@ def own_housing(thickness: float) -> cq.Workplane:
         part = part.cut(cut.extrude(frame.depth, both=True))
     roots = []
     for level, side in zip(low.levels, (1.0, -1.0), strict=True):
-        part = part.union(cq.Workplane(folded(level, side, thickness)))
+        part = part.union(cq.Workplane(folded_leaf(level, side, thickness)))
         roots += [(shuttle, level), (wall, level + 2.0 * side * PASS_MM)]
     for x, z in roots:
         reach = cq.Vector(0.1, frame.depth, thickness)
@@ -59,8 +62,8 @@ def own_housing(thickness: float) -> cq.Workplane:
     return part
 
 
-def solved(part: cq.Workplane) -> twintip.PartStiffness:
-    """Return the stiffness of a part at its tips, held at the walls of its screw holes."""
+def solve_part(part: cq.Workplane) -> twintip.PartStiffness:
+    """Return the stiffness of a part at its tips; the part is held at the walls of its screw holes."""
     holes = [(x + 0.5 * frame.hole_diameter, 0.0, z) for x, z in frame.holes]
     tips = {arm.name: (arm.centre, 0.0, 0.0) for arm in frame.arms}
     return twintip.stiffness(part, held=holes, pressed=tips, **material)
@@ -70,10 +73,10 @@ target = result.springs.springs["low"].target
 thickness = 1.0
 for _ in range(2):
     part = own_housing(thickness)
-    found = solved(part)
-    K_l, K_h = (face.estimate for face in found.faces.values())
+    solution = solve_part(part)
+    K_l, K_h = (face.estimate for face in solution.faces.values())
     print(f"leaves of {thickness:.2f} mm: K_l {K_l.value:.0f} N/m, K_h {K_h.value:.0f} N/m")
-    thickness = round(thickness * (target / found.faces["low"].K) ** (1.0 / 3.0), 2)
+    thickness = round(thickness * (target / solution.faces["low"].K) ** (1.0 / 3.0), 2)
 print(f"target of K_l: {1e3 * target:.0f} N/m; the bar is under 1 %: {K_l.error < 0.01 * K_l.value}")
 
 Path("outputs").mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""The half of a curved fruit as a CAD part, for other programs that press tips against its skin."""
+"""Half of a curved fruit as a CAD part, which another program meshes and presses."""
 
 import cadquery as cq
 

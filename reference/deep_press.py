@@ -1,7 +1,7 @@
 """A level sensor with two springs at deep indentation: its force ratio, and the error of the linear law.
 
-The fruit under a tip carries K_m g(d) d, and its spring K (x - d). Here d is the indentation, x the travel, and g the
-factor of large strain, a function of d over the side of the tip. Lengths in mm, forces in N.
+The fruit under a tip carries the force K_m g(d) d, and the spring of the tip K (x - d). Here d is the indentation, x
+the travel, and g the factor of large strain, a function of d over the side of the tip. Lengths in mm, forces in N.
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from solve.fruit.split import split_compliance
 
 @dataclass(frozen=True, kw_only=True)
 class DeepPress:
-    """Two springs with tips of a side [mm], on flesh with a Poisson's ratio [1] and a law of large strain."""
+    """Two springs with square tips of this `side` [mm], on flesh with a Poisson's ratio and a law of large strain."""
 
     springs: Springs
     side: float
@@ -25,11 +25,11 @@ class DeepPress:
     law: FleshLawName = "neo-hooke"
 
     def force(self, K: float, K_m: float, travel: float) -> float:
-        """Return the force of a tip between a spring K and a fruit K_m [N/mm], at a travel [mm]."""
+        """Return the force on a tip [N] at a travel [mm]; K is its spring and K_m the fruit under it [N/mm]."""
         return K * (travel - self._depth(K, K_m, travel))
 
     def ratio(self, K_m: float, travel: float) -> float:
-        """Return the force ratio P [1] on a fruit of stiffness K_m [N/mm] at a travel [mm]."""
+        """Return the force ratio P, stiff over soft tip [1], at a travel [mm] on a fruit of stiffness K_m [N/mm]."""
         soft, stiff = (self.force(K, K_m, travel) for K in self.springs.stiffnesses)
         return stiff / soft
 
@@ -38,7 +38,7 @@ class DeepPress:
         return self.ratio(K_m, travels[-1]) / self.ratio(K_m, travels[0]) - 1.0
 
     def bias(self, K_m: float, travel: float) -> float:
-        """Return the relative error [1] of E when the linear law (4) reads it from P at a travel [mm].
+        """Return the relative error of E [1] if the linear law (4) of the paper reads it from P at a travel [mm].
 
         Raises ValueError if P is outside the range of the springs.
         """
@@ -48,6 +48,7 @@ class DeepPress:
         """Return the indentation [mm] at which spring and fruit carry equal forces."""
 
         def spring_bears_more(depth: float) -> bool:
+            """Return whether the spring carries more force than the fruit at an indentation [mm]."""
             flesh = K_m * float(large_strain_factor(depth / self.side, self.poisson, self.law)) * depth
             return flesh < K * (travel - depth)
 
@@ -59,10 +60,10 @@ FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]
 
 
 def accuracy_rows() -> Iterator[str]:
-    """Yield the rows of the table in docs/measurements.md on the effect of large strain on the paper's press at 1 MPa.
+    """Yield the rows of the table on large strain in docs/measurements.md, for the paper's press at 1 MPa.
 
     Each row has a Poisson's ratio, a law, and P by the linear law and at both ends of the travel. Then follow the
-    change of P and the errors of E.
+    change of P along the travel, and the errors of E at `TRAVELS`.
     """
     for poisson in POISSONS:
         K_m = split_compliance(Fruit(poisson=poisson), Tips(), 1e-3).K_m_over_E()

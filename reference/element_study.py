@@ -1,6 +1,6 @@
-"""Stiffness of both flexures with other elements than in the product, to compare its choice with alternatives.
+"""Stiffness of both flexures by other finite elements, to compare the product's choice with its alternatives.
 
-Assembly and linear solver are shared with the product; elements, integration and loads are not.
+The assembly and the linear solver are the product's; elements, integration and loads are not.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.stiffness import SPRINGS, tip_face, tip_stiffnesses
 from solve.linear import factorise
 
-# Elements, with the degree that their quadrature integrates; in a hexahedron 3 means 2^3, and 5 means 3^3 Gauss points.
+# Elements, each with the polynomial degree of its quadrature. In a hexahedron, 3 means 2^3 Gauss points, 5 means 3^3.
 CHOICES = {
     "hex 20, reduced": (ElementHexS2, 3),
     "hex 20, full": (ElementHexS2, 5),
@@ -48,17 +48,18 @@ def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> Elem
     E is in MPa. Raises InputError for an unknown element, and SolveError if a solve is not accurate.
     """
     basis = element_basis(mesh, choice)
-    half = "symmetry" in (mesh.boundaries or {})
+    is_half = "symmetry" in (mesh.boundaries or {})
     held = basis.get_dofs("mounting_holes").all()
-    held = np.union1d(held, basis.get_dofs("symmetry").all("u^2")) if half else held
+    held = np.union1d(held, basis.get_dofs("symmetry").all("u^2")) if is_half else held
     factor = factorise(stiffness_matrix(basis, E, poisson), held)
     mean = np.column_stack([face_mean(basis, tip_face(spring)) for spring in SPRINGS])
-    C = (0.5 if half else 1.0) * (mean.T @ factor.solve(mean))
+    # A newton on half a tip is two newtons on the whole.
+    C = (0.5 if is_half else 1.0) * (mean.T @ factor.solve(mean))
     return ElementStiffness(K=tip_stiffnesses(C), dofs=int(basis.N))
 
 
 def element_basis(mesh: Mesh, choice: str) -> CellBasis:
-    """Return the displacement basis for an element of `CHOICES`; raises InputError for an unknown one."""
+    """Return the displacement basis of an element of `CHOICES` on a mesh; raises InputError for an unknown element."""
     if choice not in CHOICES:
         raise validation_error("element", choice, "", f"one of {', '.join(CHOICES)}", "choose one of these")
     element, order = CHOICES[choice]
@@ -66,9 +67,9 @@ def element_basis(mesh: Mesh, choice: str) -> CellBasis:
 
 
 def face_mean(basis: CellBasis, name: str) -> Floats:
-    """Return the vector (dofs,) whose product with displacements is the mean of u_z over a face.
+    """Return the vector (dofs,) whose scalar product with the displacements is the mean of u_z over a face.
 
-    It is also the load vector of 1 N that is uniform over the face.
+    The same vector is the load of 1 N that is distributed uniformly over the face.
     """
     face = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundaries[name], intorder=4)
     total = np.zeros(basis.N)

@@ -8,15 +8,15 @@ from scipy.optimize import brentq
 RATE_BAND = (0.5, 2.0)  # observed over expected rate; outside, the meshes are not in the asymptotic range
 _SEARCH = (0.05, 10.0)  # range of the search for the observed rate, over the expected rate
 _WIDE = 3.0  # safety factor if the observed rate is outside the band; P. J. Roache, J. Fluids Eng. 116, 1994
-_LEAST = 0.15  # least error over the last correction: twice the scatter of limits over families of meshes
+_SMALLEST = 0.15  # smallest error over the correction: twice the scatter of the limits of several mesh families
 _SAME = 1e-12  # relative difference below which values differ only by round-off
 
 
 @dataclass(frozen=True, kw_only=True)
 class Extrapolated:
-    """A limit, the half width of its error bar [unit of the value], the observed rate, and a sentence on the method.
+    """A limit with its error [unit of the value], the observed rate of convergence [1], and a sentence on the method.
 
-    `rate` is None if no rate was observed.
+    `rate` is None if no rate fits the values.
     """
 
     value: float
@@ -26,10 +26,11 @@ class Extrapolated:
 
 
 def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: float) -> Extrapolated:
-    """Return the limit of values on three meshes, coarse to fine, at size zero [unit of the values].
+    """Return the limit of the values on three meshes, coarse to fine, at element size zero [unit of the values].
 
-    The error of a value is assumed to be C h^rate. The limit uses the expected rate, and its bar includes the limit at
-    the observed rate. If the observed rate is outside `RATE_BAND`, the bar is wide and the status says so.
+    The error of a value is assumed to be C h^rate, with the element sizes h. The limit is that of the expected rate.
+    Its error bar includes the limit at the observed rate. If the observed rate is outside `RATE_BAND` times the
+    expected one, the error bar is wide, and the status says so.
     L. F. Richardson, Phil. Trans. R. Soc. A 226, 1927; P. J. Roache, J. Fluids Eng. 116, 1994.
     """
     coarse, middle, fine = values
@@ -55,7 +56,7 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
         # The limit at the expected rate is used, because the scatter of unstructured meshes changes the limit at the
         # observed rate several times as much.
         status = f"extrapolated from three meshes at rate {expected_rate:g} (observed {rate:.2f})"
-        return Extrapolated(value=limit, error=max(spread, _LEAST * abs(correction)), rate=rate, status=status)
+        return Extrapolated(value=limit, error=max(spread, _SMALLEST * abs(correction)), rate=rate, status=status)
     observed = "no rate was observed" if rate is None else f"the observed rate {rate:.2f} is not {low:g} to {high:g}"
     status = f"extrapolated at rate {expected_rate:g}, but {observed}; the bar is at least 3 times the largest step"
     error = max(spread, _WIDE * abs(correction), _WIDE * largest_step)
@@ -63,16 +64,16 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
 
 
 def _observed_rate(step_quotient: float, sizes: Sequence[float], expected_rate: float) -> float | None:
-    """Return the rate [1] that explains the first step between three meshes over the last one.
+    """Return the rate of convergence [1] that explains the values on three meshes, or None if none fits.
 
-    `step_quotient` is (middle - coarse) / (fine - middle), `sizes` the three sizes of elements from coarse to fine.
-    Return None if no rate from 0.05 to 10 times the expected one fits.
+    `step_quotient` is (middle - coarse) / (fine - middle), and `sizes` are the element sizes from coarse to fine. Rates
+    from 0.05 to 10 times the expected one are tried.
     """
     first_ratio = sizes[0] / sizes[1]
     last_ratio = sizes[1] / sizes[2]
 
     def excess(rate: float) -> float:
-        """Return the quotient of the steps that a rate predicts, minus the observed quotient."""
+        """Return the step quotient that a rate predicts minus the observed one."""
         return float((first_ratio**rate - 1.0) / (1.0 - last_ratio**-rate) - step_quotient)
 
     slowest = _SEARCH[0] * expected_rate

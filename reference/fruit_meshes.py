@@ -15,10 +15,10 @@ HALF = ("symmetry_y",)
 QUARTER = ("symmetry_x", "symmetry_y")
 MIRROR_PLANES = {"symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
 
-# Under a sharp tip u ~ r^1/2, so the energy error is of first order in the size h at the edge. Away from it, quadratic
-# elements have an error h^4. Growth and largest size are scaled by h^1/4, so that both errors are of order h.
+# At the edge of a sharp tip u ~ r^1/2, so the energy error is of first order in the element size h there. Away from the
+# edge, quadratic elements have an error h^4. So growth and largest size are scaled by h^1/4: both errors are then O(h).
 REFINEMENTS = (1.0, 0.5, 0.25)
-_EDGE_SIZE = 0.1  # size at the edge of a tip over the side of the tip, on the coarsest mesh
+_EDGE_SIZE = 0.1  # element size at the edge of a tip over the side of the tip, on the coarsest mesh
 _GROWTH = 0.5  # growth of the size per distance from an edge, on the coarsest mesh
 # Largest size on the coarsest mesh: a third of the shortest side of the block, but at least a sixtieth of the longest.
 _ACROSS = 3.0
@@ -26,10 +26,10 @@ _ALONG = 60.0
 
 
 def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
-    """Return the block [mm], or a half or quarter of it, with the faces base, top, low_tip and high_tip.
+    """Return the block of a fruit [mm], or a half or quarter of it, with the faces base, top, low_tip and high_tip.
 
-    `mirrors` names planes of symmetry, which become faces of the part. "symmetry_x" keeps x >= 0, which has no low tip,
-    and "symmetry_y" keeps y >= 0. Raises InputError if a tip reaches beyond the fruit.
+    `mirrors` names planes of symmetry, at which the block is cut and which become faces. "symmetry_x" keeps x >= 0,
+    without the low tip, and "symmetry_y" keeps y >= 0. Raises InputError if a tip reaches beyond the fruit.
     """
     check_tips_on_fruit(fruit, tips)
     right = 0.5 * fruit.length_mm
@@ -49,15 +49,15 @@ def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
 
 
 def tip_centres(tips: Tips) -> dict[str, float]:
-    """Return x of the centre of each tip by the name of its face [mm]."""
+    """Return the x coordinate of the centre of each tip [mm], by the name of the face under it."""
     return dict(zip(("low_tip", "high_tip"), tips.centres_mm, strict=True))
 
 
 def top_faces(tips: Tips, centres: Mapping[str, float], on_top: FaceTest, near: float) -> dict[str, FaceTest]:
-    """Return by name the tests for the faces of the top: the face under each tip, and "top" for all others.
+    """Return tests that select the faces of the top by name: the face under each tip, and "top" for all others.
 
-    `centres` holds x of the tips by name, and `on_top` picks the whole top. The box of a face may be wider than its tip
-    by `near` on each side [mm].
+    `centres` holds x of each tip [mm] by the name of its face, and `on_top` selects all faces of the top. The bounding
+    box of a face may extend beyond its tip by `near` [mm] on each side.
     """
     reach = 0.5 * tips.side_mm + near
 

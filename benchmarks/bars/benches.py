@@ -1,4 +1,4 @@
-"""The product's rows of each bench of speed against error, whose first value has the error bar."""
+"""The product's rows in the benchmarks of speed against error, checked by the references of these benchmarks."""
 
 import itertools
 
@@ -14,11 +14,11 @@ BENCHES = {
 
 
 def bench_checks(bench: str, rows: int) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the first rows of a bench, which belong to the product."""
-    of_bench, measured = BENCHES[bench]
-    true, error = of_bench.reference.values[0], of_bench.reference.errors[0]
+    """Return the checks of the first value in the first `rows` rows of a bench, which are the product's."""
+    task, product_rows = BENCHES[bench]
+    true, error = task.reference.values[0], task.reference.errors[0]
     every: list[ReferenceCheck] = []
-    for row in itertools.islice(measured(), rows):
-        judge = Reference(values=(true,), errors=(error,), source=f"{row.mesh} against {of_bench.reference.source}")
-        every += make_checks((of_bench.values[0],), ((1.0 + row.errors[0]) * true,), (row.error_bar or 0.0,), judge)
+    for row in itertools.islice(product_rows(), rows):
+        reference = Reference(values=(true,), errors=(error,), source=f"{row.mesh} against {task.reference.source}")
+        every += make_checks((task.values[0],), ((1.0 + row.errors[0]) * true,), (row.error_bar or 0.0,), reference)
     return tuple(every)

@@ -21,7 +21,7 @@ def ball_press() -> CompressionPress:
 
 
 def ball_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the force over Hertz's force [1] at each depth."""
+    """Return the checks of the force over Hertz's force [1] at each of `DEPTHS`."""
     curve = force_curve(ball_press())
     travels = BALL.radius * DEPTHS
     ratios = curve.force(travels) / (force_factor(1.0 / 0.91, BALL.radius) * travels**1.5)

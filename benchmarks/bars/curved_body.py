@@ -1,4 +1,4 @@
-"""The change of compliance by the shape of a fruit and its error bar, compared with direct finite elements."""
+"""The change of compliance due to the shape of a fruit and its error bar, compared with direct finite elements."""
 
 import functools
 from dataclasses import replace
@@ -19,12 +19,12 @@ PAIR = contact_footprints(Fruit(), Tips())
 
 @functools.cache
 def change_on(fruit: Fruit, footprints: tuple[Footprint, ...], steps: BodySteps, along_normals: bool) -> ShapeChange:
-    """Return the change under footprints on a mesh, cached for several cases."""
+    """Return the change of the compliance under footprints on one mesh; it is cached, because several cases use it."""
     return shape_change(fruit, footprints, steps, along_normals)
 
 
 def pair_change(fruit: Fruit, along_normals: bool = False) -> ShapeChange:
-    """Return the change under the paper's pair on the meshes of the product."""
+    """Return the change of the compliance under the paper's pair of tips, on the meshes of the product."""
     return change_on(fruit, PAIR, STEPS, along_normals)
 
 
@@ -35,12 +35,15 @@ def block_compliance(fruit: Fruit) -> Floats:
 
 
 def relative_bars(found: ShapeChange, S: Floats) -> Floats:
-    """Return the error bars of a change, relative to the compliance S like `relative_changes` [1]."""
+    """Return the error bars of a change, relative to the compliance S [1], in the order of `relative_changes`."""
     return SAFETY * relative_changes(found.step, S) + relative_changes(found.bound, S)
 
 
 def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> tuple[ReferenceCheck, ...]:
-    """Return the check of s11 - s12 [1/mm] of a fruit; the truth is the change from its block to its shape."""
+    """Return the check of s11 - s12 [1/mm] of a curved fruit.
+
+    `truth` is the change of s11 - s12 from the equivalent block to the shape of the fruit.
+    """
     found, S = pair_change(fruit, along_normals), block_compliance(fruit)
     block, _ = pair_and_own(S)
     value, _ = pair_and_own(S + found.change)

@@ -33,26 +33,29 @@ def ball() -> tuple[Scene, FruitCompliance]:
 
 def dome_checks(
     E: float,
-    of_tips: Sequence[int],
+    tip_indices: Sequence[int],
     truth: Reference,
     radius: float = RADIUS_MM,
     tilt_deg: tuple[float, float] = (0.0, 0.0),
     off_centre_mm: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the forces on some tips [N] for a ball with modulus E [MPa] and radius [mm]."""
+    """Return the checks of the forces [N] on a ball of modulus E [MPa] and `radius` [mm].
+
+    `tip_indices` are the indices of the tips whose forces are in `truth`.
+    """
     scene, compliance = ball()
     stand = Stand(radii_mm=(radius, radius), tilt_deg=tuple(tilt_deg), off_centre_mm=tuple(off_centre_mm))
-    found = pose_forces(scene, compliance, SPRINGS, [Pose(E=E, travel=TRAVEL_MM, stand=stand)])
-    F = found.F[0, of_tips]
-    return make_checks([TIPS[tip] for tip in of_tips], F, (found.F_error[0, of_tips] / F).tolist(), truth)
+    solution = pose_forces(scene, compliance, SPRINGS, [Pose(E=E, travel=TRAVEL_MM, stand=stand)])
+    F = solution.F[0, tip_indices]
+    return make_checks([TIPS[tip] for tip in tip_indices], F, (solution.F_error[0, tip_indices] / F).tolist(), truth)
 
 
-def solid_checks(solids: str, diagonal: Sequence[float], of_tips: Sequence[int]) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of a stored press on the tips whose forces are stored.
+def solid_checks(solids: str, diagonal: Sequence[float], tip_indices: Sequence[int]) -> tuple[ReferenceCheck, ...]:
+    """Return the checks of the forces [N] by a stored press called `solids`, on the tips whose forces are stored.
 
-    `diagonal` gives the signs of x and y for the diagonal of the square along which it is tilted and moved.
+    The press is tilted and shifted along a diagonal of the square, whose signs of x and y are `diagonal`.
     """
-    asked = SOLIDS[solids]["press"]
+    press = SOLIDS[solids]["press"]
     forces = np.array(SOLIDS[solids]["extrapolated_N"])
     truth = Reference(
         values=tuple(forces.tolist()),
@@ -60,5 +63,5 @@ def solid_checks(solids: str, diagonal: Sequence[float], of_tips: Sequence[int])
         source="solids at finite strain, two meshes extrapolated",
     )
     x, y = np.sqrt(0.5) * np.array(diagonal)
-    tilt, off_centre = ((asked[key] * x, asked[key] * y) for key in ("tilt_deg", "off_centre"))
-    return dome_checks(asked["E"], of_tips, truth, asked["radius"], tilt, off_centre)
+    tilt, off_centre = ((press[key] * x, press[key] * y) for key in ("tilt_deg", "off_centre"))
+    return dome_checks(press["E"], tip_indices, truth, press["radius"], tilt, off_centre)

@@ -1,4 +1,4 @@
-"""Fruit with skin and its error bar, compared with solid models in which the skin consists of elements."""
+"""Fruit with a skin and its error bar, compared with solid models in which the skin consists of elements."""
 
 from collections.abc import Sequence
 
@@ -24,44 +24,46 @@ INFO = SolveInfo(method="", dofs=0, seconds=0.0, status="")
 
 
 def compliances(fruit: Fruit, footprint: Footprint) -> tuple[FruitCompliance, FruitCompliance]:
-    """Return the compliances of a fruit under one tip without and with its skin."""
+    """Return the compliances of a fruit under one tip, without its skin and with it."""
     change = np.zeros((1, 1))
     if fruit.radius_mm is not None:
         change = shape_change(fruit, [footprint], STEPS, along_normals=True).change
     S = footprint_compliance(fruit.equivalent_block, [footprint], LEVELS[0]).S + change
-    bare = FruitCompliance(tips=("tip",), S=S, error_pair=0.0, error_own=0.0, info=INFO, shape_change=change)
-    return bare, skin_compliance(bare, fruit, [footprint], along_normals=True)
+    skinless = FruitCompliance(tips=("tip",), S=S, error_pair=0.0, error_own=0.0, info=INFO, shape_change=change)
+    return skinless, skin_compliance(skinless, fruit, [footprint], along_normals=True)
 
 
 def skin_checks(fruit: Fruit, radius: float, truth: Reference) -> Sequence[ReferenceCheck]:
-    """Return the checks of a round tip with this radius [mm] at three moduli of the flesh.
+    """Return the checks of a round contact of this `radius` [mm], at three moduli of the flesh.
 
-    Checked are the stiffness of a flat circle over the stiffness without skin [1], and the force on a dome [N/MPa]. The
-    depth of the dome is chosen so that its contact without skin has this radius. The compliance that the body adds to a
-    layered half-space acts at the true force.
+    The first three are the stiffness of a flat circle over that without a skin [1], the others the force on a dome over
+    the modulus [mm^2]. The dome is pressed so deep that its contact without a skin has this radius. The compliance that
+    the body adds to a layered half-space is applied at the true force.
     """
-    bare, skinned = compliances(fruit, Footprint(0.0, 0.0, 2.0 * radius, circle_punch))
+    skinless, skinned = compliances(fruit, Footprint(0.0, 0.0, 2.0 * radius, circle_punch))
     curvature = 1.0 / DOME + (1.0 / fruit.radius_mm if fruit.radius_mm else 0.0)
     depth = radius**2 * curvature
     ratios, forces = [], []
     for E, true_force in zip(MODULI, truth.values[len(MODULI) :], strict=True):
         own = skinned.at(E).S[0, 0]
-        ratios.append(float(bare.S[0, 0] / own))
+        ratios.append(float(skinless.S[0, 0] / own))
         contact = round_contact(layer_on(fruit, E), WIDEST_RADIUS)
-        beside = own - 1.0 / contact.flat_stiffness(radius)
-        forces.append(float(contact.press(np.array((depth - beside * true_force) / curvature))[1]) * curvature)
+        body_compliance = own - 1.0 / contact.flat_stiffness(radius)
+        relative_depth = np.array((depth - body_compliance * true_force) / curvature)
+        forces.append(float(contact.press(relative_depth)[1]) * curvature)
     names = [f"{what} at {E:g} MPa" for what in ("stiffness", "force") for E in MODULI]
     return _check_skin(names, ratios + forces, skinned, truth)
 
 
 def cube_checks(fruit: Fruit, truth: Reference) -> Sequence[ReferenceCheck]:
-    """Return the checks of the stiffness of a cube of 1 mm over the stiffness without skin [1], at three moduli."""
-    bare, skinned = compliances(fruit, Footprint(0.0, 0.0, 1.0, square_punch))
-    ratios = [float(bare.S[0, 0] / skinned.at(E).S[0, 0]) for E in MODULI]
+    """Return the checks of the stiffness under a cube of 1 mm over that without a skin [1], at three moduli."""
+    skinless, skinned = compliances(fruit, Footprint(0.0, 0.0, 1.0, square_punch))
+    ratios = [float(skinless.S[0, 0] / skinned.at(E).S[0, 0]) for E in MODULI]
     return _check_skin([f"stiffness at {E:g} MPa" for E in MODULI], ratios, skinned, truth)
 
 
 def _check_skin(
     names: Sequence[str], values: Sequence[float], skinned: FruitCompliance, truth: Reference
 ) -> Sequence[ReferenceCheck]:
+    """Return the checks of values whose error bar is that of the skinned compliance, at most `LARGEST_ERROR`."""
     return make_checks(names, values, (min(skinned.error_own, LARGEST_ERROR),) * len(names), truth)

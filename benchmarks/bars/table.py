@@ -1,4 +1,4 @@
-"""The cases of bars.toml, each with the function that returns its checks."""
+"""The cases of bars.toml, each with the function that computes its checks."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -52,15 +52,15 @@ MAY_BE_REFUSED = ("contact", "press", "leaf", "design", "moved nodes", "clamp")
 
 
 def every_case() -> Iterator[tuple[str, Callable[[], Sequence[ReferenceCheck]], bool]]:
-    """Yield the name of each case, the function that returns its checks, and whether it must be answered."""
+    """Yield the name of each case, the function that computes its checks, and whether an error is not allowed."""
     for group, check in CHECKS.items():
-        for what, changes in BARS[group].items():
+        for case, changes in BARS[group].items():
             answerable = "bar" in changes or group not in MAY_BE_REFUSED
-            yield f"{group}: {what}", partial(run_case, check, changes), answerable
+            yield f"{group}: {case}", partial(run_case, check, changes), answerable
 
 
 def run_case(check: Callable[..., Sequence[ReferenceCheck]], changes: Mapping[str, Any]) -> Sequence[ReferenceCheck]:
-    """Return the checks of a case from its keys in bars.toml; raises InputError if a table of a design refuses them."""
+    """Return the checks of a case from its keys in bars.toml; raises InputError if these are no valid design."""
     values = {key: TABLES[key](**value) if key in TABLES else value for key, value in changes.items()}
     if "truth" in values:
         values["truth"] = TRUTHS[values["truth"]]

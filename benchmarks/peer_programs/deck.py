@@ -1,4 +1,4 @@
-"""The format of tasks and answers between the benchmarks and a peer.
+"""The format of tasks and answers that the benchmarks and a peer exchange.
 
 The peer's own interpreter runs this file, so it needs only numpy. A task is a file of arrays in N, mm and MPa. With a
 mesh it has `nodes` (n, 3), `cells` (m, k) in the order of VTK, and node numbers `set NAME`. Each step has the held
@@ -67,7 +67,10 @@ class Deck:
         return dofs, np.array([values[dof] for dof in dofs])
 
     def facets(self, name):
-        """Return the corner nodes (facets, 3 or 4) of the boundary faces whose corners are all in a set."""
+        """Return the corner nodes (facets, 3 or 4) of the boundary faces whose corners are all in a node set.
+
+        A face is on the boundary if it belongs to only one cell.
+        """
         corners = 4 if len(self.cells[0]) == 10 else 8
         faces = np.concatenate([self.cells[:, list(face)] for face in FACES[corners]])
         _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
@@ -82,7 +85,7 @@ class Deck:
 
 @dataclass
 class Clock:
-    """A clock of the CPU seconds since it was created, which scripts do after their imports."""
+    """The CPU time since this clock was created; scripts create it after their imports."""
 
     start: float = field(default_factory=time.process_time)
 
@@ -92,7 +95,7 @@ class Clock:
 
 
 def read_deck(path):
-    """Return the deck of a file of arrays."""
+    """Return the deck that a file of arrays holds."""
     with np.load(Path(path)) as file:
         arrays = dict(file)
     scene = json.loads(str(arrays["scene"]))

@@ -25,4 +25,5 @@ class StiffnessSolver:
 
 
 def _factor(block):
+    """Return SuperLU's factor of a symmetric matrix: minimum-degree ordering of A + A^T, pivots on the diagonal."""
     return splu(block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

@@ -12,7 +12,7 @@ HEXAHEDRA = {"C3D20R": 1, "C3D20": 2}
 
 
 def region(deck):
-    """Return the mesh of a deck, and its elements with their quadrature."""
+    """Return felupe's mesh of a deck, and its elements with their quadrature."""
     if deck.kind == "C3D10":
         mesh = felupe.Mesh(deck.nodes, deck.cells, cell_type="tetra10")
         return mesh, felupe.RegionQuadraticTetra(mesh)
@@ -22,7 +22,7 @@ def region(deck):
 
 
 def solve(deck):
-    """Return the answers to all steps."""
+    """Return the number of dofs, and the answers to all steps."""
     mesh, elements = region(deck)
     field = felupe.FieldContainer([felupe.Field(elements, dim=3)])
     body = felupe.SolidBody(umat=felupe.LinearElastic(E=deck.E, nu=deck.poisson), field=field)

@@ -17,8 +17,12 @@ STIFF = 1e7  # penalty stiffness of a plane of symmetry, over E [1/mm]
 
 
 def elements(deck):
-    """Return mesh, elements and quadrature of a deck, and the number of each of its nodes in GetFEM's numbering."""
+    """Return the mesh, displacement space and quadrature of a deck, and GetFEM's number of each of its nodes.
+
+    Ends the program if a node has no counterpart.
+    """
     geometry, fem, rule = KINDS[deck.kind]
+    # GetFEM orders the nodes of a cell by their local coordinates z, then y, then x.
     order = np.lexsort(np.array(REFERENCE[deck.cells.shape[1]]).T)
     mesh = getfem.Mesh("empty", 3)
     mesh.add_convex(getfem.GeoTrans(geometry), np.asfortranarray(deck.nodes[deck.cells[:, order]].transpose(2, 1, 0)))
@@ -34,14 +38,14 @@ def elements(deck):
 
 
 def solve(deck):
-    """Return the number of dofs, and the answers to all steps."""
+    """Return the number of dofs, and the answers to all linear steps."""
     mesh, displacement, rule, number = elements(deck)
     data = getfem.MeshFem(mesh, 1)
     data.set_fem(getfem.Fem("FEM_PK(3,0)" if deck.kind == "C3D10" else "FEM_QK(3,0)"))
     ones = np.ones(data.nbdof())
-    first = deck.E * deck.poisson / ((1.0 + deck.poisson) * (1.0 - 2.0 * deck.poisson))
-    shear = 0.5 * deck.E / (1.0 + deck.poisson)
-    K = getfem.asm_linear_elasticity(rule, displacement, data, first * ones, shear * ones)
+    lam = deck.E * deck.poisson / ((1.0 + deck.poisson) * (1.0 - 2.0 * deck.poisson))
+    mu = 0.5 * deck.E / (1.0 + deck.poisson)
+    K = getfem.asm_linear_elasticity(rule, displacement, data, lam * ones, mu * ones)
     count = displacement.nbdof()
     answers = []
     for step in deck.steps:
@@ -60,16 +64,16 @@ def solve(deck):
 
 
 def contact(deck):
-    """Return the number of dofs, and the answer for rigid tips in a plane.
+    """Return the number of dofs, and the answer for unilateral contact with rigid tips whose faces lie in one plane.
 
-    The method is the augmented Lagrangian of Alart and Curnier.
+    The contact is solved by the augmented Lagrangian of Alart and Curnier, without friction.
     """
     (step,) = deck.steps
     mesh, displacement, rule, number = elements(deck)
     model = getfem.Model("real")
     model.add_fem_variable("u", displacement)
-    first = deck.E * deck.poisson / ((1.0 + deck.poisson) * (1.0 - 2.0 * deck.poisson))
-    model.add_initialized_data("first", first)
+    lam = deck.E * deck.poisson / ((1.0 + deck.poisson) * (1.0 - 2.0 * deck.poisson))
+    model.add_initialized_data("first", lam)
     model.add_initialized_data("shear", 0.5 * deck.E / (1.0 + deck.poisson))
     model.add_isotropic_linearized_elasticity_brick(rule, "u", "first", "shear")
     add_supports(model, mesh, deck, step)
@@ -94,12 +98,15 @@ def contact(deck):
     data = getfem.MeshFem(mesh, 1)
     data.set_fem(getfem.Fem("FEM_PK(3,0)"))
     ones = np.ones(data.nbdof())
-    K = getfem.asm_linear_elasticity(rule, displacement, data, first * ones, 0.5 * deck.E / (1.0 + deck.poisson) * ones)
+    K = getfem.asm_linear_elasticity(rule, displacement, data, lam * ones, 0.5 * deck.E / (1.0 + deck.poisson) * ones)
     return count, [deck.answer_of(step, *(values.reshape(-1, 3)[number] for values in (u, K.mult(u))))]
 
 
 def add_supports(model, mesh, deck, step):
-    """Add the supports: all components are fixed on a clamped set, and only the normal one on a plane of symmetry."""
+    """Add the supports to a model: clamped sets, and planes of symmetry.
+
+    On a plane of symmetry only the normal component is held, by a penalty.
+    """
     rule = getfem.MeshIm(mesh, getfem.Integ("IM_TETRAHEDRON(5)"))
     for number, (name, components) in enumerate(step.held.items(), start=1):
         mesh.set_region(number, faces_on(mesh, deck, name))
@@ -115,7 +122,7 @@ def add_supports(model, mesh, deck, step):
 
 
 def faces_on(mesh, deck, name):
-    """Return the faces of the mesh whose nodes are all in a set, (2, faces): element and local face numbers."""
+    """Return the faces whose nodes are all in a node set, as element and local face numbers (2, faces)."""
     points = mesh.pid_from_coords(np.asfortranarray(deck.nodes[deck.sets[name]].T), 1e-7)
     return mesh.faces_from_pid(points)
 

@@ -51,7 +51,7 @@ def test_example_prints_what_the_page_shows(name, tmp_path, monkeypatch, capsys)
     """
     shown = GALLERY.PAGE.read_text(encoding="utf-8")
     if name in QUICK:
-        printed = GALLERY.printed_by(name, tmp_path)
+        printed = GALLERY.run_example(name, tmp_path)
     else:
         monkeypatch.chdir(tmp_path)
         runpy.run_path(str(GALLERY.EXAMPLES / f"{name}.py"), run_name="__main__")
