@@ -23,8 +23,8 @@ from pipeline.options import load_design
 from sensor.design.processes import PROCESSES
 from sensor.quantity import InputError
 
-SECONDS = 300  # wall time after which a run is killed
-MOST_MIB = 4096  # most memory of a run
+SECONDS = 300  # wall-clock time after which a run is killed
+LARGEST_MIB = 4096  # memory limit of a run
 OFTEN = 0.5  # probability of an optional part of a design
 ROUGH_FLAGS = ("--tol", "0.1")
 REFUSED = 2
@@ -110,25 +110,25 @@ def random_settings(rng: random.Random) -> dict[str, object]:
     return settings | _tip_settings(rng, settings, side) | _flesh_settings(rng, E_max, side) | _reading_settings(rng)
 
 
-def _log_uniform(rng: random.Random, least: float, most: float) -> float:
+def _log_uniform(rng: random.Random, low: float, high: float) -> float:
     """Return a random number between two bounds, uniform in its logarithm."""
-    return least * (most / least) ** rng.random()
+    return low * (high / low) ** rng.random()
 
 
 def _tip_settings(rng: random.Random, settings: dict[str, object], side: float) -> dict[str, object]:
     """Return the random settings that only cones, domes or lines of tips have; the tips are `side` [mm] wide."""
-    found: dict[str, object] = {}
+    values: dict[str, object] = {}
     if settings["tips.shape"] == "cone":
-        found["tips.half_angle_deg"] = rng.uniform(45.0, 89.0)
+        values["tips.half_angle_deg"] = rng.uniform(45.0, 89.0)
         if rng.random() < OFTEN:
-            found["tips.blunt_mm"] = _log_uniform(rng, 1e-3, 1.0) * side
+            values["tips.blunt_mm"] = _log_uniform(rng, 1e-3, 1.0) * side
     if settings["tips.shape"] == "dome":
-        found["tips.dome_radius_mm"] = _log_uniform(rng, 0.5, 30.0) * side
-        found["tips.socket"] = rng.choice(["none", "pin"])
+        values["tips.dome_radius_mm"] = _log_uniform(rng, 0.5, 30.0) * side
+        values["tips.socket"] = rng.choice(["none", "pin"])
     if settings["tips.layout"] == "line":
-        found["tips.order"] = rng.choice(["LHL", "HLH"])
-        found["tips.outer_mm"] = rng.choice([0.0, _log_uniform(rng, 1e-3, 0.3) * side])
-    return found
+        values["tips.order"] = rng.choice(["LHL", "HLH"])
+        values["tips.outer_mm"] = rng.choice([0.0, _log_uniform(rng, 1e-3, 0.3) * side])
+    return values
 
 
 def _flesh_settings(rng: random.Random, E_max: float, side: float) -> dict[str, object]:
@@ -136,31 +136,31 @@ def _flesh_settings(rng: random.Random, E_max: float, side: float) -> dict[str, 
 
     `E_max` is the largest modulus of the flesh [MPa], and `side` the width of a tip [mm].
     """
-    found: dict[str, object] = {}
+    values: dict[str, object] = {}
     if rng.random() < OFTEN:
-        found["fruit.skin_mm"] = _log_uniform(rng, 1e-3, 1.0) * side
-        found["fruit.skin_E_MPa"] = _log_uniform(rng, 1.0, 3e4) * E_max
+        values["fruit.skin_mm"] = _log_uniform(rng, 1e-3, 1.0) * side
+        values["fruit.skin_E_MPa"] = _log_uniform(rng, 1.0, 3e4) * E_max
         if rng.random() < OFTEN:
-            found["fruit.skin_poisson"] = rng.uniform(-0.9, 0.4999)
+            values["fruit.skin_poisson"] = rng.uniform(-0.9, 0.4999)
     if rng.random() < OFTEN:
         count = rng.randint(1, 3)
-        found["fruit.relaxation"] = [
+        values["fruit.relaxation"] = [
             [rng.uniform(0.01, 0.99) / count, _log_uniform(rng, 1e-3, 1e5)] for _ in range(count)
         ]
-        found["press.speed_mm_per_s"] = _log_uniform(rng, 1e-3, 100.0)
-        found["press.hold_s"] = _log_uniform(rng, 1e-2, 1e4)
+        values["press.speed_mm_per_s"] = _log_uniform(rng, 1e-3, 100.0)
+        values["press.hold_s"] = _log_uniform(rng, 1e-2, 1e4)
     if rng.random() < OFTEN:
         K_l = _log_uniform(rng, 1.0, 1e5)
-        found["springs.K_l_N_per_m"] = K_l
-        found["springs.K_h_N_per_m"] = K_l * _log_uniform(rng, 1.01, 300.0)
-    return found
+        values["springs.K_l_N_per_m"] = K_l
+        values["springs.K_h_N_per_m"] = K_l * _log_uniform(rng, 1.01, 300.0)
+    return values
 
 
 def _reading_settings(rng: random.Random) -> dict[str, object]:
     """Return random settings of the tables `[reading]` and `[readout]`, each in half of the designs."""
-    found: dict[str, object] = {}
+    values: dict[str, object] = {}
     if rng.random() < OFTEN:
-        found |= {
+        values |= {
             "reading.tilt_deg": rng.uniform(0.0, 15.0),
             "reading.tilt_change_deg": rng.choice([0.0, rng.uniform(0.0, 5.0)]),
             "reading.off_centre_mm": rng.choice([0.0, _log_uniform(rng, 1e-2, 10.0)]),
@@ -171,18 +171,18 @@ def _reading_settings(rng: random.Random) -> dict[str, object]:
             "reading.uncertainty_limit": _log_uniform(rng, 1e-3, 1.0),
         }
         if rng.random() < OFTEN:
-            found["reading.calibrated_by"] = rng.choice(["weights", "plate"])
+            values["reading.calibrated_by"] = rng.choice(["weights", "plate"])
     if rng.random() < OFTEN:
-        found |= {
+        values |= {
             "readout.bits": rng.randint(8, 32),
             "readout.rate_Hz": _log_uniform(rng, 0.1, 1e5),
             "readout.noise_nV": _log_uniform(rng, 1e-2, 1e6),
             "readout.drift_K": rng.uniform(0.0, 50.0),
             "readout.tare_K": rng.uniform(0.0, 50.0),
         }
-    elif "reading.tilt_deg" in found:  # a read-out has its own noise
-        found["reading.noise_percent"] = rng.uniform(0.0, 50.0)
-    return found
+    elif "reading.tilt_deg" in values:  # a read-out has its own noise
+        values["reading.noise_percent"] = rng.uniform(0.0, 50.0)
+    return values
 
 
 def random_design(seed: int, number: int) -> dict[str, str]:
@@ -231,7 +231,7 @@ def find_fault(usage: ResourceUsage, out: Path, leftovers: Sequence[str]) -> str
         return f"stderr: {usage.err.strip()}"
     if leftovers:
         return f"left behind: {', '.join(leftovers)}"
-    if usage.peak_MiB > MOST_MIB:
+    if usage.peak_MiB > LARGEST_MIB:
         return f"memory {usage.peak_MiB:.0f} MiB"
     if (out / "report.json").is_file():
         try:
@@ -282,7 +282,7 @@ def main() -> int:
         print(f"{len(outcomes)} designs, {sum(bool(one.fault) for one in outcomes)} with a fault")
         return 1 if any(one.fault for one in outcomes) else 0
     flags = f"--count {len(outcomes)} --seed {options.seed}"
-    introduction = INTRODUCTION.format(flags=flags, seconds=SECONDS, memory=MOST_MIB)
+    introduction = INTRODUCTION.format(flags=flags, seconds=SECONDS, memory=LARGEST_MIB)
     write_section("Extreme designs", introduction, sections(outcomes))
     return 1 if any(one.fault for one in outcomes) else 0
 

@@ -158,8 +158,8 @@ def _leaf_test(arm: Arm) -> FaceTest:
 
 def _element_row(method: str, name: str, mesh: SkfemMesh, choice: str, meshing: float) -> Measurement:
     """Return the row of an element of `reference.element_study` on a mesh, which took `meshing` CPU seconds [s]."""
-    found, cpu = time_call(partial(element_stiffness, mesh, choice, E_MPA, POISSON))
-    return BENCH.row(method, name, Solved(values=found.K, cpu=meshing + cpu, dofs=found.dofs))
+    solution, cpu = time_call(partial(element_stiffness, mesh, choice, E_MPA, POISSON))
+    return BENCH.row(method, name, Solved(values=solution.K, cpu=meshing + cpu, dofs=solution.dofs))
 
 
 def peer_rows(name: str, mesh: SkfemMesh, choice: str, kind: str, meshing: float) -> Iterator[Measurement]:

@@ -51,7 +51,7 @@ def direct_compliance(meshes: Sequence[Mesh], poisson: float) -> FruitCompliance
     limits = [richardson(values, sizes, EDGE_RATE) for values in diagonals.T.tolist()]
     worst = max(limits, key=lambda limit: limit.error)
 
-    # The crosstalk of the tips hardly depends on the element size at their edges. It is taken from the finest mesh,
+    # The crosstalk depends very little on the element size at the edges of the tips. It is taken from the finest mesh,
     # because an extrapolation would only add noise.
     off_diagonal = ~np.eye(len(TIPS), dtype=bool)
     coarser = solved[-2].S

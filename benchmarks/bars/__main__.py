@@ -33,13 +33,13 @@ def main() -> int:
     for name, case in CASES.items():
         if groups and name.partition(":")[0] not in groups:
             continue
-        found = case_outcome(*case)
-        count[found.verdict] += 1
+        outcome = case_outcome(*case)
+        count[outcome.verdict] += 1
         numbers = ["-", "-", "-"]
-        if found.check:
-            difference = "-" if found.check.reference is None else percent(found.check.excess)
-            numbers = [found.check.name, percent(found.check.relative_error), difference]
-        rows.append([name, *numbers, found.verdict, found.reason])
+        if outcome.check:
+            difference = "-" if outcome.check.reference is None else percent(outcome.check.excess)
+            numbers = [outcome.check.name, percent(outcome.check.relative_error), difference]
+        rows.append([name, *numbers, outcome.verdict, outcome.reason])
     title = ", ".join(f"{number} {verdict}" for verdict, number in count.items())
     table = section(title, HEADS, rows, NOTES)
     if groups:

@@ -34,9 +34,9 @@ def block_compliance(fruit: Fruit) -> Floats:
     return footprint_compliance(fruit.equivalent_block, PAIR, LEVELS[0]).S
 
 
-def relative_bars(found: ShapeChange, S: Floats) -> Floats:
+def relative_bars(shape_effect: ShapeChange, S: Floats) -> Floats:
     """Return the error bars of a change, relative to the compliance S [1], in the order of `relative_changes`."""
-    return SAFETY * relative_changes(found.step, S) + relative_changes(found.bound, S)
+    return SAFETY * relative_changes(shape_effect.step, S) + relative_changes(shape_effect.bound, S)
 
 
 def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> tuple[ReferenceCheck, ...]:
@@ -44,9 +44,9 @@ def body_checks(fruit: Fruit, truth: Reference, along_normals: bool = False) -> 
 
     `truth` is the change of s11 - s12 from the equivalent block to the shape of the fruit.
     """
-    found, S = pair_change(fruit, along_normals), block_compliance(fruit)
+    shape_effect, S = pair_change(fruit, along_normals), block_compliance(fruit)
     block, _ = pair_and_own(S)
-    value, _ = pair_and_own(S + found.change)
-    bar = relative_bars(found, S)[0] * block / value
+    value, _ = pair_and_own(S + shape_effect.change)
+    bar = relative_bars(shape_effect, S)[0] * block / value
     expected = replace(truth, values=(block + truth.values[0],))
     return make_checks(BENCH.values[:1], (value,), (float(bar),), expected)

@@ -65,8 +65,8 @@ def run_case(check: Callable[..., Sequence[ReferenceCheck]], changes: Mapping[st
     if "truth" in values:
         values["truth"] = TRUTHS[values["truth"]]
     widest = values.pop("bar", None)
-    found = check(**values)
-    return found if widest is None else [replace(each, widest=widest) for each in found]
+    results = check(**values)
+    return results if widest is None else [replace(each, widest=widest) for each in results]
 
 
 CASES = {name: (work, answerable) for name, work, answerable in every_case()}
