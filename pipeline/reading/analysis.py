@@ -354,7 +354,7 @@ def uncertainty_by_poisson(design: Design, model: RiseModel, press: Floats) -> f
 
 def _index_of_largest(biases: Sequence[float] | Floats) -> int:
     """Return the index of the first of the largest biases [1]; equal ones may differ by the round-off of E read / E."""
-    return first_largest(np.abs(biases).tolist(), scale=1.0)
+    return first_largest(np.abs(biases).tolist(), least=1.0)
 
 
 def _absolute(bias: Estimate) -> Estimate:
