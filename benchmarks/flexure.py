@@ -18,7 +18,7 @@ from benchmarks.harness import OURS, Bench, Measurement, Solved, print_measureme
 from benchmarks.peers import NGSOLVE, Solver, deck_solvers
 from cad.parts.housing import Arm, Housing
 from cad.parts.housing_solid import housing_part, named_housing
-from cad.parts.part import FaceTest, Part, named_part, on_plane
+from cad.parts.part import FaceTest, Part, named_part, plane_face_test
 from mesh.housing.blocks import counts
 from mesh.housing.sweep import flexure_mesh, mesh_of_counts
 from mesh.volume import SizeField, volume_mesh
@@ -143,7 +143,7 @@ def housing_half(housing: Housing) -> Part:
     box = cq.Solid.makeBox(width, housing.depth, height, cq.Vector(housing.left - 1.0, 0.0, -1.0))
     outside = named_housing(housing_part(housing).shape.intersect(box), housing)
     tests: dict[str, FaceTest] = {f"{arm.name}_leaves": _leaf_test(arm) for arm in housing.arms}
-    tests["symmetry"] = on_plane(1, 0.0)
+    tests["symmetry"] = plane_face_test(1, 0.0)
     inside = named_part("housing half", outside.shape, tests)
     return Part(name=inside.name, shape=outside.shape, faces={**outside.faces, **inside.faces})
 
@@ -151,7 +151,7 @@ def housing_half(housing: Housing) -> Part:
 def _leaf_test(arm: Arm) -> FaceTest:
     """Return the test for the flat faces of the straight parts of both leaves, which need small elements."""
     half = 0.5 * arm.flexure.thickness
-    surfaces = [on_plane(2, level + side) for level in arm.levels for side in (-half, half)]
+    surfaces = [plane_face_test(2, level + side) for level in arm.levels for side in (-half, half)]
     start, end = arm.roots
     return lambda face: start < face.Center().x < end and any(on_surface(face) for on_surface in surfaces)
 

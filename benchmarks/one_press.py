@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.calibrate.reference_presses import ReferenceBall, correction_of
+from instrument.calibrate.reference_presses import ReferenceBall, fit_ball_correction
 from instrument.press.contrast_press import press_reading
 from instrument.press.fruit_of_presses import fruit_answer
 from instrument.press.fruit_reading import FruitReading
@@ -93,7 +93,7 @@ class Bench:
         level = Fruit(E=rubber, R1=BALL_RADIUS, R2=BALL_RADIUS, poisson=RUBBER_POISSON)
         readings = [self.read(replace(level, tilt=tilt, tilt_azimuth=azimuth), sensor) for tilt, azimuth in BALL_TILTS]
         self.unit = known
-        return replace(known, unit=replace(known.unit, ball=correction_of(readings, ball, known, "the ball")))
+        return replace(known, unit=replace(known.unit, ball=fit_ball_correction(readings, ball, known, "the ball")))
 
     def mean_fruit(self, E: float, **changes: object) -> Fruit:
         """Return the mean fruit of the design with modulus E [MPa], smooth and level; `changes` set other fields."""

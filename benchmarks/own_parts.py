@@ -24,13 +24,13 @@ from benchmarks.flexure import E_MPA, HOUSING, POISSON, peer_stiffness
 from benchmarks.harness import table
 from benchmarks.own_housings import OWN_HOUSINGS
 from cad.checks.own_part import (
-    as_one_shape,
+    combine_shapes,
     extrusion_of,
     faces_at,
     hole_points,
     own_part,
-    own_solid,
     read_own_solid,
+    require_one_solid,
     tip_points,
 )
 from cad.parts.part import Part
@@ -38,7 +38,7 @@ from mesh.own_part import FineCorners, swept_part
 from pipeline.springs.own_part import HELD, PartStiffness, stiffness
 from reference.tetrahedra import Box, fine_boxes, tetrahedra
 from solve.housing.stiffness import tip_face
-from solve.own_part import at_size_zero, strained_corners, swept_compliance
+from solve.own_part import extrapolate_to_size_zero, strained_corners, swept_compliance
 
 ROUGH, FINER = (4.0, 1), (2.0, 3)  # scale of the element size in the section, and layers in half the depth
 CORNER = 0.1  # size of elements at sharp corners over the thickness
@@ -100,7 +100,7 @@ def calculix_on_section(name: str, shape: cq.Workplane) -> Peer:
 
     A rough solution of the product shows at which inner corners the mesh must be fine.
     """
-    extrusion = extrusion_of(_name_faces(own_solid(as_one_shape(shape), name)))
+    extrusion = extrusion_of(_name_faces(require_one_solid(combine_shapes(shape), name)))
     if extrusion is None:
         raise ValueError(name)
     presses = {tip_face(tip): UP for tip in tip_points(HOUSING)}
@@ -116,7 +116,7 @@ def calculix_on_step_file(name: str, shape: cq.Workplane) -> Peer:
     """Return CalculiX's stiffness of a housing on tetrahedra of its STEP file, extrapolated to element size 0."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "part.step"
-        cq.exporters.export(cq.Workplane(as_one_shape(shape)), str(path))
+        cq.exporters.export(cq.Workplane(combine_shapes(shape)), str(path))
         part = _name_faces(read_own_solid(path))
     solved = []
     for size in TET_SIZES:
@@ -124,7 +124,7 @@ def calculix_on_step_file(name: str, shape: cq.Workplane) -> Peer:
         solved.append(peer_stiffness(mesh, TETRAHEDRA, (E_MPA, POISSON)))
         print(name, size, solved[-1], file=sys.stderr, flush=True)
     stiffnesses = zip(*(each.values for each in solved), strict=True)
-    bars = [at_size_zero(TET_SIZES, each) for each in stiffnesses]
+    bars = [extrapolate_to_size_zero(TET_SIZES, each) for each in stiffnesses]
     return bars, solved[-1].dofs, sum(each.cpu for each in solved)
 
 

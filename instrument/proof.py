@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import binom
 
-from instrument.calibrate.reference_presses import ACCEPTED_FLAGS, ReferenceBall, correction_of
+from instrument.calibrate.reference_presses import ACCEPTED_FLAGS, ReferenceBall, fit_ball_correction
 from instrument.press.fruit_reading import FruitReading
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
@@ -216,7 +216,7 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
     reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=requirements.ball_percent)
     # Presses without noise are equal, so one is counted three times. The error of the ball's modulus is drawn.
     reading = read_by(sensor.on_ball(ball.radius), real_unit, ball.fruit())
-    correction = correction_of(3 * [reading], reference, sensor, "the ball")
+    correction = fit_ball_correction(3 * [reading], reference, sensor, "the ball")
     modulus_error = math.exp(0.01 * requirements.ball_percent * rng.normal())
     return replace(unit, ball=replace(correction, factor=modulus_error * correction.factor))
 

@@ -608,7 +608,7 @@ def _boundaries(extrusion: "Extrusion", profile: Profile, straight: MeshHex1, *,
     # A facet belongs to a face of the part if its middle lies on the face.
     middles = _facet_middles(profile, straight, boundary_facets, profile_points)
     for name in extrusion.part.faces:
-        on_face = extrusion.lies_on(name, middles, 10.0 * _NEAR)
+        on_face = extrusion.are_on_face(name, middles, 10.0 * _NEAR)
         boundaries[name] = boundary_facets[on_face]
         if not on_face.any():
             raise MeshError("faces", f"no facet of the swept section lies on {name}", "take another face")

@@ -26,7 +26,7 @@ _LARGEST_SHARE = 0.15  # largest element size over the longest side of the part
 _PASSES = 3  # number of times that folded cells are looked for; straightening an edge may fold another cell
 
 
-def tetrahedra(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
+def tetrahedral_mesh(part: "Part", walls: "Walls", scale: float) -> MeshTet2:
     """Return the mesh [mm] of a part in quadratic tetrahedra, with the part's named faces as boundaries.
 
     `walls` has the element size that wall thickness and curvature require at points on the surface. All these sizes are

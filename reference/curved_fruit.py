@@ -3,7 +3,7 @@
 import cadquery as cq
 
 from cad.parts.fruit import whole_fruit
-from cad.parts.part import Part, named_part, on_plane
+from cad.parts.part import Part, named_part, plane_face_test
 from reference.fruit_meshes import MIRROR_PLANES, tip_centres, top_faces
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
@@ -21,6 +21,6 @@ def curved_half(fruit: Fruit, tips: Tips) -> Part:
     whole = whole_fruit(fruit, tips)
     far = whole.BoundingBox().DiagonalLength
     half = whole.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far)))
-    planes = {"base": on_plane(2, -fruit.depth_mm), "symmetry_y": MIRROR_PLANES["symmetry_y"]}
+    planes = {"base": plane_face_test(2, -fruit.depth_mm), "symmetry_y": MIRROR_PLANES["symmetry_y"]}
     skin = top_faces(tips, tip_centres(tips), is_curved, NEAR_BOX_MM)
     return named_part("half of a curved fruit", half, {**planes, **skin})

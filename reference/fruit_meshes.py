@@ -6,14 +6,14 @@ import cadquery as cq
 from skfem import MeshTet1
 
 from cad.parts.fruit import footprint
-from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane
+from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, plane_face_test
 from mesh.volume import SizeField, volume_mesh
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips, check_tips_on_fruit
 
 HALF = ("symmetry_y",)
 QUARTER = ("symmetry_x", "symmetry_y")
-MIRROR_PLANES = {"symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
+MIRROR_PLANES = {"symmetry_x": plane_face_test(0, 0.0), "symmetry_y": plane_face_test(1, 0.0)}
 
 # At the edge of a sharp tip u ~ r^1/2, so the energy error is of first order in the element size h there. Away from the
 # edge, quadratic elements have an error h^4. So growth and largest size are scaled by h^1/4: both errors are then O(h).
@@ -40,9 +40,9 @@ def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
     block = cq.Solid.makeBox(right - left, back - front, fruit.height_mm, corner)
     centres = {face: x for face, x in tip_centres(tips).items() if x > left}
     faces = {
-        "base": on_plane(2, -fruit.height_mm),
+        "base": plane_face_test(2, -fruit.height_mm),
         **{plane: MIRROR_PLANES[plane] for plane in mirrors},
-        **top_faces(tips, centres, on_plane(2, 0.0), NEAR_MM),
+        **top_faces(tips, centres, plane_face_test(2, 0.0), NEAR_MM),
     }
     divided = block.split(*(footprint(tips, x) for x in centres.values()))
     return named_part("fruit block", divided, faces)

@@ -158,7 +158,7 @@ def tetrahedral_compliance(
     )
 
 
-def at_size_zero(sizes: Sequence[float], values: Sequence[float]) -> tuple[float, float]:
+def extrapolate_to_size_zero(sizes: Sequence[float], values: Sequence[float]) -> tuple[float, float]:
     """Extrapolate values on three or more meshes to element size 0; return the limit and its error.
 
     `sizes` decrease. The error of a value is assumed to be proportional to the size, because the error at a sharp

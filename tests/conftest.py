@@ -73,10 +73,10 @@ def _own_cache(tmp_path_factory):
 @pytest.fixture(scope="session")
 def curves_once(_own_cache):
     """Let the workers of one session share the force curves of pressed bodies: those of one law take 5 s to solve."""
-    solve = importlib.import_module("solve.compression.force_curve").fitted_curve
+    solve = importlib.import_module("solve.compression.force_curve").fit_force_curve
 
     @functools.cache
-    def fitted_curve(*press):
+    def fit_force_curve(*press):
         kept = _own_cache / f"curve-{hashlib.sha256(repr(press).encode()).hexdigest()}"
         with contextlib.suppress(FileNotFoundError):
             return pickle.loads(kept.read_bytes())
@@ -88,7 +88,7 @@ def curves_once(_own_cache):
 
     with pytest.MonkeyPatch.context() as patch:
         for module in ("solve.compression.force_curve", "instrument.compress.force_law"):
-            patch.setattr(f"{module}.fitted_curve", fitted_curve)
+            patch.setattr(f"{module}.fit_force_curve", fit_force_curve)
         yield
 
 
@@ -120,7 +120,7 @@ def plant(tmp_path):
 @pytest.fixture
 def without_page(monkeypatch):
     """Let runs write an empty report.html; tests of pages have their own."""
-    monkeypatch.setattr(importlib.import_module("pipeline.report.outputs"), "page_of", lambda *_: "")
+    monkeypatch.setattr(importlib.import_module("pipeline.report.outputs"), "make_page", lambda *_: "")
 
 
 @pytest.fixture

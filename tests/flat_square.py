@@ -68,7 +68,7 @@ def linear_pose_forces(scene: Scene, contact: FruitCompliance, C: Floats, poses:
     return PoseForces(
         F=F,
         F_error=FORCE_ERROR * F,
-        error_alike=np.array(errors),
+        common_error=np.array(errors),
         F_flesh=np.zeros(shape),
         error=np.full(len(F), FORCE_ERROR),
         touching=F > 0.0,

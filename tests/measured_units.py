@@ -35,7 +35,7 @@ from sensor.design.reading import ReadingRequirements
 from sensor.theory.creep import CreepLaw
 from solve.contact.linear_response import spring_compliance
 from solve.contact.pose_forces import Pose, Stand, pose_forces
-from solve.contact.scene import SidewaysGive
+from solve.contact.scene import LateralCompliance
 from solve.fruit.compliance import FruitCompliance
 from tests.deadline import DEADLINE_S
 
@@ -105,7 +105,7 @@ class MeasuredDesign:
         if design.tips.tip_shape.obeys_hertz:
             give = np.zeros((len(self.K), len(self.K), 3, 3))
             give[range(len(self.K)), range(len(self.K)), 1, 1] = design.tips.each(*ACROSS)
-            self.sideways = SidewaysGive(give, 0.0)
+            self.sideways = LateralCompliance(give, 0.0)
         sizing = spring_sizing(design, self.contact, RunOptions())
         ideal = springs_for(design, sizing, "sized")
         springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways, "creep": ideal.creep})

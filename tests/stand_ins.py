@@ -34,7 +34,7 @@ from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES
 from sensor.design.tips import PressMotion
 from sensor.verdict import Verdict
-from solve.contact.scene import SidewaysGive
+from solve.contact.scene import LateralCompliance
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import HousingStiffness
@@ -125,7 +125,7 @@ def with_compliance(
     design: Design,
     contact: FruitCompliance,
     C: np.ndarray,
-    sideways: SidewaysGive | None = None,
+    sideways: LateralCompliance | None = None,
     height_offsets: tuple[float, ...] = (),
 ) -> PressedSensor:
     """Return a sensor on springs of which the compliance [mm/N] is all that is known."""

@@ -15,7 +15,7 @@ import OCP
 from cad.checks.triangle_checks import LONGEST_MM, SHORTEST_MM
 from cad.files.step import read_step
 from cad.parts.housing import Housing
-from cad.parts.part import Part, on_plane
+from cad.parts.part import Part, plane_face_test
 from sensor.arrays import Flags, Floats
 from sensor.quantity import InputError, validation_error
 
@@ -39,7 +39,9 @@ _PIECE_MM = 0.5  # size of the pieces of a face on which the depths of part and 
 _BEYOND = 1.0  # [mm] margin outside the part, for the start of a ray and for the size of a cutting plane
 
 
-def own_solid(shape: cq.Shape, name: str, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
+def require_one_solid(
+    shape: cq.Shape, name: str, housing: Housing | None = None, *, any_size: bool = False
+) -> cq.Solid:
     """Return the solid [mm] of a shape that consists of exactly one valid, closed solid.
 
     `name` is the name of the file or part for messages. With a `housing`, a part whose inches were written as
@@ -95,7 +97,7 @@ def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
 
 
 def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
-    """Return the one solid [mm] of a STEP file; `housing` and `any_size` are those of `own_solid`.
+    """Return the one solid [mm] of a STEP file; `housing` and `any_size` are those of `require_one_solid`.
 
     Raises InputError if the file cannot be read, or if it does not hold exactly one valid solid.
     """
@@ -103,7 +105,7 @@ def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool
         shape = read_step(path)
     except ValueError as error:
         raise InputError(str(error)) from error
-    return own_solid(shape, path.name, housing, any_size=any_size)
+    return require_one_solid(shape, path.name, housing, any_size=any_size)
 
 
 def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, ...]:
@@ -203,7 +205,7 @@ def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[i
     return tuple(indices)
 
 
-def pressed_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place:
+def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place:
     """Return the unit vector of a press on faces, opposite to their mean outer normal.
 
     `indices` are those of the faces in `solid.Faces()`. Raises InputError if the normals cancel, as on a closed ring.
@@ -227,7 +229,7 @@ def pressed_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Pla
     return float(x), float(y), float(z)
 
 
-def as_one_shape(solid: object) -> cq.Shape:
+def combine_shapes(solid: object) -> cq.Shape:
     """Return a CadQuery shape unchanged, or the shapes on a workplane as one shape.
 
     Raises InputError if `solid` is neither.
@@ -243,7 +245,7 @@ def as_one_shape(solid: object) -> cq.Shape:
     return shapes[0] if len(shapes) == 1 else cq.Compound.makeCompound(shapes)
 
 
-def with_flat_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
+def fill_round_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
     """Return a solid whose spherical tips are filled up to a bar that ends in the plane tangent to the sphere.
 
     The mesh of a housing has such square tips. `points` [mm] are the points where the tips touch first; a point on a
@@ -352,7 +354,7 @@ class Extrusion:
         )
         return sum(face.Area() for face in faces) if is_straight else None
 
-    def lies_on(self, name: str, points: Floats, tolerance: float) -> Flags:
+    def are_on_face(self, name: str, points: Floats, tolerance: float) -> Flags:
         """Return for each point (3, n) [mm] whether it lies within `tolerance` [mm] of a face of this name, shape (n,).
 
         Distances to a face are slow, so only points inside its bounding box are measured.
@@ -558,9 +560,9 @@ def own_part(solid: cq.Solid, faces: Mapping[str, tuple[int, ...]]) -> Part:
     return Part(name="part", shape=solid, faces=dict(faces))
 
 
-def with_sides(part: Part, name: str, level: float) -> tuple[Part, bool]:
+def name_side_faces(part: Part, name: str, level: float) -> tuple[Part, bool]:
     """Return a part in which the faces at y = -`level` and y = `level` [mm] have a name, and whether there are any."""
-    tests = [on_plane(1, side * level) for side in (-1.0, 1.0)]
+    tests = [plane_face_test(1, side * level) for side in (-1.0, 1.0)]
     indices = tuple(index for index, face in enumerate(part.shape.Faces()) if any(test(face) for test in tests))
     return (replace(part, faces={**part.faces, name: indices}), True) if indices else (part, False)
 

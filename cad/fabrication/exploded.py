@@ -9,7 +9,7 @@ import cadquery as cq
 from cad.drawing.projection import edge_points, point_in_view, view_of
 from cad.fabrication.bill import BillLine
 from cad.fabrication.sheet_templates import render_template
-from cad.parts.assembly import in_place, product_of
+from cad.parts.assembly import placed_shape, product_of
 
 # Prefixes of the names of parts in the assembly, from the front to the back, each with the name in the bill.
 _STACK = {
@@ -45,7 +45,7 @@ class Balloon:
 def write_exploded(assembly: cq.Assembly, bill: Sequence[BillLine], path: Path) -> None:
     """Write the exploded view of a sensor with its bracket as SVG; raises OSError."""
     groups = explode(assembly)
-    shapes = [in_place(part) for group in groups.values() for part in group]
+    shapes = [placed_shape(part) for group in groups.values() for part in group]
     edges = view_of(cq.Compound.makeCompound(shapes), "corner")
     lines = sorted([(round(x, 2), round(y, 2)) for x, y in edge_points(edge)] for edge in edges)
     text = render_template("exploded.svg.jinja", lines=lines, balloons=place_balloons(groups, bill), room=_ROOM_MM)
@@ -65,7 +65,7 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
         group = [part for part in parts if part.name == position or part.name.startswith(f"{position}_")]
         if not group:
             continue
-        box = cq.Compound.makeCompound([in_place(part) for part in group]).BoundingBox()
+        box = cq.Compound.makeCompound([placed_shape(part) for part in group]).BoundingBox()
         groups[position] = _displace(group, front_y - box.ymin)
         # A plate holds the pins whose names end with its number.
         held_pins = [
@@ -109,7 +109,7 @@ def _highest_point(position: str, group: Sequence[cq.Assembly]) -> tuple[float, 
 
     In groups that are partly hidden by the bracket, only the parts on the right are searched.
     """
-    shapes = [in_place(part) for part in group]
+    shapes = [placed_shape(part) for part in group]
     rightmost = max(shape.BoundingBox().xmax for shape in shapes)
     visible = [
         shape for shape in shapes if position not in _HIDDEN or shape.BoundingBox().xmax > rightmost - _COARSE_MM

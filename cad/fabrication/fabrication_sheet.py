@@ -25,7 +25,7 @@ from sensor.design.readout import PROBE
 from sensor.design.signal_path import SpringReadOut, SpringToRead
 from sensor.design.tips import shown_by_ball
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
-from sensor.theory.straight_line import left_by_digits
+from sensor.theory.straight_line import slope_error_of_resolution
 
 _COUPON_FRACTION = 0.5  # share of the strain limit that the largest weight on a coupon uses
 _SLICED = (0.99, 1.04)  # range of the ratio of a slicer's mass at 100 % infill to the solid mass; see the template
@@ -52,7 +52,7 @@ def coarsest_resolution(full: float) -> float:
 
     The 1 % is an expanded uncertainty (95 %), to which force and deflection contribute equally.
     """
-    resolution = _K_ERROR / COVERAGE / math.sqrt(2.0) / left_by_digits(1.0, full, WEIGHED_AT)
+    resolution = _K_ERROR / COVERAGE / math.sqrt(2.0) / slope_error_of_resolution(1.0, full, WEIGHED_AT)
     return 10.0 ** math.floor(math.log10(resolution))
 
 

@@ -10,7 +10,7 @@ import cadquery as cq
 
 from cad.parts.assembly import WASHER_THICKNESS_MM, grip
 from cad.parts.housing import largest_tilt
-from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
+from cad.parts.part import FaceTest, Part, is_hole, named_part, plane_face_test
 from cad.parts.sensor import SensorSolids
 
 FLANGE_CIRCLE_MM = 50.0  # ISO 9409-1-50-4-M6
@@ -77,8 +77,8 @@ def mount_part(sensor: SensorSolids) -> Part:
     The sensor lies against the seat, and is held by screws through the mounting holes.
     """
     faces: dict[str, FaceTest] = {
-        "seat": on_plane(1, back_of(sensor)),
-        "flange": on_plane(2, _shelf_level(sensor) + PLATE_MM),
+        "seat": plane_face_test(1, back_of(sensor)),
+        "flange": plane_face_test(2, _shelf_level(sensor) + PLATE_MM),
         "mounting_holes": lambda face: is_hole(face, sensor.housing.hole_diameter),
         "flange_holes": lambda face: is_hole(face, FLANGE_HOLE_MM),
     }

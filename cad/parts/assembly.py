@@ -48,7 +48,7 @@ def finished_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     return cut_magnet_pockets(part, housing, seats)
 
 
-def on_workplane(part: Part) -> cq.Workplane:
+def tagged_workplane(part: Part) -> cq.Workplane:
     """Return a part [mm] as a CadQuery workplane, with its named faces as tags, to be edited with CadQuery."""
     plane = cq.Workplane(part.shape)
     faces = part.shape.Faces()
@@ -126,12 +126,12 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
     plates = plate_places(housing)
     suffixes = ("_1", "_2") if housing.back_to_back else ("",)
     assembly = cq.Assembly(name="sensor")
-    printed_part = on_workplane(sensor.part)
+    printed_part = tagged_workplane(sensor.part)
     for suffix, plate in zip(suffixes, plates, strict=True):
         name = f"plate{suffix}" if housing.back_to_back else "housing"
         assembly.add(printed_part, name=name, loc=plate, color=PRINTED_COLOUR)
     if housing.mount == "covers":
-        cover = on_workplane(cover_part(housing, sensor.seats))
+        cover = tagged_workplane(cover_part(housing, sensor.seats))
         for side, location in zip(("front", "back"), cover_places(housing), strict=True):
             assembly.add(cover, name=f"{side}_cover", loc=location, color=COVER_COLOUR)
     if housing.pin:
@@ -145,7 +145,7 @@ def assembly_of(sensor: SensorSolids) -> cq.Assembly:
     return assembly.add(fruit, name="fruit", loc=cq.Location(fruit_origin), color=FRUIT_COLOUR)
 
 
-def in_place(part: cq.Assembly) -> cq.Shape:
+def placed_shape(part: cq.Assembly) -> cq.Shape:
     """Return the shape of a part of an assembly at its location in the assembly [mm]."""
     return part.shapes[0].moved(part.loc)
 
@@ -162,7 +162,7 @@ def colour_of(part: cq.Assembly) -> tuple[float, ...]:
 
 def outwards(part: cq.Assembly) -> float:
     """Return the displacement of a part along y in exploded views [mm]."""
-    box = in_place(part).BoundingBox()
+    box = placed_shape(part).BoundingBox()
     if part.name.startswith("screw"):  # a screw moves out of all clamped parts, towards its head
         return APART * float(box.ymin) - float(box.ylen)
     return APART * float(box.center.y)

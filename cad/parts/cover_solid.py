@@ -9,7 +9,7 @@ import cadquery as cq
 from cad.parts.cover import COVER_MM, RECESS_MM
 from cad.parts.hall_seats import LEDGE_MM, HallSeats
 from cad.parts.housing import SETBACK_MM, Housing
-from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
+from cad.parts.part import FaceTest, Part, is_hole, named_part, plane_face_test
 
 _MARGIN = 1.0  # extension of a cut beyond the cover [mm]
 
@@ -41,7 +41,7 @@ def cover_part(housing: Housing, seats: HallSeats | None = None) -> Part:
     for box in _window_boxes(housing, seats):
         plate = plate.cut(cq.Workplane(obj=box))
     faces: dict[str, FaceTest] = {
-        "rim": on_plane(1, frame_face),
+        "rim": plane_face_test(1, frame_face),
         "mounting_holes": lambda face: is_hole(face, housing.hole_diameter),
     }
     return named_part("cover", plate.findSolid(), faces)

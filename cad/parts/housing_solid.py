@@ -13,7 +13,7 @@ import cadquery as cq
 
 from cad.parts.hall_seats import POINT_MM, HallSeats
 from cad.parts.housing import Housing, fillet_corners, profile
-from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, round_upright_edges
+from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, plane_face_test, round_upright_edges
 
 _BALL_SHARE = 0.98  # largest ratio of the height of a cap to its radius, so that the poles of the ball are beyond it
 _MARGIN = 1.0  # extension of a cut beyond the plate [mm]
@@ -106,9 +106,9 @@ def named_housing(shape: cq.Shape, housing: Housing) -> Part:
     The solid may therefore have been cut, or read from a file. The side faces are those that covers or washers clamp.
     Raises ValueError if a name matches no face.
     """
-    on_level = on_plane(2, 0.0)
-    on_front = on_plane(1, -0.5 * housing.depth)
-    on_back = on_plane(1, 0.5 * housing.depth)
+    on_level = plane_face_test(2, 0.0)
+    on_front = plane_face_test(1, -0.5 * housing.depth)
+    on_back = plane_face_test(1, 0.5 * housing.depth)
 
     def make_tip_test(sign: float) -> FaceTest:
         def is_tip(face: cq.Face) -> bool:

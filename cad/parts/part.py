@@ -93,7 +93,7 @@ def box_through(depth: float, x: tuple[float, float], z: tuple[float, float]) ->
     return cq.Solid.makeBox(x[1] - x[0], length, z[1] - z[0], cq.Vector(x[0], -0.5 * length, z[0]))
 
 
-def on_plane(axis: int, place: float) -> FaceTest:
+def plane_face_test(axis: int, place: float) -> FaceTest:
     """Return a test that accepts plane faces normal to an axis at the coordinate `place` [mm].
 
     `axis` is 0 for x, 1 for y and 2 for z.

@@ -201,14 +201,14 @@ def calibrate(
     2
     """
     check_weighed_after("after_s", after_s)
-    table = measured_print(weights, report, counts_as=counts_as)
+    table = read_print_table(weights, report, counts_as=counts_as)
     if "coupon" in table.texts:
         hint = "pipeline calibrate finds the modulus of a coupon"
         raise validation_error("weights", str(weights), "", "a table with a column tip", hint)
     return calibrate_unit(report, table, after_s=after_s)
 
 
-def measured_print(
+def read_print_table(
     source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
 ) -> MeasuredTable:
     """Read the table of weights and deflections of a print.
@@ -264,12 +264,12 @@ def calibrate_unit(
     after_s: float | None = None,
     ball: PressedBall | None = None,
 ) -> Calibration:
-    """Return the calibration of a unit from a table of weights, from `measured_print`.
+    """Return the calibration of a unit from a table of weights, from `read_print_table`.
 
-    `fruit` are presses of fruit for a scale, from `measured_fruit`. `plate` is a press on a hard plate, from
-    `measured_plate`. `after_s` [s] is the time from hanging a weight to its reading, if the table has no times. Presses
-    on a reference `ball` give a factor that corrects all readings. Raises InputError if a table does not determine the
-    springs or contradicts the design, and if a unit with these springs reads no modulus.
+    `fruit` are presses of fruit for a scale, from `read_fruit_table`. `plate` is a press on a hard plate, from
+    `read_plate_table`. `after_s` [s] is the time from hanging a weight to its reading, if the table has no times.
+    Presses on a reference `ball` give a factor that corrects all readings. Raises InputError if a table does not
+    determine the springs or contradicts the design, and if a unit with these springs reads no modulus.
     """
     # The springs and the channels from the weights.
     designed = MeasuringUnit(report=report, unit=nominal_unit(report))

@@ -66,7 +66,7 @@ _Curve = Callable[[_Points, Floats], _Points]
 """A function that fits a curve to points, and returns the curve's points between two ends of ln E."""
 
 
-def measured_fruit(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
+def read_fruit_table(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS) -> MeasuredTable:
     """Read a table of presses on fruit by a sensor with `tips` tips, with the firmness by another instrument.
 
     `flags` states columns and units that the header lacks. Raises InputError unless the table has one column of
@@ -96,7 +96,7 @@ def measured_fruit(source: Path | str, tips: int, flags: ColumnFlags = NO_FLAGS)
 
 
 def scale_of_presses(table: MeasuredTable, sensor: MeasuringUnit) -> ScaleFit:
-    """Return the scale of the instrument that measured the fruit of a table, from `measured_fruit`.
+    """Return the scale of the instrument that measured the fruit of a table, from `read_fruit_table`.
 
     Raises InputError for too few fruit, for a press that determines no modulus, and if the readings do not predict the
     firmness.

@@ -22,7 +22,7 @@ from pipeline.tables.measured_table import MeasuredTable, numbers_of
 from pipeline.tables.units import LENGTH, Quantity
 from sensor.arrays import Floats
 from sensor.quantity import COVERAGE, Estimate, validation_error
-from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, fitted
+from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, fit_line
 
 # largest mean deviation from the weights [1]; a dial or a balance is more accurate, and a wrong unit deviates more
 _LARGEST_MEAN_DEVIATION = 0.1
@@ -33,7 +33,7 @@ _LARGEST_BEND = 0.1
 _LARGEST_TRAVEL_MM = 100.0  # a larger one has a wrong unit
 
 
-def measured_plate(
+def read_plate_table(
     source: Path | str, report: Report, flags: ColumnFlags = NO_FLAGS, counts_as: str | None = None
 ) -> MeasuredTable:
     """Read the table of a press on a hard plate, which calibrates the springs: travels and signed counts.
@@ -84,7 +84,7 @@ def pressed_springs(
     resolutions = np.diag(channels.newtons_per_count) * np.column_stack([table.last_digits[key] for key in keys])
     travel_resolutions = np.ptp(forces, axis=0) / np.ptp(deflections, axis=0) * table.last_digits["travel"][:, None]
     columns = zip(deflections.T, forces.T, np.hypot(resolutions, travel_resolutions).T, strict=True)
-    lines = [fitted(*column) for column in columns]
+    lines = [fit_line(*column) for column in columns]
     K = np.array([line.slope.value for line in lines])
     ratios = K / [spring.value for spring in weighed]
     _refuse_outliers(table, lines, forces)
@@ -94,9 +94,9 @@ def pressed_springs(
     # A wrong reading of the travel is wrong for all tips, so the common residual of all channels is its error.
     channel_deflections = (forces - [line.zero for line in lines]) / K  # [mm]
     travel_errors = (channel_deflections - deflections).mean(axis=1)
-    travel_line = fitted(travel, travel + travel_errors, table.last_digits["travel"])
+    travel_line = fit_line(travel, travel + travel_errors, table.last_digits["travel"])
     travels_by_channels = zip((channel_deflections + flattened).T, np.abs(resolutions / K).T, strict=True)
-    channel_lines = [fitted(travel + travel_errors, *column) for column in travels_by_channels]
+    channel_lines = [fit_line(travel + travel_errors, *column) for column in travels_by_channels]
     deflection_errors = np.array([line.slope.error for line in channel_lines])
     travel_span = float(np.ptp(travel))
     deflection_errors = deflections_on_plate(deflection_errors, np.ptp(flattened, axis=0), report.design, travel_span)
@@ -125,7 +125,7 @@ def _refuse_outliers(table: MeasuredTable, lines: Sequence[Line], forces: Floats
     `forces` (rows, tips) [N] are the forces by the channels. The message names the row.
     """
     for line, force, key in zip(lines, forces.T, count_keys(len(lines)), strict=True):
-        outlier = line.odd_row()
+        outlier = line.outlier()
         if outlier is not None:
             place = place_of(table.source, table.lines[outlier.index], key)
             bound = f"about {outlier.expected:.4g} N, where the line of the other rows is"

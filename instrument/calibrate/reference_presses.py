@@ -17,7 +17,7 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.reference_ball import FACTOR, MODULUS, RADIUS, BallCorrection
 from instrument.press.signals import Signal
-from pipeline.reading.form import moved_by_form
+from pipeline.reading.form import form_changes
 from pipeline.reading.measurement import RiseModel
 from pipeline.tables import rows
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
@@ -137,7 +137,7 @@ def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[Bal
     for note in (signal.understood, *signal.notes):
         pressed.say(note)
     readings = list(readings_of(sensor.on_ball(ball.radius_mm), signal, counts_as=pressed.counts_as))
-    return correction_of(readings, ball, sensor, str(source)), count_presses(readings)
+    return fit_ball_correction(readings, ball, sensor, str(source)), count_presses(readings)
 
 
 def _is_accepted(reading: FruitReading) -> bool:
@@ -152,7 +152,7 @@ def count_presses(readings: Sequence[FruitReading]) -> BallPresses:
     return BallPresses(counted=len(readings) - len(rejected), presses=len(readings), flags=dict(flags))
 
 
-def correction_of(
+def fit_ball_correction(
     readings: Sequence[FruitReading], ball: ReferenceBall, sensor: MeasuringUnit, source: str
 ) -> BallCorrection:
     """Return the correction of a unit from its readings on a ball.
@@ -224,7 +224,7 @@ def _common_error(on_ball: MeasuringUnit, found: RiseReading, press_s: float, ti
     because the ball is pressed at the same temperature. `press_s` [s] is the duration of the presses, and `time_s` [s]
     the standard deviation of each channel's sampling time.
     """
-    unit_errors = on_ball.channels_in(time_s, press_s).of_press([found.slopes])
+    unit_errors = on_ball.channels_in(time_s, press_s).press_uncertainty([found.slopes])
     return math.hypot(*(unit_errors[cause] for cause in UNDETERMINED), BOUNDED * on_ball.model_error)
 
 
@@ -235,7 +235,7 @@ def _form_percent(on_ball: MeasuringUnit, forces: Floats) -> tuple[float, ...]:
     """
     model = RiseModel(law=on_ball.rise_law)
     curvature = 1.0 / on_ball.radii_mm[0] if on_ball.radii_mm else 0.0
-    moved = moved_by_form(on_ball.report.design, model, forces, (curvature, curvature))
+    moved = form_changes(on_ball.report.design, model, forces, (curvature, curvature))
     return tuple((100.0 * moved).tolist())
 
 

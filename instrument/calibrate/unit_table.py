@@ -123,7 +123,7 @@ def _unit_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
 
     Deflections count only if a plate calibrated the unit. The gain errors of weights belong to the error of a reading.
     """
-    errors = sensor.channels.of_springs_and_gains(np.array(slopes.springs), np.array(slopes.gains))
+    errors = sensor.channels.spring_and_gain_uncertainty(np.array(slopes.springs), np.array(slopes.gains))
     on_plate = sensor.unit.calibrated_by == "plate"
     return list(errors.values()) if on_plate else [errors["stiffness"], errors.get("creep", 0.0)]
 

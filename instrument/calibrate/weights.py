@@ -14,7 +14,7 @@ from pipeline.tables.decoding import place_of
 from pipeline.tables.measured_table import MeasuredTable
 from sensor.arrays import Floats
 from sensor.quantity import BOUNDED, COVERAGE, Estimate, report_field, validation_error
-from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, OddRow, fitted
+from sensor.theory.straight_line import FEWEST, LEAST_SPAN, LackOfFit, Line, Outlier, fit_line
 
 DEFLECTION = "deflection"
 _LEAST_COMPLIANCE = 1e-6  # smallest compliance of a spring [mm/N]; below it nothing moved
@@ -80,7 +80,7 @@ def fit_weight_lines(table: MeasuredTable, names: Sequence[str], columns: Sequen
         for column in (DEFLECTION, *columns):
             resolution = table.last_digits[column][rows]
             # The weights themselves are the levels: creep makes several forces of one weight.
-            lines[name, column] = fitted(forces[rows], table.numbers[column][rows], resolution, levels=loads)
+            lines[name, column] = fit_line(forces[rows], table.numbers[column][rows], resolution, levels=loads)
         _refuse_bad_deflection(table, name, lines[name, DEFLECTION])
     return lines
 
@@ -151,7 +151,7 @@ def _refuse_few_weights(table: MeasuredTable, name: str, loads: Floats) -> None:
 
 def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
     """Raise InputError for an outlier of a deflection, and for a line that shows no spring or is too uncertain."""
-    _refuse_outlier(table, name, DEFLECTION, line.odd_row())  # first: one wrong row spoils the line of all
+    _refuse_outlier(table, name, DEFLECTION, line.outlier())  # first: one wrong row spoils the line of all
     field = f"{table.source}: compliance of {name}"
     compliance = line.slope
     if not compliance.value > _LEAST_COMPLIANCE:
@@ -162,7 +162,7 @@ def _refuse_bad_deflection(table: MeasuredTable, name: str, line: Line) -> None:
         raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
 
 
-def _refuse_outlier(table: MeasuredTable, name: str, column: str, outlier: OddRow | None) -> None:
+def _refuse_outlier(table: MeasuredTable, name: str, column: str, outlier: Outlier | None) -> None:
     """Raise InputError if a column has an outlier: a row that does not fit the line of the other rows of `name`."""
     if outlier is not None:
         row = int(_rows_of(table, name)[outlier.index])
@@ -185,7 +185,7 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
         if load != 0.0:
             place = place_of(table.source, table.lines[first], "tip")
             raise validation_error(place, load, "N", "0 in the first row of a tip", "tare first")
-        _refuse_outlier(table, name, key, line.odd_row())
+        _refuse_outlier(table, name, key, line.outlier())
         slope = line.slope
         if not COVERAGE * slope.error < abs(slope.value):
             field = f"{table.source}: {key} against the weight on {name}"
@@ -194,7 +194,7 @@ def _refuse_bad_channels(table: MeasuredTable, names: Sequence[str], keys: Seque
     # A channel responds little to another tip, so outliers are detected relative to the span of its own tip.
     for name in names:
         for key, own in zip(keys, own_lines, strict=True):
-            _refuse_outlier(table, name, key, lines[name, key].odd_row(own.span))
+            _refuse_outlier(table, name, key, lines[name, key].outlier(own.span))
 
 
 def _crosstalk_percent(

@@ -14,7 +14,7 @@ from sensor.quantity import Bounds, check_fields, quantity
 from sensor.theory.hertz import force_factor
 from sensor.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
 from solve.compression.flesh_law import FleshLaw
-from solve.compression.force_curve import CompressionPress, fitted_curve, force_curve
+from solve.compression.force_curve import CompressionPress, fit_force_curve, force_curve
 
 _STEPS = 400  # number of points of a law
 # largest depth of each contact for Hertz's law, as a fraction of the relative radius; beyond it strains are large
@@ -204,9 +204,9 @@ def _scaled_forces(side: CompressionPress, variant: CompressionPress, grip: floa
     """
     travels = _travels(side)
     nonzero = np.maximum(travels, travels[1])  # the ratio of two zero forces is undefined
-    frictionless = fitted_curve(variant).force(nonzero)
-    gripping = fitted_curve(replace(variant, grips=True)).force(nonzero)
-    change = (frictionless + grip * (gripping - frictionless)) / fitted_curve(side).force(nonzero)
+    frictionless = fit_force_curve(variant).force(nonzero)
+    gripping = fit_force_curve(replace(variant, grips=True)).force(nonzero)
+    change = (frictionless + grip * (gripping - frictionless)) / fit_force_curve(side).force(nonzero)
     return np.asarray(force_curve(side).force(travels) * change)
 
 

@@ -54,7 +54,7 @@ class SpecimenSizes:
         raise validation_error(self.source, len(self.rows), "rows", f"a table with {bound}", "add its sizes")
 
 
-def measured_sizes(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
+def read_sizes_table(source: Path, flags: Sequence[str] = ()) -> SpecimenSizes:
     """Read a table with the sizes of specimens.
 
     `flags` are the names of sizes that are given on the command line. Raises InputError if the table has one of them

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from instrument.press.measuring import MeasuringUnit
-from pipeline.reading.uncertainty import by_heat
+from pipeline.reading.uncertainty import heat_uncertainty
 from sensor.quantity import BOUNDED, COVERAGE
 
 UNDETERMINED = ("zero_drift", "times")
@@ -81,7 +81,7 @@ def half_width(sensor: MeasuringUnit, E: float, deviations: Deviations, bend: fl
     """
     steepness = sensor.steepness(E)
     fruit = sensor.fruit_deviations(E)
-    heat = by_heat(sensor.report.read_out.signal).values()
+    heat = heat_uncertainty(sensor.report.read_out.signal).values()
 
     def combine(reading_errors: Sequence[float], *modulus_errors: float) -> float:
         """Return the half width due to independent errors of the reading and of E [1]."""

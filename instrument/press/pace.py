@@ -14,7 +14,7 @@ from sensor.arrays import Floats
 from sensor.theory.contrast_rise import RiseError, RiseLaw, read_rise, rise_of
 from sensor.theory.flesh_memory import Memory
 from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD, Relaxation
-from solve.contact.relaxing import forces_on_way
+from solve.contact.relaxing import forces_over_time
 from solve.solve_error import SolveError
 
 LARGEST_BY_PACE = 0.02  # relative change of E: it raises a standard uncertainty of 5 % to 5.4 %
@@ -62,7 +62,7 @@ def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: F
     durations = PARTS * np.sort(np.diff(part_ends))[[PARTS // 4, -1 - PARTS // 4]]
     times = np.insert(durations[:, None] * progress, 0, -before, axis=1)
     ways = np.stack([np.insert(displacements, 0, 0.0, axis=0)] * len(times))
-    even_forces, _ = forces_on_way(law.contrast, flesh, np.full(len(times), E), times, ways)
+    even_forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times, ways)
     measured = _modulus(sensor, law, forces)
     return max(abs(_modulus(sensor, law, each[1:]) / measured - 1.0) for each in even_forces)
 

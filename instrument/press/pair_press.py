@@ -26,7 +26,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     slopes = _ratio_slopes(sensor, forces)
     noise_error = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
     tilt_error = slopes.contrast * sensor.lead_deviation
-    unit_errors = sensor.channels.of_moment(slopes, forces)
+    unit_errors = sensor.channels.moment_uncertainty(slopes, forces)
     # The force of one moment is a chord from zero; it has the slope of a parabola at half the force.
     channels, springs = (
         BendSlopes(at_zero=tuple(relative.tolist()), per_N=tuple((0.5 * relative * forces).tolist()))

@@ -10,7 +10,7 @@ from instrument.simulate.drawn_fruit import PressedFruit
 from instrument.simulate.unit import SimulatedUnit
 from sensor.arrays import Floats
 from sensor.quantity import InputError
-from solve.presses.over_time import Way, creep_of, pressed_over_time
+from solve.presses.over_time import PressMotionOverTime, creep_of, press_with_creep
 from solve.presses.pressing import Pressing
 
 CELLS = 20  # grid cells per direction; 32 change the forces by less than a thousandth
@@ -100,9 +100,9 @@ def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCu
     try:
         with np.errstate(invalid="raise", divide="raise"):
             pressing = Pressing(unit.domes, fruit.under(unit.heights), CELLS)
-            way = Way(travels=travels, times=times, drift=drift)
+            way = PressMotionOverTime(travels=travels, times=times, drift=drift)
             creep = creep_of(unit.creep, unit.weighed_s)
-            _, deflections = pressed_over_time(pressing, way, hand.relaxation, creep)
+            _, deflections = press_with_creep(pressing, way, hand.relaxation, creep)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         msg = "this press has no solution. Take less tilt, larger radii or a smoother skin."
         raise InputError(msg) from error

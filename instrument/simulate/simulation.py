@@ -17,7 +17,7 @@ from sensor.design.reading import ReadingRequirements
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class SimulationSettings:
     """The settings of a simulation of `presses` presses on a fruit, logged at a sampling `rate` [Hz].
 
     The sensor is turned between presses. With `noise`, the channels have noise and drift. With `uneven`, skin and flesh
@@ -64,7 +64,7 @@ def bench_of(report: Report) -> Bench:
     return report.design.bench or Bench()
 
 
-def log_of_fruit(report: Report, unit: SimulatedUnit, settings: Asked, count: Count = silent) -> list[str]:
+def log_of_fruit(report: Report, unit: SimulatedUnit, settings: SimulationSettings, count: Count = silent) -> list[str]:
     """Return the lines of the log of all presses on the fruit.
 
     `count` is called with the number of solved presses and the number of all presses. Raises InputError if a press has
@@ -86,7 +86,7 @@ def log_of_fruit(report: Report, unit: SimulatedUnit, settings: Asked, count: Co
     return log_of(report, pressing_unit, presses, settings.rate, rng if settings.noise else None)
 
 
-def log_of_ball(report: Report, unit: SimulatedUnit, settings: Asked, _count: Count) -> list[str]:
+def log_of_ball(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
     """Return the lines of the log of presses by hand on a rubber ball, at the temperature of the bench.
 
     A hand tilts the sensor on a ball by at most half the tilt of the design.
@@ -98,17 +98,17 @@ def log_of_ball(report: Report, unit: SimulatedUnit, settings: Asked, _count: Co
     return log_of(report, unit, presses, settings.rate, rng if settings.noise else None)
 
 
-def _weights_lines(report: Report, unit: SimulatedUnit, settings: Asked, _count: Count) -> list[str]:
+def _weights_lines(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
     """Return the lines of the table of weights."""
     return weights_table(report, unit, bench_of(report), settings.random_generator(3))
 
 
-def _plate_lines(report: Report, unit: SimulatedUnit, settings: Asked, _count: Count) -> list[str]:
+def _plate_lines(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
     """Return the lines of the table of a press on a hard plate."""
     return plate_table(report, unit, bench_of(report), settings.random_generator(4))
 
 
-FILES: dict[str, Callable[[Report, SimulatedUnit, Asked, Count], list[str]]] = {
+FILES: dict[str, Callable[[Report, SimulatedUnit, SimulationSettings, Count], list[str]]] = {
     "weights": _weights_lines,
     "plate": _plate_lines,
     "ball": log_of_ball,

@@ -69,7 +69,7 @@ class SimulatedUnit:
         return replace(self, domes=domes, per_mm=gains[:, None] * self.per_mm, zero_drift=self.zero_drift + zero_drift)
 
 
-def refuse_unpressed(report: Report) -> None:
+def refuse_unsimulated(report: Report) -> None:
     """Raise InputError for a design whose presses cannot be simulated: without domes, or on a fruit with a skin."""
     design = report.design
     if design.tips.dome_radius_mm is None:
@@ -147,7 +147,7 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     accuracy, _ = form_deviations(design.tips, process)
     return replace(
         designed,
-        domes=drawn_form(design, domes_of(design, factor * nominal), rng),
+        domes=draw_form(design, domes_of(design, factor * nominal), rng),
         heights=rng.normal(0.0, accuracy, tips),
         creep=math.log10(1.0 + creep),
         per_mm=np.diag(counts_per_mm),
@@ -164,7 +164,7 @@ def domes_of(design: Design, K: Floats) -> SprungDomes:
     return SprungDomes(dome_radius=radius, positions=np.array(tips.places_mm), K=K, rim=min(0.5 * tips.side_mm, radius))
 
 
-def drawn_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> SprungDomes:
+def draw_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> SprungDomes:
     """Return domes with a random error of their radius, and with a random flat or pointed cap.
 
     All domes of a print have the same form.

@@ -14,7 +14,7 @@ from pipeline.find.fruit_range import Ends, FruitRange, bruise_limit
 from pipeline.find.proved_candidate import first_proved
 from pipeline.find.suggestion import Suggestion
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.reading_records import CalibrationLeft
+from pipeline.reading.reading_records import CalibrationErrors
 from pipeline.result import SensorResult
 from pipeline.sensor import Sensor
 from pipeline.storage.stopwatch import Progress, silent
@@ -328,7 +328,7 @@ def _step(design: Design, result: Sensor | SensorResult | None, failed: set[str]
     return {}
 
 
-def _improve_calibration(design: Design, error: CalibrationLeft) -> Changes:
+def _improve_calibration(design: Design, error: CalibrationErrors) -> Changes:
     """Return the change that reduces the calibration error of a spring's stiffness.
 
     If the error comes from the dial, the travel is longer. If it comes from the balance, the spring of the worst tip is

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cad.fabrication.mount import mount_part
-from cad.parts.assembly import assembly_of, on_workplane, sensor_of
+from cad.parts.assembly import assembly_of, sensor_of, tagged_workplane
 from cad.parts.cover_solid import cover_part
 from pipeline.result import SensorResult
 from sensor.quantity import validation_error
@@ -46,7 +46,7 @@ def housing(result: SensorResult) -> cq.Workplane:
     >>> housing.faces(tag="mounting_holes").size()
     4
     """
-    return on_workplane(_solids_of(result).part)
+    return tagged_workplane(_solids_of(result).part)
 
 
 @in_turn()
@@ -78,7 +78,7 @@ def cover(result: SensorResult) -> cq.Workplane:
     1
     """
     sensor = _solids_of(result)
-    return on_workplane(cover_part(sensor.housing, sensor.seats))
+    return tagged_workplane(cover_part(sensor.housing, sensor.seats))
 
 
 @in_turn()
@@ -108,7 +108,7 @@ def mount(result: SensorResult) -> cq.Workplane:
     >>> twintip.mount(result).faces(tag="flange_holes").size()
     4
     """
-    return on_workplane(mount_part(_solids_of(result)))
+    return tagged_workplane(mount_part(_solids_of(result)))
 
 
 @in_turn()

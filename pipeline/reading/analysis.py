@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.reading.bench_uncertainty import calibration_errors
-from pipeline.reading.form import interpolate_to_middle, moved_by_form
+from pipeline.reading.form import form_changes, interpolate_to_middle
 from pipeline.reading.measurement import RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, occurring_placements, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, SampledPresses
 from pipeline.reading.read_out import LevelReading, ReadingConstants
-from pipeline.reading.reading_records import CalibrationLeft, SkinPressure, UnevenFruit
+from pipeline.reading.reading_records import CalibrationErrors, SkinPressure, UnevenFruit
 from pipeline.reading.uncertainty import (
     Channels,
     SlopesOnBall,
     UncertaintySources,
-    by_heat,
     designed_channels,
+    heat_uncertainty,
     uncertainty_sources,
 )
 from pipeline.reading.uneven import uneven_fruit
@@ -89,7 +89,7 @@ class ReadingAccuracy(Record):
     pressures: tuple[SkinPressure, ...] = ()
     flesh: float = 0.0
     face_mm: float = 0.0
-    calibration: CalibrationLeft | None = None
+    calibration: CalibrationErrors | None = None
 
     @property
     def worst_bias(self) -> ModulusAccuracy:
@@ -198,7 +198,7 @@ def _accuracy_by_modulus(
     drawn_readings = [
         [each for each in (row[index] for index in drawn_indices) if each is not None] for row in press_readings
     ]
-    form_changes = [np.array([moved_by_form(design, model, press) for press in each]) for each in drawn_presses]
+    form_changes = [np.array([form_changes(design, model, press) for press in each]) for each in drawn_presses]
     # Presses on a reference ball correct the change of E that fruit and ball have in common.
     form_changes_on_ball: Floats | float = 0.0
     ball: dict[str, float] = {}
@@ -211,7 +211,7 @@ def _accuracy_by_modulus(
     for i, (E, bias, error) in enumerate(zip(presses.moduli, np.nan_to_num(biases), bias_errors, strict=True)):
         worst, farthest = _index_of_largest(bias), _index_of_largest(np.abs(bias) + error)
         other_sources = {
-            **by_heat(sensor.signal),
+            **heat_uncertainty(sensor.signal),
             **_form_uncertainty(form_changes[i] - form_changes_on_ball),
             **ball,
             "pose": pose_uncertainty[i],

@@ -16,14 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.reading.reading_records import CalibrationLeft
+from pipeline.reading.reading_records import CalibrationErrors
 from sensor.arrays import Floats
 from sensor.design.bench import PLATE_AT, PRESSED, WEIGHED_AT, Bench, modulus_on_glass
 from sensor.design.parameters import Design
 from sensor.design.reading import ReadingRequirements
 from sensor.quantity import BOUNDED, STANDARD_GRAVITY, validation_error
 from sensor.theory.hertz import force_factor
-from sensor.theory.straight_line import ROUNDED, left_by_digits
+from sensor.theory.straight_line import ROUNDED, slope_error_of_resolution
 
 LEAST_ERROR = 1e-4
 """Smallest relative error of a stiffness; no dial and no weight is better."""
@@ -100,7 +100,7 @@ class _CalibrationErrors(NamedTuple):
     causes: dict[str, Floats]
 
 
-def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, noises: Floats) -> CalibrationLeft:
+def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, noises: Floats) -> CalibrationErrors:
     """Return the relative errors of springs and gains that remain after calibration on the bench of a design.
 
     A percentage that the design gives replaces the computed error. `full_scale` are the largest forces [N],
@@ -116,7 +116,7 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
     computed = {"stiffness_percent": errors.springs, "gain_percent": errors.gains}
     given = {key: percent for key in computed if (percent := getattr(reading, key)) is not None}
     tips = len(pressed)
-    return CalibrationLeft(
+    return CalibrationErrors(
         balance_g=bench.balance_g,
         balance_max_g=bench.balance_max_g,
         dial_mm=bench.dial_mm,
@@ -130,7 +130,7 @@ def calibration_errors(design: Design, full_scale: Floats, stiffnesses: Floats, 
 def _errors_after_weights(bench: Bench, pressed: Floats, stiffnesses: Floats, noises: Floats) -> _CalibrationErrors:
     """Return the errors after a calibration by weights up to the forces `pressed` [N] or the balance's largest load."""
     # relative error of a slope for a resolution of 1 and a largest value of 1; errors scale with their ratio
-    per_digit = left_by_digits(1.0, 1.0, WEIGHED_AT)
+    per_digit = slope_error_of_resolution(1.0, 1.0, WEIGHED_AT)
     newtons_per_g = 1e-3 * STANDARD_GRAVITY
     loads = np.minimum(pressed, newtons_per_g * bench.balance_max_g)
     balance_error = _relative_error(per_digit * newtons_per_g * bench.balance_g, loads)
@@ -151,7 +151,7 @@ def _errors_after_plate(
     `weighed` are the errors after the weights. All tips have the same travel on the plate, so the tip that reaches its
     force `pressed` [N] first limits it.
     """
-    per_digit = left_by_digits(1.0, 1.0, PLATE_AT)
+    per_digit = slope_error_of_resolution(1.0, 1.0, PLATE_AT)
     deepest = float((pressed / stiffnesses).min())  # [mm]
     largest_forces = deepest * stiffnesses
     flattened = flattening(design, largest_forces) - flattening(design, PLATE_AT[0] * largest_forces)

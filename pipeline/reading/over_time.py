@@ -111,7 +111,7 @@ def reading_over_time(sensor: PressedSensor) -> ReadingOverTime | None:
     )
 
 
-def fall_by_twice_the_time(sensor: PressedSensor) -> float | None:
+def decrease_at_twice_the_time(sensor: PressedSensor) -> float | None:
     """Return the relative decrease of the modulus read [1] if a press takes twice the time, the largest of all moduli.
 
     A reading corrects the relaxation that the design states, so that only the spread between fruits counts. For a

@@ -198,7 +198,7 @@ class PressedSensor(Record):
             flesh=forces.F_flesh.reshape(*shape, -1),
             mean_pressure=forces.mean_pressure.reshape(*shape, -1),
             pressure_error=forces.pressure_error.reshape(*shape, -1),
-            error=forces.error_alike.reshape(*shape, -1),
+            error=forces.common_error.reshape(*shape, -1),
             face_mm=forces.face_mm.reshape(shape).max(axis=2),
         )
 

@@ -41,7 +41,7 @@ class UnevenFruit:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CalibrationLeft:
+class CalibrationErrors:
     """The errors that remain in springs and gains after calibration, and the bench that causes them."""
 
     balance_g: float = report_field("g", "last digit of the balance")

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.reading.reading_records import CalibrationLeft
+from pipeline.reading.reading_records import CalibrationErrors
 from sensor.arrays import Floats
 from sensor.design.reading import (
     LEAST_OF_SCALE,
@@ -121,12 +121,12 @@ class Channels:
         """Return the forces below which tips are counted as out of contact [N]."""
         return np.maximum(LEAST_OVER_NOISE * self.errors, LEAST_OF_SCALE * self.full_scale)
 
-    def calibrated(self, errors: CalibrationLeft) -> "Channels":
+    def calibrated(self, errors: CalibrationErrors) -> "Channels":
         """Return the channels with the errors of springs and gains that remain after a calibration."""
         gains = {**self.gains, "gain": 0.01 * np.array(errors.gain_percent)}
         return replace(self, gains=gains, springs=0.01 * np.array(errors.stiffness_percent))
 
-    def of_press(self, slopes: Sequence[RiseSlopes]) -> dict[str, float]:
+    def press_uncertainty(self, slopes: Sequence[RiseSlopes]) -> dict[str, float]:
         """Return the relative standard uncertainty of a modulus due to each cause except noise [1].
 
         `slopes` belong to equally likely whole presses, over which the squares are averaged. A zero may be wrong from
@@ -142,16 +142,16 @@ class Channels:
             "zero_drift": (BOUNDED * self.zero_drift, zeros),
             "times": (self.time_s, slopes_of("times")),
         }
-        springs_and_gains = self.of_springs_and_gains(slopes_of("springs"), slopes_of("gains"))
+        springs_and_gains = self.spring_and_gain_uncertainty(slopes_of("springs"), slopes_of("gains"))
         return {**standard_uncertainties(sources), **springs_and_gains}
 
-    def of_moment(self, slopes: ReadingSlopes, forces: Floats) -> dict[str, float]:
+    def moment_uncertainty(self, slopes: ReadingSlopes, forces: Floats) -> dict[str, float]:
         """Return the same uncertainties as `of_press` for a modulus read from the forces of one moment [N], (tips,)."""
         force_slopes = np.array(slopes.forces)
         zero_sources = standard_uncertainties({"zero_drift": (BOUNDED * self.zero_drift, force_slopes)})
-        return {**zero_sources, **self.of_springs_and_gains(np.array(slopes.springs), force_slopes * forces)}
+        return {**zero_sources, **self.spring_and_gain_uncertainty(np.array(slopes.springs), force_slopes * forces)}
 
-    def of_springs_and_gains(self, springs: Floats, gains: Floats) -> dict[str, float]:
+    def spring_and_gain_uncertainty(self, springs: Floats, gains: Floats) -> dict[str, float]:
         """Return the relative standard uncertainty of a modulus due to errors of stiffnesses, creep and gains [1].
 
         `springs` and `gains` are the slopes of ln E with respect to relative errors of stiffnesses and gains [1],
@@ -210,7 +210,7 @@ def designed_channels(
     )
 
 
-def by_heat(signal: SignalPath | None) -> dict[str, float]:
+def heat_uncertainty(signal: SignalPath | None) -> dict[str, float]:
     """Return the relative standard uncertainty of any modulus due to the temperature of the leaves [1].
 
     The temperature changes Young's modulus of the leaves, so that the same deflection means another force. All forces
@@ -233,7 +233,7 @@ def uncertainty_sources(
         {cause: (deviation, per_force) for cause, deviation in channels.noise.items()}
     )
     return UncertaintySources(
-        contributions={**noise_sources, **channels.of_press(slopes), **other_sources},
+        contributions={**noise_sources, **channels.press_uncertainty(slopes), **other_sources},
         stiffness_slope=_root_mean_square(np.array([each.springs for each in slopes])),
         noise_slope=0.01 * _root_mean_square(per_force * channels.full_scale),
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.errors.budget import Budgets
 from pipeline.reading.analysis import ReadingAccuracy
-from pipeline.reading.over_time import fall_by_twice_the_time
+from pipeline.reading.over_time import decrease_at_twice_the_time
 from pipeline.reading.pressed_sensor import PressedSensor
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
@@ -166,7 +166,7 @@ def _duration_note(sensor: PressedSensor) -> Iterator[Note]:
 
     Nothing if presses of the design cannot be solved over time or read.
     """
-    decrease = fall_by_twice_the_time(sensor)
+    decrease = decrease_at_twice_the_time(sensor)
     if decrease is not None:
         yield Note(
             100.0 * decrease,

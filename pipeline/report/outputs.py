@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pipeline.report.of_result import report_of_result
-from pipeline.report.page.page import page_of
+from pipeline.report.page.page import make_page
 from pipeline.report.report import ListedFile, report_data
 from pipeline.report.response_table import response_csv
 from pipeline.result import SensorResult
@@ -27,7 +27,7 @@ class EarlierAnswer(NamedTuple):
     names: tuple[str, ...]
     command: str
 
-    def lost_files(self, folder: Path, command: str) -> str | None:
+    def lost_files_text(self, folder: Path, command: str) -> str | None:
         """Return a sentence on the files that a new run removed from the folder, and how to make them again.
 
         `command` is that of the new run. None if every file of the earlier run still exists.
@@ -56,7 +56,7 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
         (folder / LATEST).write_text(f'latest("{report.key}")\n', encoding="utf-8")
     report = replace(report, files=listed_files(folder))
     if page:
-        (folder / PAGE).write_text(page_of(report, result, folder), encoding="utf-8")
+        (folder / PAGE).write_text(make_page(report, result, folder), encoding="utf-8")
     data = report_data(replace(report, files=listed_files(folder)))
     text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")

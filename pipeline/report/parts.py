@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from pipeline.reading.read_out import Matrix
-from pipeline.reading.reading_records import CalibrationLeft, Moment, SkinPressure, UnevenFruit
+from pipeline.reading.reading_records import CalibrationErrors, Moment, SkinPressure, UnevenFruit
 from pipeline.report.response_table import band_columns, force_columns, numbers
 from sensor.arrays import Floats, rows_of
 from sensor.quantity import report_field
@@ -338,7 +338,7 @@ class ReadingReport:
         left_out=True,
     )
 
-    calibration: CalibrationLeft | None = report_field(
+    calibration: CalibrationErrors | None = report_field(
         "",
         "errors of springs and gains after calibration on the bench of the design. Reports before 0.3 do not have it",
         default=None,

@@ -231,7 +231,7 @@ def read_report(folder: Path) -> Report:
     >>> report.design.tips.layout
     'pair'
     """
-    return report_of(folder, written_data(folder))
+    return structure_report(folder, written_data(folder))
 
 
 def written_data(folder: Path) -> Plain:
@@ -265,7 +265,7 @@ def read_data(folder: Path) -> Plain:
     return data
 
 
-def report_of(folder: Path, data: Plain) -> Report:
+def structure_report(folder: Path, data: Plain) -> Report:
     """Return the report that a folder's JSON data describe; raises InputError if they are invalid.
 
     A report of version 0.2 may have keys that were removed since; these are ignored.

@@ -13,7 +13,7 @@ from sensor.record import Record
 from sensor.theory.two_spring_law import CURVE_STEPS, curve_shares
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
-from solve.contact.scene import Scene, SidewaysGive, check_scene
+from solve.contact.scene import LateralCompliance, Scene, check_scene
 from solve.contact.scene_cells import scene_footprints
 from solve.fruit.compliance import FruitCompliance
 
@@ -46,7 +46,7 @@ class ScenePress(Record):
         return self.scene.touches_at_once
 
 
-def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: SidewaysGive | None = None) -> Scene:
+def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: LateralCompliance | None = None) -> Scene:
     """Return the contact scene of a design: what the forces of the tips depend on, apart from springs and modulus.
 
     `height_offsets` (tips,) [mm] are the heights of the tips relative to the foremost, and `sideways` is their lateral

@@ -29,7 +29,7 @@ from sensor.record import Record
 from sensor.theory.creep import CreepLaw
 from sensor.theory.two_spring_law import Springs
 from solve.contact.linear_response import spring_compliance
-from solve.contact.scene import SidewaysGive
+from solve.contact.scene import LateralCompliance
 from solve.linear import SolveError
 
 SpringKind = Literal["sized", "leaning", "fitted"]
@@ -68,7 +68,7 @@ class FittedSprings(Record):
     tips: Tips = field(default_factory=Tips)
     ideal: bool = False
     ideal_offsets_mm: tuple[float, ...] = ()
-    of_plate: SidewaysGive | None = None
+    of_plate: LateralCompliance | None = None
 
     @property
     def housing(self) -> Housing | None:
@@ -125,7 +125,7 @@ class FittedSprings(Record):
         return np.asarray(np.kron(np.eye(plates), plate_compliance))
 
     @property
-    def sideways(self) -> SidewaysGive | None:
+    def sideways(self) -> LateralCompliance | None:
         """Return the lateral compliance of all tips under inclined forces; None if no force is inclined.
 
         Tips of different plates are not coupled. Each plate is rotated by half a turn about the press axis relative to
@@ -209,7 +209,7 @@ def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptio
     inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K, "rough": rough}
     solve = partial(sideways_give, fitted.housing, E, poisson, K, rough=rough)
     try:
-        return replace(springs, of_plate=cached("sideways give", inputs, solve, SidewaysGive))
+        return replace(springs, of_plate=cached("sideways give", inputs, solve, LateralCompliance))
     except (MeshError, SolveError) as error:
         return springs.undecided(str(error))
 

@@ -9,7 +9,7 @@ import numpy as np
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import SETBACK_MM, Housing
 from mesh.housing.sweep import flexure_mesh
-from solve.contact.scene import SidewaysGive
+from solve.contact.scene import LateralCompliance
 from solve.housing.clamped_half import SIDES, ClampedHalf, clamped_half
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
 from solve.housing.stiffness import lever_compliance
@@ -63,7 +63,7 @@ def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> C
     return clamped_half(mesh, E, poisson, mount_layers(housing))
 
 
-def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool) -> SidewaysGive:
+def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool) -> LateralCompliance:
     """Return the lateral compliance of the tips of a plate under inclined forces, from a coarse mesh; E is in MPa.
 
     The forces act at the centres of the spheres of domes, or at flat faces. The error is the relative difference
@@ -75,7 +75,7 @@ def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float]
     compliance = lever_compliance(half, lever)
     error = float(np.abs(np.diag(compliance[..., 2, 2]) * K - 1.0).max())
     compliance[..., 2, 2] = 0.0  # the compliance along the press due to forces along it is in the springs' matrix C
-    return SidewaysGive(compliance, error)
+    return LateralCompliance(compliance, error)
 
 
 def walls(housing: Housing) -> tuple[Rectangle, ...]:

@@ -19,7 +19,7 @@ import numpy as np
 from cad.parts.housing import Housing
 from cad.parts.pin import pin_compliance
 from mesh.own_part import SIDES, FineCorners, SweptPart, swept_part
-from mesh.own_tetrahedra import tetrahedra
+from mesh.own_tetrahedra import tetrahedral_mesh
 from mesh.session import MeshError
 from pipeline.springs.mounts import mount_layers
 from sensor.arrays import Floats
@@ -31,7 +31,7 @@ from solve.own_part import (
     ERROR_FLOOR,
     ERROR_SHARE,
     PartCompliance,
-    at_size_zero,
+    extrapolate_to_size_zero,
     left_out,
     strained_corners,
     swept_compliance,
@@ -192,7 +192,7 @@ def stiffness(
     >>> round(found.faces["tip"].K, 2)  # [N/mm]
     0.36
     """
-    from cad.checks.own_part import as_one_shape, own_part, own_solid, pressed_direction
+    from cad.checks.own_part import combine_shapes, own_part, press_direction, require_one_solid
 
     numbers: dict[str, object] = {"E_MPa": E_MPa, "poisson": poisson}
     for name, value in numbers.items():
@@ -206,9 +206,9 @@ def stiffness(
     if not isinstance(names, Mapping) or not pressed or HELD in pressed:
         hint = "as in {'tip': (20.5, -3, -3)}"
         raise validation_error("pressed", str(pressed), "", "a mapping of names to one face or more", hint)
-    body = own_solid(as_one_shape(solid), "solid")
+    body = require_one_solid(combine_shapes(solid), "solid")
     faces = {name: _find_faces(solid, body, f"pressed[{name!r}]", where) for name, where in pressed.items()}
-    directions = {name: pressed_direction(body, f"pressed[{name!r}]", indices) for name, indices in faces.items()}
+    directions = {name: press_direction(body, f"pressed[{name!r}]", indices) for name, indices in faces.items()}
     faces[HELD] = _find_faces(solid, body, "held", held)
     _refuse_held_and_pressed(faces, "pressed")
     return _solve_part(own_part(body, faces), _Scene(presses=directions, material=(E_MPa, poisson), housing=None))
@@ -272,21 +272,21 @@ def file_stiffness(
     """
     from cad.checks.own_part import (
         faces_at,
+        fill_round_tips,
         hole_points,
         own_part,
-        pressed_direction,
+        press_direction,
         read_own_solid,
         tip_points,
-        with_flat_tips,
     )
 
     solid = read_own_solid(path, housing)
     if pressed:
         faces = {name: faces_at(solid, "--pressed", [point]) for name, point in pressed.items()}
-        directions = {name: pressed_direction(solid, "--pressed", indices) for name, indices in faces.items()}
+        directions = {name: press_direction(solid, "--pressed", indices) for name, indices in faces.items()}
     else:
         tips = tip_points(housing) if housing is not None else {}
-        solid = with_flat_tips(solid, tips.values())
+        solid = fill_round_tips(solid, tips.values())
         faces = {name: faces_at(solid, f"the {name} tip of the design", [point]) for name, point in tips.items()}
         directions = dict.fromkeys(tips, _UP)
     if held:
@@ -363,17 +363,17 @@ def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
     The refinement ends when the error is small enough, or when the next mesh would exceed the limit of time or memory.
     Raises InputError if this limit allows fewer than three meshes.
     """
-    from cad.checks.own_part import walls_of, with_sides
+    from cad.checks.own_part import name_side_faces, walls_of
 
     layers = scene.layers
     if layers and scene.housing is not None:
-        part, has_sides = with_sides(part, SIDES, 0.5 * scene.housing.depth)
+        part, has_sides = name_side_faces(part, SIDES, 0.5 * scene.housing.depth)
         layers = layers if has_sides else ()
     walls = walls_of(part)
     solutions: list[PartCompliance] = []
     cost = 0.0
     for scale in _SCALES:
-        mesh = tetrahedra(part, walls, scale)
+        mesh = tetrahedral_mesh(part, walls, scale)
         unknowns = 3 * int(mesh.doflocs.shape[1])
         cost += _SECONDS_PER_UNKNOWN * unknowns
         if cost > MOST_SECONDS or _BYTES_PER_UNKNOWN * unknowns > MOST_BYTES:
@@ -411,7 +411,7 @@ def _solve_in_tetrahedra(part: Part, scene: _Scene) -> PartStiffness:
 def _extrapolate(solutions: Sequence[PartCompliance]) -> list[tuple[float, float]]:
     """Return the stiffness of each pressed face extrapolated to element size 0, and its error [N/mm]."""
     sizes = _SCALES[: len(solutions)]
-    return [at_size_zero(sizes, K) for K in np.array([solution.K for solution in solutions]).T.tolist()]
+    return [extrapolate_to_size_zero(sizes, K) for K in np.array([solution.K for solution in solutions]).T.tolist()]
 
 
 def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:

@@ -11,7 +11,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
-from cad.parts.assembly import assembly_of, colour_of, in_place, outwards, sensor_of
+from cad.parts.assembly import assembly_of, colour_of, outwards, placed_shape, sensor_of
 from pipeline.making.field_files import FLEXURE, FRUIT
 from pipeline.report.report import Report
 from pipeline.view.field_picture import DISPLACEMENT, EDGE, Field, FieldPicture, Vector, frame, sharp_edges
@@ -180,7 +180,7 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
     for part in parts:
         kind = part.name.rstrip("0123456789_").replace("_", " ")
         is_fruit = kind == "fruit"
-        shift_down = _FRUIT_SHIFT * in_place(part).BoundingBox().zlen if is_fruit else 0.0
+        shift_down = _FRUIT_SHIFT * placed_shape(part).BoundingBox().zlen if is_fruit else 0.0
         surface = _draw_part(plotter, part, (0.0, outwards(part), -shift_down))
         surfaces.append(surface)
         if is_fruit:
@@ -240,7 +240,7 @@ def _label_positions(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> 
 
 def _draw_part(plotter: Plotter, part: cq.Assembly, shift_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
     """Draw a part in its colour and with its edges, moved by the vector `shift_mm`; return its surface."""
-    vertices, triangles = in_place(part).tessellate(_CHORD_MM, _FACET_ANGLE)
+    vertices, triangles = placed_shape(part).tessellate(_CHORD_MM, _FACET_ANGLE)
     points = np.array([vertex.toTuple() for vertex in vertices])
     surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
     surface = surface.translate(shift_mm)

@@ -70,9 +70,9 @@ import numpy as np
 
 from sensor.arrays import Floats, rows_of
 from sensor.theory.contrast_law import ContrastLaw, Matrix, Place, ReadingError, smallest_root
-from sensor.theory.dome_form import felt_cap
+from sensor.theory.dome_form import effective_cap_height
 from sensor.theory.hertz import hertz_factor
-from sensor.theory.uneven_skin import felt_heights
+from sensor.theory.uneven_skin import effective_heights
 
 FEWEST = 5  # minimum number of samples with all tips on the fruit; the covariance of fewer means nothing
 LARGEST_TOUCH_FORCE = 0.7  # force at the touch of the last tip over the largest; if larger, too little rise remains
@@ -457,7 +457,7 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
     root = _Root(law, rise, E, offset, law.S(S_offset), rise.forces.shape[1])
     weights = law.contrast.arrays[0]
     contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
-    heights = [weights * rise.rise_and_mean(felt_heights(k, contact_radius)) for k in wave_numbers]
+    heights = [weights * rise.rise_and_mean(effective_heights(k, contact_radius)) for k in wave_numbers]
     return UnevenSlopes(
         heights=np.array([root.moved_with_saddle(*each) for each in heights]),
         flesh=root.moved_with_saddle(*root.own_flesh),
@@ -480,7 +480,7 @@ def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequen
     distance_change = -relative * domes.mean_curvature * root.flesh
     weights = law.contrast.arrays[0]
     contact_radius = np.sqrt(relative * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
-    cap_changes = [rise.rise_and_mean(felt_cap(radius, contact_radius)) @ weights for radius in cap_radii]
+    cap_changes = [rise.rise_and_mean(effective_cap_height(radius, contact_radius)) @ weights for radius in cap_radii]
     slopes = [root.moved_with_saddle(*change) for change in (hertz_change + distance_change, *cap_changes)]
     return np.array(slopes)
 

@@ -17,7 +17,7 @@ import numpy as np
 from sensor.arrays import Floats
 
 
-def felt_cap(cap_radius: float, contact_radius: Floats) -> Floats:
+def effective_cap_height(cap_radius: float, contact_radius: Floats) -> Floats:
     """Return the effective height under a dome over the height of its cap at the apex [1], for contact radii [mm]."""
     square = np.square(contact_radius / cap_radius)
     outside = np.sqrt(np.maximum(1.0 - 1.0 / np.maximum(square, 1.0), 0.0))

@@ -75,7 +75,7 @@ class Bend:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OddRow:
+class Outlier:
     """The row of a table that deviates most from the line through the others: its index and their prediction for it.
 
     `residual` is its distance from this line, `likely` the largest distance that scatter explains.
@@ -98,9 +98,9 @@ class Line:
     zero: float
     bend: Bend
     span: float
-    suspect: OddRow | None
+    suspect: Outlier | None
 
-    def odd_row(self, span: float | None = None) -> OddRow | None:
+    def outlier(self, span: float | None = None) -> Outlier | None:
         """Return the outlier among the rows, which does not fit the line through the others; None if there is none.
 
         An outlier has a residual of at least a hundredth of `span`, by default the span of this line.
@@ -111,7 +111,7 @@ class Line:
         return self.suspect
 
 
-def fitted(x: Floats, values: Floats, resolutions: Floats, levels: Floats | None = None) -> Line:
+def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | None = None) -> Line:
     """Fit a straight line to `values` (n,) against x (n,) by least squares, with an error that covers curvature.
 
     There are at least `FEWEST` points, with at least two different x. The standard error of the slope contains the
@@ -140,14 +140,14 @@ def fitted(x: Floats, values: Floats, resolutions: Floats, levels: Floats | None
     )
 
 
-def left_by_digits(digit: float, largest: float, at: Sequence[float]) -> float:
+def slope_error_of_resolution(digit: float, largest: float, at: Sequence[float]) -> float:
     """Return the relative standard deviation of a slope [1] that results from the resolution `digit` of the readings.
 
     The readings lie on a line through zero and have no other error. They are `at` these fractions of the `largest`
     reading, which has the unit of `digit`.
     """
     values = largest * np.array(at)
-    return fitted(values, values, np.full(len(values), digit)).slope.relative
+    return fit_line(values, values, np.full(len(values), digit)).slope.relative
 
 
 class _PointsOfLine(NamedTuple):
@@ -209,7 +209,7 @@ class _PointsOfLine(NamedTuple):
             scatter=widening * variance**0.5,
         )
 
-    def suspect(self) -> OddRow | None:
+    def suspect(self) -> Outlier | None:
         """Return the row whose removal reduces the scatter most; None if no line can be fitted without it.
 
         The line without each row follows from the leverages of the one fit: R. D. Cook, S. Weisberg, Residuals and
@@ -228,7 +228,7 @@ class _PointsOfLine(NamedTuple):
         # Any row may be the suspect, so the probability is divided by their number (Bonferroni).
         quantile = student(degrees_of_freedom, 1.0 - 0.5 * _FALSE_ALARM / len(self.x))
         widening = quantile / float(one_less_leverage[index]) ** 0.5
-        return OddRow(
+        return Outlier(
             index=index,
             expected=float(self.values[index] - deleted_residuals[index]),
             residual=abs(float(deleted_residuals[index])),

@@ -35,7 +35,7 @@ def wave_numbers(shortest: float, longest: float) -> tuple[Floats, Floats]:
     return 2.0 * np.pi / lengths, 0.5 * weights
 
 
-def felt_heights(wave_number: float, contact_radius: Floats) -> Floats:
+def effective_heights(wave_number: float, contact_radius: Floats) -> Floats:
     """Return the effective height under a dome, over the height of a wave [1/mm] at the middle of its contact [1].
 
     `contact_radius` [mm] may have any shape.

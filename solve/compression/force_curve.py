@@ -64,8 +64,8 @@ def force_curve(press: CompressionPress) -> ForceCurve:
     The error is the largest relative difference from the curve on a coarser mesh, plus the scatter on the fine mesh.
     Raises SolveError if no equilibrium is found.
     """
-    coarse = fitted_curve(press)
-    fine = fitted_curve(press, FINE)
+    coarse = fit_force_curve(press)
+    fine = fit_force_curve(press, FINE)
     travels = _travels(press.deepest)
     difference = np.abs(coarse.force(travels) / fine.force(travels) - 1.0)
     return ForceCurve(
@@ -77,7 +77,7 @@ def force_curve(press: CompressionPress) -> ForceCurve:
 
 
 @functools.lru_cache(maxsize=256)  # the analysis of a test requests the same presses again
-def fitted_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCurve:
+def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCurve:
     """Fit a force curve to the forces solved on one mesh. Its error [1] is their root-mean-square scatter about it.
 
     Doubling the `refinement` halves the elements. Raises SolveError if no equilibrium is found.

@@ -16,7 +16,7 @@ from sensor.arrays import Flags, Floats, Ints
 from sensor.design.fruit import Fruit
 from sensor.design.tips import PressMotion
 from sensor.record import Record
-from solve.contact.domes.fruit_under_domes import dome_body
+from solve.contact.domes.fruit_under_domes import fruit_under_domes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.scene import Point, Scene, check_scene
@@ -70,7 +70,7 @@ class PoseForces(Record):
     """The forces of the tips in many poses, with their errors and contacts; arrays are (poses, tips) or (poses,).
 
     `F` [N] are the forces; they are nan in a pose whose contact reaches the edge of a dome's face. `F_error` [N] bounds
-    the error of each force. `error_alike` [N] is the error of all forces together if it has the same sign under all
+    the error of each force. `common_error` [N] is the error of all forces together if it has the same sign under all
     tips. Neither includes `F_flesh` [N]: by this amount the forces under domes are larger with Hencky's law of flesh
     than with the neo-Hookean law, and smaller with Storakers's law. `error` [1] is the largest relative error of a
     nonzero force in a pose. `touching` is True for tips in contact. `contact_radius` [mm], `mean_pressure` [MPa] and
@@ -80,7 +80,7 @@ class PoseForces(Record):
 
     F: Floats
     F_error: Floats
-    error_alike: Floats
+    common_error: Floats
     F_flesh: Floats
     error: Floats
     touching: Flags
@@ -169,14 +169,14 @@ def _dome_forces(
     """
     E = np.array([pose.E for pose in poses])
     travel = np.array([pose.travel for pose in poses])
-    body = dome_body(scene, compliance, [each.fruit for each in scenes])
+    body = fruit_under_domes(scene, compliance, [each.fruit for each in scenes])
     domes = dome_forces(dome_poses(scenes, travel), E, C, body)
     face = domes.face.max(axis=1)
     off_face = face > scene.tips.side_mm
     return PoseForces(
         F=np.where(off_face[:, None], np.nan, domes.F),
         F_error=domes.error,
-        error_alike=domes.error_alike,
+        common_error=domes.common_error,
         F_flesh=domes.flesh,
         error=domes.relative_error.max(axis=1),
         touching=domes.F > 0.0,
@@ -215,7 +215,7 @@ def _cell_forces(
     return PoseForces(
         F=F,
         F_error=error * F,
-        error_alike=common_error * _decrease_by_softer_flesh(compliance, C, moduli, F),
+        common_error=common_error * _decrease_by_softer_flesh(compliance, C, moduli, F),
         F_flesh=np.zeros_like(F),
         error=np.full(len(F), error),
         touching=F > 0.0,

@@ -87,7 +87,7 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Float
     raise SolveError(msg)
 
 
-def forces_on_way(
+def forces_over_time(
     law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, lowered: Floats
 ) -> tuple[Floats, Floats]:
     """Return the forces F [N] on flesh that relaxes, and the elastic forces n [N], both (presses, times, tips).
@@ -120,7 +120,7 @@ def _forces_of_growing_contacts(
 
     Raises SolveError if the contact of a dome shrinks, because the law holds only for growing contacts.
     """
-    F, elastic = forces_on_way(law, relaxation, E, times, travel[..., None] - np.array(law.gaps))
+    F, elastic = forces_over_time(law, relaxation, E, times, travel[..., None] - np.array(law.gaps))
     if law.hertz > 0.0 and (elastic[:, 1:] < (1.0 - SHRINKS) * elastic[:, :-1]).any():
         msg = "domes over time: a contact shrinks, and only growing ones are solved; hold for less time"
         raise SolveError(msg)

@@ -10,7 +10,7 @@ import numpy as np
 
 from sensor.arrays import Floats
 from sensor.quantity import validation_error
-from solve.contact.domes.fruit_under_domes import dome_body
+from solve.contact.domes.fruit_under_domes import fruit_under_domes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.linear_response import SensorResponse, TipForces, linear_response, response_of_forces
@@ -117,7 +117,7 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     check_scene(scene)
     # The dome law takes one modulus and one travel for each press.
     E, travel = (values.ravel() for values in np.meshgrid(moduli, x, indexing="ij"))
-    body = dome_body(scene, compliance, [scene.fruit] * len(E))
+    body = fruit_under_domes(scene, compliance, [scene.fruit] * len(E))
     domes = dome_forces(dome_poses([scene] * len(E), travel), E, C, body)
     _check_faces(scene, domes.face[min(scene.fruit.E_MPa) <= E])
     status = (

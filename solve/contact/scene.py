@@ -25,7 +25,7 @@ STEEPEST_DEG = 20.0
 
 
 @dataclass(frozen=True, eq=False)
-class SidewaysGive:
+class LateralCompliance:
     """The compliance of tips on their springs under lateral forces, in addition to the motion along the press.
 
     The last two axes of `compliance` (tips, tips, 3, 3) [mm/N] are the directions along the tips, across them, and up
@@ -55,7 +55,7 @@ class Scene:
     press: PressMotion
     height_offset_mm: tuple[float, ...] = ()
     off_centre_mm: Point = (0.0, 0.0)
-    sideways: SidewaysGive | None = None
+    sideways: LateralCompliance | None = None
     from_touch: bool = False
     turned_deg: Point = (0.0, 0.0)
 

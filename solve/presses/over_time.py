@@ -69,7 +69,7 @@ def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Way:
+class PressMotionOverTime:
     """The motion of a sensor: its travels [mm] from the first touch at the given times [s].
 
     The slope of the sensor changes by `drift` [1] along x and y, in proportion to the travel.
@@ -80,8 +80,8 @@ class Way:
     drift: Slope = (0.0, 0.0)
 
 
-def pressed_over_time(
-    pressing: Pressing, way: Way, flesh: Arms = (), creep: tuple[float, Arms] = (1.0, ())
+def press_with_creep(
+    pressing: Pressing, way: PressMotionOverTime, flesh: Arms = (), creep: tuple[float, Arms] = (1.0, ())
 ) -> tuple[Floats, Floats]:
     """Return the forces of the domes [N] and the deflections of their springs [mm], both (samples, tips).
 
@@ -125,4 +125,4 @@ def press_over_time(
 
     The shape is (samples, tips). `arms` are the arms (g_i, tau_i) of the flesh. The springs are elastic.
     """
-    return pressed_over_time(Pressing(sensor, fruit, cells), Way(travels=travels, times=times), arms)[0]
+    return press_with_creep(Pressing(sensor, fruit, cells), PressMotionOverTime(travels=travels, times=times), arms)[0]

@@ -90,7 +90,7 @@ def read_report(tmp_path_factory):
     """Return the report of a sensor that is judged by what it reads, its springs solved roughly."""
     folder = tmp_path_factory.mktemp("docs") / "mango"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(importlib.import_module("pipeline.report.outputs"), "page_of", lambda *_: "")
+        patch.setattr(importlib.import_module("pipeline.report.outputs"), "make_page", lambda *_: "")
         assert main(["run", "--design", "mango", "--tol", "0.02", "--out", os.fspath(folder)]) in (0, 1)
     data: dict[str, object] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     return data

@@ -4,8 +4,8 @@ import pytest
 from measured_units import MeasuredDesign
 from squares import BALL
 
-from instrument.calibrate.calibration import calibrate_unit, measured_print
-from instrument.calibrate.hard_plate import measured_plate
+from instrument.calibrate.calibration import calibrate_unit, read_print_table
+from instrument.calibrate.hard_plate import read_plate_table
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -38,10 +38,10 @@ def calibrate(tmp_path):
     def calibration(report, text, plate=None, counts_as=None):
         path = tmp_path / "measured.csv"
         path.write_text(text, encoding="utf-8")
-        table = measured_print(path, report, counts_as=counts_as)
+        table = read_print_table(path, report, counts_as=counts_as)
         if plate is None:
             return calibrate_unit(report, table)
         path.write_text(plate, encoding="utf-8")
-        return calibrate_unit(report, table, plate=measured_plate(path, report, counts_as=counts_as))
+        return calibrate_unit(report, table, plate=read_plate_table(path, report, counts_as=counts_as))
 
     return calibration

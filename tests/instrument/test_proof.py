@@ -80,7 +80,7 @@ def test_a_law_that_is_wrong_by_a_factor_is_found(factor, mango, monkeypatch):
     """A ball would take a factor of all readings out; so the unit is one that a plate calibrated."""
     corrected = MeasuringUnit.corrected
     monkeypatch.setattr(MeasuringUnit, "corrected", lambda *given: factor * corrected(*given))
-    monkeypatch.setattr("instrument.proof.correction_of", lambda *_: pytest.fail("no ball"))
+    monkeypatch.setattr("instrument.proof.fit_ball_correction", lambda *_: pytest.fail("no ball"))
     report = without_ball(mango.report)
     assert not prove(report, 4, 1).passed
 

@@ -29,7 +29,7 @@ LOOK = {  # where it arises: the faults that may, and the stage whose result is 
     "pipeline.springs.mounts.clamped_half": (FAULTS, "flexures"),
     "pipeline.sensor.press_scene": (FAULTS, None),
     "pipeline.report.page.page.flexure_body": (FAULTS, None),
-    "pipeline.report.outputs.page_of": (FAULTS, None),
+    "pipeline.report.outputs.make_page": (FAULTS, None),
 }
 WHOLE_RUN = {  # what a look leaves out
     "pipeline.making.solids.write_solids": (FAULTS, "solids"),

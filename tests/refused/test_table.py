@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from measured_units import MeasuredDesign
 
-from instrument.calibrate.calibration import calibrate_unit, measured_print
-from instrument.calibrate.fruit_presses import measured_fruit
+from instrument.calibrate.calibration import calibrate_unit, read_print_table
+from instrument.calibrate.fruit_presses import read_fruit_table
 from instrument.compress.specimens import QUANTITIES, read_specimens
 from instrument.press.signals import Signal
 from pipeline.tables.headers import ColumnFlags
@@ -49,10 +49,10 @@ def read(request, tmp_path, monkeypatch):
 
     def weights(_):
         report = request.getfixturevalue("paper")
-        return calibrate_unit(report, measured_print(Path(FILE), report))
+        return calibrate_unit(report, read_print_table(Path(FILE), report))
 
     def fruit(_):
-        return measured_fruit(Path(FILE), 4)
+        return read_fruit_table(Path(FILE), 4)
 
     readers = {reader.__name__: reader for reader in (table, compression, press, weights, fruit)}
 

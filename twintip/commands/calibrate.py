@@ -5,9 +5,9 @@ from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
 
-from instrument.calibrate.calibration import calibrate_unit, measured_print, modulus_of_coupon
-from instrument.calibrate.fruit_presses import measured_fruit
-from instrument.calibrate.hard_plate import measured_plate
+from instrument.calibrate.calibration import calibrate_unit, modulus_of_coupon, read_print_table
+from instrument.calibrate.fruit_presses import read_fruit_table
+from instrument.calibrate.hard_plate import read_plate_table
 from instrument.calibrate.reference_presses import PressedBall, reference_ball
 from instrument.press.printed_unit import check_weighed_after, unit_as_toml
 from instrument.press.ripeness import ripeness_classes
@@ -37,7 +37,7 @@ def run(arguments: Namespace) -> Answer:
     tips = len(report.tips)
     names = (*NAMES, *force_keys(tips), *count_keys(tips), *time_keys(tips))
     flags = ColumnFlags(arguments.columns, arguments.units, names)
-    table = measured_print(arguments.measured, report, flags, arguments.counts_as)
+    table = read_print_table(arguments.measured, report, flags, arguments.counts_as)
     if "coupon" in table.texts:
         return _find_coupon_modulus(arguments, report, table)
     return _calibrate(arguments, report, table, flags)
@@ -64,8 +64,8 @@ def _find_coupon_modulus(arguments: Namespace, report: Report, table: MeasuredTa
 
 def _calibrate(arguments: Namespace, report: Report, table: MeasuredTable, flags: ColumnFlags) -> Answer:
     """Calibrate a unit, and write it to the path of `--out`."""
-    fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips), flags)
-    plate = None if arguments.plate is None else measured_plate(arguments.plate, report, flags, arguments.counts_as)
+    fruit = None if arguments.fruit is None else read_fruit_table(arguments.fruit, len(report.tips), flags)
+    plate = None if arguments.plate is None else read_plate_table(arguments.plate, report, flags, arguments.counts_as)
     ball_notes: list[str] = []
     ball = _pressed_ball(arguments, flags, ball_notes.append)
     calibration = calibrate_unit(report, table, fruit, plate, arguments.after, ball)

@@ -6,8 +6,8 @@ import textwrap
 from argparse import Namespace
 from dataclasses import asdict
 
-from pipeline.report.explain.entries import entries, entry_of
-from pipeline.report.explain.explained_numbers import number_in
+from pipeline.report.explain.entries import entries, find_entry
+from pipeline.report.explain.explained_numbers import explained_value
 from sensor.quantity import validation_error
 from twintip.commands.console import PASSED, Answer
 
@@ -28,8 +28,8 @@ def run(arguments: Namespace) -> Answer:
             )
         lines = [_wrapped(f"{entry.name}: ", _first_sentence(entry.meaning)) for entry in entries()]
         return Answer(code=PASSED, data=[asdict(entry) for entry in entries()], text="\n".join(lines))
-    entry = entry_of(arguments.name)
-    number = None if folder is None else number_in(folder, entry, arguments.name)
+    entry = find_entry(arguments.name)
+    number = None if folder is None else explained_value(folder, entry, arguments.name)
     lines = [_wrapped("", f"{arguments.name}: {entry.meaning}")]
     if entry.formula:
         lines.append(_wrapped("formula: ", entry.formula))

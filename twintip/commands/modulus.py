@@ -9,7 +9,7 @@ from instrument.compress.force_law import TestGeometry
 from instrument.compress.modulus import measured_modulus
 from instrument.compress.modulus_page import modulus_page
 from instrument.compress.pressed_shapes import KINDS, CompressedBody, Plunger
-from instrument.compress.sizes import SIZES, measured_sizes
+from instrument.compress.sizes import SIZES, read_sizes_table
 from instrument.compress.specimens import QUANTITIES, read_specimens
 from instrument.compress.summary import design_range, fruit_summaries, result_parts
 from pipeline.storage.files import write_files
@@ -38,7 +38,7 @@ def run(arguments: Namespace) -> Answer:
     """
     _check_plot(arguments.plot)
     given = {name: getattr(arguments, name) for name in SIZES if getattr(arguments, name) is not None}
-    table = None if arguments.sizes is None else measured_sizes(arguments.sizes, list(given))
+    table = None if arguments.sizes is None else read_sizes_table(arguments.sizes, list(given))
     if table is not None:
         print_error(f"note: {table.understood}")
     files = arguments.files or ([] if table is None else table.files)

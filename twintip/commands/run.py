@@ -56,7 +56,7 @@ def run(arguments: Namespace) -> Iterator[Answer]:
 
             before = earlier_answer(folder)
             report = whole_run(design, options, progress=work).report
-        lost = before.lost_files(folder, options.command)
+        lost = before.lost_files_text(folder, options.command)
         if lost is not None:
             print_error(f"note: {lost}")
     from pipeline.report.answer import every_section, report_passed, summary

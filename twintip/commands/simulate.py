@@ -13,8 +13,8 @@ from instrument.proof import ProvedDesign, ProvedReading, prove
 from instrument.simulate.bench_tables import usual_ball
 from instrument.simulate.drawn_fruit import PressedFruit, beyond_design, usual_fruit
 from instrument.simulate.log import usual_rate
-from instrument.simulate.simulation import FILES, Asked, unit_of_seed
-from instrument.simulate.unit import SimulatedUnit, designed_unit, given_unit, refuse_unpressed
+from instrument.simulate.simulation import FILES, SimulationSettings, unit_of_seed
+from instrument.simulate.unit import SimulatedUnit, designed_unit, given_unit, refuse_unsimulated
 from pipeline.report.report import Report, read_report
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.told import as_data
@@ -87,7 +87,7 @@ def run(arguments: Namespace) -> Answer:
     """Write the files of a simulation, or prove a design; the exit code is 1 if its readings are worse than stated."""
     _check_flags(arguments)
     report = read_report(arguments.folder)
-    refuse_unpressed(report)
+    refuse_unsimulated(report)
     if arguments.prove is not None:
         return _prove_design(arguments, report)
     paths = {flag: path for flag in FILES if (path := getattr(arguments, flag)) is not None}
@@ -152,9 +152,9 @@ def _write_files(arguments: Namespace, report: Report, paths: dict[str, Path]) -
     return Answer(code=PASSED, data=as_data(simulation), text=text)
 
 
-def _simulation_settings(arguments: Namespace, report: Report) -> Asked:
+def _simulation_settings(arguments: Namespace, report: Report) -> SimulationSettings:
     """Return the fruit and the conditions of the presses that the flags describe; raises InputError."""
-    return Asked(
+    return SimulationSettings(
         fruit=_pressed_fruit(arguments, report),
         presses=arguments.presses or 1,
         rate=usual_rate(report) if arguments.rate is None else arguments.rate,

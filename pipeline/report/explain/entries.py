@@ -91,7 +91,7 @@ def _meaning_of(key: ReportKey) -> str:
     return f"{key.meaning[:1].upper()}{key.meaning[1:]}."
 
 
-def entry_of(name: str) -> Entry:
+def find_entry(name: str) -> Entry:
     """Return the entry of a verdict, a symbol, a key of report.json or a fruit.
 
     They are tried in this order. Raises InputError for an unknown name, with the closest known name, and for a name

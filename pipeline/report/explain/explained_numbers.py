@@ -10,7 +10,7 @@ from sensor.verdict import Verdict
 from sensor.words import OUTCOMES, shown, with_bar
 
 
-def number_in(folder: Path, entry: Entry, name: str) -> str:
+def explained_value(folder: Path, entry: Entry, name: str) -> str:
     """Return the value that a verdict or a symbol has in a folder's report, as text with error bar and unit.
 
     `name` is the name that the user typed, which may be one of several in the `entry`. If the report has no value, the

@@ -38,7 +38,7 @@ def prepare_page(result: SensorResult) -> None:
         loaded_half(result.springs, result.options)
 
 
-def page_of(report: Report, result: SensorResult, folder: Path) -> str:
+def make_page(report: Report, result: SensorResult, folder: Path) -> str:
     """Return report.html: answer, verdicts, notes, plots, three-dimensional bodies and files of a run.
 
     Bodies come from `result` and from the files of the output `folder`. The page gives the reason for each body that

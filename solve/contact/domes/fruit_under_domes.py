@@ -45,7 +45,7 @@ class FruitUnderDomes:
         return replace(self, remainder=self.remainder[poses], bound=self.bound[poses])
 
 
-def dome_body(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> FruitUnderDomes:
+def fruit_under_domes(scene: Scene, compliance: FruitCompliance, fruits: Sequence[Fruit]) -> FruitUnderDomes:
     """Return the compliance that fruits have in addition to a half-space under the domes of a scene.
 
     `compliance` is the compliance of the scene's fruit. There is one of the `fruits` for each pose, and it may differ

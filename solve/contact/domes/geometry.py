@@ -14,7 +14,7 @@ import numpy as np
 
 from sensor.arrays import Floats, Ints
 from sensor.design.fruit import Fruit
-from solve.contact.scene import Scene, SidewaysGive
+from solve.contact.scene import LateralCompliance, Scene
 from solve.fruit.curved_shape import ellipsoid_curvatures
 from solve.linear import SolveError
 
@@ -68,7 +68,7 @@ class DomePoses:
     centres: Floats
     frame: Floats
     semi_axes: Floats
-    sideways: SidewaysGive | None = None
+    sideways: LateralCompliance | None = None
     principal: Floats | None = None
 
     def select(self, poses: Ints) -> "DomePoses":

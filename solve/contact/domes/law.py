@@ -30,11 +30,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sensor.arrays import Floats, Ints
-from solve.contact.domes.fruit_under_domes import FruitUnderDomes, dome_body
+from solve.contact.domes.fruit_under_domes import FruitUnderDomes, fruit_under_domes
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
 from solve.contact.domes.large_strain import LargeStrain, large_strain
 from solve.contact.domes.sphere import sphere_contact_radius
-from solve.contact.scene import Scene, SidewaysGive
+from solve.contact.scene import LateralCompliance, Scene
 from solve.fruit.compliance import FruitCompliance
 from solve.halfspace.layered import RoundContact
 from solve.linear import SolveError
@@ -66,7 +66,7 @@ class DomeForces:
     """The forces F of the domes along their springs [N], with errors and contacts; all arrays are (poses, tips).
 
     `rates` [N/mm] are the derivatives of F by the travel. `error` [N] bounds the error of each force on neo-Hookean
-    flesh. `error_alike` [N] is the error of all forces together if it has the same sign under all domes, as for a
+    flesh. `common_error` [N] is the error of all forces together if it has the same sign under all domes, as for a
     softer fruit. `flesh` [N] is the increase of F with Hencky's law of flesh, and the decrease with Storakers's law.
     `contact_radius` [mm] and `mean_pressure` [MPa] are those of the deformed contacts. `pressure_error` [1] is the
     relative error of the pressure due to the contact radius only. `face` [mm] is the diameter of the smallest face that
@@ -76,7 +76,7 @@ class DomeForces:
     F: Floats
     rates: Floats
     error: Floats
-    error_alike: Floats
+    common_error: Floats
     flesh: Floats
     contact_radius: Floats
     mean_pressure: Floats
@@ -128,7 +128,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -
         F=cosine * state.N,
         rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),
         error=np.einsum("pij,pj->pi", np.abs(gain), bound),
-        error_alike=np.einsum("pij,pj->pi", gain, bound),  # the errors of all interferences have the same sign
+        common_error=np.einsum("pij,pj->pi", gain, bound),  # the errors of all interferences have the same sign
         flesh=np.einsum("pij,pj->pi", gain, flesh),
         contact_radius=contact_radius,
         mean_pressure=state.N / np.where(touching, np.pi * contact_radius**2, 1.0),
@@ -159,7 +159,7 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     not touch, because its constants are then unknown.
     """
     level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
-    body = dome_body(scene, compliance, [scene.fruit])
+    body = fruit_under_domes(scene, compliance, [scene.fruit])
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
     state = law.equilibrium()
     untouched = int((state.N[0] <= 0.0).sum())
@@ -185,7 +185,7 @@ class _Law:
     def __init__(self, poses: DomePoses, E: Floats, C: Floats, body: FruitUnderDomes) -> None:
         """Store the arguments of `dome_forces`, and the compliance of the springs in three dimensions."""
         self._poses = poses
-        sideways = poses.sideways or SidewaysGive(np.zeros((*C.shape, 3, 3)), 0.0)
+        sideways = poses.sideways or LateralCompliance(np.zeros((*C.shape, 3, 3)), 0.0)
         self._springs = C
         self._C = sideways.compliance.copy()  # (tips, tips, 3, 3) [mm/N], in the frame of the sensor
         self._C[..., 2, 2] += C

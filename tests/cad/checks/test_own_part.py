@@ -4,7 +4,7 @@ import cadquery as cq
 import numpy as np
 import pytest
 
-from cad.checks.own_part import extrusion_of, faces_at, own_part, own_solid, read_own_solid
+from cad.checks.own_part import extrusion_of, faces_at, own_part, read_own_solid, require_one_solid
 from sensor.quantity import InputError
 
 PLATE = cq.Workplane("XZ").rect(40.0, 20.0).extrude(6.0)
@@ -30,7 +30,7 @@ BAD = {
 def test_what_is_not_one_part_in_millimetres_is_refused(case, small_housing):
     shape, bound = BAD[case]
     with pytest.raises(InputError) as refused:
-        own_solid(shape, "part.step", small_housing if case == "in inches" else None)
+        require_one_solid(shape, "part.step", small_housing if case == "in inches" else None)
     assert refused.value.bound.startswith(bound)
 
 

@@ -191,7 +191,7 @@ def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(sh
     assert [path.read_bytes() for path in (dxf, svg, pdf)] == before
 
 
-def page_of(file):
+def make_page(file):
     """Return the size [points] of the page of a PDF file, and its operators, found by its table of offsets."""
     table = int(re.search(rb"startxref\n(\d+)\n%%EOF", file)[1])
     objects = [file[int(line[:10]) :] for line in file[table:].splitlines()[3:7]]
@@ -205,7 +205,7 @@ def page_of(file):
 def test_pdf_page_has_the_size_of_the_sheet_and_the_lines_of_the_part_in_their_places(sheets, sensor, tmp_path):
     """The upper edge of the frame is a line of 0.5 mm where the scale of the sheet puts it on the page."""
     sheet = sheets["pair"]
-    size, operators = page_of(sheet.write(tmp_path / "drawing")[2].read_bytes())
+    size, operators = make_page(sheet.write(tmp_path / "drawing")[2].read_bytes())
     assert size == pytest.approx([side * POINTS for side in SIZES[sheet.size]], abs=0.01)
     unit = sheet.canvas.scale * POINTS
     housing = sensor.housing

@@ -9,7 +9,7 @@ from squares import RESIN, square_sensor
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.exploded import explode, write_exploded
 from cad.fabrication.mount import mount_solid
-from cad.parts.assembly import assembly_of, in_place
+from cad.parts.assembly import assembly_of, placed_shape
 from sensor.design.processes import PROCESSES
 
 MASSES = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
@@ -38,7 +38,7 @@ def test_every_body_but_the_fruit_is_shown_and_none_overlaps_another_kind(case):
     spans = []
     for place, group in groups.items():
         if not place.startswith("pin"):
-            boxes = [in_place(part).BoundingBox() for part in group]
+            boxes = [placed_shape(part).BoundingBox() for part in group]
             spans.append((min(box.ymin for box in boxes), max(box.ymax for box in boxes)))
     assert all(end < start for (_, end), (start, _) in itertools.pairwise(spans))
 

@@ -12,7 +12,7 @@ from cad.parts.assembly import (
     assembly_of,
     dowel_length,
     grip,
-    in_place,
+    placed_shape,
     plate_places,
     screw_length,
 )
@@ -23,7 +23,7 @@ KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
 
 @pytest.fixture(scope="module")
 def bodies(square):
-    return {part.name: in_place(part) for part in assembly_of(square).children}
+    return {part.name: placed_shape(part) for part in assembly_of(square).children}
 
 
 def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each_diagonal(square):

@@ -1,7 +1,7 @@
 import cadquery as cq
 import pytest
 
-from cad.parts.part import named_part, on_plane
+from cad.parts.part import named_part, plane_face_test
 
 BOX = cq.Solid.makeBox(1.0, 2.0, 3.0)
 
@@ -38,4 +38,4 @@ def test_brep_file_keeps_the_order_of_the_faces(tmp_path):
 def test_only_the_faces_in_a_plane_are_on_it():
     tilted = BOX.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), 1.0)  # one corner still at z = 0
     for shape, count in ((BOX, 1), (tilted, 0), (BOX.translate(cq.Vector(0.0, 0.0, 0.5)), 0)):
-        assert sum(on_plane(2, 0.0)(face) for face in shape.Faces()) == count
+        assert sum(plane_face_test(2, 0.0)(face) for face in shape.Faces()) == count

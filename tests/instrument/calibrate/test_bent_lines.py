@@ -7,7 +7,7 @@ import pytest
 from measured_units import elastic, read_press, text_of, weighed
 
 from instrument.press.measuring import MeasuringUnit
-from sensor.theory.straight_line import fitted
+from sensor.theory.straight_line import fit_line
 from solve.contact.pose_forces import Pose
 
 SAMPLES = 30
@@ -19,7 +19,7 @@ def test_lack_of_fit_is_that_of_a_line_through_a_parabola(rng):
         p0, p1, p2 = rng.normal(size=3) * (1.0, 0.0, 0.05) + (0.0, 1.0, 0.0)
         weights = np.sort(rng.uniform(0.0, 4.0, 9))
         press = rng.uniform(0.0, rng.uniform(0.5, 4.0), 20)
-        lack = fitted(weights, p0 + p1 * weights + p2 * weights**2, np.zeros(9)).bend.lack_of_fit
+        lack = fit_line(weights, p0 + p1 * weights + p2 * weights**2, np.zeros(9)).bend.lack_of_fit
         of_weights, of_press = (np.polyfit(F, p0 + p1 * F + p2 * F**2, 1)[0] for F in (weights, press))
         middle = 0.5 * np.cov(press, press**2)[0, 1] / press.var(ddof=1)
         assert lack.at_zero + lack.per_x * middle == pytest.approx(of_press / of_weights - 1.0, abs=1e-9)

@@ -9,7 +9,7 @@ from refusal import refusal
 from stand_ins import default_housing
 
 from cad.parts.coupon import modulus_factor
-from instrument.calibrate.calibration import measured_print, modulus_of_coupon
+from instrument.calibrate.calibration import modulus_of_coupon, read_print_table
 from instrument.calibrate.unit_table import level_press, unit_table
 from sensor.theory.leaf_spring import pair_length, pair_stiffness
 
@@ -99,7 +99,7 @@ COUPON = ("low,0,0", "low,5,0.733", "low,10,1.464", "high,0,0", "high,50,0.383",
 
 def coupon(rows, report, path):
     path.write_text("\n".join(["coupon,weight_g,deflection_mm", *rows]), encoding="utf-8")
-    return modulus_of_coupon(measured_print(path, report), report)
+    return modulus_of_coupon(read_print_table(path, report), report)
 
 
 def test_leaves_of_a_coupon_are_named_as_tips_are(housed, tmp_path):

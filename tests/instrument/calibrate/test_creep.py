@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from refusal import refusal
 
-from instrument.calibrate.calibration import calibrate_unit, measured_print
+from instrument.calibrate.calibration import calibrate_unit, read_print_table
 from instrument.press.fruit_scale import FruitScale
 from instrument.press.printed_unit import read_unit, unit_as_toml
 from sensor.design.parameters import Print
@@ -142,7 +142,7 @@ def test_times_do_nothing_to_metal(after, paper, tmp_path):
     if after is not None:
         text = re.sub(r"^([^,]+,[^,]+),[^,]+", r"\1", text, flags=re.M)  # without times
     path.write_text(text, encoding="utf-8")
-    found = calibrate_unit(report, measured_print(path, report), after_s=after)
+    found = calibrate_unit(report, read_print_table(path, report), after_s=after)
     assert (found.stiffened, found.weighing.creep) == (1.0, NO_CREEP)
     assert found.unit.stiffnesses == pytest.approx(paper.K.tolist(), rel=1e-5)
     assert found.unit.creep_per_decade is None

@@ -7,7 +7,7 @@ import pytest
 from measured_units import MeasuredDesign, random_pose, read_press, text_of
 from refusal import refusal
 
-from instrument.calibrate.fruit_presses import fit_scale, measured_fruit, scale_of_presses
+from instrument.calibrate.fruit_presses import fit_scale, read_fruit_table, scale_of_presses
 from instrument.press.fruit_scale import FruitScale
 from pipeline.response.scene_press import scene_of
 from sensor.quantity import COVERAGE
@@ -31,7 +31,7 @@ def scale_of(tmp_path):
     def fit(text, sensor):
         path = tmp_path / "fruit.csv"
         path.write_text(text, encoding="utf-8")
-        return scale_of_presses(measured_fruit(path, len(sensor.report.tips)), sensor)
+        return scale_of_presses(read_fruit_table(path, len(sensor.report.tips)), sensor)
 
     return fit
 

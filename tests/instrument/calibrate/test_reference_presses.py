@@ -16,8 +16,8 @@ from instrument.calibrate.reference_presses import (
     PressedBall,
     ReferenceBall,
     correction_by_ball,
-    correction_of,
     deep_press,
+    fit_ball_correction,
     reference_ball,
 )
 from instrument.calibrate.unit_table import error_sources, level_press, read_exactly, unit_table
@@ -97,7 +97,7 @@ def test_what_moves_all_presses_alike_is_in_the_error_of_the_factor(mango):
 
     def factor(forces):
         reading = read_press(sensor.on_ball(RADIUS), forces)
-        return correction_of([reading] * 3, exact, sensor, "ball.csv")
+        return fit_ball_correction([reading] * 3, exact, sensor, "ball.csv")
 
     forces, _ = deep_press(sensor.on_ball(RADIUS), FIRM)
     plain = factor(forces)
@@ -118,7 +118,7 @@ def test_times_that_are_not_known_are_in_the_error_of_the_factor(mango, presses)
     sensor = mango.measuring()
     reading = read_press(sensor.on_ball(RADIUS), presses[0])
     known, unknown = (
-        correction_of([replace(reading, time_s=time_s)] * 3, BALL, sensor, "ball.csv").percent
+        fit_ball_correction([replace(reading, time_s=time_s)] * 3, BALL, sensor, "ball.csv").percent
         for time_s in (0.0, 0.006)
     )
     on_ball = sensor.on_ball(RADIUS)
@@ -172,7 +172,7 @@ def with_ball(sensor, factor=None, **ball):
     ball = replace(BALL, **ball)
     found = deep_press(sensor.on_ball(ball.radius_mm), FIRM)[1]
     reading = FruitReading(E=sensor.on_ball(ball.radius_mm).corrected(found.E))
-    correction = correction_of([reading] * 3, ball, sensor, "ball.csv")
+    correction = fit_ball_correction([reading] * 3, ball, sensor, "ball.csv")
     return replace(sensor, unit=replace(sensor.unit, ball=replace(correction, factor=factor or correction.factor)))
 
 
@@ -210,14 +210,14 @@ def test_springs_and_gains_are_left_as_far_as_they_move_fruit_otherwise_than_the
     sensor = with_ball(mango.measuring(percent=1.0, gain_percent=5.0))
     channels = sensor.channels
     shown = channels.on_ball
-    on_ball = channels.of_springs_and_gains(shown.springs, shown.gains)
+    on_ball = channels.spring_and_gain_uncertainty(shown.springs, shown.gains)
     drift = 0.01 * BOUNDED * np.array(sensor.report.read_out.channels.gain_drift_percent)
     assert on_ball["stiffness"] == on_ball["gain"] == 0.0
     assert on_ball["gain_drift"] == pytest.approx(np.linalg.norm(drift * shown.gains))
-    other = channels.of_springs_and_gains(1.5 * shown.springs, shown.gains)
+    other = channels.spring_and_gain_uncertainty(1.5 * shown.springs, shown.gains)
     assert other["stiffness"] == pytest.approx(0.01 * np.linalg.norm(0.5 * shown.springs))
     static = np.sqrt(0.05**2 - drift**2)
-    other = channels.of_springs_and_gains(shown.springs, 1.5 * shown.gains)
+    other = channels.spring_and_gain_uncertainty(shown.springs, 1.5 * shown.gains)
     assert other["gain"] == pytest.approx(np.linalg.norm(0.5 * static * shown.gains))
 
 
@@ -238,7 +238,7 @@ def test_a_unit_is_no_better_without_a_ball(mango):
     for without, row in zip(plain, after, strict=True):
         assert row.u < without.u
         slopes = read_exactly(sensor, level_press(sensor, without.E)).slopes
-        by_unit = sensor.channels.of_springs_and_gains(np.array(slopes.springs), np.array(slopes.gains))
+        by_unit = sensor.channels.spring_and_gain_uncertainty(np.array(slopes.springs), np.array(slopes.gains))
         assert without.u == pytest.approx(2.0 * math.hypot(*sensor.form_deviations(without.E), *by_unit.values()))
     assert "the form of the domes" in error_sources(sensor)
     (verdict,) = unit_verdicts(sensor, plain)
@@ -288,8 +288,8 @@ def test_presses_that_scatter_too_far_are_refused(mango):
     sensor = mango.measuring()
     E = deep_press(sensor.on_ball(RADIUS), FIRM)[1].E
     near, far = ([FruitReading(E=E * math.exp(step * apart)) for step in (-1.0, 0.0, 1.0)] for apart in (0.03, 0.035))
-    assert correction_of(near, BALL, sensor, "ball.csv").percent > 4.0
-    told = refusal(correction_of, far, BALL, sensor, "ball.csv")
+    assert fit_ball_correction(near, BALL, sensor, "ball.csv").percent > 4.0
+    told = refusal(fit_ball_correction, far, BALL, sensor, "ball.csv")
     assert told.field.startswith("ball.csv: error of the factor")
     assert told.value == pytest.approx(3.5 * 4.303 * math.sqrt(math.pi / 6.0), rel=1e-3)
 

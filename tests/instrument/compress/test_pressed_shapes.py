@@ -16,7 +16,7 @@ from instrument.compress.modulus import measured_modulus
 from instrument.compress.pressed_shapes import CylinderOnEnd, CylinderOnSide, Ellipsoid, Plunger, RectangularBlock
 from reference.stored import stored
 from solve.compression.flesh_law import FleshLaw
-from solve.compression.force_curve import FINE, fitted_curve
+from solve.compression.force_curve import FINE, fit_force_curve
 
 HALF_HEIGHT = 10.0  # of every body tested [mm]
 LENGTH = 200.0  # of the cylinder on its side [mm]: its ends are few
@@ -115,7 +115,7 @@ def test_force_between_slippery_plates_is_that_of_other_elements(name):
     row = SLIPPERY[name]
     test, _, _ = FORMS[row["body"]]
     side = test.body.sides(None, 2)[0]
-    curve = fitted_curve(replace(side, law=FleshLaw(name=row["law"], poisson=row["poisson"])), FINE)
+    curve = fit_force_curve(replace(side, law=FleshLaw(name=row["law"], poisson=row["poisson"])), FINE)
     force, reach = true_force(row)
     travels = np.linspace(0.2, 0.95, 6) * min(0.5 * reach, curve.deepest)
     assert curve.force(travels) == pytest.approx(force(2.0 * travels), rel=0.006)
@@ -146,4 +146,4 @@ def test_tools_of_another_kind_have_hertz_s_law_in_series():
 def test_block_between_slippery_plates_is_a_bar():
     """F = E A D / h while the strain is small."""
     side, _ = RectangularBlock(height_mm=20.0, width_mm=12.0, length_mm=9.0).sides(None, 2)
-    assert fitted_curve(side).force(0.005) == pytest.approx(108.0 * 0.01 / 20.0, rel=2e-3)
+    assert fit_force_curve(side).force(0.005) == pytest.approx(108.0 * 0.01 / 20.0, rel=2e-3)

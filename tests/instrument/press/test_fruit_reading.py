@@ -14,7 +14,7 @@ from instrument.press.ripeness import ripeness_classes
 from pipeline.reading.reading_records import UnevenFruit
 from pipeline.response.scene_press import scene_of
 from sensor.theory.contrast_rise import read_rise, rise_of
-from solve.contact.domes.fruit_under_domes import dome_body
+from solve.contact.domes.fruit_under_domes import fruit_under_domes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.pose_forces import Pose, Stand
@@ -90,7 +90,7 @@ def test_bruise_is_told_at_the_pressure_of_the_pressed_contact(off, bruises, bal
     contact = ball.contact
     scene = scene_of(ball.design)
     poses = dome_poses([scene], np.array([ball.design.press.travel_mm]))
-    domes = dome_forces(poses, np.array([0.8]), ball.C, dome_body(scene, contact, [scene.fruit]))
+    domes = dome_forces(poses, np.array([0.8]), ball.C, fruit_under_domes(scene, contact, [scene.fruit]))
     limit = off * float(domes.mean_pressure.max())
     bruised = with_design(sensor, fruit=replace(ball.design.fruit, bruise_limit_MPa=limit))
     assert bruised.bruises(domes.F[0], 0.8) is bruises

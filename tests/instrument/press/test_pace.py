@@ -13,7 +13,7 @@ from measured_units import MeasuredDesign
 from instrument.press.contrast_press import press_reading
 from instrument.press.pace import LARGEST_BY_PACE, pace_shift
 from instrument.press.touches import PressSamples
-from pipeline.reading.over_time import fall_by_twice_the_time
+from pipeline.reading.over_time import decrease_at_twice_the_time
 from sensor.design.reading import PRESS_S
 from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD
 from solve.contact.relaxing import timed_forces
@@ -109,11 +109,11 @@ def test_an_even_pace_has_none_whatever_it_is(reading, t):
 def test_a_press_of_twice_the_time_falls_as_the_note_says(mango, reading, even):
     """The note is of level presses at the least and the largest modulus, on the fruit of the design: within 6 %."""
     fall = 1.0 - reading(WAY, 2.0 * EVEN).E / even.E
-    assert fall_by_twice_the_time(mango.sensor) == pytest.approx(fall, rel=0.06)
+    assert decrease_at_twice_the_time(mango.sensor) == pytest.approx(fall, rel=0.06)
     press = replace(mango.design.press, speed_mm_per_s=mango.design.press.travel_mm / PRESS_S, hold_s=3.0)
     stated = replace(mango.design, press=press, fruit=replace(mango.design.fruit, relaxation=MAY_RELAX.arms))
-    left = fall_by_twice_the_time(replace(mango.sensor, design=stated))
-    assert left == pytest.approx(STATED_SPREAD * fall_by_twice_the_time(mango.sensor))
+    left = decrease_at_twice_the_time(replace(mango.sensor, design=stated))
+    assert left == pytest.approx(STATED_SPREAD * decrease_at_twice_the_time(mango.sensor))
 
 
 def test_without_times_nothing_is_known_of_a_pace(reading):

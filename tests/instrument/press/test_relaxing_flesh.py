@@ -14,7 +14,7 @@ from pipeline.reading.over_time import reading_over_time
 from pipeline.response.scene_press import scene_of
 from sensor.theory.contrast_law import ContrastLaw
 from sensor.theory.relaxation import Relaxation
-from solve.contact.domes.fruit_under_domes import dome_body
+from solve.contact.domes.fruit_under_domes import fruit_under_domes
 from solve.contact.domes.geometry import dome_poses
 from solve.contact.domes.law import dome_forces
 from solve.contact.relaxing import timed_forces
@@ -52,7 +52,7 @@ def dome_press(square, E, times, **fruit):
     """
     design = dataclasses.replace(square.design, fruit=dataclasses.replace(square.design.fruit, **fruit))
     scene = scene_of(design, (), square.sideways)
-    body = dome_body(scene, square.contact, [design.fruit])
+    body = fruit_under_domes(scene, square.contact, [design.fruit])
     shares, taus = np.array(ARMS).T[..., None]
     elastic = np.zeros(len(square.K))
     memory = np.zeros((len(ARMS), len(elastic)))

@@ -7,8 +7,8 @@ import pytest
 from firmware_presses import BALL
 from refusal import refusal
 
-from instrument.calibrate.calibration import calibrate_unit, measured_print
-from instrument.calibrate.hard_plate import measured_plate
+from instrument.calibrate.calibration import calibrate_unit, read_print_table
+from instrument.calibrate.hard_plate import read_plate_table
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.presses import readings_of
 from instrument.press.printed_unit import unit_of
@@ -23,8 +23,8 @@ from instrument.simulate.drawn_fruit import (
 )
 from instrument.simulate.log import log_of
 from instrument.simulate.simulated_press import SOLVED, Hand, press_curve
-from instrument.simulate.simulation import Asked, hand_of, log_of_fruit, unit_of_seed
-from instrument.simulate.unit import designed_unit, draw_unit, given_unit, refuse_unpressed
+from instrument.simulate.simulation import SimulationSettings, hand_of, log_of_fruit, unit_of_seed
+from instrument.simulate.unit import designed_unit, draw_unit, given_unit, refuse_unsimulated
 from pipeline.options import load_design
 from pipeline.tables.rows import Rows
 from sensor.design.bench import Bench
@@ -32,7 +32,7 @@ from sensor.design.bench import Bench
 
 def asked_of(report, **changes):
     of = {"presses": 1, "rate": 60.0, "noise": False, "uneven": False, "bruise_mm": None, "relaxation": (), "seed": 3}
-    return Asked(**{"fruit": usual_fruit(report), **of, **changes})
+    return SimulationSettings(**{"fruit": usual_fruit(report), **of, **changes})
 
 
 def read_log(unit, lines):
@@ -90,9 +90,9 @@ def test_a_bench_finds_the_drawn_unit(mango, tmp_path):
     weights, plate = (tmp_path / name for name in ("weights.csv", "plate.csv"))
     for path, table, bench in ((weights, weights_table, Bench()), (plate, plate_table, Bench(dial_mm=1e-4))):
         path.write_text("\n".join(table(report, unit, bench, np.random.default_rng(1))), encoding="utf-8")
-    by_weights = calibrate_unit(report, measured_print(weights, report)).unit
-    pressed = measured_plate(plate, report)
-    by_plate = calibrate_unit(report, measured_print(weights, report), plate=pressed).unit
+    by_weights = calibrate_unit(report, read_print_table(weights, report)).unit
+    pressed = read_plate_table(plate, report)
+    by_plate = calibrate_unit(report, read_print_table(weights, report), plate=pressed).unit
     for found in (by_weights, by_plate):
         off = np.array(found.stiffnesses) / unit.domes.K - 1.0
         assert (np.abs(off) < 0.03 * np.array(found.K_percent)).all()
@@ -185,11 +185,11 @@ def test_the_curve_between_solved_samples(mango):
 
 
 def test_designs_without_domes_or_with_a_skin_are_refused(mango):
-    refuse_unpressed(mango.report)
-    assert refusal(refuse_unpressed, replace(mango.report, design=load_design("paper"))).field == "tips.shape"
+    refuse_unsimulated(mango.report)
+    assert refusal(refuse_unsimulated, replace(mango.report, design=load_design("paper"))).field == "tips.shape"
     skin = replace(
         mango.design,
         fruit=replace(mango.design.fruit, skin_mm=0.2, skin_E_MPa=20.0),
         reading=replace(mango.design.reading, calibrated_by="plate"),
     )
-    assert refusal(refuse_unpressed, replace(mango.report, design=skin)).field == "fruit.skin_mm"
+    assert refusal(refuse_unsimulated, replace(mango.report, design=skin)).field == "fruit.skin_mm"

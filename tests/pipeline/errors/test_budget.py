@@ -34,7 +34,7 @@ from sensor.theory.sloped_skin import frictionless_press
 from sensor.theory.soft_tissue import constitutive_spread, large_strain_factor, no_slip
 from sensor.theory.two_spring_law import force_ratio, nonlinearity, series_ratio
 from solve.contact.linear_response import travels
-from solve.contact.scene import SidewaysGive
+from solve.contact.scene import LateralCompliance
 from solve.fruit.compliance import SkinTable
 from solve.fruit.split import split_compliance
 
@@ -78,7 +78,7 @@ def ratio_budget(pair, E, travel, numerical=0.0, of=tuple):
 def leaning(give):
     """Return the pair on a sphere whose springs give sideways by some compliance [mm/N]."""
     design = Design(fruit=SPHERE)
-    return design, dataclasses.replace(springs_of(design), of_plate=SidewaysGive(give, 0.0))
+    return design, dataclasses.replace(springs_of(design), of_plate=LateralCompliance(give, 0.0))
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ from pipeline.reading.analysis import (
     uncertainty_by_pose,
     uncertainty_by_thickness,
 )
-from pipeline.reading.form import moved_by_form
+from pipeline.reading.form import form_changes
 from pipeline.reading.measurement import LEVEL_MODULI, rise_model
 from pipeline.reading.poses import Placement, occurring_placements, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, SampledPresses
@@ -192,15 +192,15 @@ def no_modulus(*_):
 
 @pytest.mark.parametrize(
     ("design", "form"),
-    [(hard(1e6), moved_by_form), (square_design(tilt_deg=1.0), no_modulus)],
+    [(hard(1e6), form_changes), (square_design(tilt_deg=1.0), no_modulus)],
     ids=["known better than to a ten thousandth", "no modulus where domes are off"],
 )
 def test_forces_that_tell_no_modulus_or_hardly_one_fail_bias_and_uncertainty(design, form, monkeypatch):
     """At 1e6 MPa the fruit gives less than 1e-6 of the travel."""
-    monkeypatch.setattr("pipeline.reading.analysis.moved_by_form", form)
+    monkeypatch.setattr("pipeline.reading.analysis.form_changes", form)
     found = assessed(design)
     assert (found.bias, found.uncertainty, found.moduli) == (None, None, ())
-    assert bool(found.refused) == (form is moved_by_form)
+    assert bool(found.refused) == (form is form_changes)
     checked = outcomes(found, design)
     assert (checked["reading.bias"], checked["reading.uncertainty"]) == (False, False)
 
@@ -305,7 +305,7 @@ def test_largest_bias_of_poses_keeps_its_own_bar(plant):
             dataclasses.replace(pose, E=pose.E * (1.0 + bias)) for pose, bias in zip(of.poses, biases, strict=True)
         ]
         other = linear_pose_forces(of.scene, of.contact, of.C, moved)
-        return {"F": other.F, "error_alike": other.error_alike * bars[:, None] / FORCE_ERROR}
+        return {"F": other.F, "common_error": other.common_error * bars[:, None] / FORCE_ERROR}
 
     plant(other_fruit)
     for found in assessed(square_design(tilt_deg=2.0)).moduli:

@@ -15,7 +15,7 @@ from pipeline.reading.analysis import analyse_readings, uncertainty_by_poisson
 from pipeline.reading.measurement import RiseModel, rise_model, times_by_hand
 from pipeline.reading.poses import Placement
 from pipeline.reading.pressed_sensor import RISE_TRAVELS
-from pipeline.reading.uncertainty import by_heat, designed_channels, uncertainty_sources
+from pipeline.reading.uncertainty import designed_channels, heat_uncertainty, uncertainty_sources
 from pipeline.response.contact import contact_compliance
 from sensor.design.reading import PRESS_S, PRESS_SAMPLES, ReadingRequirements
 from sensor.design.signal_path import SignalPath
@@ -281,7 +281,7 @@ def test_drift_of_the_modulus_of_leaves_moves_readings_as_told(pressed):
     """Leaves that are stiffer by a fraction show the force of the same deflection, which is larger by it."""
     stiffer = np.full(4, 1.003)
     moved = abs(pressed.model.modulus(pressed.on_springs(stiffer) / stiffer) / E - 1.0)
-    told = by_heat(replace(QUIET_SIGNAL, modulus_drift_percent=0.3))["modulus_drift"]
+    told = heat_uncertainty(replace(QUIET_SIGNAL, modulus_drift_percent=0.3))["modulus_drift"]
     assert told * np.sqrt(3.0) == pytest.approx(moved, rel=0.01)
 
 

@@ -8,7 +8,7 @@ import pytest
 from stand_ins import CONTACT, relaxing_result, result_of, sensor_of, solved, springs_of
 
 from pipeline.reading.analysis import ModulusAccuracy, ReadingAccuracy
-from pipeline.reading.over_time import fall_by_twice_the_time
+from pipeline.reading.over_time import decrease_at_twice_the_time
 from pipeline.reading.poses import Placement
 from pipeline.reading.reading_records import UnevenFruit
 from pipeline.reading.uncertainty import UncertaintySources
@@ -147,7 +147,7 @@ def test_notes_of_a_reading():
     fruit = result.design.fruit
     assert numbers_of(note(result, "Press 3 places")) == [3.0, 26.0, 15.0, 95.0]
     assert numbers_of(note(result, "Allow")) == rounded(3.1)
-    assert numbers_of(note(result, "Press always")) == rounded(100.0 * fall_by_twice_the_time(result.pressed))
+    assert numbers_of(note(result, "Press always")) == rounded(100.0 * decrease_at_twice_the_time(result.pressed))
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     assert numbers_of(note(result, "Set fruit.poisson")) == rounded(fruit.poisson, fruit.poisson_spread, moved)
     quiet = notes(read_result())

@@ -45,10 +45,10 @@ def test_new_answer_replaces_all_files_of_the_one_before(tmp_path):
     assert len(before.names) == 5
     command = answered(Design(name="kiwi"), out)
     assert {path.name for path in out.iterdir()} == {"design.toml", "response.csv", "report.json"}
-    told = before.lost_files(out, command)
+    told = before.lost_files_text(out, command)
     assert told.startswith("files of the earlier run that were removed: 2,")
     assert f"pipeline design --design '{out}/design.toml' " in told
-    assert earlier_answer(out).lost_files(out, command) is None
+    assert earlier_answer(out).lost_files_text(out, command) is None
 
 
 def test_files_that_the_same_command_makes_no_more_are_counted_alone(tmp_path):
@@ -56,7 +56,9 @@ def test_files_that_the_same_command_makes_no_more_are_counted_alone(tmp_path):
     answered(Design(), out, made=["cover.stl"])
     before = earlier_answer(out)
     command = answered(Design(), out)
-    assert before.lost_files(out, command) == "files of the earlier run that were removed: 1, for example cover.stl"
+    assert (
+        before.lost_files_text(out, command) == "files of the earlier run that were removed: 1, for example cover.stl"
+    )
 
 
 def test_look_refuses_the_folder_of_a_whole_run_and_takes_its_own(tmp_path):

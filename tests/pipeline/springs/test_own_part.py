@@ -14,7 +14,7 @@ from cad.checks.own_part import own_part as own_part_of
 from mesh.own_part import swept_part
 from mesh.session import MeshError
 from pipeline.springs import own_part
-from solve.own_part import PartCompliance, at_size_zero
+from solve.own_part import PartCompliance, extrapolate_to_size_zero
 
 LONG, THICK, DEEP, FOOT = 20.0, 1.0, 6.0, 1.0  # of a leaf with a foot at its end [mm]
 E = 2000.0
@@ -170,8 +170,10 @@ def test_tetrahedra_of_the_default_housing_have_its_stiffness_inside_their_bar(t
 
 def test_a_step_that_is_small_by_accident_sets_no_bar():
     sizes = (4.0, 2.0, 1.0)
-    assert at_size_zero(sizes, (7.0, 6.0, 5.5)) == pytest.approx((5.0, 0.5), rel=1e-12)  # linear in the size
-    assert at_size_zero(sizes, (7.0, 6.0, 6.0)) == pytest.approx((6.0, 0.5), rel=1e-12)
+    assert extrapolate_to_size_zero(sizes, (7.0, 6.0, 5.5)) == pytest.approx(
+        (5.0, 0.5), rel=1e-12
+    )  # linear in the size
+    assert extrapolate_to_size_zero(sizes, (7.0, 6.0, 6.0)) == pytest.approx((6.0, 0.5), rel=1e-12)
 
 
 SHARP = [(-3, -3), (0, -3), (0, 0), (10, 0), (10, -2), (12, -2), (12, 1), (0, 1), (0, 4), (-3, 4)]

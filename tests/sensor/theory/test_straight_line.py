@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import t as student_t
 
 from sensor.quantity import COVERAGE
-from sensor.theory.straight_line import fitted
+from sensor.theory.straight_line import fit_line
 
 ROUNDED = 1.0 / np.sqrt(12.0)
 FINE, COARSE = 1e-6, 1e-3
@@ -36,7 +36,7 @@ def without_each(x, shown, digit):
 def test_line_and_its_suspect_are_those_of_least_squares_without_each_row(rng):
     for _ in range(100):
         x, shown = drawn(rng, int(rng.integers(5, 15)))
-        line = fitted(x, shown, np.full(len(x), COARSE))
+        line = fit_line(x, shown, np.full(len(x), COARSE))
         slope, zero = np.polyfit(x, shown, 1)
         span = np.ptp(shown)
         assert line.slope.value == pytest.approx(slope, rel=1e-9)
@@ -52,8 +52,8 @@ def test_line_and_its_suspect_are_those_of_least_squares_without_each_row(rng):
 def test_a_residual_counts_from_a_hundredth_of_the_span(spike, found):
     x = np.arange(9.0)
     shown = x + spike * 8.0 * np.eye(9)[4]
-    assert (fitted(x, shown, np.full(9, FINE)).odd_row(8.0) is not None) is found
-    assert fitted(x, shown, np.full(9, FINE)).odd_row(80.0) is None
+    assert (fit_line(x, shown, np.full(9, FINE)).outlier(8.0) is not None) is found
+    assert fit_line(x, shown, np.full(9, FINE)).outlier(80.0) is None
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_a_residual_counts_from_a_hundredth_of_the_span(spike, found):
     ],
 )
 def test_a_row_without_which_the_others_draw_no_line_is_no_suspect(x, shown, rows):
-    suspect = fitted(np.array(x), np.array(shown), np.full(len(x), FINE)).suspect
+    suspect = fit_line(np.array(x), np.array(shown), np.full(len(x), FINE)).suspect
     assert suspect.index in rows if rows else suspect is None
 
 
@@ -83,7 +83,7 @@ def test_a_bar_is_wider_for_few_rows_by_student_s_t(rows, digits):
     left = 0.01 * np.where(np.abs(x) == 1.0, 1.0, -2.0 / (rows - 2))
     scatter = student_t.ppf(0.975, rows - 2) / COVERAGE * np.linalg.norm(left) / np.sqrt(rows - 2)
     expected = np.hypot(scatter, ROUNDED * min(digits)) / np.linalg.norm(x)
-    error = fitted(x, x + left, np.resize(digits, rows), levels=np.zeros(rows)).slope.error
+    error = fit_line(x, x + left, np.resize(digits, rows), levels=np.zeros(rows)).slope.error
     assert error == pytest.approx(expected, rel=1e-9)
 
 
@@ -97,7 +97,7 @@ def test_a_bent_line_has_the_bar_of_its_parabola_and_of_its_bend(rng):
     slope = np.polyfit(x, shown, 1)[0]
     wider = student_t.ppf(0.975, 6) / 2.0
     deviation = 2.0 * 4.0 * wider * np.sqrt((scatter**2 + (ROUNDED * COARSE) ** 2) * covariance[0, 0]) / slope
-    line = fitted(x, shown, digits)
+    line = fit_line(x, shown, digits)
     assert line.bend.change == pytest.approx(2.0 * 4.0 * parabola[0] / slope, rel=1e-9)
     assert line.bend.deviation == pytest.approx(deviation, rel=1e-9)
     assert line.bend.excess == pytest.approx(line.bend.change - 3.0 * deviation, rel=1e-9)
@@ -111,10 +111,10 @@ def test_a_bend_needs_three_levels_of_x():
     loads = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0])
     shown = forces + 0.2 * forces**2
     digits = np.full(6, FINE)
-    assert fitted(forces, shown, digits).bend.excess > 0.1
-    assert fitted(forces, shown, digits, levels=loads).bend.change == 0.0
+    assert fit_line(forces, shown, digits).bend.excess > 0.1
+    assert fit_line(forces, shown, digits, levels=loads).bend.change == 0.0
 
 
 def test_a_level_line_has_a_slope_of_0_and_no_bend():
-    line = fitted(np.arange(6.0), np.full(6, 4711.0), np.ones(6))
-    assert (line.slope.value, line.zero, line.bend.change, line.odd_row()) == (0.0, 4711.0, 0.0, None)
+    line = fit_line(np.arange(6.0), np.full(6, 4711.0), np.ones(6))
+    assert (line.slope.value, line.zero, line.bend.change, line.outlier()) == (0.0, 4711.0, 0.0, None)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import dblquad, quad
 from scipy.special import j0
 
-from sensor.theory.uneven_skin import correlations, felt_heights, wave_numbers
+from sensor.theory.uneven_skin import correlations, effective_heights, wave_numbers
 
 
 @pytest.mark.parametrize("wave_mm", [2.0, 4.0, 8.0])
@@ -18,7 +18,7 @@ def test_felt_height_is_the_mean_under_a_flat_punch(wave_mm, radius):
         return np.cos(k * radius * np.sin(s) * np.cos(phi)) * np.sin(s) / (2.0 * np.pi)
 
     mean, _ = dblquad(weighted, 0.0, 2.0 * np.pi, 0.0, 0.5 * np.pi)
-    assert felt_heights(k, np.array(radius)) == pytest.approx(mean, abs=1e-7)
+    assert effective_heights(k, np.array(radius)) == pytest.approx(mean, abs=1e-7)
 
 
 def test_correlation_is_the_mean_over_all_directions():

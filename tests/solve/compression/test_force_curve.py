@@ -9,7 +9,7 @@ from benchmarks.bars.compression import BALL, ball_press
 from sensor.theory.hertz import force_factor
 from sensor.theory.soft_tissue import FLESH_LAWS
 from solve.compression.flesh_law import FleshLaw
-from solve.compression.force_curve import fitted_curve
+from solve.compression.force_curve import fit_force_curve
 from solve.compression.half_body import HalfBody, Section
 from solve.compression.tool_press import press_forces
 from solve.linear import SolveError
@@ -97,8 +97,8 @@ def test_forces_are_the_slope_of_the_energy(rng):
 
 @pytest.mark.slow
 def test_planted_coarse_mesh_has_a_wider_error():
-    coarse = fitted_curve(ball_press(), 0.5)
-    fine = fitted_curve(ball_press(), 1.5)
+    coarse = fit_force_curve(ball_press(), 0.5)
+    fine = fit_force_curve(ball_press(), 1.5)
     assert coarse.error > 2.0 * fine.error
 
 

@@ -143,7 +143,7 @@ def test_error_of_flat_tips_that_is_alike_in_all_is_that_of_softer_flesh(flat):
     softer = pose_forces(built, compliance, SPRINGS, [dataclasses.replace(pose, E=2.0 / 1.001)]).F
     fall = (found.F - softer)[0]
     expected = fall * found.error[0] * found.F.sum() / fall.sum()
-    np.testing.assert_allclose(found.error_alike[0], expected, rtol=2e-3)
+    np.testing.assert_allclose(found.common_error[0], expected, rtol=2e-3)
     lifted = pose_forces(built, compliance, SPRINGS, [Pose(E=1.0, travel=0.1, stand=Stand(tilt_deg=(4.0, 0.0)))])
     assert lifted.touching.sum() == 2
-    np.testing.assert_array_equal(lifted.error_alike > 0.0, lifted.touching)
+    np.testing.assert_array_equal(lifted.common_error > 0.0, lifted.touching)

@@ -11,7 +11,7 @@ from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, LinearForm, 
 from skfem.helpers import ddot, grad, sym_grad, trace
 from stored_presses import STORED, square
 
-from solve.presses.over_time import Way, creep_of, press_over_time, pressed_over_time
+from solve.presses.over_time import PressMotionOverTime, creep_of, press_over_time, press_with_creep
 from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone, OuterLayer, SprungDomes
 from solve.presses.pressing import Pressing, press
 
@@ -219,8 +219,8 @@ def test_a_dome_on_a_spring_sinks_on_in_a_pause():
 def test_springs_that_creep_follow_boltzmann(exponent):
     """The deflection is the integral of J(t - s) dF(s) of forces that run straight, J a power that is 1 at 30 s."""
     times = np.array([0.0, 0.3, 0.8, 1.4, 2.0, 3.0, 5.0])
-    way = Way(travels=[0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.9], times=times)
-    forces, deflections = pressed_over_time(Pressing(square(), LEVEL), way, creep=creep_of(exponent, 30.0))
+    way = PressMotionOverTime(travels=[0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.9], times=times)
+    forces, deflections = press_with_creep(Pressing(square(), LEVEL), way, creep=creep_of(exponent, 30.0))
     slopes = np.diff(forces, axis=0) / np.diff(times)[:, None]
     elastic = press(square(), LEVEL, way.travels)
     assert (np.abs(forces[-1] / elastic[-1] - 1.0) > 0.005).any()

@@ -7,8 +7,8 @@ import pytest
 from refusal import refusal
 from stand_ins import result_of
 
-from pipeline.report.explain.entries import entries, entry_of
-from pipeline.report.explain.explained_numbers import number_in
+from pipeline.report.explain.entries import entries, find_entry
+from pipeline.report.explain.explained_numbers import explained_value
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import read_report
 from sensor.words import with_bar
@@ -33,7 +33,7 @@ def test_every_verdict_in_the_code_and_in_a_report_has_an_entry(folder):
     named = {name for text in sources for name in NAMED.findall(text)} - NO_VERDICTS
     named |= {verdict.name for verdict in read_report(folder).verdicts}
     assert {"P_max", "printable.low", "geometry.tip_face"} <= named
-    assert [name for name in named if not entry_of(name).is_verdict] == []
+    assert [name for name in named if not find_entry(name).is_verdict] == []
 
 
 def test_at_most_40_words_are_explained_and_ten_are_enough_for_the_main_job():
@@ -55,7 +55,7 @@ def test_source_is_a_page_with_its_heading(entry):
     ("word", "near"), [("prntable.low", "printable.low"), ("nl", "NL"), ("safety", "safety_factor")]
 )
 def test_unknown_name_is_answered_with_the_nearest(word, near):
-    caught = refusal(entry_of, word)
+    caught = refusal(find_entry, word)
     assert (caught.field, caught.value) == ("NAME", word)
     assert f" {near}?" in str(caught)
 
@@ -69,11 +69,11 @@ def test_unknown_name_is_answered_with_the_nearest(word, near):
     ],
 )
 def test_symbol_has_the_number_of_the_report(name, number, folder):
-    assert number_in(folder, entry_of(name), name) == number
+    assert explained_value(folder, find_entry(name), name) == number
 
 
 def test_verdict_has_value_error_limit_and_outcome(folder):
     (verdict,) = (verdict for verdict in read_report(folder).verdicts if verdict.name == "P_max")
     expected = f"P_max {with_bar(verdict.value, verdict.error)}, limit 5: passed"
-    assert number_in(folder, entry_of("P_max"), "P_max") == expected
-    assert number_in(folder, entry_of("printable.*"), "printable.*").count("printable.") == 2
+    assert explained_value(folder, find_entry("P_max"), "P_max") == expected
+    assert explained_value(folder, find_entry("printable.*"), "printable.*").count("printable.") == 2

@@ -11,7 +11,7 @@ import pytest
 from stand_ins import result_of
 
 from pipeline.report.outputs import PAGE, listed_files, write_outputs
-from pipeline.report.page.page import page_of
+from pipeline.report.page.page import make_page
 from pipeline.report.page.page_answer import brief, closest_to_limit
 from pipeline.report.page.page_template import finite
 from pipeline.report.report import read_data
@@ -133,7 +133,7 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
     unread = planted("reading.bias", value=0.02, limit=0.05, unit="1")
     wrong = planted("bruise", remedy="travel at most 0.05 mm", reference="<script>alert(1)</script>")
     report = dataclasses.replace(flat_page.report, verdicts=(unread, wrong))
-    page = page_of(report, flat_page.result, flat_page.folder)
+    page = make_page(report, flat_page.result, flat_page.folder)
     text = text_of(page)
     assert "≤ 5 %" in text
     assert "travel at most 0.05 mm" in text
@@ -157,7 +157,7 @@ def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tm
     (tmp_path / "bom.csv").write_text("count,part,size\n2,cover,6.1 g each\n4,nut,M3\n1,housing,13.9 g each\n")
     files = tuple(listed_files(tmp_path))
     report = dataclasses.replace(flat_page.report, files=files)
-    page = page_of(report, flat_page.result, tmp_path)
+    page = make_page(report, flat_page.result, tmp_path)
     drawings = data_of(page)["drawings"]
     assert [drawing["name"] for drawing in drawings] == ["drawing.svg", "wiring.svg"]
     assert zlib.decompress(base64.b64decode(drawings[0]["content"])) == b"<svg>1</svg>"

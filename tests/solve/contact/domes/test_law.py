@@ -12,7 +12,7 @@ from scipy.special import ellipe, ellipk
 from sensor.design.fruit import Fruit
 from sensor.design.tips import PressMotion, Tips
 from sensor.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
-from solve.contact.domes.fruit_under_domes import FruitUnderDomes, dome_body
+from solve.contact.domes.fruit_under_domes import FruitUnderDomes, fruit_under_domes
 from solve.contact.domes.geometry import DomePoses, dome_poses
 from solve.contact.domes.large_strain import large_strain
 from solve.contact.domes.law import (
@@ -22,7 +22,7 @@ from solve.contact.domes.law import (
     dome_contrast,
     dome_forces,
 )
-from solve.contact.scene import Scene, SidewaysGive
+from solve.contact.scene import LateralCompliance, Scene
 from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.split import split_compliance
@@ -45,7 +45,7 @@ def half_space(count=1, poses=2, **changes):
     return FruitUnderDomes(**{**given, **changes})
 
 
-def on_plane(q, modulus):
+def plane_face_test(q, modulus):
     """Return the force [N] of one dome that is pressed by q [mm] into a plane, by Hertz and large strain."""
     strain = large_strain(np.sqrt(DOME * np.array(q)), DOME, np.array(0.0), POISSON)
     return float(strain.factor) * modulus / (1.0 - POISSON**2) * 4.0 / 3.0 * np.sqrt(DOME) * q**1.5
@@ -141,8 +141,11 @@ def test_error_of_one_dome():
     body = half_space(remainder=B * one, bound=b * one, size=size, feet=np.array([[2.0, 0.0]]))
     found = dome_forces(lowered([[3.5, 0.0]], depth), E, np.array([[spring]]), body)
     for i, modulus in enumerate(E.tolist()):
-        q = brentq(lambda q, E=modulus: q + (B / E + spring) * on_plane(q, E) - depth, 1e-6, depth, xtol=1e-14)
-        N, slope = on_plane(q, modulus), (on_plane(q + 1e-6, modulus) - on_plane(q - 1e-6, modulus)) / 2e-6
+        q = brentq(lambda q, E=modulus: q + (B / E + spring) * plane_face_test(q, E) - depth, 1e-6, depth, xtol=1e-14)
+        N, slope = (
+            plane_face_test(q, modulus),
+            (plane_face_test(q + 1e-6, modulus) - plane_face_test(q - 1e-6, modulus)) / 2e-6,
+        )
         strain = large_strain(np.sqrt(DOME * np.array(q)), DOME, np.array(0.0), POISSON)
         growth = 1.5 * (1.5 + 2.0 * 2.0) / size**2
         left_out = b + OVER_CONTACT * B * DOME * q / size**2 + ELSEWHERE * growth * B
@@ -151,7 +154,7 @@ def test_error_of_one_dome():
         rate = slope / (1.0 + (B / modulus + spring) * slope)
         assert found.rates[i, 0] == pytest.approx(rate, rel=1e-6)
         assert found.error[i, 0] == pytest.approx(rate * bound, rel=1e-6)
-        assert found.error_alike[i, 0] == pytest.approx(found.error[i, 0], rel=1e-12)
+        assert found.common_error[i, 0] == pytest.approx(found.error[i, 0], rel=1e-12)
 
 
 def test_crosstalk_of_near_domes():
@@ -163,7 +166,7 @@ def test_crosstalk_of_near_domes():
     found = dome_forces(lowered([[0.0, 0.0], [apart, 0.0]], depth), E, np.zeros((2, 2)), half_space(2))
 
     def missing(q, modulus):
-        N = on_plane(q, modulus)
+        N = plane_face_test(q, modulus)
         normal = (1.0 - POISSON**2) / np.pi
         shift = DOME * normal * N / modulus / apart**2
         p = apart + 2.0 * shift
@@ -188,7 +191,7 @@ def scene(tilt=0.0, roll=0.0, fruit=BLUNT, tips=GENTLE, travel=TRAVEL):
 def pressed(posed, modulus=1.0, springs=SPRINGS):
     known = compliance(posed.fruit, posed.tips)
     poses = dome_poses([posed], np.array([posed.press.travel_mm]))
-    return dome_forces(poses, np.array([modulus]), springs, dome_body(posed, known, [posed.fruit]))
+    return dome_forces(poses, np.array([modulus]), springs, fruit_under_domes(posed, known, [posed.fruit]))
 
 
 @pytest.mark.slow
@@ -250,7 +253,7 @@ def test_forces_that_lean_against_a_direct_solve(modulus):
     sideways = coupled.reshape(2, 3, 2, 3).transpose(0, 2, 1, 3).copy()
     along = sideways[..., 2, 2].copy()
     sideways[..., 2, 2] = 0.0
-    poses = DomePoses(dome, centres[None], frame[None], np.full((1, 3), ball), SidewaysGive(sideways, 0.01))
+    poses = DomePoses(dome, centres[None], frame[None], np.full((1, 3), ball), LateralCompliance(sideways, 0.01))
     body = half_space(2, poses=1)
     found, straight = (
         dome_forces(one, np.array([modulus]), along, body) for one in (poses, dataclasses.replace(poses, sideways=None))
@@ -295,7 +298,7 @@ def test_contrast_reads_the_modulus_of_domes_that_give_sideways_too():
     """What the give moves the reading by where it is left out shrinks to a tenth: its second order."""
     give = np.zeros((4, 4, 3, 3))
     give[[1, 3], [1, 3], 1, 1] = 0.5
-    stiff, soft = level_domes(), level_domes(SidewaysGive(give, 0.0))
+    stiff, soft = level_domes(), level_domes(LateralCompliance(give, 0.0))
     for modulus in (1.0, 3.5):
         forces = pressed(soft, modulus).F[0].tolist()
         expected = read_modulus(contrast_of(stiff), pressed(stiff, modulus).F[0].tolist())
@@ -309,7 +312,7 @@ def test_contrast_reads_the_modulus_of_domes_that_give_sideways_too():
 def test_other_radius_bends_the_body_in_proportion_and_widens_the_bound():
     known = dataclasses.replace(compliance(BLUNT, GENTLE), shape_change=np.full((4, 4), 1e-3))
     fruits = [dataclasses.replace(BLUNT, radius_mm=radius) for radius in (175.0, 140.0, 210.0)]
-    body = dome_body(scene(), known, fruits)
+    body = fruit_under_domes(scene(), known, fruits)
     changed = body.remainder - body.remainder[0]
     np.testing.assert_allclose(changed[1:, 0, 0], [0.25e-3, -1e-3 / 6.0], rtol=1e-9)
     assert np.all(body.bound[1:] > body.bound[0])
