@@ -24,7 +24,7 @@ def flexure_deck(mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: flo
     """
     basis = element_basis(mesh, choice)
     elements = elements_of(basis, kind)
-    means = {mean_of(spring): elements.of_dofs(basis, face_mean(basis, tip_face(spring))) for spring in SPRINGS}
+    means = {mean_of(spring): elements.nodal_values(basis, face_mean(basis, tip_face(spring))) for spring in SPRINGS}
     held = {name: axes for name, axes in HELD_HALF.items() if name in mesh.boundaries}
     sets = boundary_sets(elements, basis, tuple(held))
     sets["tips"] = np.flatnonzero(np.any(list(means.values()), axis=0))

@@ -70,7 +70,7 @@ def comparisons() -> Iterator[Comparison]:
 def comparison(preset: str, process: str, mount: str) -> Comparison | None:
     """Return the comparison of a preset in one mount with all other mounts, or None if its springs cannot be made."""
     design = load_design(preset, {"print.process": process, "print.mount": mount})
-    springs = Sensor(design=design, options=RunOptions(tolerance=ROUGH_TOLERANCE)).springs.per_spring
+    springs = Sensor(design=design, options=RunOptions(tolerance=ROUGH_TOLERANCE)).springs.as_pair
     if springs.housing is None:
         return None
     changes = mount_changes(springs.housing, springs.process.E_MPa, springs.process.poisson)

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from cad.templates import template_environment
 from sensor.quantity import COVERAGE
-from sensor.words import with_bar
+from sensor.words import value_with_bar
 
 _ROOM = Path(__file__).parent
 _BAR = " | "
@@ -23,7 +23,7 @@ def render_template(template: str, number: object = repr, **values: object) -> s
     environment = template_environment(_ROOM)
     environment.filters["number"] = number
     environment.filters["hex"] = "0x{:02X}".format
-    return environment.get_template(template).render(values, with_bar=with_bar, coverage=COVERAGE)
+    return environment.get_template(template).render(values, value_with_bar=value_with_bar, coverage=COVERAGE)
 
 
 def template_parts(template: str, **values: object) -> list[RenderableType]:

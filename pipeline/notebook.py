@@ -21,7 +21,7 @@ from pipeline.verdicts.in_words import (
 )
 from sensor.arrays import Flags, Floats
 from sensor.verdict import Verdict
-from sensor.words import OUTCOMES, round_below, with_bar
+from sensor.words import OUTCOMES, round_below, value_with_bar
 
 _COLOURS = {True: "#2e7d32", False: "#c62828", None: "#b26a00"}
 _SIZE = (420, 240)  # size of the plot with its margins [px]
@@ -76,7 +76,7 @@ def _spring_table(springs: Mapping[str, MadeSpring]) -> str:
     for name, spring in springs.items():
         leaf = spring.flexure
         size = "" if leaf is None else f"{leaf.length:g} x {leaf.thickness:g} x {leaf.depth:g} mm"
-        rows.append(_cells((name, with_bar(1e3 * spring.stiffness, 1e3 * spring.error, "N/m"), size)))
+        rows.append(_cells((name, value_with_bar(1e3 * spring.stiffness, 1e3 * spring.error, "N/m"), size)))
     return _table(("spring", f"stiffness, {ERRORS_IN_WORDS}", "leaves"), rows)
 
 

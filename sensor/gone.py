@@ -36,7 +36,7 @@ GONE = {
     "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",
 }
 """Removed names, each with the sentence that says what to use instead."""
-ASKED_NOTHING = {"print.leaves": "printed", "print.gauges": "none", "readout.transducer": "displacement"}
+INEFFECTIVE_VALUES = {"print.leaves": "printed", "print.gauges": "none", "readout.transducer": "displacement"}
 """Removed keys of a design file, each with the value that had no effect in 0.2: it is read, but not written again."""
 REPORT_KEYS = (
     *("behaviour.modes", "stale"),
@@ -66,6 +66,6 @@ def refuse_gone_key(key: str) -> None:
             refuse_gone(gone)
 
 
-def without_nothing(table: str, values: Mapping[str, object]) -> Mapping[str, object]:
+def drop_ineffective_keys(table: str, values: Mapping[str, object]) -> Mapping[str, object]:
     """Return a table of a design without removed keys whose value had no effect in 0.2."""
-    return {key: value for key, value in values.items() if value != ASKED_NOTHING.get(f"{table}.{key}", ...)}
+    return {key: value for key, value in values.items() if value != INEFFECTIVE_VALUES.get(f"{table}.{key}", ...)}

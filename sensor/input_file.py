@@ -52,7 +52,7 @@ def read_toml(path: Path, name: str) -> dict[str, Any]:
     in_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     hint = "correct the file at that place"
     try:
-        return parsed_toml(content.decode("utf-16" if in_utf16 else "utf-8-sig"))
+        return parse_toml(content.decode("utf-16" if in_utf16 else "utf-8-sig"))
     except UnicodeDecodeError as error:
         line = 1 + error.object.count(b"\n", 0, error.start)
         reason = f"line {line} is not text in UTF-8"
@@ -62,7 +62,7 @@ def read_toml(path: Path, name: str) -> dict[str, Any]:
     raise validation_error(name, str(path), "", f"valid TOML ({reason})", hint)
 
 
-def parsed_toml(text: str) -> dict[str, Any]:
+def parse_toml(text: str) -> dict[str, Any]:
     """Return the tables of a TOML text; raises ValueError for invalid TOML and for nesting that is too deep."""
     too_deep = f"nested deeper than {MOST_LEVELS} levels"
     if _DEEP_KEY.search(text):

@@ -163,7 +163,7 @@ def report_field(
     """Declare a field of a record that is a key of report.json, with its unit and meaning; its value is not checked.
 
     The unit is "1" for a number without a unit, and empty for a text, a truth value or a table. `notes` are further
-    metadata, as `pipeline/storage/told.py` lists them.
+    metadata, as `pipeline/storage/record_data.py` lists them.
     """
     metadata = {"unit": unit, "meaning": meaning, **notes}
     options: dict[str, Any] = {"default": default, "default_factory": default_factory, "metadata": metadata}
@@ -240,7 +240,7 @@ def as_float(number: float) -> float:
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,4})?")  # ASCII digits only, unlike \d
 
 
-def written_number(text: str) -> float | None:
+def parse_number(text: str) -> float | None:
     """Return the number in a text, such as .03, 3e-2 or +1; None for any other text."""
     return float(text) if _NUMBER.fullmatch(text.strip()) else None
 

@@ -23,7 +23,7 @@ def shown(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -
     return f"{value}{_unit_suffix(unit)}" if isinstance(value, int) else f"{value}"
 
 
-def with_bar(value: float, bar: float | None, unit: str = "", *, in_percent: bool = False) -> str:
+def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percent: bool = False) -> str:
     """Return a number with its error bar and its unit, as in 1.23 ± 0.45 N; `bar` is the half width of 95 % coverage.
 
     The error bar has two digits, and the number ends at the same decimal. With `in_percent` the error bar is shown as a

@@ -4,7 +4,7 @@ import gc
 import os
 import sys
 
-from pipeline.storage.interrupts import end_by_signals, ended_by, ignore_signals
+from pipeline.storage.interrupts import end_by_signals, ending_signal, ignore_signals
 
 _STDOUT, _STDERR = 1, 2
 
@@ -20,9 +20,9 @@ def main() -> int:
         ignore_signals()  # the answer is printed, and its exit code is final
         gc.freeze()  # the process ends, so a search for garbage is useless
     except BaseException:  # a library may turn an interruption into an error of its own
-        if ended_by() is None:
+        if ending_signal() is None:
             raise
-    number = ended_by()
+    number = ending_signal()
     if number is None:
         return code
     ignore_signals()

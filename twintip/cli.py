@@ -14,7 +14,7 @@ from concurrent.futures import BrokenExecutor
 from importlib import import_module
 from typing import Any, NoReturn
 
-from pipeline.storage.interrupts import ended_by
+from pipeline.storage.interrupts import ending_signal
 from sensor.gone import refuse_gone
 from sensor.quantity import InputError, unknown_name, validation_error
 from twintip.commands.console import (
@@ -62,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         drop_output()
         return FAILED
     except (InputError, OSError, MemoryError, BrokenExecutor) as error:
-        if ended_by() is not None:
+        if ending_signal() is not None:
             raise KeyboardInterrupt from error
         print_error(_error_line(error))
         return WRONG_INPUT

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pipeline.options import DEFAULT_DESIGN, DEFAULT_TOLERANCE, FRUIT_STIFFNESSES
-from sensor.quantity import written_number
+from sensor.quantity import parse_number
 
 DEFAULT_PROCESS = "fdm-petg"
 BODIES = ("ball", "ellipsoid", "cylinder-end", "cylinder-side", "block")
@@ -24,7 +24,7 @@ class Command(NamedTuple):
 
 def number(text: str) -> float:
     """Return the number of a flag in common notations; raises ValueError for other text."""
-    value = written_number(text)
+    value = parse_number(text)
     if value is None:
         raise ValueError(text)
     return value

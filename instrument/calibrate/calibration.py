@@ -35,7 +35,7 @@ from instrument.press.printed_unit import (
 from instrument.press.signals import COUNTS, count_keys
 from pipeline.report.report import Report
 from pipeline.storage.plain import Plain
-from pipeline.storage.told import as_data
+from pipeline.storage.record_data import as_data
 from pipeline.tables.decoding import place_of
 from pipeline.tables.header_words import WORDS
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags

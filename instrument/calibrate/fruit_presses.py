@@ -21,7 +21,7 @@ from instrument.press.fruit_scale import FruitScale
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.signals import Sample, force_keys
 from instrument.press.touches import cut_presses
-from pipeline.storage.told import as_data
+from pipeline.storage.record_data import as_data
 from pipeline.tables.decoding import place_of
 from pipeline.tables.headers import NO_FLAGS, ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable, numbers_of

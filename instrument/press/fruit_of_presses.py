@@ -28,7 +28,7 @@ from instrument.press.fruit_reading import (
 from instrument.press.measuring import MeasuringUnit
 from sensor.quantity import COVERAGE, Estimate, report_field
 from sensor.theory.student import student
-from sensor.words import with_bar
+from sensor.words import value_with_bar
 
 FALSE_ALARMS = 0.01
 """Fraction of fruits flagged as disagreeing although the errors of their presses are normal and as large as stated."""
@@ -75,7 +75,7 @@ class FruitAnswer:
         "the middle of the moduli of its presses",
         key="E_MPa",
         default=None,
-        line=lambda it: f"E {with_bar(it.E, it.u * it.E, 'MPa', in_percent=True)} (95 %)",
+        line=lambda it: f"E {value_with_bar(it.E, it.u * it.E, 'MPa', in_percent=True)} (95 %)",
         absent="no modulus",
     )
     reduced: float | None = report_field("MPa", "as for a press", key="E_over_1_minus_nu2_MPa", default=None)

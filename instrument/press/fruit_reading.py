@@ -9,7 +9,7 @@ from pipeline.storage.plain import Plain
 from sensor.arrays import Floats
 from sensor.attributes import with_attributes
 from sensor.quantity import COVERAGE, Estimate, report_field
-from sensor.words import with_bar
+from sensor.words import value_with_bar
 
 AT_THE_EDGE = 1e-3  # relative tolerance at the ends of the range, so that round-off does not exclude a fruit at an end
 UNCERTAIN = 0.5
@@ -38,7 +38,7 @@ def _zero_text(reading: "FruitReading") -> str:
 
 def firmness_text(firmness: Estimate) -> str:
     """Return the firmness by another instrument with its half width for 95 % of fruit, as text."""
-    value = with_bar(firmness.value, COVERAGE * firmness.error, firmness.unit, in_percent=True)
+    value = value_with_bar(firmness.value, COVERAGE * firmness.error, firmness.unit, in_percent=True)
     return f"firmness {value} (95 %)"
 
 
@@ -111,7 +111,7 @@ class FruitReading:
         "the modulus at the Poisson's ratio of the design; between 0.3 and 0.45 it moves E by 14 %",
         key="E_MPa",
         default=None,
-        line=lambda it: f"E {with_bar(it.E, it.u * it.E, 'MPa', in_percent=True)} (95 %)",
+        line=lambda it: f"E {value_with_bar(it.E, it.u * it.E, 'MPa', in_percent=True)} (95 %)",
         absent="no modulus",
     )
     reduced: float | None = report_field(
@@ -146,7 +146,7 @@ class FruitReading:
         key="offset_mm",
         left_out=True,
         default=None,
-        line=lambda it: f"high tips nearer to the skin by {with_bar(it.offset, it.offset_u, 'mm')}",
+        line=lambda it: f"high tips nearer to the skin by {value_with_bar(it.offset, it.offset_u, 'mm')}",
     )
     offset_u: float | None = report_field(
         "mm", "half width of `offset_mm` at 95 %", key="offset_u_mm", left_out=True, default=None

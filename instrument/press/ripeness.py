@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from sensor.quantity import validation_error, written_number
+from sensor.quantity import parse_number, validation_error
 
 _HINT = "write for instance ripe:0.8,turning:1.6,unripe"
 
@@ -30,7 +30,7 @@ def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
     limits = [0.0]
     for part in text.split(","):
         name, colon, limit = part.strip().partition(":")
-        number = written_number(limit) if colon else math.inf
+        number = parse_number(limit) if colon else math.inf
         if not name or not name.isprintable() or number is None or number <= limits[-1]:
             bound = "a list of names, each but the last with a limit in MPa; the limits must rise"
             raise validation_error(flag, text, "", bound, _HINT)

@@ -12,7 +12,7 @@ from pipeline.tables.headers import NO_FLAGS, ColumnFlags, folded, label_parts
 from pipeline.tables.rows import Rows
 from pipeline.tables.table import FoundTable, one_table, shown
 from pipeline.tables.units import FORCE, TIME, Quantity
-from sensor.quantity import validation_error, written_number
+from sensor.quantity import parse_number, validation_error
 
 COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**32)
 _CHANNEL_LABEL = r"(f|counts|t) ([lh]|[0-9]+)"  # columns of channels in headers of any sensor
@@ -144,7 +144,7 @@ def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:
 
     Raises InputError for another number of numbers, and for a text that is no number.
     """
-    numbers = [number for number in map(written_number, text.split(",")) if number is not None]
+    numbers = [number for number in map(parse_number, text.split(",")) if number is not None]
     if not len(numbers) == tips == text.count(",") + 1:
         bound = f"{tips} comma-separated numbers in {unit}, one for each tip of this sensor"
         raise validation_error(flag, text, "", bound, f"write {flag} F1,F2,..., with decimal points")

@@ -37,7 +37,7 @@ def nearest_demand(
     """
     requested = fruit
     for number in range(1, MOST_ROUNDS + 1):
-        fruit = eased(fruit, requested, failed, preset)
+        fruit = narrow_ranges(fruit, requested, failed, preset)
         suggestion = fruit_suggestion(fruit, preset, fixed, _round_progress(number, fruit, progress))
         if suggestion.changes is not None:
             return fruit
@@ -50,7 +50,7 @@ def _round_progress(number: int, fruit: FruitRange, progress: Progress) -> Progr
     return lambda work: progress(f"narrower ranges, at most {MOST_ROUNDS}, number {number}: {fruit.in_words}: {work}")
 
 
-def eased(fruit: FruitRange, requested: FruitRange, failed: Collection[Verdict], preset: Design) -> FruitRange:
+def narrow_ranges(fruit: FruitRange, requested: FruitRange, failed: Collection[Verdict], preset: Design) -> FruitRange:
     """Return a fruit with narrower ranges, by a fixed step of the logarithm of the `requested` ranges.
 
     The failed verdicts determine which ranges become narrower: the radii and the flesh thickness, or the moduli at

@@ -11,7 +11,7 @@ import math
 from pipeline.find.candidate import Candidate
 from pipeline.find.changes import Changes, change_design, in_words, value_of
 from pipeline.find.fruit_range import Ends, FruitRange, bruise_limit
-from pipeline.find.proved_candidate import first_proved
+from pipeline.find.proved_candidate import prove_first
 from pipeline.find.suggestion import Suggestion
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.reading_records import CalibrationErrors
@@ -47,7 +47,7 @@ _MAX_CALIBRATION_FACTOR = 1.5  # maximum of such a change in one step; further s
 _UNCERTAINTY_FACTOR = 1.12  # factor on the high spring, which improves readings of firm fruit
 
 
-def most_alike(fruit: FruitRange) -> str:
+def most_similar_preset(fruit: FruitRange) -> str:
     """Return the name of the preset whose fruit is most similar to a fruit: the one with the least `_dissimilarity`."""
     return min(PRESETS, key=lambda name: _dissimilarity(fruit, fruit_of(load_design(name))))
 
@@ -268,7 +268,7 @@ def _candidate(changes: Changes, result: Sensor | SensorResult | None) -> Candid
 
 def _run(preset: Design, candidate: Candidate) -> SensorResult | None:
     """Return the result of a whole run of a candidate, or None if its design is invalid or cannot be solved."""
-    proof = first_proved([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
+    proof = prove_first([candidate], lambda one: change_design(preset, one.changes), RunOptions(), 1)
     return None if proof is None else proof.result
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from sensor.design.fruits import FRUITS, ranges_in_words
 from sensor.input_file import read_bytes
-from sensor.quantity import LENGTH, MODULUS, check_fields, nearest, quantity, validation_error, written_number
+from sensor.quantity import LENGTH, MODULUS, check_fields, nearest, parse_number, quantity, validation_error
 from sensor.words import rounded
 
 BRUISE_MPA = 0.1  # pressure for flesh of 1 MPa, an assumption like the exponent; apple flesh of 3.5 MPa fails at 0.29
@@ -104,7 +104,7 @@ def fruit_range(text: str) -> FruitRange:
     ball, any_shape = _BALL.fullmatch(text), _ANY_SHAPE.fullmatch(text)
     match = ball or any_shape
     name, *words = (None,) if match is None else (match[1], *(word for word in match.groups()[1:] if word is not None))
-    numbers = [written_number(word) for word in words]
+    numbers = [parse_number(word) for word in words]
     if not numbers or None in numbers:
         raise validation_error("--fruit", text, "", _FORM, "write all numbers")
     if name is not None:

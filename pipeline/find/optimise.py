@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from pipeline.find.candidate import REFUSED_COST, Candidate
-from pipeline.find.proved_candidate import Proof, first_proved
+from pipeline.find.proved_candidate import Proof, prove_first
 from pipeline.options import DEFAULT_TOLERANCE, RunOptions
 from pipeline.report.keys import value_at
 from pipeline.storage.files import is_ours, refuse_taken, write_files
@@ -269,7 +269,7 @@ def prove(
         return replace(study.base.design(candidate.changes), name=study.name)
 
     tolerance = min(study.tol, DEFAULT_TOLERANCE)  # the tolerance of a search may be too large for a whole run
-    proof = first_proved(to_run, design_of, RunOptions(out=place.run, tolerance=tolerance, force=force), len(to_run))
+    proof = prove_first(to_run, design_of, RunOptions(out=place.run, tolerance=tolerance, force=force), len(to_run))
     if proof is not None and proof.passed:
         text = design_as_toml(design_of(proof.candidate))
         write_files({place.design: text.encode()}, "--out", force=force)

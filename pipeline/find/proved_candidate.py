@@ -35,7 +35,7 @@ class Proof:
         return False if self.result is None else self.result.passed
 
 
-def first_proved(
+def prove_first(
     candidates: Iterable[Candidate],
     design_of: Callable[[Candidate], Design],
     options: RunOptions,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pipeline import run
 from pipeline.find.candidate import Candidate
 from pipeline.find.changes import Changes, change_design, in_words, size, sweeps, value_of
-from pipeline.find.proved_candidate import UNSOLVED, Proof, first_proved
+from pipeline.find.proved_candidate import UNSOLVED, Proof, prove_first
 from pipeline.options import RunOptions
 from pipeline.response.scaled_scene import unit_scene
 from pipeline.response.scene_press import TRAVELS, scene_of
@@ -240,7 +240,7 @@ def suggestion(
         return [] if proof.result is None else _shorten_travel(proof.result, proof.candidate.changes, fixed)
 
     candidates = [*_shorten_travel(result, {}, fixed), *passing]
-    proof = first_proved(candidates, design_of, options, MOST_RUNS, with_shorter_travel)
+    proof = prove_first(candidates, design_of, options, MOST_RUNS, with_shorter_travel)
     runs = 1 if proof is None else 1 + proof.runs
     if proof is None or proof.result is None or not proof.passed:
         return replace(none_found, reason=_failure_reason(search, passing), tried=search.tried, runs=runs)

@@ -11,7 +11,7 @@ from pipeline.springs.fitted_springs import FittedSprings, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import mount_layers
 from pipeline.springs.spring import MadeSpring
-from pipeline.storage.cache import cached
+from pipeline.storage.cache import load_or_compute
 from pipeline.storage.kept_files import KeptFiles, begin_files
 from pipeline.storage.workers import finished_future
 from sensor.design.design_file import design_as_mapping
@@ -70,7 +70,7 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
         return {"fine": stiffnesses(1.0), "coarse": stiffnesses(COARSE)}
 
     inputs = {"housing": housing, "E": process.E_MPa, "nu": process.poisson}
-    by_mesh = cached("sideways", inputs, solve_both_meshes, dict[str, tuple[float, ...]])
+    by_mesh = load_or_compute("sideways", inputs, solve_both_meshes, dict[str, tuple[float, ...]])
     verdicts = []
     rows = zip(springs.springs.items(), by_mesh["fine"], by_mesh["coarse"], strict=True)
     for (name, spring), fine, coarse in rows:

@@ -58,7 +58,9 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
         sets[GROUND] = np.array([elements.count])
         fixed_components = {GROUND: (1, 2, 3)}
     weights = tip_means(half.basis, PRESS).T
-    means = {mean_of(spring): elements.of_dofs(half.basis, mean) for spring, mean in zip(SPRINGS, weights, strict=True)}
+    means = {
+        mean_of(spring): elements.nodal_values(half.basis, mean) for spring, mean in zip(SPRINGS, weights, strict=True)
+    }
     return Deck(
         elements=elements,
         sets=sets,

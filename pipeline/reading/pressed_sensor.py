@@ -67,8 +67,8 @@ class PressedSensor(Record):
     @property
     def pair(self) -> "PressedSensor":
         """Return the pair that represents the sensor: all tips on springs of one kind become one tip."""
-        contact = self.contact.per_spring(*self.design.tips.spring_groups)
-        return replace(self, design=self.design.per_spring, contact=contact, springs=self.springs.per_spring)
+        contact = self.contact.as_pair(*self.design.tips.spring_groups)
+        return replace(self, design=self.design.as_pair, contact=contact, springs=self.springs.as_pair)
 
     @cached_property
     def C(self) -> Floats:

@@ -11,7 +11,7 @@ from pipeline.report.verdict_table import OUTCOME, reasons, verdict_table
 from pipeline.storage.digests import Json
 from pipeline.verdicts.in_words import is_on_the_part, not_passed
 from sensor.verdict import Verdict, all_passed
-from sensor.words import OUTCOMES, shown, with_bar
+from sensor.words import OUTCOMES, shown, value_with_bar
 
 _REASONS = 3  # maximum number of lines on verdicts that did not pass; the rest is counted
 _NOTES = 5  # maximum number of notes together with these lines
@@ -104,7 +104,7 @@ def _spring_lines(report: Json) -> Iterator[str]:
             continue
         K = spring["stiffness_N_per_m"]
         size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
-        stiffness = f"{with_bar(K, 0.01 * spring['error_percent'] * K, 'N/m')} by FE"
+        stiffness = f"{value_with_bar(K, 0.01 * spring['error_percent'] * K, 'N/m')} by FE"
         limit = "" if spring["safety_factor"] is None else f", limit {spring['safety_factor'] * strain:.2g}"
         leaf_text = f"leaves {size} in {process}, strain {strain:.2g} at full travel{limit}"
         yield escape(f"{name} spring: {stiffness}, {leaf_text}")

@@ -8,7 +8,7 @@ from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin
 
 from pipeline.report.report import LeftOut, Report
-from pipeline.storage.told import told_fields, told_value
+from pipeline.storage.record_data import fields_by_key, value_at_key
 
 _INDEX = re.compile(r"-?[0-9]+")
 
@@ -128,7 +128,7 @@ def _get_part(value: Any, word: str, name: str) -> object:  # noqa: ANN401 - a m
     else:
         kind: Any = type(value)
         if word in _fields(kind):
-            return told_value(value, word)
+            return value_at_key(value, word)
     raise KeyError(name)
 
 
@@ -147,7 +147,7 @@ def _fields(kind: type) -> dict[str, tuple[Field[Any], Any]]:
     """Return the fields of a record type by name, each with its type; empty for another type."""
     if not is_dataclass(kind):
         return {}
-    return {key: (item, _without_none(value_kind)) for key, (item, value_kind) in told_fields(kind).items()}
+    return {key: (item, _without_none(value_kind)) for key, (item, value_kind) in fields_by_key(kind).items()}
 
 
 def _without_none(kind: Any) -> Any:  # noqa: ANN401 - any type

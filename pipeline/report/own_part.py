@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from pipeline.verdicts.rules import own_part_verdict
-from sensor.words import with_bar
+from sensor.words import value_with_bar
 
 if TYPE_CHECKING:
     from pipeline.springs.own_part import PartStiffness
@@ -68,12 +68,12 @@ def _part_notes(part: PartStiffness) -> Iterator[str]:
         yield f"{unknowns:.0f} unknowns, {seconds:.1f} s without its mesh: {stiffnesses} N/m"
     for name, face in part.faces.items():
         if name not in _VERDICTS:  # low and high have verdicts, which state their stiffness
-            yield f"{name}: {with_bar(face.estimate.value, face.estimate.error)} N/m"
+            yield f"{name}: {value_with_bar(face.estimate.value, face.estimate.error)} N/m"
         if face.K_held is not None:
-            with_holes = with_bar(1e3 * face.K_held, 1e3 * face.K_error * face.K_held)
+            with_holes = value_with_bar(1e3 * face.K_held, 1e3 * face.K_error * face.K_held)
             yield f"{name}: {with_holes} N/m where the walls of the screw holes are held instead"
         if face.strain_per_N is not None and face.strain_error is not None:
-            strain = with_bar(face.strain_per_N, face.strain_error * face.strain_per_N)
+            strain = value_with_bar(face.strain_per_N, face.strain_error * face.strain_per_N)
             yield f"{name}: largest strain at a round inner corner {strain} for 1 N"
         else:
             yield f"{name}: no strain is given: {face.no_strain}"

@@ -35,7 +35,7 @@ from pipeline.springs.behaviour_record import SpringBehaviour
 from pipeline.springs.spring import MadeSpring
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular, with_digest
 from pipeline.storage.plain import Plain, from_plain, strict_converter
-from pipeline.storage.told import as_data, structure_hook
+from pipeline.storage.record_data import as_data, structure_hook
 from sensor.attributes import with_attributes
 from sensor.design.design_file import design_from_mapping
 from sensor.design.parameters import Design

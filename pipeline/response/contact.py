@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any
 
 from pipeline.options import CONTACT_FRACTION, DEFAULT_TOLERANCE, ROUGH_TOLERANCE, RunOptions
-from pipeline.storage.cache import cached
+from pipeline.storage.cache import load_or_compute
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import Tips
@@ -30,7 +30,7 @@ def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
     solve = partial(contact_compliance, design.fruit, design.tips, options.contact_tolerance)
     fruit, tips = contact_scene(design)
     inputs = {"fruit": fruit, "tips": tips, "tol": options.contact_tolerance}
-    return cached("contact", inputs, solve, FruitCompliance)
+    return load_or_compute("contact", inputs, solve, FruitCompliance)
 
 
 def contact_scene(design: Design) -> tuple[Fruit, Tips]:

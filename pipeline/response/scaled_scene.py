@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from pipeline.options import CONTACT_FRACTION
 from pipeline.response.contact import BESIDE_CONTACT, contact_compliance, contact_scene
-from pipeline.storage.cache import cached
+from pipeline.storage.cache import load_or_compute
 from pipeline.storage.plain import Plain
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
@@ -78,4 +78,6 @@ def scene_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
 def _unit_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
     """Return the compliance of a unit scene [1/mm], cached in this process and on disk."""
     solve = functools.partial(contact_compliance, scene.fruit, scene.tips, tolerance)
-    return cached("contact", {"fruit": scene.fruit, "tips": scene.tips, "tol": tolerance}, solve, FruitCompliance)
+    return load_or_compute(
+        "contact", {"fruit": scene.fruit, "tips": scene.tips, "tol": tolerance}, solve, FruitCompliance
+    )

@@ -17,7 +17,7 @@ from pipeline.springs.leaf_lengths import TOLERANCE, FittedHousing, HousingSolve
 from pipeline.springs.mounts import sideways_give
 from pipeline.springs.sizing import SpringSizing
 from pipeline.springs.spring import MadeSpring
-from pipeline.storage.cache import cached
+from pipeline.storage.cache import load_or_compute
 from sensor.arrays import Floats
 from sensor.design.parameters import Design
 from sensor.design.printability import Printable, check_printable
@@ -107,9 +107,9 @@ class FittedSprings(Record):
         return replace(self, printable=verdicts)
 
     @cached_property
-    def per_spring(self) -> "FittedSprings":
+    def as_pair(self) -> "FittedSprings":
         """Return the springs with one tip each, as those of a pair."""
-        return replace(self, tips=self.tips.per_spring)
+        return replace(self, tips=self.tips.as_pair)
 
     @property
     def C(self) -> Floats:
@@ -209,7 +209,7 @@ def with_sideways_give(springs: FittedSprings, design: Design, options: RunOptio
     inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K, "rough": rough}
     solve = partial(sideways_give, fitted.housing, E, poisson, K, rough=rough)
     try:
-        return replace(springs, of_plate=cached("sideways give", inputs, solve, LateralCompliance))
+        return replace(springs, of_plate=load_or_compute("sideways give", inputs, solve, LateralCompliance))
     except (MeshError, SolveError) as error:
         return springs.undecided(str(error))
 
@@ -223,7 +223,7 @@ def _fit_housing(guess: Housing, targets: tuple[float, ...], solver: HousingSolv
         "poisson": solver.poisson,
         "tolerance": tolerance,
     }
-    return cached("flexures", inputs, partial(fit_lengths, guess, targets, solver, tolerance), FittedHousing)
+    return load_or_compute("flexures", inputs, partial(fit_lengths, guess, targets, solver, tolerance), FittedHousing)
 
 
 def _add_solution(springs: FittedSprings, design: Design, sizing: SpringSizing, fitted: FittedHousing) -> FittedSprings:

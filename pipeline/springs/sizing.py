@@ -59,7 +59,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     the side. More than two tips are represented by a pair. Raises InputError if no springs meet the targets.
     """
     fruit = design.fruit
-    pair = contact.per_spring(*design.tips.spring_groups)
+    pair = contact.as_pair(*design.tips.spring_groups)
     stiffest = pair.at(fruit.E_max_MPa)
     by_hayes = options.fruit_stiffness == "hayes"
     if by_hayes:

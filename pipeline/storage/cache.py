@@ -32,7 +32,7 @@ def cache_folder() -> Path | None:
     return home / ".cache" / "twintip" if home.is_absolute() else None
 
 
-def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
+def load_or_compute(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
     """Return the stored result of a stage for these inputs, or call `compute` and store its result.
 
     Inputs are records or plain data, and the result is of type `kind`. A new result passes through JSON too, so that it

@@ -66,7 +66,7 @@ class Elements:
             raise SolveError(msg)
         return np.asarray(index, dtype=np.int64)
 
-    def of_dofs(self, basis: Basis, values: Floats) -> Floats:
+    def nodal_values(self, basis: Basis, values: Floats) -> Floats:
         """Return the `values` (dofs,) of the vertical degrees of freedom as values at the nodes (nodes,).
 
         Nodes without such a degree of freedom have the value 0.

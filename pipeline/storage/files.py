@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pipeline.storage.cache import store, stored
 from pipeline.storage.digests import REPORT, file_digest, has_digest, is_regular, keep_aside, kind_of
-from pipeline.storage.folder import written_beside
+from pipeline.storage.folder import write_beside
 from pipeline.storage.interrupts import interruptible
 from sensor.quantity import InputError, validation_error
 
@@ -57,7 +57,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
     refuse_taken(new, flag, force=force)
     for path, content in new.items():
         try:
-            with written_beside(path, flag) as folder:
+            with write_beside(path, flag) as folder:
                 part = folder / "part"
                 with interruptible():
                     if isinstance(content, bytes):

@@ -43,7 +43,7 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     missing = [folder for folder in target.parents if not folder.exists()]
     with uninterrupted():
         try:
-            with written_beside(target, "--out") as new:
+            with write_beside(target, "--out") as new:
                 refuse_unmanaged(target, force=force)
                 with interruptible():
                     yield new
@@ -60,7 +60,7 @@ def refuse_unusable(path: Path, *, force: bool) -> None:
     refuse_unmanaged(_check_usable(path), force=force)
 
 
-def whole_report(path: Path) -> bytes | None:
+def unchanged_report(path: Path) -> bytes | None:
     """Return the content of report.json if all files of an output folder are unchanged since its last run.
 
     None if a file was changed, removed or added. Raises OutputError if no folder can be at this path.
@@ -76,7 +76,7 @@ def whole_report(path: Path) -> bytes | None:
 def _clear_after_kill(target: Path) -> None:
     """Remove the working files that a killed run left beside a folder; those of a run in progress are locked."""
     if _folder_beside(target).exists():
-        with suppress(OutputError), written_beside(target, "--out"):
+        with suppress(OutputError), write_beside(target, "--out"):
             pass  # leaving the block clears the folder
 
 
@@ -178,7 +178,7 @@ def _check_usable(path: Path) -> Path:
 
 
 @contextmanager
-def written_beside(target: Path, flag: str) -> Iterator[Path]:
+def write_beside(target: Path, flag: str) -> Iterator[Path]:
     """Lock a file or folder `target`, and yield an empty folder beside it; both are removed at the end.
 
     The lock of a killed process is free again. Signals are held until the end; use `interruptible` around work that may

@@ -40,7 +40,7 @@ def end_by_signals() -> None:
         setattr(sys, hook, _silence_after_signal(getattr(sys, hook)))
 
 
-def ended_by() -> int | None:
+def ending_signal() -> int | None:
     """Return the number of the signal that ends this process, or None if no signal has arrived."""
     return _Ending.signal_number
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from cad.files.file_date import NAME
-from pipeline.storage.cache import cached, stored
+from pipeline.storage.cache import load_or_compute, stored
 from pipeline.storage.workers import finished_future, submit
 from sensor.verdict import Verdict
 
@@ -63,7 +63,7 @@ def _make_or_load(stage: str, inputs: Inputs, write: Callable[[Path], Written]) 
             files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
         return KeptFiles(files=files, verdicts=verdicts)
 
-    return cached(stage, _with_date(inputs), make, KeptFiles)
+    return load_or_compute(stage, _with_date(inputs), make, KeptFiles)
 
 
 def _with_date(inputs: Inputs) -> dict[str, object]:

@@ -9,7 +9,7 @@ import cattrs
 from scipy.special import ndtri
 
 from pipeline.study.toml_records import MisfitError
-from sensor.design.design_file import parsed_setting
+from sensor.design.design_file import parse_setting
 from sensor.quantity import Bounds, as_float, check_fields, choice, quantity, text_field, validation_error
 
 Setting = float | int | str | bool | tuple[float, ...]
@@ -148,7 +148,7 @@ def setting_of_cell(key: str, cell: str) -> Setting:
     Raises InputError for any other TOML value, such as a date.
     """
     try:
-        return setting_of(parsed_setting(cell))
+        return setting_of(parse_setting(cell))
     except MisfitError as error:
         name = f"points.{key}"
         raise error.named(name) from error

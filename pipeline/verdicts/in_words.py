@@ -7,7 +7,7 @@ from typing import Any
 
 from sensor.quantity import COVERAGE
 from sensor.verdict import Verdict
-from sensor.words import ROUND_OFF, shown, with_bar
+from sensor.words import ROUND_OFF, shown, value_with_bar
 
 ERRORS_IN_WORDS = "± holds 95 %"
 """The statement above a table for people; files contain standard uncertainties."""
@@ -55,7 +55,9 @@ def as_read(verdict: Verdict) -> Verdict:
 def measured(verdict: Verdict) -> str:
     """Return the value of a verdict with its error bar and its unit as text, empty without a value."""
     value = verdict.value
-    return "" if value is None else with_bar(0.0 if abs(value) < ROUND_OFF else value, verdict.error, verdict.unit)
+    return (
+        "" if value is None else value_with_bar(0.0 if abs(value) < ROUND_OFF else value, verdict.error, verdict.unit)
+    )
 
 
 def bound_sign(verdict: Verdict) -> str:

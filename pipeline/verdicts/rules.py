@@ -17,7 +17,7 @@ from sensor.quantity import Estimate
 from sensor.theory.hertz import contact_reach, relative_radius
 from sensor.tips.layouts import Position
 from sensor.verdict import Verdict, all_passed, judge, row_of
-from sensor.words import with_bar
+from sensor.words import value_with_bar
 from solve.contact.linear_response import SensorResponse
 
 LIFTED = "a tip is off the fruit at full travel, so that there is no force ratio"
@@ -114,7 +114,7 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
     limit = printable.strain_limit
     if spring.highest_strain > limit:
         strain = spring.root_strain or 0.0
-        bar = with_bar(strain, spring.highest_strain - strain, in_percent=True)
+        bar = value_with_bar(strain, spring.highest_strain - strain, in_percent=True)
         reason = f"{reason}; FE root strain {bar} must be at most {limit:g}"
         passed = False if strain > limit or passed is False else None
     value = None if spring.K is None else printable.length_mm
@@ -189,7 +189,7 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
     if reach_verdict.passed is verdict.passed:
         return verdict
     reach_text = (
-        f"the bar of a smaller one, {with_bar(100.0 * reach.value, 100.0 * reach.error, '%')}, reaches the limit"
+        f"the bar of a smaller one, {value_with_bar(100.0 * reach.value, 100.0 * reach.error, '%')}, reaches the limit"
     )
     return replace(verdict, passed=all_passed([verdict, reach_verdict]), reference=f"{verdict.reference}; {reach_text}")
 

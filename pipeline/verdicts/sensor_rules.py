@@ -58,7 +58,7 @@ def _ratio_verdict(
     if targets is None or sensor.design.reading is not None:
         return None
     reached = sensor.reached  # refuses a scene that cannot be pressed
-    springs = sensor.springs.per_spring
+    springs = sensor.springs.as_pair
     text = ratio_in_words(springs, level=sensor.is_level, reached=reached)
     verdict = make_verdict({"P_max": reached.P_max, "NL": reached.NL}[name], targets, text)
     return verdict if springs.known else replace(verdict, passed=None)
@@ -66,7 +66,7 @@ def _ratio_verdict(
 
 def _stiffness_verdict(name: str, kind: str, sensor: "Sensor") -> Verdict | None:
     """Return the verdict on the stiffness of one spring; None if springs are exactly as stiff as sized."""
-    springs = sensor.springs.per_spring
+    springs = sensor.springs.as_pair
     return None if springs.ideal else stiffness_verdict(name, springs.springs[kind], monolithic=springs.monolithic)
 
 

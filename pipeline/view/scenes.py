@@ -121,7 +121,7 @@ def whole_model(mesh: Mesh) -> Mesh:
 
 def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
     """Return the scene of the fruit: its block bent to its true shape, and cut through a row of tips."""
-    mesh = on_true_shape(design, block)
+    mesh = bend_to_true_shape(design, block)
     mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
     mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]
     # The picture extends a little beyond the tips, and not beyond the block. VTK's bounds alternate: minimum x, maximum
@@ -144,7 +144,7 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
     )
 
 
-def on_true_shape(design: Design, block: Mesh) -> Mesh:
+def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
     """Return the mesh of a fruit's block [mm] bent to the curved skin of the fruit; unchanged if the fruit is flat."""
     mesh = block.copy()
     if design.fruit.radius_mm is None:

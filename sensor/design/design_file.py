@@ -12,9 +12,9 @@ from sensor.design.processes import Process, own_process, process_as_table
 from sensor.design.reading import ReadingRequirements
 from sensor.design.readout import Readout
 from sensor.design.tips import PressMotion, Tips
-from sensor.gone import refuse_gone, without_nothing
-from sensor.input_file import parsed_toml
-from sensor.quantity import InputError, as_float, unknown_name, validation_error, written_number
+from sensor.gone import drop_ineffective_keys, refuse_gone
+from sensor.input_file import parse_toml
+from sensor.quantity import InputError, as_float, parse_number, unknown_name, validation_error
 
 TABLE_TYPES: dict[str, Any] = {
     "targets": Targets,
@@ -88,7 +88,7 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
         raise not_a_table(table, values)
     kind = TABLE_TYPES[table]
     known = [item.name for item in dataclasses.fields(kind)]
-    values = without_nothing(table, values)
+    values = drop_ineffective_keys(table, values)
     refuse_gone(*(f"{table}.{key}" for key in values))
     for key in values:
         if key not in known:
@@ -108,7 +108,7 @@ def every_key() -> list[str]:
     return [f"{table}.{item.name}" for table, kind in TABLE_TYPES.items() for item in dataclasses.fields(kind)]
 
 
-def parsed_setting(text: str) -> object:
+def parse_setting(text: str) -> object:
     """Return the value of a setting: a TOML value, or a number as people write it.
 
     Any other text, such as a bare word, is returned unchanged.
@@ -116,9 +116,9 @@ def parsed_setting(text: str) -> object:
     if not text.isprintable():
         return text
     try:
-        return parsed_toml(f"value = {text}")["value"]
+        return parse_toml(f"value = {text}")["value"]
     except ValueError:  # a bare word, or a number that is not valid TOML or has too many digits
-        number = written_number(text)
+        number = parse_number(text)
         return text if number is None else number
 
 

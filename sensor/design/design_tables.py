@@ -16,7 +16,7 @@ from sensor.design.design_file import (
     design_from_mapping,
     every_key,
     not_a_table,
-    parsed_setting,
+    parse_setting,
     refuse_typed_noise,
     table_as_record,
 )
@@ -174,7 +174,7 @@ class DesignTables:
 
 def settings_of_texts(texts: Mapping[str, str]) -> dict[str, object]:
     """Return settings from texts: a value is TOML, a bare word is text, and an empty text removes the key."""
-    return {name: text if name == "name" else parsed_setting(text) if text else None for name, text in texts.items()}
+    return {name: text if name == "name" else parse_setting(text) if text else None for name, text in texts.items()}
 
 
 def _refuse_unknown(name: str, value: object) -> None:

@@ -514,7 +514,7 @@ class Design:
         return self.targets or Targets()
 
     @property
-    def per_spring(self) -> "Design":
+    def as_pair(self) -> "Design":
         """Return the design with a pair of tips, one low and one high, as a single plate carries them.
 
         It has no read-out, because the channels belong to all tips of the layout.
@@ -522,7 +522,7 @@ class Design:
         reading = self.reading
         if reading is not None and reading.calibrated_by == "ball":  # not allowed for a pair
             reading = dataclasses.replace(reading, calibrated_by="plate")
-        return dataclasses.replace(self, tips=self.tips.per_spring, readout=None, reading=reading)
+        return dataclasses.replace(self, tips=self.tips.as_pair, readout=None, reading=reading)
 
     @property
     def has_paper_scene(self) -> bool:

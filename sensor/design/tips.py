@@ -187,7 +187,7 @@ class Tips(ShapeKeys):
         return self.tip_shape.area_mm2
 
     @property
-    def per_spring(self) -> "Tips":
+    def as_pair(self) -> "Tips":
         """Return a pair of tips with the same shape, one on each kind of spring."""
         return dataclasses.replace(self, layout=PAIR.name, order=None, outer_mm=None)
 

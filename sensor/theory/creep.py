@@ -34,7 +34,7 @@ import math
 from dataclasses import dataclass
 
 from sensor.quantity import BOUNDED, COVERAGE
-from sensor.words import with_bar
+from sensor.words import value_with_bar
 
 EFFECTIVE = math.exp(-0.5)
 """Time at which a hanging weight measures the stiffness of a press, over the duration of the press."""
@@ -49,7 +49,9 @@ class CreepLaw:
 
     def __str__(self) -> str:
         """Return the law as text, with the half width of 95 % coverage."""
-        return f"{with_bar(100.0 * self.per_decade, 100.0 * COVERAGE * self.error, '%')} (95 %) per decade of time"
+        return (
+            f"{value_with_bar(100.0 * self.per_decade, 100.0 * COVERAGE * self.error, '%')} (95 %) per decade of time"
+        )
 
     @property
     def exponent(self) -> float:

@@ -98,7 +98,7 @@ class FruitCompliance(Record):
         off_diagonal = self.S[~np.eye(count, dtype=bool)]
         return float(off_diagonal.sum()) / (count * (count - 1))
 
-    def per_spring(self, low: Sequence[int], high: Sequence[int]) -> "FruitCompliance":
+    def as_pair(self, low: Sequence[int], high: Sequence[int]) -> "FruitCompliance":
         """Return the compliance of the pair of tips that represents all tips on low and all tips on high springs.
 
         `low` and `high` are the indices of these tips. An entry of the pair is the mean indentation of the tips of one

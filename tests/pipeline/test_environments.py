@@ -13,7 +13,7 @@ from deadline import DEADLINE_S
 from programs import ended
 from progress_lines import without_progress
 
-from pipeline.storage.folder import whole_report
+from pipeline.storage.folder import unchanged_report
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from twintip.__main__ import main; sys.exit(main())"
@@ -61,5 +61,5 @@ def test_killed_run_leaves_nothing_and_the_next_run_is_whole(number, code, tmp_p
         assert {path.name for path in tmp_path.iterdir()} <= {"cache"}
     assert not (tmp_path / "out").exists()
     assert ended(*command, **cache).returncode == 1  # so coarse a tolerance leaves verdicts undecided
-    assert json.loads(whole_report(tmp_path / "out"))["design"]["targets"]["NL"] == 0.05
+    assert json.loads(unchanged_report(tmp_path / "out"))["design"]["targets"]["NL"] == 0.05
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cache", "out"]

@@ -10,10 +10,10 @@ from sensor.quantity import (
     check_fields,
     choice,
     nearest,
+    parse_number,
     quantity,
     unknown_name,
     validation_error,
-    written_number,
 )
 
 
@@ -90,7 +90,7 @@ def test_endless_value_is_cut_in_a_message():
     + [(text, None) for text in ("", ".", "e5", "1_000", "nan", "inf", "0x1", "1 2", "--1", "\u0661", "1.\u0665")],
 )
 def test_numbers_as_people_write_them(text, number):
-    assert written_number(text) == number
+    assert parse_number(text) == number
 
 
 @pytest.mark.parametrize(

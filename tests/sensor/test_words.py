@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from sensor.words import round_below, rounded, shown, with_bar
+from sensor.words import round_below, rounded, shown, value_with_bar
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_shown(value, settings, text):
     ],
 )
 def test_bar_has_two_digits_and_the_number_ends_with_it(value, bar, unit, in_percent, text):
-    assert with_bar(value, bar, unit, in_percent=in_percent) == text
+    assert value_with_bar(value, bar, unit, in_percent=in_percent) == text
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ import twintip
 from instrument.press.printed_unit import unit_as_toml
 from pipeline import study
 from pipeline.report.of_result import report_of_result
-from pipeline.storage.told import as_data
+from pipeline.storage.record_data import as_data
 from twintip.cli import main
 
 ROOT = Path(__file__).parents[2]

@@ -16,12 +16,12 @@ from instrument.template import template_parts
 from pipeline.report.report import Report, read_report
 from pipeline.report.verdict_table import verdict_parts
 from pipeline.storage.files import write_files
-from pipeline.storage.told import as_data
+from pipeline.storage.record_data import as_data
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.measured_table import MeasuredTable
 from sensor.quantity import COVERAGE, validation_error
 from sensor.verdict import all_passed
-from sensor.words import with_bar
+from sensor.words import value_with_bar
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 
 NAMES = ("tip", "coupon", "force", "deflection", "t", "travel", "fruit", "firmness", "E")
@@ -55,7 +55,7 @@ def _find_coupon_modulus(arguments: Namespace, report: Report, table: MeasuredTa
     E = modulus.value
     design_MPa = report.design.process.E_MPa
     against = f"{100.0 * (E / design_MPa - 1.0):+.1f} % against the design's"
-    printed = f"E as printed {with_bar(E, COVERAGE * modulus.error, 'MPa', in_percent=True)} (95 %), {against}"
+    printed = f"E as printed {value_with_bar(E, COVERAGE * modulus.error, 'MPa', in_percent=True)} (95 %), {against}"
     words = ["pipeline", "design", "--design", str(arguments.folder / "design.toml"), "--set", f"print.E_MPa={E:.1f}"]
     again = f"print again from: {shlex.join(words)}"
     data = {"E_MPa": E, "E_percent": modulus.percent, "design_E_MPa": design_MPa}

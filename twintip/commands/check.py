@@ -15,7 +15,7 @@ from pipeline.report.own_part import part_data, part_notes, part_verdicts
 from pipeline.report.verdict_table import verdict_parts
 from sensor.design.parameters import Design
 from sensor.design.processes import PROCESSES, Process
-from sensor.quantity import nearest, validation_error, written_number
+from sensor.quantity import nearest, parse_number, validation_error
 from sensor.verdict import Verdict, all_passed
 from twintip.commands.console import FAILED, PASSED, Answer, refusing_what_cannot_be_solved
 from twintip.commands.progress import showing_progress
@@ -109,7 +109,7 @@ def _require_solvable(path: Path, named: str | None, held: Sequence["Place"], pr
 
 def _parse_point(flag: str, text: str) -> "Place":
     """Return the point [mm] that a flag gives as text; raises InputError unless it has three numbers."""
-    numbers = [written_number(word) for word in text.split(",")]
+    numbers = [parse_number(word) for word in text.split(",")]
     if len(numbers) != len(AXES) or None in numbers:
         raise validation_error(flag, text, "mm", "three numbers X,Y,Z", f"for instance {flag}=-4,0,0")
     x, y, z = (float(number or 0.0) for number in numbers)

@@ -13,8 +13,8 @@ from instrument.compress.sizes import SIZES, read_sizes_table
 from instrument.compress.specimens import QUANTITIES, read_specimens
 from instrument.compress.summary import design_range, fruit_summaries, result_parts
 from pipeline.storage.files import write_files
+from pipeline.storage.record_data import as_data
 from pipeline.storage.stopwatch import Count
-from pipeline.storage.told import as_data
 from pipeline.tables.headers import ColumnFlags
 from sensor.quantity import InputError, validation_error
 from solve.linear import SolveError

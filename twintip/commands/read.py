@@ -15,10 +15,10 @@ from instrument.press.presses import readings_of, refuse_out_of_scale
 from instrument.press.signals import Signal, numbers_of_text
 from pipeline.report.report import read_report
 from pipeline.storage.files import refuse_taken, write_files
-from pipeline.storage.told import as_data, as_line
+from pipeline.storage.record_data import as_data, as_line
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.rows import rows_of
-from sensor.quantity import validation_error, written_number
+from sensor.quantity import parse_number, validation_error
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 
 LEAST_RADIUS_MM = 1.0
@@ -144,7 +144,7 @@ def _measuring_unit(arguments: Namespace) -> MeasuringUnit:
 
 def _parse_radii(text: str) -> tuple[float, float]:
     """Return the principal radii [mm] of `--radius`; raises InputError."""
-    radii = [number for number in map(written_number, text.split(",")) if number is not None]
+    radii = [number for number in map(parse_number, text.split(",")) if number is not None]
     in_range = all(LEAST_RADIUS_MM <= number <= LARGEST_RADIUS_MM for number in radii)
     if len(radii) not in (1, 2) or len(radii) != text.count(",") + 1 or not in_range:
         bound = f"one or two numbers from {LEAST_RADIUS_MM:g} to {LARGEST_RADIUS_MM:g} with a comma between"

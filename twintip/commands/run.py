@@ -18,9 +18,9 @@ from pipeline.options import (
     run_key,
 )
 from pipeline.storage.digests import Json
-from pipeline.storage.folder import refuse_unusable, whole_report
+from pipeline.storage.folder import refuse_unusable, unchanged_report
 from sensor.design.parameters import Design
-from sensor.quantity import InputError, validation_error, written_number
+from sensor.quantity import InputError, parse_number, validation_error
 from twintip.commands.console import (
     FAILED,
     PASSED,
@@ -102,7 +102,7 @@ def _stamp(file: str) -> tuple[int, int] | None:
 def _options(arguments: Namespace, folder: Path) -> RunOptions:
     """Return the options of a run that writes into `folder`; raises InputError if `--tol` is no number."""
     default = ROUGH_TOLERANCE if arguments.look else DEFAULT_TOLERANCE
-    tolerance = default if arguments.tol is None else written_number(arguments.tol)
+    tolerance = default if arguments.tol is None else parse_number(arguments.tol)
     if tolerance is None:
         raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "write 0.001 for 0.1 %")
     return RunOptions(
@@ -121,7 +121,7 @@ def _report_of_same_run(design: Design, options: RunOptions, folder: Path) -> Js
 
     Raises OutputError for an unusable folder.
     """
-    content = whole_report(folder)
+    content = unchanged_report(folder)
     if content is None:
         refuse_unusable(folder, force=options.force)
         return None

@@ -17,7 +17,7 @@ from instrument.simulate.simulation import FILES, SimulationSettings, unit_of_se
 from instrument.simulate.unit import SimulatedUnit, designed_unit, given_unit, refuse_unsimulated
 from pipeline.report.report import Report, read_report
 from pipeline.storage.files import refuse_taken, write_files
-from pipeline.storage.told import as_data
+from pipeline.storage.record_data import as_data
 from sensor.design.reading import ReadingRequirements
 from sensor.quantity import (
     COVERAGE,
@@ -25,9 +25,9 @@ from sensor.quantity import (
     MODULUS,
     Bounds,
     InputError,
+    parse_number,
     report_field,
     validation_error,
-    written_number,
 )
 from sensor.theory.relaxation import FORM, Relaxation
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
@@ -182,7 +182,7 @@ def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
 
 def _parse_radii(text: str) -> tuple[float, float]:
     """Return the principal radii [mm] of `--radius`; raises InputError."""
-    radii = [number for number in map(written_number, text.split(",")) if number is not None]
+    radii = [number for number in map(parse_number, text.split(",")) if number is not None]
     if len(radii) not in (1, _ENDS) or len(radii) != text.count(",") + 1 or not all(map(_RADIUS.hold, radii)):
         bound = f"one or two numbers with a comma between, each {_RADIUS}"
         raise validation_error("--radius", text, "mm", bound, "write for instance --radius 45,65")
@@ -193,7 +193,7 @@ def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float
     """Return shares [1] and times [s] of relaxing flesh, from the flag or else from the design; raises InputError."""
     if text is None:
         return report.design.fruit.relaxation or ()
-    pairs = [tuple(map(written_number, pair.split(":"))) for pair in text.split(",")]
+    pairs = [tuple(map(parse_number, pair.split(":"))) for pair in text.split(",")]
     try:
         return Relaxation(tuple(pairs)).arms  # type: ignore[arg-type]  # it refuses what is no pair of numbers
     except InputError as error:

@@ -70,7 +70,7 @@ def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
     preset_or_file = named_design(arguments)
     if arguments.fruit is None:
         return None, preset_or_file
-    from pipeline.find.fruit_design import PRESETS, fruit_of, most_alike
+    from pipeline.find.fruit_design import PRESETS, fruit_of, most_similar_preset
     from pipeline.find.fruit_range import fruit_range
 
     if preset_or_file != DEFAULT_DESIGN:
@@ -78,7 +78,7 @@ def _starting_point(arguments: Namespace) -> "tuple[FruitRange | None, str]":
         raise validation_error("DESIGN", preset_or_file, "", "left out if --fruit is given", hint)
     is_preset = arguments.fruit in PRESETS
     fruit = fruit_of(load_design(arguments.fruit)) if is_preset else fruit_range(arguments.fruit)
-    return fruit, most_alike(fruit)
+    return fruit, most_similar_preset(fruit)
 
 
 def _change_rows(found: "Suggestion") -> list[Json]:

@@ -7,7 +7,7 @@ from pipeline.report.keys import value_at
 from pipeline.report.report import read_report
 from pipeline.verdicts.in_words import as_read, measured
 from sensor.verdict import Verdict
-from sensor.words import OUTCOMES, shown, with_bar
+from sensor.words import OUTCOMES, shown, value_with_bar
 
 
 def explained_value(folder: Path, entry: Entry, name: str) -> str:
@@ -40,7 +40,7 @@ def _symbol_text(report: object, entry: Entry) -> str | None:
     percent = None if entry.error_percent is None else _value_or_none(report, entry.error_percent)
     error = 0.01 * abs(value) * percent if isinstance(percent, int | float) else None
     part = f", {entry.part}" if entry.part else ""
-    return f"{with_bar(value, error, entry.unit)}{part}"
+    return f"{value_with_bar(value, error, entry.unit)}{part}"
 
 
 def _value_or_none(report: object, key: str) -> object:

@@ -13,7 +13,7 @@ from pipeline.report.page.tables import page_tables
 from pipeline.report.report import Report, report_data
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
-from pipeline.storage.told import as_data
+from pipeline.storage.record_data import as_data
 from pipeline.verdicts.in_words import as_read, headline, is_on_the_part, not_passed
 from sensor.quantity import COVERAGE
 from sensor.verdict import all_passed

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from cad.fabrication.sheet_templates import EACH
 from cad.parts.housing import Housing
 from pipeline.report.report import Report
-from pipeline.storage.told import told_fields, told_value
+from pipeline.storage.record_data import fields_by_key, value_at_key
 from pipeline.verdicts.in_words import measured
 from sensor.verdict import Verdict
 
@@ -80,8 +80,8 @@ def dimensions(report: Report) -> list[Dimension]:
                 size = f"{getattr(leaf, item.name):g}"
                 rows.append(Dimension(f"{name} spring, leaf {item.name}", size, item.metadata["meaning"]))
     if report.housing is not None:
-        for key, (item, _) in told_fields(Housing).items():
-            size = told_value(report.housing, key)
+        for key, (item, _) in fields_by_key(Housing).items():
+            size = value_at_key(report.housing, key)
             if isinstance(size, float) and size != 0.0:
                 rows.append(Dimension(key.replace("_", " "), f"{size:.5g}", item.metadata["meaning"]))
     return rows

@@ -13,7 +13,7 @@ from instrument.compress.holds import held_relaxation
 from instrument.compress.modulus import measured_modulus
 from instrument.compress.phases import phases
 from instrument.compress.pressed_shapes import Ellipsoid
-from pipeline.storage.told import as_data
+from pipeline.storage.record_data import as_data
 
 GAP_MM = 0.4
 DEPTH_MM = 3.0

@@ -3,7 +3,7 @@
 import pytest
 
 from instrument.press.fruit_reading import LINE, FruitReading
-from pipeline.storage.told import as_data, as_line
+from pipeline.storage.record_data import as_data, as_line
 from sensor.quantity import COVERAGE, Estimate
 
 READ = {"E": 1.5, "reduced": 1.65, "u": 0.5}

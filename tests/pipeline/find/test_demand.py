@@ -5,7 +5,7 @@ import math
 import pytest
 
 from pipeline.find import demand
-from pipeline.find.demand import EASED, MOST_ROUNDS, eased, nearest_demand
+from pipeline.find.demand import EASED, MOST_ROUNDS, narrow_ranges, nearest_demand
 from pipeline.find.fruit_range import fruit_range
 from pipeline.find.suggestion import Suggestion
 from pipeline.options import load_design
@@ -44,7 +44,7 @@ ONE_LIMIT = load_design("mango", {"reading.uncertainty_limit": "0.1"})
 )
 def test_a_round_takes_a_step_from_the_ends_at_which_verdicts_fail(failed, of_shape, at_softest, at_firmest, preset):
     *before, moduli = logs(FRUIT)
-    *after, eased_moduli = logs(eased(FRUIT, FRUIT, failed, preset))
+    *after, eased_moduli = logs(narrow_ranges(FRUIT, FRUIT, failed, preset))
     for (least, most), ends in zip(before, after, strict=True):
         step = of_shape * EASED * (most - least)
         assert ends == pytest.approx([least + step, most - step], abs=5e-3)  # rounded to three digits
@@ -54,7 +54,7 @@ def test_a_round_takes_a_step_from_the_ends_at_which_verdicts_fail(failed, of_sh
 def test_ranges_never_turn_round():
     fruit = FRUIT
     for _ in range(10):
-        fruit = eased(fruit, FRUIT, (BIAS,), MANGO)
+        fruit = narrow_ranges(fruit, FRUIT, (BIAS,), MANGO)
     for least, most in logs(fruit)[:3]:
         assert least <= most
         assert most - least < 5e-3

@@ -12,7 +12,7 @@ from instrument.compress.pressed_shapes import Ellipsoid
 from pipeline.find import fruit_design as room
 from pipeline.find import proved_candidate as proof
 from pipeline.find.changes import change_design
-from pipeline.find.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_alike, scaled_changes
+from pipeline.find.fruit_design import PRESETS, fruit_of, fruit_suggestion, most_similar_preset, scaled_changes
 from pipeline.find.fruit_range import FruitRange, bruise_limit, fruit_range
 from pipeline.options import load_design
 from pipeline.reading.poses import refuse_unsolvable_poses
@@ -91,7 +91,7 @@ def test_fruit_of_any_shape_makes_a_design_whose_corners_lie_on_the_fruit(radius
         E_min_MPa=0.6,
         E_max_MPa=3.0,
     )
-    preset = load_design(most_alike(oblong))
+    preset = load_design(most_similar_preset(oblong))
     design = change_design(preset, scaled_changes(oblong, preset))
     half = 0.5 * design.fruit.length_mm, 0.5 * design.fruit.width_mm
     assert design.fruit.fall_mm(*half) < 0.65 * design.fruit.depth_mm
@@ -130,7 +130,7 @@ def test_bruise_limits_are_the_stated_law_never_wider():
 def test_preset_in_the_size_of_its_own_fruit_is_the_preset(name):
     preset = load_design(name)
     fruit = fruit_of(preset)
-    assert most_alike(fruit) == name
+    assert most_similar_preset(fruit) == name
     same = change_design(preset, scaled_changes(fruit, preset))
     shown = ("E_MPa", "bruise_limit_MPa")
     assert dataclasses.replace(same.fruit, **{key: getattr(preset.fruit, key) for key in shown}) == preset.fruit

@@ -19,7 +19,7 @@ from pipeline.report.outputs import write_outputs
 from pipeline.report.parts import ContactReport, ReadingReport, SizingReport
 from pipeline.springs.sizing import spring_sizing
 from pipeline.springs.spring import MadeSpring
-from pipeline.storage.told import as_data
+from pipeline.storage.record_data import as_data
 from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design
 from sensor.design.tips import PressMotion, Tips

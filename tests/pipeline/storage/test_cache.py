@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.storage import cache, versions
-from pipeline.storage.cache import cache_folder, cached
+from pipeline.storage.cache import cache_folder, load_or_compute
 from pipeline.storage.digests import is_regular
 from pipeline.storage.versions import code_digest, computing_versions, sources_digest
 
@@ -31,7 +31,7 @@ class Counted:
 
 
 def remembered(stage, inputs, make):
-    return cached(stage, inputs, make, dict[str, float])
+    return load_or_compute(stage, inputs, make, dict[str, float])
 
 
 def test_second_time_is_not_made_and_is_the_same_to_the_last_bit():

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from pipeline.storage.digests import is_regular, with_digest
-from pipeline.storage.folder import OutputError, output_folder, unmanaged_files, whole_report
+from pipeline.storage.folder import OutputError, output_folder, unchanged_report, unmanaged_files
 
 NAMES = st.sampled_from(["housing.step", "response.csv", "report.json", "thesis.tex", "housing.step.bak"])
 BESIDE = st.sets(st.sampled_from([".out.twintip-new", ".out.twintip.bak", "out.bak", ".out"]))
@@ -46,7 +46,7 @@ def run(target, text, *, force=False):
 
 def text_of(target):
     """Return which run wrote the folder, None for one that is not as a run left it."""
-    content = whole_report(target)
+    content = unchanged_report(target)
     return None if content is None else json.loads(content)["text"]
 
 
@@ -195,7 +195,7 @@ def test_report_that_lists_a_file_outside_is_none_of_ours(path, tmp_path):
     entry = {"path": path.format(place=tmp_path), "sha256": hashlib.sha256(b"precious").hexdigest()}
     forged = with_digest({**report, "files": [*report["files"], entry]})
     (tmp_path / "out" / "report.json").write_text(json.dumps(forged), encoding="utf-8")
-    assert whole_report(tmp_path / "out") is None
+    assert unchanged_report(tmp_path / "out") is None
     run(tmp_path / "out", "2", force=True)
     assert letter.read_text(encoding="utf-8") == "precious"
 
@@ -204,7 +204,7 @@ def test_report_that_a_person_changed_is_neither_answered_nor_replaced(tmp_path)
     run(tmp_path / "out", "1")
     path = tmp_path / "out" / "report.json"
     path.write_text(json.dumps({**json.loads(path.read_bytes()), "text": "mine"}), encoding="utf-8")
-    assert whole_report(tmp_path / "out") is None
+    assert unchanged_report(tmp_path / "out") is None
     with pytest.raises(OutputError):
         run(tmp_path / "out", "2")
     assert json.loads(path.read_bytes())["text"] == "mine"
@@ -215,7 +215,7 @@ def test_second_run_at_the_same_time_is_refused_and_a_repeat_of_the_first_is_ans
     with output_folder(target) as folder:
         with pytest.raises(OutputError), output_folder(target):
             pytest.fail("two runs in one folder")
-        assert whole_report(target) is None
+        assert unchanged_report(target) is None
         write_outputs(folder, "1")
     with output_folder(target) as folder:
         assert text_of(target) == "1"

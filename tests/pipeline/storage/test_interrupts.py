@@ -22,7 +22,7 @@ from pipeline.storage.folder import output_folder
 from pipeline.storage.interrupts import (
     SIGNALS,
     end_by_signals,
-    ended_by,
+    ending_signal,
     interruptible,
     signals_for_this_thread,
     uninterrupted,
@@ -71,7 +71,7 @@ def signalled_at(line, number, work):
             return ENDED
         finally:
             sys.settrace(None)
-        return SWALLOWED if ended_by() else WHOLE
+        return SWALLOWED if ending_signal() else WHOLE
 
     return in_child(ended)
 
@@ -144,7 +144,7 @@ def test_signal_waits_for_the_end_of_a_block_that_must_not_be_cut_and_no_longer(
                 with interruptible():
                     done.append("cut")
         except KeyboardInterrupt:
-            return 0 if (done, ended_by()) == (["held"], signal.SIGTERM) else 1
+            return 0 if (done, ending_signal()) == (["held"], signal.SIGTERM) else 1
         return 2
 
     assert in_child(work) == 0

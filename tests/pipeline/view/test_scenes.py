@@ -16,8 +16,8 @@ from pipeline.view.scenes import (
     TOTAL_DISPLACEMENT,
     VERTICAL_PRESSURE,
     VON_MISES,
+    bend_to_true_shape,
     field_scenes,
-    on_true_shape,
     whole_model,
 )
 
@@ -111,5 +111,5 @@ def test_sphere_is_drawn_as_a_sphere():
     block = pv.RectilinearGrid(across, across, np.array([-12.0, 0.0])).cast_to_unstructured_grid()
     x, y, z = block.points.T
     fallen = np.where(z == 0.0, np.sqrt(radius**2 - x**2 - y**2) - radius, z)
-    np.testing.assert_allclose(on_true_shape(design, block).points[:, 2], fallen, atol=1e-9)
-    np.testing.assert_array_equal(on_true_shape(load_design("paper"), block).points, block.points)
+    np.testing.assert_allclose(bend_to_true_shape(design, block).points[:, 2], fallen, atol=1e-9)
+    np.testing.assert_array_equal(bend_to_true_shape(load_design("paper"), block).points, block.points)

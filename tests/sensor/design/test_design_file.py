@@ -14,7 +14,7 @@ from sensor.design.fruit import Fruit
 from sensor.design.parameters import Design, GivenSprings, Print, Targets
 from sensor.design.processes import PROCESSES
 from sensor.design.tips import Tips
-from sensor.gone import ASKED_NOTHING
+from sensor.gone import INEFFECTIVE_VALUES
 
 PAPER = """
 name = "paper"
@@ -106,7 +106,7 @@ def test_plan_of_a_whole_fruit_is_written_only_into_the_text_whose_digest_units_
     assert list(design_as_mapping(design, derived=True)["fruit"])[:3] == ["shape", "length_mm", "width_mm"]
 
 
-@pytest.mark.parametrize(("name", "value"), ASKED_NOTHING.items())
+@pytest.mark.parametrize(("name", "value"), INEFFECTIVE_VALUES.items())
 def test_key_that_asked_for_nothing_is_read_and_not_written_again(name, value):
     table, _, key = name.partition(".")
     design = design_from_mapping({table: {key: value}})

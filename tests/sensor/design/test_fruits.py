@@ -3,7 +3,7 @@
 import pytest
 
 from pipeline.find.changes import change_design
-from pipeline.find.fruit_design import most_alike, scaled_changes
+from pipeline.find.fruit_design import most_similar_preset, scaled_changes
 from pipeline.find.fruit_range import fruit_range
 from pipeline.options import load_design
 from sensor.design.fruits import FRUITS, NamedFruit
@@ -26,7 +26,7 @@ def test_a_fruit_of_the_table_is_a_range_from_which_a_design_is_scaled(name):
     assert (asked.radii_mm, asked.thickness_mm) == ((fruit.radius_mm, fruit.radius_across_mm), fruit.thickness_mm)
     assert (asked.E_min_MPa, asked.E_max_MPa) == fruit.E_MPa
     assert fruit.radius_mm[0] <= fruit.radius_across_mm[0]
-    preset = load_design(most_alike(asked))
+    preset = load_design(most_similar_preset(asked))
     design = change_design(preset, scaled_changes(asked, preset))
     assert design.fruit.name == name
     limits = design.fruit.bruise_limits_MPa

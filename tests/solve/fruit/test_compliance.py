@@ -21,7 +21,7 @@ def test_forces_of_a_level_square_are_those_of_its_pair():
     contact = square()
     C = np.diag([1.0, 0.05, 1.0, 0.05])
     four = np.linalg.solve(C + contact.S / 2.0, np.full(4, 0.5))
-    pair = contact.per_spring(LOW, HIGH)
+    pair = contact.as_pair(LOW, HIGH)
     two = np.linalg.solve(np.diag([1.0, 0.05]) + pair.S / 2.0, np.full(2, 0.5))
     assert four[[0, 1]] == pytest.approx(two, rel=1e-12)
     assert (pair.error_pair, pair.error_own) == (1e-4, 2e-4)

@@ -61,7 +61,7 @@ def test_tips_on_one_spring_are_one_under_a_skin_too():
         info=INFO,
         skin=SkinTable(E=np.array([1.0, 2.0, 3.0]), S=np.array([S, 2.0 * S, 3.0 * S])),
     )
-    pair = four.per_spring((0, 3), (1, 2))
+    pair = four.as_pair((0, 3), (1, 2))
     assert pytest.approx(2.0 * pair.S) == pair.at(2.0).S
 
 

@@ -11,7 +11,7 @@ from pipeline.report.explain.entries import entries, find_entry
 from pipeline.report.explain.explained_numbers import explained_value
 from pipeline.report.outputs import write_outputs
 from pipeline.report.report import read_report
-from sensor.words import with_bar
+from sensor.words import value_with_bar
 
 ROOT = Path(__file__).parents[4]
 NAMED = re.compile(r"\"((?:geometry|printable|sideways|files|report)\.[a-z0-9_]+)\"")
@@ -74,6 +74,6 @@ def test_symbol_has_the_number_of_the_report(name, number, folder):
 
 def test_verdict_has_value_error_limit_and_outcome(folder):
     (verdict,) = (verdict for verdict in read_report(folder).verdicts if verdict.name == "P_max")
-    expected = f"P_max {with_bar(verdict.value, verdict.error)}, limit 5: passed"
+    expected = f"P_max {value_with_bar(verdict.value, verdict.error)}, limit 5: passed"
     assert explained_value(folder, find_entry("P_max"), "P_max") == expected
     assert explained_value(folder, find_entry("printable.*"), "printable.*").count("printable.") == 2

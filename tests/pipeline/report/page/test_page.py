@@ -18,7 +18,7 @@ from pipeline.report.report import read_data
 from pipeline.storage.digests import file_digest
 from pipeline.verdicts.in_words import headline, limit_text, not_passed
 from sensor.verdict import Verdict
-from sensor.words import with_bar
+from sensor.words import value_with_bar
 
 MOST_BYTES = 2_500_000
 IN_PERCENT = (
@@ -67,7 +67,7 @@ def test_numbers_of_the_page_are_those_of_the_report(page):
         scale = 100.0 if verdict["name"] in IN_PERCENT else 1.0
         value, bar = verdict["value"], verdict["error"]
         if value is not None and abs(value) > 1e-12:  # round-off is 0
-            assert with_bar(scale * value, scale * bar if bar else None) in text
+            assert value_with_bar(scale * value, scale * bar if bar else None) in text
     for note in data["notes"]:
         assert " ".join(note.split()) in text
     assert all(f"{name} {version}" in text for name, version in data["versions"].items())

@@ -84,7 +84,7 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
     items = fields(kind)
     overrides = {item.name: _override(item, converter) for item in items}
     structure = make_dict_structure_fn(kind, converter, _cattrs_forbid_extra_keys=True, **overrides)
-    required_keys = [key for key, (item, _) in told_fields(kind).items() if _is_required(item)]
+    required_keys = [key for key, (item, _) in fields_by_key(kind).items() if _is_required(item)]
     keys = {item.name: key_of(item) for item in items}
     flat_fields = [item for item in items if "flat" in item.metadata]
 
@@ -107,29 +107,29 @@ def structure_hook(kind: Any, converter: cattrs.Converter) -> Callable[[Any, Any
 
 
 @cache
-def told_fields(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN401 - any record
+def fields_by_key(kind: Any) -> dict[str, tuple[Field[Any], Any]]:  # noqa: ANN401 - any record
     """Return for each key of a record type in JSON data its field and the type of its value.
 
     Fields without a key are left out. The keys of a flat record are included.
     """
-    fields_by_key: dict[str, tuple[Field[Any], Any]] = {}
+    result: dict[str, tuple[Field[Any], Any]] = {}
     hints = get_type_hints(kind)
     for item in fields(kind):
         is_flat = "flat" in item.metadata
         if item.metadata.get("told", True):
-            fields_by_key[key_of(item)] = (item, bool if is_flat else hints[item.name])
+            result[key_of(item)] = (item, bool if is_flat else hints[item.name])
         if is_flat:
-            fields_by_key |= told_fields(item.metadata["flat"])
-    return fields_by_key
+            result |= fields_by_key(item.metadata["flat"])
+    return result
 
 
-def told_value(record: Any, key: str) -> Any:  # noqa: ANN401 - any record, and the value of any field
+def value_at_key(record: Any, key: str) -> Any:  # noqa: ANN401 - any record, and the value of any field
     """Return the value that a record has at a key of its JSON data, in the unit of the key.
 
     Raises KeyError if its type has no such key.
     """
     kind: Any = type(record)
-    item, _ = told_fields(kind)[key]
+    item, _ = fields_by_key(kind)[key]
     # The value of a flat field, or of a field of a flat record, is known only after the conversion.
     if "flat" in item.metadata or record.__dataclass_fields__.get(item.name) is not item:
         return as_data(record)[key]
@@ -142,7 +142,7 @@ def _flat_data(item: Field[Any], part: Plain | None) -> Plain:
     `part` is the data of the record in this field, or None. For None each key has the zero value of its type.
     """
     own_key = {item.name: part is not None} if item.metadata.get("told", True) else {}
-    zeros = {key: kind() for key, (_, kind) in told_fields(item.metadata["flat"]).items()}
+    zeros = {key: kind() for key, (_, kind) in fields_by_key(item.metadata["flat"]).items()}
     return own_key | (zeros if part is None else part)
 
 
@@ -152,7 +152,7 @@ def _nest_record(data: Mapping[str, Any], item: Field[Any], converter: cattrs.Co
     The record is None if the key of the field is false, or if the field has no key and all values are 0 or false.
     """
     kind = item.metadata["flat"]
-    keys = told_fields(kind)
+    keys = fields_by_key(kind)
     part = {key: value for key, value in data.items() if key in keys}
     rest = {key: value for key, value in data.items() if key not in keys}
     has_key = item.metadata.get("told", True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, is_dataclass
 import pytest
 
 from pipeline.storage.plain import strict_converter
-from pipeline.storage.told import as_data, as_line, structure_hook, told_fields, told_value
+from pipeline.storage.record_data import as_data, as_line, fields_by_key, structure_hook, value_at_key
 from sensor.quantity import report_field
 
 
@@ -98,4 +98,4 @@ BARE = {"a": 1.0, "pin_side": 0.0, "pin_round": False, "has_b": False, "b_size":
 def test_keys_of_a_flat_record_stand_beside_the_others_and_are_read_back(block, data):
     assert list(as_data(block).items()) == list(data.items())
     assert CONVERTER.structure(data, Block) == block
-    assert {key: told_value(block, key) for key in told_fields(Block)} == data
+    assert {key: value_at_key(block, key) for key in fields_by_key(Block)} == data
