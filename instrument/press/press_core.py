@@ -135,15 +135,17 @@ class Unit:
         return read * math.exp(interpolate(logs, shifts, math.log(read)))
 
     def fruit_weights(self, offset: float) -> list[float]:
-        """Return the weights of the contrast for F / E [mm/N MPa] on a saddle of the skin.
+        """Return w S, the change of the contrast by each force over E [1/mm], if the skin is a saddle.
 
+        The contrast is a weighted sum of the displacements of the tips, and S the compliance of the fruit times E.
         `offset` [mm] is the contrast of the gaps that the saddle makes under the tips. Domes roll on the saddle, so
         their contacts are nearer to each other than their axes, and a force on one contact lowers the others more.
         """
         if not self.places:
             return self.fruit
         # The contact of a dome with its axis at X lies at [[c, s], [s, c]]^-1 X. Here c is `rolled`, and s is the dome
-        # radius times the saddle's curvature k_xy, in a form in which no digits cancel.
+        # radius times the saddle's curvature k_xy, in a form in which no digits cancel. `felt` [mm^2] is the contrast
+        # of x y under the axes, `still` the part of w S beyond a half-space, and `body` / distance its compliance.
         gap_ratio = 2.0 * self.dome_radius * offset / self.felt * self.rolled
         saddle = gap_ratio * self.rolled / (1.0 + math.sqrt(1.0 + gap_ratio * gap_ratio))
         determinant = self.rolled * self.rolled - saddle * saddle

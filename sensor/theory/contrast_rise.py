@@ -534,13 +534,19 @@ class _Solution(NamedTuple):
 
 
 def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
-    """Solve both equations of a press: the co-moments determine the modulus E, and the means determine the offset.
+    """Solve the two equations of a press for the modulus E and the offset gamma.
 
-    Only domes need more than one step: their offset changes S by some per cent, and S changes the offset. Each step
-    of this fixed-point iteration reduces the error to this fraction. Raises RiseError if no modulus fits the press.
+    With z = E^(-1/3), the co-moments with the instrument determine z, and the means then determine the offset:
+
+        cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0,    gamma = -(mean a + mean b z^2 + mean d z^3).
+
+    For domes d depends on the offset, because the offset shifts their contacts and changes S by some per cent. So the
+    two equations are solved in turn; each step reduces the error to some per cent. Raises RiseError if no modulus fits
+    the press.
     """
     contrast = law.contrast
     weights, C, S = contrast.arrays
+    # Springs (a), Hertz's contact (b) and flesh (d), each by its co-moment and its mean.
     rise_rigid, rigid = (moments.F @ (weights @ C)).tolist()
     rise_dome, dome = (contrast.hertz * moments.two_thirds @ weights).tolist()
     rigid += float(np.dot(weights, contrast.gaps))
@@ -556,7 +562,7 @@ def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
             return _Solution(1.0 / (z * z * z), new_offset, offset)
         offset = new_offset
         S = law.S(offset)
-    message = "the offset of the contrast does not converge: must be a press of this sensor on a fruit; calibrate again"
+    message = "the forces fit no modulus and offset: must be of a press of this sensor on a fruit; calibrate again"
     raise RiseError("out_of_range", message)
 
 

@@ -39,10 +39,11 @@ def run(arguments: Namespace) -> Answer:
     process = _judging_process(path, arguments.process, named)
     if arguments.solve and process is not None:
         return _check_solved(path, process, arguments)
-    for flag in ("--held", "--pressed") if not arguments.solve else ("--solve",):
-        if getattr(arguments, flag[2:]):
-            bound = "left out for a folder" if arguments.solve else "given with --solve"
-            raise validation_error(flag, path.name, "", bound, "name a STEP file, and add --solve")
+    if arguments.solve:  # a folder has no process
+        raise validation_error("--solve", path.name, "", "left out for a folder", "name a STEP file, and add --solve")
+    for flag, points in (("--held", arguments.held), ("--pressed", arguments.pressed)):
+        if points:
+            raise validation_error(flag, path.name, "", "given with --solve", "name a STEP file, and add --solve")
     with showing_progress(f"reads and judges {path.name}"):
         if named is None or process is None:
             verdicts = check_path(path.absolute(), process)
