@@ -204,8 +204,8 @@ def _readings(arguments: Namespace, sensor: MeasuringUnit) -> Iterator[FruitRead
         yield reading
         return
 
-    def print_note(answer: str) -> None:
-        print_error(f"note: {arguments.signal}: {answer}")
+    def print_note(note: str) -> None:
+        print_error(f"note: {arguments.signal}: {note}")
 
     signal = Signal(rows_of(arguments.signal), len(tips), ColumnFlags(arguments.columns, arguments.units), print_note)
     for note in (signal.understood, *signal.notes):

@@ -71,7 +71,7 @@ def watch(arguments: Namespace, file: str) -> Iterator[Answer]:
     Raises InputError for an error at the start.
     """
     if arguments.design != DEFAULT_DESIGN or arguments.named is not None:
-        raise validation_error("--watch", file, "", "pairs without DESIGN", "give the design once")
+        raise validation_error("--watch", file, "", "given without DESIGN", "give the design once")
     if not file.endswith(".toml"):
         raise validation_error("--watch", file, "", "a path that ends in .toml", "name the design file")
     out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # does not change with the name in the file
@@ -134,7 +134,7 @@ def named_design(arguments: Namespace) -> str:
     if arguments.named is None:
         return str(arguments.design)
     if arguments.design != DEFAULT_DESIGN:
-        raise validation_error("--design", arguments.design, "", "left out if DESIGN is pairs", "give the design once")
+        raise validation_error("--design", arguments.design, "", "left out if DESIGN is given", "give the design once")
     return str(arguments.named)
 
 
@@ -153,7 +153,7 @@ def settings_of(arguments: Namespace) -> dict[str, str]:
     settings: dict[str, str] = {}
     for key, value in pairs:
         if key in settings:
-            bound = f"pairs once; it is {settings[key]!r} already"
+            bound = f"given once; it is {settings[key]!r} already"
             raise validation_error(key, value, "", bound, "keep one of the two")
         settings[key] = value
     return settings

@@ -154,7 +154,7 @@ def test_tetrahedra_of_the_default_housing_have_its_stiffness_inside_their_bar(t
     K, truth = ON_TETRAHEDRA[tip]
     compliance = iter(np.array([[1e3 / each]]) for each in K)
     nodes = iter([*(50 for _ in K), int(own_part.MOST_SECONDS / 1e-5)])
-    monkeypatch.setattr(own_part, "tetrahedra", lambda *_: SimpleNamespace(doflocs=np.empty((3, next(nodes)))))
+    monkeypatch.setattr(own_part, "tetrahedral_mesh", lambda *_: SimpleNamespace(doflocs=np.empty((3, next(nodes)))))
     monkeypatch.setattr(
         own_part,
         "tetrahedral_compliance",

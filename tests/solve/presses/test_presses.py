@@ -156,7 +156,7 @@ def test_a_layer_on_stone_gives_way_as_published():
     waves = np.linspace(1e-6, 12.0, 40001)
     for distance in (0.0, 6.3, 14.0):
         felt = np.trapezoid((bonded(waves, 0.3) - 1.0) * j0(waves * distance / 6.0), waves) / 6.0
-        assert FleshOnStone(6.0).rest(distance) == pytest.approx(felt, rel=1e-4)
+        assert FleshOnStone(6.0).base_effect(distance) == pytest.approx(felt, rel=1e-4)
     for stiffness in (0.5, 2.0):
         layer = OuterLayer(2.0, stiffness)
         assert layer.compliance(np.array([0.0, 20.0])) == pytest.approx([stiffness, 1.0])
