@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.reading.bench_uncertainty import calibration_errors
-from pipeline.reading.form import interpolate_to_middle, modulus_changes_of_form
+from pipeline.reading.form import changes_by_form, interpolate_to_middle
 from pipeline.reading.measurement import RiseModel, rise_model, seated_level_readings
 from pipeline.reading.poses import Placement, occurring_placements, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, PressedSensor, SampledPresses
@@ -198,9 +198,7 @@ def _accuracy_by_modulus(
     drawn_readings = [
         [each for each in (row[index] for index in drawn_indices) if each is not None] for row in press_readings
     ]
-    form_changes = [
-        np.array([modulus_changes_of_form(design, model, press) for press in each]) for each in drawn_presses
-    ]
+    form_changes = [np.array([changes_by_form(design, model, press) for press in each]) for each in drawn_presses]
     # Presses on a reference ball correct the change of E that fruit and ball have in common.
     form_changes_on_ball: Floats | float = 0.0
     ball: dict[str, float] = {}

@@ -12,9 +12,7 @@ from sensor.arrays import Floats
 from sensor.design.parameters import Design
 
 
-def modulus_changes_of_form(
-    design: Design, model: RiseModel, press: Floats, curvatures: Curvatures | None = None
-) -> Floats:
+def changes_by_form(design: Design, model: RiseModel, press: Floats, curvatures: Curvatures | None = None) -> Floats:
     """Return the relative change of E due to one standard deviation of each form error of the domes, with its sign [1].
 
     The first form error is that of the dome radius. Each other one is a spherical cap on the apex, with one of the

@@ -143,8 +143,10 @@ BALL = twintip.Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
 MESH, SOLVE, EXPORT = MeshError("quality", "a sliver", "check it"), SolveError("no"), ExportError("lost")
 FULL, SHORT, LOST = OSError("disk full"), MemoryError(), BrokenExecutor()
 STAGES, TETRAHEDRA, LAW = (
-    "pipeline.main_job.evaluate_sensor", "pipeline.springs.own_part.tetrahedral_mesh", "instrument.compress.modulus.solved_law",
-)  # fmt: skip
+    "pipeline.main_job.evaluate_sensor",
+    "pipeline.springs.own_part.tetrahedral_mesh",
+    "instrument.compress.modulus.solved_law",
+)
 REFUSED = [
     ("load_design", lambda: twintip.load_design("papre")),
     ("Design", lambda: twintip.Design(name="two words")),

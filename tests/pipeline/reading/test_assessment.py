@@ -25,7 +25,7 @@ from pipeline.reading.analysis import (
     uncertainty_by_pose,
     uncertainty_by_thickness,
 )
-from pipeline.reading.form import modulus_changes_of_form
+from pipeline.reading.form import changes_by_form
 from pipeline.reading.measurement import LEVEL_MODULI, rise_model
 from pipeline.reading.poses import Placement, occurring_placements, read_moduli
 from pipeline.reading.pressed_sensor import RISE_TRAVELS, SampledPresses
@@ -192,15 +192,15 @@ def no_modulus(*_):
 
 @pytest.mark.parametrize(
     ("design", "form"),
-    [(hard(1e6), modulus_changes_of_form), (square_design(tilt_deg=1.0), no_modulus)],
+    [(hard(1e6), changes_by_form), (square_design(tilt_deg=1.0), no_modulus)],
     ids=["known better than to a ten thousandth", "no modulus where domes are off"],
 )
 def test_forces_that_tell_no_modulus_or_hardly_one_fail_bias_and_uncertainty(design, form, monkeypatch):
     """At 1e6 MPa the fruit gives less than 1e-6 of the travel."""
-    monkeypatch.setattr("pipeline.reading.analysis.modulus_changes_of_form", form)
+    monkeypatch.setattr("pipeline.reading.analysis.changes_by_form", form)
     found = assessed(design)
     assert (found.bias, found.uncertainty, found.moduli) == (None, None, ())
-    assert bool(found.refused) == (form is modulus_changes_of_form)
+    assert bool(found.refused) == (form is changes_by_form)
     checked = outcomes(found, design)
     assert (checked["reading.bias"], checked["reading.uncertainty"]) == (False, False)
 
