@@ -12,7 +12,7 @@ from cad.parts.housing import Housing, PartSize
 
 # Each of these imports all 140 modules of VTK only to find out whether VTK is installed.
 _ASK_FOR_VTK = ("OCP.IVtk", "OCP.IVtkOCC", "OCP.IVtkTools", "OCP.IVtkVTK")
-# Modules that CadQuery needs only for pictures, DXF and constraints, and trimesh for searches, fits and other formats.
+# Modules that CadQuery needs only for pictures, DXF and constraints, or trimesh only for searches, fits and formats.
 _UNNEEDED = (
     "PIL",
     "casadi",

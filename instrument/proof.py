@@ -33,7 +33,7 @@ from sensor.quantity import BOUNDED, InputError, report_field
 OUTSIDE = 0.05
 """Fraction of readings outside their error bars if these contain the true value in 95 % of cases."""
 POINT = 0.99  # quantile of the binomial distribution: a correct design exceeds it once in a hundred times
-_LEAST_PERCENT = 1e-6  # smallest error of a spring [%], because none is known exactly
+_LEAST_PERCENT = 1e-6  # lower bound on the error of a spring stiffness [%]; none is known exactly
 _BEFORE_BENCHES_PERCENT = 1.0  # error of a spring [%] in reports without errors after calibration
 MOST_DRAWS = 5
 """Maximum number of draws for one press, if a unit cannot be calibrated or a press has no solution."""

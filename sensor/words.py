@@ -6,7 +6,7 @@ OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 """Outcomes of a verdict as text."""
 ROUND_OFF = 1e-12
 """Magnitude below which a number is shown as 0, in all units that are used: mm, N, MPa, N/m, %, and 1."""
-_MAX_DECIMALS = 9  # maximum number of decimals; a number whose error bar needs more may have a power of ten
+_MAX_DECIMALS = 9  # maximum number of decimals; a number whose error bar needs more may be in scientific notation
 
 
 def shown(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -> str:

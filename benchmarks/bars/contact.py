@@ -44,7 +44,7 @@ def compliance_checks(
 
 
 def direct_checks(fruit: Fruit, tips: Tips = TIPS) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of s11 - s12 and s11 [1/mm] by direct finite elements (FE).
+    """Return the checks of s11 - s12 and s11 [1/mm] against a direct finite-element (FE) solution.
 
     Raises SolveError if the relative error of direct FE exceeds `DIRECT_ERROR`.
     """

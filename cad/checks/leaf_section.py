@@ -9,7 +9,7 @@ from sensor.verdict import Verdict, judge
 
 THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
 _ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # measured points along a leaf, as shares of its straight part
-_BESIDE_MIDDLE = 0.03  # share of the depth; a line in the plane of symmetry would run along edges of triangles
+_BESIDE_MIDDLE = 0.03  # fraction of the depth; a line in the plane of symmetry would coincide with edges of triangles
 _ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # measured points from mid-depth, as shares of the depth; two are near faces
 
 

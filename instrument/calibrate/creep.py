@@ -38,8 +38,8 @@ An assumption: the spread between prints is halved, because the slope against th
 class Weighing:
     """The weights of a table, corrected for creep to one time after hanging, and the creep of the unit.
 
-    Each of the `forces` (rows,) [N] has at the common time `after_s` [s] the deflection that was read in its row. `own`
-    is True if the table determined the creep; otherwise it is the creep of the process.
+    At the common time `after_s` [s], each of the `forces` (rows,) [N] causes the deflection that was read in its row.
+    `own` is True if the table determined the creep; otherwise it is the creep of the process.
     """
 
     forces: Floats = report_field("N", "weights as of one time", told=False)

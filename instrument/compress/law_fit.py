@@ -161,7 +161,7 @@ def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
 
 
 def last_force(force: Floats) -> float:
-    """Return the mean force [N] of the last few points of a loading (points,) [N], at least three."""
+    """Return the mean force [N] over the last few points, at least three, of a loading curve (points,) [N]."""
     return float(force[-max(3, len(force) // 50) :].mean())
 
 

@@ -218,7 +218,7 @@ class CylinderOnSide(CompressedBody):
 
     @property
     def per_mm(self) -> float:
-        """Return the relative decrease of the modulus per mm [1/mm], of a line contact with E ~ 1 / length."""
+        """Return the relative decrease of the modulus per mm of contact length [1/mm]; for a line, E ~ 1 / length."""
         return 1.0 / self.length_mm
 
     def bounds(self, sides: Sequence[CompressionPress]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:

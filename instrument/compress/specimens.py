@@ -150,7 +150,7 @@ def _join_segments(first: Specimen, second: Specimen) -> Specimen:
 
 
 def _specimens_of_table(table: FoundTable, count: int) -> Iterator[Specimen]:
-    """Yield the specimens of a table, which may be side by side; `count` is the number of specimens before this table.
+    """Yield the specimens in a table, which may stand side by side; `count` specimens were read before this table.
 
     Raises InputError for a specimen without a force or a travel.
     """

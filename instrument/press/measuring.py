@@ -239,8 +239,8 @@ class MeasuringUnit:
     def tilt_deviation_deg(self) -> float:
         """Return the standard deviation of the apparent tilt due to errors of the tip heights [deg]; 0 for a pair.
 
-        The tilt is the slope of a plane fitted through the tips. Its deviation is the deviation of a height divided by
-        the root of the sum of squared distances from the centre.
+        The tilt is the slope of a plane fitted through the tips. Its standard deviation is that of one height, divided
+        by the root sum of squares of the distances from the centre.
         """
         if self.report.read_out.is_pair:
             return 0.0

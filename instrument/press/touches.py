@@ -1,4 +1,4 @@
-"""Cutting of a signal into presses, each from the touch of the last tip to the lift of the first one.
+"""Splitting of a signal into presses, each from the touch of the last tip to the lift-off of the first one.
 
 A tip may be out of contact in one sample between two samples with twice the smallest force of a touch. Such a sample is
 a bad conversion, not a lift. Once all tips had twice the smallest force, a press is firm, and noise does not end it.

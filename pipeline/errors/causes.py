@@ -146,7 +146,8 @@ def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause
     if process.line_width_mm is not None:  # a process that prints lines, whose first layer spreads
         foot_changes = []
         for leaf in leaves:
-            # The wide layer makes up a share of the depth, in which K is proportional to the cube of the thickness.
+            # K is proportional to the cube of the thickness, but only over the fraction of the depth that the wide
+            # layer takes up.
             thickness_ratio = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
             foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thickness_ratio**BEAM_SLOPE - 1.0))
         yield Cause(

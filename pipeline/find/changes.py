@@ -66,7 +66,7 @@ def in_words(changes: Changes) -> str:
 
 
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
-    """Return the sweeps of changes that may make `failed` verdicts pass, given by name.
+    """Return the sweeps of changes that may make verdicts pass; `failed` has the names of these verdicts.
 
     The table of verdicts names the moves that may help each verdict. They are returned in the order of `MOVES`. Another
     travel is always tried. There are fewer steps if contact is solved `on_cells`, because such trials are expensive.

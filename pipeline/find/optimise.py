@@ -252,8 +252,8 @@ def prove(
 ) -> Proof | None:
     """Run the best candidates of a search one after another until a whole run passes, and return the last run.
 
-    At most twenty candidates that pass the search are run, best first; for a front, only those with the value of
-    `place`. The base is run last even if it fails the search, because the search neglects the lateral compliance of
+    At most twenty candidates that pass the search are run, best first. For a Pareto front, only those at the value
+    of `place`. The base is run last even if it fails the search, because the search neglects the lateral compliance of
     printed plates. The outputs of the run and, if it passes, the design file are written to `place`. A run of an
     invalid or unsolvable candidate counts as failed. Returns None if there is no candidate to run. Raises InputError
     like `write_files`, and OutputError for an unusable folder.

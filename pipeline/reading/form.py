@@ -1,4 +1,4 @@
-"""Errors of a modulus due to the form of printed domes, which are the same in all presses of a unit."""
+"""Errors of the modulus due to the form of printed domes; they are the same in all presses of a unit."""
 
 import math
 from collections.abc import Sequence

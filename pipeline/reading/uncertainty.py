@@ -195,7 +195,8 @@ def designed_channels(
         springs=0.01 * (reading.stiffness_percent or 0.0) * tips,
         time_s=0.0,
         on_plate=reading.on_plate,
-        # With a reference ball no weighing matters: presses on the ball last as long as presses on fruit.
+        # With a reference ball the time of weighing is irrelevant: presses on the ball last as long as presses on
+        # fruit.
         creep=creep.deviation(EFFECTIVE * press_s if reading.calibrated_by == "ball" else WEIGHED_AFTER_S, press_s),
     )
     if signal is None:

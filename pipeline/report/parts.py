@@ -35,7 +35,7 @@ Numbers = tuple[float | None, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class SizingReport:
-    """The springs as sized, and the fruit stiffness that sized them."""
+    """The springs as sized, and the fruit stiffness used to size them."""
 
     K_l_N_per_m: float = report_field("N/m", "stiffness of the low spring, from the targets or from the design")
     K_h_N_per_m: float = report_field("N/m", "stiffness of the high spring, from the targets or from the design")

@@ -109,7 +109,7 @@ def _check_front(front: Mapping[str, Variation]) -> None:
 class StudyKeys:
     """The keys that define a study: what varies, how points are drawn, and the outputs to store (`wanted`).
 
-    `tol` is the allowed relative error [1] of the springs. `level` is the minimum that is solved for each point.
+    `tol` is the relative tolerance [1] of the spring stiffnesses. `level` is the minimum that is solved for each point.
     """
 
     vary: dict[str, Variation] = field(default_factory=dict)

@@ -26,7 +26,7 @@ _DESIGNS = "best-designs"
 _BASE = "base.toml"
 _SEED = 1  # fixed, so that the same study always has the same page
 _VALUE_SENTENCE = re.compile(r"The value is [^.]*\.")
-_LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")  # a link of Markdown
+_LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")  # a Markdown link
 
 
 class ShownKey(NamedTuple):

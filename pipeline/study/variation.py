@@ -74,7 +74,7 @@ class Range:
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """A list of values, numbers or words; each of them gets an equal share of Sobol points."""
+    """A list of values, each a number or a text; each value gets an equal share of the Sobol points."""
 
     values: tuple[Setting, ...]
 

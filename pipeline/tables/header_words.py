@@ -1,4 +1,4 @@
-"""The words of headers and units, in the languages of words.toml."""
+"""The words used in headers and units, in the languages of words.toml."""
 
 import tomllib
 import unicodedata

@@ -23,7 +23,7 @@ from sensor.theory.creep import CreepLaw
 _FRACTION = Bounds(above=0.0, below=1.0)
 # Random prints deviate by up to 4.3 sigma, and their modulus and their leaves must remain positive.
 _SCATTER = Bounds(above=0.0, at_most=0.23)
-_MAX_THICKNESS_ERROR = 0.45  # maximum error of a thickness, two sigma, over the thickness of the thinnest leaf
+_MAX_THICKNESS_ERROR = 0.45  # maximum thickness error (two sigma), as a fraction of the thickness of the thinnest leaf
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
 _LONGEST_TEXT = 64
 FOOT_MM = 0.15

@@ -107,8 +107,8 @@ PROBE = Probe.from_tables(_TABLES["probe"])["DRV5055A2"]
 class Readout:
     """The signal path of a design; a number that is not set comes from the amplifier or the displacement sensor.
 
-    A sample holds one conversion of each channel, which is `delay_ms` later than the first conversion. `drift_K` is the
-    largest difference of the temperature from the calibration, `tare_K` from the last taring.
+    A sample holds one conversion of each channel; that of a channel begins `delay_ms` after the first one. `drift_K` is
+    the largest difference of the temperature from the calibration, `tare_K` from the last taring.
     """
 
     amplifier: str | None = choice(

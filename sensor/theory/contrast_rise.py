@@ -614,9 +614,10 @@ class _Root:
     def moved_with_saddle(self, rise: Floats, mean: Floats) -> Floats:
         """Return the slopes of ln E over causes that add `rise` and `mean` to the law, with their effect on the saddle.
 
-        An error of a zero moves the offset by up to 4 mm/N; gains and springs move it less. The law attributes the
-        offset to a saddle of the skin, so it moves S, and S moves the modulus. Let f be the change of the rise per mean
-        that is attributed to a saddle. Then ln E moves by (dG - f dM) / (dG / d ln E - f dM / d ln E).
+        A zero error shifts the offset by up to 4 mm per newton; errors of gains and spring stiffnesses shift it less.
+        The law attributes the offset to a saddle of the skin, so it moves S, and S moves the modulus. Let f be the
+        change of the rise per mean that is attributed to a saddle. Then ln E moves by (dG - f dM) / (dG / d ln E - f dM
+        / d ln E).
         """
         f = self.per_offset[0] / (1.0 + self.per_offset[1])
         return np.asarray((rise - f * mean) / (self.per_log_E[0] - f * self.per_log_E[1]))

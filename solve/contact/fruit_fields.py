@@ -157,8 +157,8 @@ def _viewing_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
 def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
     """Return the values (3, n) of a displacement field and its gradient (3, 3, n) at points (3, n) [mm].
 
-    `v` (dofs,) are the displacements on the box of bricks between the grid `lines`. The last index of the gradient is
-    the coordinate of the derivative.
+    `v` (dofs,) are the displacements on the box of bricks between the grid `lines`. The last axis of the gradient is
+    the coordinate of differentiation.
     """
     mesh = basis.mesh
     # Find the brick that contains each point, by the intervals between grid lines along each axis.

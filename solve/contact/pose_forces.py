@@ -135,7 +135,7 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
 
 @functools.lru_cache(maxsize=256)
 def _tilted_press(press: PressMotion, tilt: float, roll: float) -> PressMotion:
-    """Return the press with another tilt and roll [deg]. It is cached, because many scenes share one press."""
+    """Return a copy of the press with another tilt and roll [deg]. It is cached for the scenes that share it."""
     return dataclasses.replace(press, tilt_deg=tilt, roll_deg=roll)
 
 

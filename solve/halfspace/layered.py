@@ -68,7 +68,7 @@ class Layer:
         """Return the mean displacement under one smooth load per force of another, times the modulus below [1/mm].
 
         The loads are normal distributions with the two standard deviations `deviations` [mm]. Their centres have a
-        `distance` [mm]. The mean displacement is weighted with the density of the first load.
+        `distance` [mm]. The mean displacement is weighted by the density of the first load.
         """
         width = math.hypot(*deviations)
         k, weight = _panels(9.0 / width, 2.0 * math.pi / max(distance, width))

@@ -70,7 +70,7 @@ def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
 
 @dataclass(frozen=True, kw_only=True)
 class PressMotionOverTime:
-    """The motion of a sensor: its travels [mm] from the first touch at the given times [s].
+    """The motion of a sensor: its travel [mm] since the first touch, at the given times [s].
 
     The slope of the sensor changes by `drift` [1] along x and y, in proportion to the travel.
     """

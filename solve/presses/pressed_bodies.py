@@ -127,7 +127,7 @@ def _base_effect(compliance: Callable[[Floats], Floats], thickness: float, stiff
 
 @dataclass(frozen=True, kw_only=True)
 class EllipsoidFruit:
-    """An ellipsoidal fruit in the frame of the sensor, with possible deviations of its skin and flesh.
+    """An ellipsoidal fruit in the frame of the sensor, with optional deviations of its skin and its flesh.
 
     `E` [MPa] and `poisson` are the elastic constants. `R1` and `R2` [mm] are the principal radii, the first in the
     direction `azimuth` [deg] from +x. The side of the sensor at `tilt_azimuth` is lowered by `tilt` [deg], and the apex

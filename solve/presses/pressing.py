@@ -201,7 +201,7 @@ class Pressing:
         return touches
 
     def _cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
-        """Return the forces of all cells [N], none above the force at which the flesh yields.
+        """Return the forces of all cells [N], each capped at the force at which the flesh yields.
 
         `lowering` (tips,) [mm] is the displacement of the domes, and `start` the initial guess of the forces. Yielded
         cells carry their largest force. They are determined by iteration, until they do not change. A yielded cell

@@ -39,7 +39,7 @@ def render_page(
 
 
 def load_templates(*names: str) -> None:
-    """Compile templates of this folder before they are needed."""
+    """Compile the templates in this folder before they are needed."""
     for name in names:
         _ENVIRONMENT.get_template(name)
 

@@ -184,7 +184,7 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
 
 
 def _touch_scene(scene: Scene) -> Scene:
-    """Return the scene from whose first touch the travel counts: the scene itself, or that of a level sensor."""
+    """Return the scene whose first touch is the zero of the travel: the scene itself, or that of a level sensor."""
     if scene.from_touch:
         return scene
     level = replace(scene.press, tilt_deg=0.0, roll_deg=0.0)
