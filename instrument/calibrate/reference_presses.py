@@ -109,10 +109,11 @@ class BallPresses:
 
 
 def correction_by_ball(pressed: PressedBall, sensor: MeasuringUnit) -> tuple[BallCorrection, BallPresses]:
-    """Return the correction of a unit from a file of its presses on a ball, and the number of presses that count.
+    """Return the factor that corrects the readings of a unit, from presses on a ball of known modulus.
 
-    Raises InputError for a design without domes or without form errors in its report, for a ball that is too small or
-    not as firm as the fruit, and for presses that determine no correction.
+    The second value counts the presses in the file, and those from which the factor follows. Raises InputError for a
+    design without domes or without form errors in its report, for a ball that is too small or not as firm as the fruit,
+    and if the presses determine no factor.
     """
     source, ball = pressed.source, pressed.ball
     design = sensor.report.design

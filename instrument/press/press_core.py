@@ -792,8 +792,9 @@ def readings_of(
 ) -> "Iterator[tuple[float | None, float | None, int]]":
     """Yield E, E / (1 - nu^2) [MPa] and flags of each press in rows of counts.
 
-    The first `tare_samples` rows are the tare, taken while the sensor touches nothing. A press ends when a tip is
-    lifted, or at bad counts, whose flags follow. A signal without a press yields the reading of its last touch.
+    The first `tare_samples` rows are the tare, taken while the sensor touches nothing. A press begins when all tips
+    touch. It ends when a tip is lifted, at bad counts, whose flags follow, or with the signal if it has enough firm
+    samples by then. A signal without a press yields the reading of its last touch.
     """
     tare = UnitTare(unit)
     press = UnitPress(unit)

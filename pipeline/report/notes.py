@@ -95,7 +95,10 @@ def _given_springs_note(result: SensorResult) -> Iterator[Note]:
 
 
 def _ratio_notes(result: SensorResult) -> Iterator[Note]:
-    """Yield the notes on a sensor that reads a force ratio: on bruises, and on the fruit for which its targets hold."""
+    """Yield the notes on a sensor that reads a force ratio.
+
+    One asks for the missing limit of bruises, the other names the fruit stiffness for which the targets hold.
+    """
     design = result.design
     if design.fruit.bruise_limit_MPa is None:
         pressure = mean_tip_pressure(design, result.press)

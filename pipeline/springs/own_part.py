@@ -423,26 +423,27 @@ def _solve_swept(extrusion: Extrusion, scene: _Scene) -> PartStiffness:
     """
     # The mesh is swept along y, so the loads are rotated into the axes of the extrusion.
     presses = {name: tuple((extrusion.turn @ direction).tolist()) for name, direction in scene.presses.items()}
-    # The layers of a mount apply only to a part that lies as the housing does.
+    # The layers of the mount (covers and washers) apply only to a part that lies as the housing does.
     layers = scene.layers if np.allclose(extrusion.turn, np.eye(3)) else ()
-    (coarse_scale, coarse_layers), (fine_scale, fine_layers) = _MESHES
-    mesh = swept_part(extrusion, coarse_scale, coarse_layers, presses.values())
+    (coarse_scale, coarse_elements), (fine_scale, fine_elements) = _MESHES  # the elements are those through the depth
+    mesh = swept_part(extrusion, coarse_scale, coarse_elements, presses.values())
     layers = layers if _is_covered(mesh.mesh, layers) else ()
     coarse = swept_compliance(mesh, scene.material, presses, layers)
     _refuse_block(coarse, extrusion.part, scene)
-    numbers = strained_corners(coarse)
+    corner_numbers = strained_corners(coarse)
     neglected = np.zeros(len(presses))  # relative error of K due to corners and features that are not swept
-    if numbers:
-        mesh = _coarse_mesh_with_fine_corners(extrusion, presses, numbers)
+    if corner_numbers:
+        # Solved again with fine corners, so that the difference of both coarse solves is the effect of the corners.
+        mesh = _coarse_mesh_with_fine_corners(extrusion, presses, corner_numbers)
         unrefined, coarse = coarse, swept_compliance(mesh, scene.material, presses, layers)
         neglected = _CORNER_ERROR * np.abs(unrefined.K / coarse.K - 1.0)
-    fine_corners = FineCorners(numbers=numbers, size=_CORNER_SIZES[1])
-    mesh = swept_part(extrusion, fine_scale, fine_layers, presses.values(), fine_corners)
+    fine_corners = FineCorners(numbers=corner_numbers, size=_CORNER_SIZES[1])
+    mesh = swept_part(extrusion, fine_scale, fine_elements, presses.values(), fine_corners)
     fine = swept_compliance(mesh, scene.material, presses, layers)
     # the same with the walls of the screw holes held instead of the mount, for comparison
     held = swept_compliance(mesh, scene.material, presses) if layers else fine
     neglected += left_out(mesh, fine)
-    volume = mesh.excess * mesh.area
+    volume = mesh.excess * mesh.area  # [mm^3] that the sweep adds or leaves out, at each place of the section
     largest_place = None
     if volume.sum() > 1e-6 * mesh.area.sum():  # less is round-off
         x, y, z = extrusion.turn.T @ mesh.places[:, int(np.argmax(volume))]
@@ -483,7 +484,7 @@ def _pressed_faces(
     """Return stiffness and strain of each pressed face, with errors from the coarse and the fine mesh.
 
     `neglected` (faces,) [1] is the relative error of K due to sharp corners and to features that the meshes leave out.
-    `held` is the solution with held screw holes, None if a mount does not hold the part.
+    `held` is a second solution with the walls of the screw holes held, None if no mount holds the part in the first.
     """
     coarse, fine = meshes
     faces = {}
@@ -499,7 +500,7 @@ def _pressed_faces(
             strain_error=STRAIN_ERROR_SHARE * abs(inside / strain - 1.0) if is_known else None,
             no_strain=""
             if is_known
-            else "it is not largest at a round inner corner, and at a sharp one it has no limit",
+            else "the largest strain is not at a rounded inner corner; at a sharp corner strain has no limit",
         )
     return faces
 

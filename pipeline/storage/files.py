@@ -29,9 +29,9 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> No
     would reject it.
     """
     for path in paths:
-        existing = next(folder for folder in path.absolute().parents if folder.exists())
+        nearest_folder = next(folder for folder in path.absolute().parents if folder.exists())
         try:
-            with tempfile.TemporaryFile(dir=existing):
+            with tempfile.TemporaryFile(dir=nearest_folder):
                 pass  # this only tests whether a file can be created there
         except OSError as error:
             raise _not_writable(path, flag, error) from error
@@ -39,7 +39,7 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False) -> No
             bound = "a file outside the output folder of a run, which would refuse it"
             raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
         if os.path.lexists(path) and not is_regular(path):
-            bound = f"a file, and a {kind_of(path)} is there"
+            bound = f"the name of a file, but it is that of a {kind_of(path)}"
             raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
         if os.path.lexists(path) and not force and not is_ours(path):
             bound = "a new file, or one that a command wrote and nobody changed"

@@ -71,16 +71,17 @@ class BentBlock:
 def bent_block(
     fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad], steps: BodySteps, along_normals: bool
 ) -> BentBlock:
-    """Return the equivalent block of a fruit, flat and bent, under the loads that represent footprints.
+    """Mesh the equivalent block of a fruit twice, flat and bent to the shape of the fruit, under the same loads.
 
-    The mesh ends at the mirror planes that fruit and footprints share. `steps` determines its fineness. With
-    `along_normals` the loads press along the normals of the skin. Raises SolveError if an element is folded when the
-    block is bent.
+    The block has the plan and the thickness of the fruit. The difference of both solutions is the effect of the shape,
+    in which most errors of the mesh cancel. The mesh ends at the mirror planes that fruit and footprints share, and
+    `steps` determines its fineness. The `loads` represent the footprints; with `along_normals` they press along the
+    normals of the skin. Raises SolveError if an element is folded when the block is bent.
     """
     shape = CurvedShape(fruit, core_of(loads))
     mirrored = [bool(images) for images in mirror_images(footprints)]
     parities = level_parities(footprints)
-    if not fruit.mirrored:
+    if not fruit.mirrored:  # a fruit turned out of the axes: the whole block is meshed, with more unknowns
         mirrored = [False, False]
         parities = [(0, 0)]
         steps = replace(steps, most_dofs=TURNED * steps.most_dofs)

@@ -87,7 +87,7 @@ class CurvedShape:
 
     @property
     def base_angle(self) -> float:
-        """Return the polar angle [rad] from the apex to the rim of the base, on a sphere with the vertical semi-axis as radius."""
+        """Return the polar angle [rad] from apex to base rim, on a sphere with the vertical semi-axis as radius."""
         return math.acos(1.0 - self.fruit.depth_mm / self.semi_axes[2])
 
     @property
