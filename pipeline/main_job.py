@@ -77,6 +77,7 @@ def run(
         sensor = replace(sensor, begin_solid=maker.size)
         sensor.solve("contact", "sizing", "upright_springs")
         springs = sensor.upright_springs
+        # The worker begins the files of the parts here, and those for fabrication below. Both are collected at the end.
         with timed.stage("solids"):
             solids = maker.files(springs.housing, springs.deflections)
         sensor.solve("springs")

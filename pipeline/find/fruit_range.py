@@ -139,7 +139,8 @@ def _named_range(name: str) -> FruitRange:
 def _refuse_unknown(name: str) -> None:
     """Raise InputError for the name of a fruit that is not in the table of fruits."""
     if name not in FRUITS:
-        hint = f"did you mean {nearest(name, tuple(FRUITS))}? Or measure it, as in 'radius 26, E 0.3 to 2' [mm, MPa]"
+        ranges = "leave the name out and give ranges, as in 'radius 26, E 0.3 to 2' [mm, MPa]"
+        hint = f"did you mean {nearest(name, tuple(FRUITS))}? Or {ranges}"
         raise validation_error("--fruit", name, "", f"one of {', '.join(FRUITS)}", hint)
 
 

@@ -248,7 +248,7 @@ def _prove_design(arguments: Namespace, report: Report) -> Answer:
     return Answer(code=PASSED if proof.passed else FAILED, data=as_data(proof), text="\n".join(_proof_lines(proof)))
 
 
-_HEAD = ("E MPa", "radii mm", "flesh mm", "tilt deg", "read MPa", "error", "bar", "")
+_HEAD = ("true MPa", "radii mm", "flesh mm", "tilt deg", "read MPa", "error", "bar", "")
 
 
 def _proof_lines(proof: ProvedDesign) -> Iterator[str]:

@@ -150,7 +150,7 @@ def _nearest_fruit_line(
         words += ["--keep", key]
     if arguments.out is not None:
         words += ["--out", str(arguments.out)]
-    return f"from the preset {preset_or_file}, a sensor passes for narrower ranges: {shlex.join(words)}"
+    return f"a sensor passes for narrower ranges: {shlex.join(words)}"
 
 
 def _suggestion_lines(found: "Suggestion", changes: list[Json]) -> list[str]:
