@@ -48,7 +48,7 @@ def random_press(design, rng):
         apex=tuple(random_point_in_disc(rng, ranges.off_centre_mm)),
         poisson=design.fruit.poisson,
     )
-    rng.uniform()  # a half-space has no thickness; its draw keeps the fruits of a seed those of docs/measurements.md
+    rng.uniform()  # unused thickness of the flesh, drawn so that a seed gives the fruits of docs/measurements.md
     return fruit, np.radians(random_point_in_disc(rng, ranges.tilt_change_deg))
 
 

@@ -91,7 +91,7 @@ def stiffness_on(pair: MeshPair, housing: Housing, solver: HousingSolver) -> Hou
 
 
 def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:
-    """Return the product's stiffness as the answer of a method; the error bar is that of K_l."""
+    """Return the product's stiffness as the answer of a method, with the error bar of K_l."""
     return Solved(values=stiffness.K, cpu=cpu, dofs=stiffness.info.dofs, error_bar=stiffness.error[0])
 
 

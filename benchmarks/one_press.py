@@ -240,7 +240,7 @@ def dome_forms(bench: Bench) -> Iterator[Case]:
 
 
 def outer_layers(bench: Bench) -> Iterator[Case]:
-    """Yield outer layers of 2 mm, twice or half as stiff as the core. The error is that of the core's modulus."""
+    """Yield readings under outer layers of 2 mm, twice or half as stiff as the core, with errors of its modulus."""
     for stiffness in (2.0, 0.5):
         layer = Layer(2.0, stiffness, bench.design.fruit.poisson)
         yield f"{stiffness:g} times as stiff", {"layer": layer}, bench.sensor
@@ -264,7 +264,7 @@ SINGLE = {
 
 
 def yielding_flesh(bench: Bench) -> Iterator[tuple[str, Comparison]]:
-    """Yield the readings of flesh with a yield pressure, compared with those of elastic flesh.
+    """Yield the readings of flesh that yields at a pressure, compared with readings of elastic flesh.
 
     The yield pressure is 0.8 or 1.1 of the largest mean pressure under a tip.
     """

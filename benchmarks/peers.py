@@ -37,7 +37,7 @@ class Peer:
 
     @property
     def package(self) -> str:
-        """Return the name of the Python package: that of the program in lower case."""
+        """Return the name of the Python package, which is the name of the program in lower case."""
         return self.name.lower()
 
     @property

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pipeline.options import DEFAULT_DESIGN, DEFAULT_TOLERANCE, FRUIT_STIFFNESSES
-from sensor.quantity import parse_number
+from sensor.quantity import Bounds, parse_number, validation_error
 
 DEFAULT_PROCESS = "fdm-petg"
 BODIES = ("ball", "ellipsoid", "cylinder-end", "cylinder-side", "block")
 SUPPORTS = ("plate", "table", "seat")
+_MAX_RADII = 2
 
 
 class Command(NamedTuple):
@@ -28,6 +29,17 @@ def number(text: str) -> float:
     if value is None:
         raise ValueError(text)
     return value
+
+
+def parse_radii(text: str, bounds: Bounds, bound: str, hint: str) -> tuple[float, float]:
+    """Return the principal radii [mm] that `--radius` gives; of a round fruit it gives one.
+
+    Raises InputError, with `bound` and `hint` in its message, unless there are one or two numbers within `bounds`.
+    """
+    radii = [value for value in map(parse_number, text.split(",")) if value is not None]
+    if len(radii) not in (1, _MAX_RADII) or len(radii) != text.count(",") + 1 or not all(map(bounds.hold, radii)):
+        raise validation_error("--radius", text, "mm", bound, hint)
+    return radii[0], radii[-1]
 
 
 def _add_json(parser: ArgumentParser) -> None:

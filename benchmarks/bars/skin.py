@@ -65,5 +65,5 @@ def cube_checks(fruit: Fruit, truth: Reference) -> Sequence[ReferenceCheck]:
 def _check_skin(
     names: Sequence[str], values: Sequence[float], skinned: FruitCompliance, truth: Reference
 ) -> Sequence[ReferenceCheck]:
-    """Return the checks of values whose error bar is that of the skinned compliance, at most `LARGEST_ERROR`."""
+    """Return the checks of values with the error bar of the skinned compliance, at most `LARGEST_ERROR`."""
     return make_checks(names, values, (min(skinned.error_own, LARGEST_ERROR),) * len(names), truth)

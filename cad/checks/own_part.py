@@ -24,7 +24,7 @@ Place = tuple[float, float, float]
 _INCH_MM = 25.4
 _SAME_SIZE = 0.1  # relative: a part of a design is as large as its housing, and not an inch for a millimetre
 _ON_FACE_MM = 0.05  # as far as geometry.as_designed lets a file of another program lie from its design
-_ANGLE_TOLERANCE = 1e-4  # largest component of a unit normal along an axis to which it counts as perpendicular
+_ANGLE_TOLERANCE = 1e-4  # maximum component along an axis of a unit normal that is perpendicular to it
 _SWEPT_SHARE = 0.8  # smallest share of the surface that must be parallel or perpendicular to the sweep
 _SAMPLES = (0.1, 0.5, 0.9)  # parameters at which the normal of a face is evaluated, as shares of their range
 _NEAR_MM = 1e-5  # geometric tolerance: points closer than this are the same point
@@ -97,7 +97,7 @@ def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
 
 
 def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
-    """Return the one solid [mm] of a STEP file; `housing` and `any_size` are those of `require_one_solid`.
+    """Return the one solid [mm] of a STEP file; `housing` and `any_size` are passed to `require_one_solid`.
 
     Raises InputError if the file cannot be read, or if it does not hold exactly one valid solid.
     """

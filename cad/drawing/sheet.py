@@ -147,7 +147,7 @@ class _Layout(NamedTuple):
 def _first_layout_that_fits(
     draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
 ) -> _Layout:
-    """Return the first layout of `_CHOICES` in which nothing overlaps; the arguments are those of `lay_out_sheet`.
+    """Return the first layout of `_CHOICES` in which nothing overlaps; the arguments are as in `lay_out_sheet`.
 
     If there is none, return the last choice, with its lower left corner at that of the views.
     """

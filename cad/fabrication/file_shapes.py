@@ -101,7 +101,7 @@ def _compared_kind(name: str) -> str:
 
 
 def _dissimilarity(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> float:
-    """Return how much the volumes and surfaces of two bodies differ [1]; 0 if they are equal.
+    """Return the relative difference of two bodies in volume and surface [1]; 0 if they are equal.
 
     The measure is the sum of the absolute logarithms of both ratios, in the unit of length that makes it smallest.
     """

@@ -21,7 +21,7 @@ PLATE_MM = 5.0  # thickness of the bracket
 HEAD_ROOM_MM = 8.0  # height of the room for the heads of the flange screws, which are 6 mm high, ISO 4762
 HEAD_MM = 10.0  # diameter of the heads of the flange screws, ISO 4762
 _BESIDE_SENSOR = 1.0  # clearance between Hall sensors and the edges of a window
-_ROOM_FOR_WIRES = 6.0  # difference between the height of a window and that of its sensors
+_ROOM_FOR_WIRES = 6.0  # [mm], height of a window less the height of its sensors
 _BEHIND = 6.0  # distance from the centre of the rearmost flange hole to the edge behind it
 _MARGIN = 1.0  # extension of a cut beyond the plate, and clearance of the screw heads
 

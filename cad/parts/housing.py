@@ -92,7 +92,7 @@ class Pin(_HousingFeature):
 
     @property
     def share_of_square(self) -> float:
-        """Return the ratio of the cross-sectional area to that of a square with the same side or diameter [1].
+        """Return the cross-sectional area relative to a square with the same side or diameter [1].
 
         The ratio of the perimeters is the same.
         """
@@ -180,7 +180,7 @@ class Housing:
 
     @property
     def depth(self) -> float:
-        """Return the depth of the plate [mm], which is that of both flexures."""
+        """Return the depth of the plate [mm], which both flexures share."""
         return self.low.depth
 
     @property

@@ -18,11 +18,11 @@ from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.record_data import as_data, as_line
 from pipeline.tables.headers import ColumnFlags
 from pipeline.tables.rows import rows_of
-from sensor.quantity import parse_number, validation_error
+from sensor.quantity import Bounds, validation_error
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
+from twintip.flags import parse_radii
 
-LEAST_RADIUS_MM = 1.0
-LARGEST_RADIUS_MM = 1e6
+_RADIUS = Bounds(at_least=1.0, at_most=1e6)
 
 
 class _Incompatible(NamedTuple):
@@ -90,7 +90,9 @@ def run(arguments: Namespace) -> Iterator[Answer]:
     sensor = _measuring_unit(arguments)
     _reject_incompatible_flags(arguments, sensor)
     if arguments.radius is not None:
-        sensor = replace(sensor, radii_mm=_parse_radii(arguments.radius))
+        bound = f"one or two numbers from {_RADIUS.at_least:g} to {_RADIUS.at_most:g} with a comma between"
+        hint = "write for instance --radius 47,110"
+        sensor = replace(sensor, radii_mm=parse_radii(arguments.radius, _RADIUS, bound, hint))
     firmware = _firmware(arguments, sensor)
     reads = arguments.forces is not None or arguments.signal is not None
     if not reads and not firmware:
@@ -140,16 +142,6 @@ def _print_assumptions(arguments: Namespace, sensor: MeasuringUnit) -> None:
 def _measuring_unit(arguments: Namespace) -> MeasuringUnit:
     """Return the unit that the flags name, or the designed one without `--unit`; raises InputError."""
     return MeasuringUnit.from_report(read_report(arguments.folder), arguments.unit, arguments.classes)
-
-
-def _parse_radii(text: str) -> tuple[float, float]:
-    """Return the principal radii [mm] of `--radius`; raises InputError."""
-    radii = [number for number in map(parse_number, text.split(",")) if number is not None]
-    in_range = all(LEAST_RADIUS_MM <= number <= LARGEST_RADIUS_MM for number in radii)
-    if len(radii) not in (1, 2) or len(radii) != text.count(",") + 1 or not in_range:
-        bound = f"one or two numbers from {LEAST_RADIUS_MM:g} to {LARGEST_RADIUS_MM:g} with a comma between"
-        raise validation_error("--radius", text, "mm", bound, "write for instance --radius 47,110")
-    return radii[0], radii[-1]
 
 
 def _firmware(arguments: Namespace, sensor: MeasuringUnit) -> dict[str, dict[Path, bytes]]:

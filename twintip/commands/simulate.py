@@ -32,9 +32,9 @@ from sensor.quantity import (
 from sensor.theory.relaxation import FORM, Relaxation
 from twintip.commands.console import FAILED, PASSED, Answer, print_error
 from twintip.commands.progress import showing_progress
+from twintip.flags import parse_radii
 
 _RADIUS = Bounds(at_least=5.0, at_most=1e6)
-_ENDS = 2
 
 
 class _Number(NamedTuple):
@@ -171,22 +171,14 @@ def _pressed_fruit(arguments: Namespace, report: Report) -> PressedFruit:
     usual = usual_fruit(report)
     given = {name: value for name in ("E", "azimuth", "thickness") if (value := getattr(arguments, name)) is not None}
     if arguments.radius is not None:
-        given["radii"] = _parse_radii(arguments.radius)
+        bound = f"one or two numbers with a comma between, each {_RADIUS}"
+        given["radii"] = parse_radii(arguments.radius, _RADIUS, bound, "write for instance --radius 45,65")
     towards = math.radians(arguments.towards or 0.0)
 
     def in_direction(length: float | None) -> tuple[float, float]:
         return (length or 0.0) * math.cos(towards), (length or 0.0) * math.sin(towards)
 
     return replace(usual, **given, tilt=in_direction(arguments.tilt), off_centre=in_direction(arguments.off_centre))
-
-
-def _parse_radii(text: str) -> tuple[float, float]:
-    """Return the principal radii [mm] of `--radius`; raises InputError."""
-    radii = [number for number in map(parse_number, text.split(",")) if number is not None]
-    if len(radii) not in (1, _ENDS) or len(radii) != text.count(",") + 1 or not all(map(_RADIUS.hold, radii)):
-        bound = f"one or two numbers with a comma between, each {_RADIUS}"
-        raise validation_error("--radius", text, "mm", bound, "write for instance --radius 45,65")
-    return radii[0], radii[-1]
 
 
 def _relaxation(text: str | None, report: Report) -> Sequence[tuple[float, float]]:
