@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 from stand_ins import GOOD, result_of
 
@@ -25,6 +26,7 @@ TIPS = frozenset({"tips.side_mm", "tips.spacing_mm"})
 STIFF = Design(targets=Targets(NL=0.001))
 OWN = dataclasses.replace(PROCESSES["fdm-petg"], name="mine")
 GIVEN = Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0))
+MANGO = load_design("mango")
 
 
 @pytest.fixture(autouse=True)
@@ -188,7 +190,7 @@ NUMBERS = {"press.travel_mm", "springs.K_l_N_per_m", "springs.K_h_N_per_m", "tip
     [
         (STIFF, {"printable.high"}, {"targets.NL", "targets.P_max", "print.process", "press.travel_mm"}),
         (GIVEN, {"K_l"}, {"springs.K_l_N_per_m", "springs.K_h_N_per_m", "print.process", "press.travel_mm"}),
-        (load_design("mango"), {"reading.bias", "reading.uncertainty"}, {"reading.tilt_deg", "reading.bias_limit",
+        (MANGO, {"reading.bias", "reading.uncertainty"}, {"reading.tilt_deg", "reading.bias_limit",
          "reading.uncertainty_limit", "reading.calibrated_by", "tips.dome_radius_mm", *NUMBERS}),
         # back to what the two-spring law holds for: a level press, sharp flat faces, springs that the targets size
         (Design(tips=Tips(fillet_mm=0.1, socket="pin"), press=PressMotion(tilt_deg=1.0, roll_deg=0.5, attitude="down")),
@@ -204,6 +206,21 @@ NUMBERS = {"press.travel_mm", "springs.K_l_N_per_m", "springs.K_h_N_per_m", "tip
 )  # fmt: skip
 def test_keys_that_may_mend_a_verdict(design, failed, keys):
     assert {key for sweep in sweeps(design, failed, on_cells=False) for change in sweep for key in change} == keys
+
+
+@pytest.mark.parametrize(
+    ("design", "failed", "key", "before", "factors"),
+    [
+        (STIFF, "printable.high", "targets.NL", 0.001, (0.5, 0.1, 0.02, 2.0, 10.0, 50.0)),
+        (STIFF, "printable.high", "press.travel_mm", 0.6, (0.5, 0.1, 0.02, 2.0, 10.0, 50.0)),
+        (MANGO, "reading.uncertainty", "reading.uncertainty_limit", (0.05, 0.06, 0.08, 0.1), (2.0, 10.0, 50.0)),
+    ],
+    ids=["target", "travel", "list"],
+)
+def test_sweeps_of_numbers_multiply_the_value_of_the_design(design, failed, key, before, factors):
+    chosen = [change for sweep in sweeps(design, {failed}, on_cells=False) for change in sweep if key in change]
+    for change, factor in zip(chosen, factors, strict=True):
+        assert np.asarray(change[key]) == pytest.approx(factor * np.asarray(before), rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from stand_ins import result_of
 
 from cad.parts.housing import Pin
-from pipeline.report.keys import report_key, value_at
+from pipeline.report.keys import report_key, report_keys, value_at
 from pipeline.report.of_result import report_of_result
 
 PIN = Pin(side=0.3, is_round=False, outside=1.0, pocket_side=0.4, pocket_depth=0.5)
@@ -56,3 +56,11 @@ def test_key_of_a_name(name, unit):
     assert key.name == name
     assert unit is None or key.unit == unit
     assert report_key("springs.none") is None
+
+
+def test_every_key_names_a_part_of_a_report_and_those_of_both_springs_are_listed_once():
+    names = [key.name for key in report_keys() if "KEY" not in key.name and key.name != "verdicts[]"]
+    for spring in ("low", "high"):
+        assert all(report_key(name.replace("[]", ".0").replace("SPRING", spring)) for name in names)
+        assert not any(spring in name.split(".") for name in names)
+    assert len(set(names)) == len(names)

@@ -2,7 +2,9 @@
 
 import hashlib
 import os
+import re
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -160,3 +162,9 @@ def test_every_source_file_counts_in_sub_folders_too(plant):
     (root / "cad/__pycache__").mkdir()
     (root / "cad/__pycache__/a.pyc").write_text("", encoding="utf-8")
     assert sources_digest(root) == seen[-1]
+
+
+def test_every_run_needs_the_packages_of_the_project_file_and_no_extra():
+    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    declared = {name.lower() for name in versions.declared_packages()}
+    assert declared == {re.split(r"[^A-Za-z0-9._-]", line)[0].lower() for line in project["dependencies"]}

@@ -1,10 +1,13 @@
 """Keys that make a scene of contact: fruit shapes, tip shapes, fillet, offset and roll."""
 
+import cmath
 import math
 import tomllib
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from sensor.design.design_file import design_as_toml, design_from_mapping
 from sensor.design.fruit import Fruit
@@ -25,6 +28,14 @@ def test_the_plan_of_a_curved_fruit_follows_from_its_radius_and_thickness():
     piece = Fruit(**SPHERE, length_mm=20.0, width_mm=20.0)
     assert (piece.length_mm, piece.width_mm, piece.whole) == (20.0, 20.0, False)
     assert (Fruit().length_mm, Fruit().width_mm, Fruit().whole) == (20.0, 20.0, False)
+
+
+@given(u=st.floats(-50.0, 50.0), v=st.floats(-50.0, 50.0), azimuth=st.floats(0.0, 180.0, exclude_max=True))
+def test_principal_directions_are_those_of_the_tips_turned_by_the_azimuth(u, v, azimuth):
+    fruit = Fruit(**ELLIPSOID, length_mm=20.0, width_mm=20.0, azimuth_deg=azimuth)
+    x, y = fruit.from_principal(u, v)
+    assert complex(x, y) == pytest.approx(complex(u, v) * cmath.exp(1j * math.radians(azimuth)), abs=1e-12)
+    assert fruit.to_principal(x, y) == pytest.approx((u, v), abs=1e-12)
 
 
 def test_fall_is_that_of_the_circle_and_of_the_ellipse():

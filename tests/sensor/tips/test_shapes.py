@@ -4,11 +4,13 @@ import itertools
 import math
 
 import pytest
+from refusal import refusal
 
 from cad.parts.pin_socket import tip_solid
 from sensor.design.tips import Tips
 from sensor.theory.hertz import force_factor
 from sensor.theory.sneddon_cone import cone_contact_radius, cone_force
+from sensor.tips.cone import Cone
 from sensor.tips.shapes import SHAPES
 from sensor.tips.tip_shape import LEAST_PIECE_MM
 
@@ -53,6 +55,12 @@ def test_the_area_that_a_cone_touches_is_that_of_its_law():
     blunt = Tips(shape="cone", half_angle_deg=70.0, blunt_mm=0.5).tip_shape
     ball = Tips(shape="sphere", side_mm=1.0).tip_shape
     assert blunt.contact_area_mm2(1e-3, 2.0, 30.0) == pytest.approx(ball.contact_area_mm2(1e-3, 2.0, 30.0), rel=1e-12)
+
+
+def test_the_stated_bound_of_a_spherical_point_is_its_largest_radius():
+    stated = refusal(Cone, side_mm=2.0, half_angle_deg=70.0, blunt_mm=5.0).bound
+    largest = float(stated.rpartition("= ")[2].removesuffix(" mm"))
+    assert largest == pytest.approx(1.0 / math.cos(math.radians(70.0)), rel=1e-5)
 
 
 @pytest.mark.parametrize("side", [0.1, 20.0])

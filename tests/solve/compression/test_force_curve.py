@@ -30,6 +30,19 @@ def test_every_law_begins_as_hertz(law, poisson):
     assert force == pytest.approx(force_factor(1.0 / (1.0 - poisson**2), 35.0) * travel**1.5, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("section", "area"),
+    [
+        (BALL, 2.0 * np.pi * 35.0**2),
+        (Section(half_height=10.0, radius=5.0, is_round=False), np.pi * 5.0 * (5.0 + 20.0)),
+    ],
+)
+def test_areas_of_the_surface_nodes_sum_to_the_surface(section, area):
+    """The chords of a ball's elements are shorter than its arcs."""
+    body = HalfBody(section, FleshLaw(name="neo-hooke", poisson=0.3), 1.0)
+    assert body.area.sum() == pytest.approx(area, rel=2e-3)
+
+
 def uniaxial_force(law, stretch):
     """Return the force on 1 mm^2 of a bar whose sides are free [N at E = 1 MPa], pressed to a stretch."""
 

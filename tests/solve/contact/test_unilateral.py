@@ -1,9 +1,11 @@
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
 from sensor.design.fruit import Fruit
 from solve.contact.pressure_cells import contact_cells, half_cells
-from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact
+from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact, _check_complementarity
 from solve.fruit.curved_shape import cap_gap
 from solve.fruit.footprints import Footprint
 from solve.halfspace.punch import graded_edges
@@ -80,6 +82,22 @@ def test_cycling_active_set_falls_back_on_least_squares(footprints, monkeypatch)
     right = on_a_cap(footprints)
     monkeypatch.setattr("solve.contact.unilateral.MOST_STEPS", 1)
     np.testing.assert_allclose(on_a_cap(footprints).F, right.F, rtol=1e-8)
+
+
+@pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("violation", ["tension", "penetration", "force at a gap"])
+def test_violations_are_relative_to_the_largest_force_and_length(violation, length):
+    """The largest force is length^2, and the largest interference is length."""
+    for size in (0.9 * COMPLEMENTARITY, 1.1 * COMPLEMENTARITY):
+        f, gap = np.array([0.0, length**2]), np.zeros(2)
+        if violation == "tension":
+            f[0] = -size * length**2
+        elif violation == "penetration":
+            gap[0] = -size * length
+        else:
+            gap[1] = size * length
+        with nullcontext() if size < COMPLEMENTARITY else pytest.raises(SolveError):
+            _check_complementarity(f, gap, np.full(2, length))
 
 
 def test_a_state_that_is_not_complementary_is_refused(footprints, monkeypatch):

@@ -12,6 +12,7 @@ from benchmarks.bars.curved_body import PAIR, change_on, pair_change, relative_b
 from sensor.design.fruit import Fruit
 from sensor.design.tips import Tips
 from sensor.quantity import InputError
+from solve.fruit.bent_block import bent_block
 from solve.fruit.body_lines import BodySteps
 from solve.fruit.curved_body import (
     LOG_OFFSET,
@@ -120,6 +121,19 @@ def test_shares_of_a_line_are_the_moments_of_the_load():
     assert shares.sum() == pytest.approx(1.0, rel=1e-9)
     assert shares @ nodes == pytest.approx(2.0, rel=1e-9)
     assert shares @ (nodes - 2.0) ** 2 == pytest.approx(0.36, rel=1e-9)
+
+
+def test_nodal_forces_on_a_turned_fruit_are_one_force_at_each_load():
+    """A turned fruit has no mirror planes, so no load has an image: forces and moments are those of unit loads."""
+    turned = dataclasses.replace(MANGO, azimuth_deg=30.0)
+    loads = smooth_loads(turned, PAIR)
+    block = bent_block(turned, PAIR, loads, BodySteps(most_dofs=2000), along_normals=False)
+    (parity,) = block.parities
+    forces = block.forces(parity, block.normals)[block.flat.get_dofs("top").all("u^3")]
+    x, y = block.flat.doflocs[:2, block.flat.get_dofs("top").all("u^3")]
+    assert forces.sum(axis=0) == pytest.approx(np.ones(len(loads)), rel=1e-9)
+    assert x @ forces == pytest.approx([load.x for load in loads], abs=1e-9)
+    assert y @ forces == pytest.approx([load.y for load in loads], abs=1e-9)
 
 
 def test_a_fold_is_refused(monkeypatch):

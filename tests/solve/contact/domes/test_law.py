@@ -26,7 +26,7 @@ from solve.contact.scene import LateralCompliance, Scene
 from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.split import split_compliance
-from solve.halfspace.layered import Layer, round_contact
+from solve.halfspace.layered import Layer, base_compliance, round_contact
 from solve.linear import SolveError
 
 POISSON, DOME = 0.3, 2.0
@@ -316,3 +316,13 @@ def test_other_radius_bends_the_body_in_proportion_and_widens_the_bound():
     changed = body.remainder - body.remainder[0]
     np.testing.assert_allclose(changed[1:, 0, 0], [0.25e-3, -1e-3 / 6.0], rtol=1e-9)
     assert np.all(body.bound[1:] > body.bound[0])
+
+
+def test_other_thickness_changes_the_compliance_by_the_base_at_the_distance_of_the_tips():
+    fruits = [BLUNT, dataclasses.replace(BLUNT, thickness_mm=0.5 * BLUNT.depth_mm)]
+    body = fruit_under_domes(scene(), compliance(BLUNT, GENTLE), fruits)
+    first, second = body.feet[:2]
+    distances = np.array([0.0, np.linalg.norm(first - second)])
+    thin, thick = (base_compliance(fruit.depth_mm, BLUNT.poisson, distances) for fruit in reversed(fruits))
+    np.testing.assert_allclose((body.remainder[1] - body.remainder[0])[0, :2], thin - thick, rtol=1e-7)
+    assert np.all(body.bound[1] > body.bound[0])
