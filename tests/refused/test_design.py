@@ -1,5 +1,6 @@
 """Designs and settings that are refused, row by row of design.toml, each in one line that names the field."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from sensor.design.design_tables import DesignTables, settings_of_texts
 from sensor.quantity import InputError
 
 TABLE = tomllib.loads(Path(__file__).with_name("design.toml").read_text(encoding="utf-8"))
+BOUND = re.compile(r"(?P<side>at most|less than|greater than) .* = (?P<number>[0-9.e+-]+)( [^ ]+)?")
 SPHERE = {"fruit": {"shape": "sphere", "radius_mm": 35.0}}
 LONG_SETTINGS = [
     ("tips.side_mm", "{" + ".".join(5000 * ["a"]) + " = 1}"),
@@ -43,12 +45,31 @@ def expanded():
     yield pytest.param(tables_of("targets.P_max", 10**400), "targets.P_max", id="targets.P_max-10**400")
 
 
+def refused_field(tables):
+    """Return the field for which a design is refused, or an empty text."""
+    try:
+        design_from_mapping(tables)
+    except InputError as error:
+        return error.field
+    return ""
+
+
 @pytest.mark.parametrize(("tables", "field"), [*expanded()])
 def test_design_is_refused(tables, field):
+    """In one line; a bound that follows from other keys, "at most ... = 12 mm" to six digits, is where it begins."""
     with pytest.raises(InputError) as error:
         design_from_mapping(tables)
     assert error.value.field == field
     assert len(str(error.value).splitlines()) == 1
+    if stated := BOUND.fullmatch(error.value.bound):
+        number = float(stated["number"])
+        taken, beyond = {
+            "at most": (number, number * (1.0 + 1e-5)),
+            "less than": (number * (1.0 - 1e-5), number),
+            "greater than": (number * (1.0 + 1e-5), number),
+        }[stated["side"]]
+        assert refused_field(laid_on(tables, tables_of(field, taken))) != field
+        assert refused_field(laid_on(tables, tables_of(field, beyond))) == field
 
 
 @pytest.mark.parametrize(("key", "text"), [*TABLE["settings"], *LONG_SETTINGS], ids=lambda text: text[:20])

@@ -36,6 +36,8 @@ def test_probe_gives_counts_noise_and_drift():
     assert other.counts_per_N[1] == pytest.approx(0.1 / 1.6 / 0.5 * 2**15)
     assert other.noise_N[1] == pytest.approx(1.6 * 5e-3, rel=1e-3)
     assert other.saturation_counts == 2**15 - 1
+    # a board that waits for each conversion is late by 0.3 ms of 24 ms
+    assert Readout(rate_Hz=40.0).largest_time_error_ms == pytest.approx(25.0 * 0.3 / 24.0)
 
 
 def test_process_without_its_drift_is_refused_beside_a_read_out():

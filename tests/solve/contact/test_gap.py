@@ -52,4 +52,5 @@ def test_cap_has_the_curvatures_of_its_radii(along, across):
     step = 1e-3
     assert cap_gap(np.array(step), np.array(0.0), along, across) == pytest.approx(step**2 / (2.0 * along), rel=1e-6)
     assert cap_gap(np.array(0.0), np.array(step), along, across) == pytest.approx(step**2 / (2.0 * across), rel=1e-6)
+    assert cap_gap(np.array(along), np.array(0.0), along, across) == pytest.approx(along, rel=1e-12)  # at the rim
     assert np.isinf(cap_gap(np.array(1.1 * along), np.array(0.0), along, across))
