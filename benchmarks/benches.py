@@ -26,7 +26,7 @@ OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 
 
 def row_of(name: str, bench: str) -> list[str]:
-    """Return the row of a preset on a bench, even if a run would reject the bench.
+    """Return the table row of a preset on a bench, even if a run would reject the bench.
 
     Raises ValueError for a preset without `[reading]`.
     """
@@ -50,7 +50,7 @@ def row_of(name: str, bench: str) -> list[str]:
 
 
 def full_scale_of(name: str) -> str:
-    """Return, as text, a preset and the largest forces on its low and its high tips [g]."""
+    """Return the name of a preset and the largest forces on its low and high tips [g], as text."""
     sensor = Sensor(design=load_design(name), options=RunOptions(), springs_as="sized")
     forces = () if sensor.readings is None else sensor.readings.full_scale or ()
     grams = [f"{1e3 * forces[kind[0]] / STANDARD_GRAVITY:.3g}" for kind in sensor.design.tips.spring_groups]

@@ -1,6 +1,6 @@
-"""Runs of CalculiX on a deck.
+"""Run CalculiX on a deck, and check its results.
 
-Some failures of CalculiX end with exit code 0. So its output is searched for errors, and its reactions must balance.
+CalculiX may fail with exit code 0, so its output is searched for errors, and its reactions must balance.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""Random presses of a square of domes, computed by boundary elements and read by a calibrated unit.
+"""Random presses of a square of domes: boundary elements compute the forces, and a calibrated unit reads them.
 
 `python -m benchmarks.cheeks DESIGN [--count 27] [--seed 1]` prints a table row by row. It exits with 1 if the error of
 a reading exceeds 6 % or twice its error bar. The boundary elements (`solve/presses`) share no code with the law that
@@ -19,8 +19,8 @@ from solve.presses.pressed_bodies import EllipsoidFruit
 from solve.presses.pressing import Pressing, press
 from tests.measured_units import MeasuredDesign
 
-SOLVED = 10  # samples of a press that are computed
-READ = 40  # samples that are read, interpolated between the computed ones
+SOLVED = 10  # number of samples of a press that are computed
+READ = 40  # number of samples that are read; they are interpolated between the computed samples
 LARGEST_ERROR = 0.06  # largest allowed relative error of a reading
 HEADS = "  E MPa    R1    R2 azimuth  tilt   read  error %  bar %  gamma mm"
 
@@ -48,12 +48,13 @@ def random_press(design, rng):
         apex=tuple(random_point_in_disc(rng, ranges.off_centre_mm)),
         poisson=design.fruit.poisson,
     )
-    rng.uniform()  # unused thickness of the flesh, drawn so that a seed gives the fruits of docs/measurements.md
+    # The flesh thickness is not used. It is drawn so that a seed still gives the fruits in docs/measurements.md.
+    rng.uniform()
     return fruit, np.radians(random_point_in_disc(rng, ranges.tilt_change_deg))
 
 
 def press_forces(design, sensor, fruit, drift):
-    """Return the forces [N] of a press from the touch of the last tip to the full travel, (READ, tips)."""
+    """Return the forces [N] of a press, from first contact of the last tip to full travel, shape (READ, tips)."""
     gaps = Pressing(sensor, fruit).nearest
     last_touch = gaps.max() - gaps.min()
     full = design.press.travel_mm
@@ -66,7 +67,7 @@ def press_forces(design, sensor, fruit, drift):
 
 
 def main() -> int:
-    """Press, read, and print the table; return the exit code."""
+    """Simulate and read the presses, and print the table. Return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("design")
     parser.add_argument("--count", type=int, default=27)

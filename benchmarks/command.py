@@ -26,7 +26,7 @@ REPEATS = 3
 
 
 def command_section(repeats: int = REPEATS) -> str:
-    """Return the table of what the imports and each command cost, as medians of several repeats."""
+    """Return a table of the time and memory that the imports and each command take, as medians of several repeats."""
     usages = _measure_usages(repeats)
     bare = [statistics.median(getattr(usage, key) for usage in usages["bare imports"]) for key in ("wall", "cpu")]
     rows = []

@@ -71,7 +71,7 @@ def split_rows() -> Iterator[Measurement]:
     """Yield the rows of the split: as the product calls it, with an error bar, and on each single mesh without one."""
     for tolerance in TOLERANCES:
         compliance, cpu = time_call(partial(split_compliance, FRUIT, TIPS, tolerance))
-        # A single mesh without a coarser partner gets the largest error over random scenes as its bar.
+        # A single mesh has no coarser mesh to compare with. Its bar is the largest error over random scenes.
         meshes = "its error pair" if tolerance <= LARGEST_ERROR else "one rough mesh"
         yield _product_row(f"{OURS}split, {meshes}", f"to {100.0 * tolerance:g} %", compliance, cpu)
     for grading in LEVELS:
@@ -81,13 +81,13 @@ def split_rows() -> Iterator[Measurement]:
 
 
 def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float) -> Measurement:
-    """Return the row of a compliance that has an error bar."""
+    """Return the table row of a compliance solved by the product, with its error bar."""
     values, bar = pair_and_own(compliance.S), relative_errors(compliance)[0]
     return BENCH.row(method, mesh, Solved(values=values, cpu=cpu, dofs=compliance.info.dofs, error_bar=bar))
 
 
 def direct_rows() -> Iterator[Measurement]:
-    """Yield the rows of direct FE and of peers on each mesh of a family, and of the limit at element size 0."""
+    """Yield the rows of direct FE and of peers on each mesh of a family, then the extrapolation to element size 0."""
     part = solved_block(FRUIT, TIPS)
     meshes = []
     total_meshing = 0.0
@@ -118,7 +118,8 @@ def _peer_deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solv
 def _pair_and_own_of_modes(results: Sequence[StepResult]) -> tuple[float, float]:
     """Return s11 - s12 and s11 [1/mm] from the results of two steps, in which a quarter is pressed by 1 mm.
 
-    In the first step the mirrored tip is pressed equally, in the second oppositely. A quarter carries half the force.
+    In the first step the mirrored tip moves with it, and in the second step against it. A quarter carries half the
+    force.
     """
     equal, opposite = (0.5 / result.forces["high_tip"] for result in results)
     return opposite, 0.5 * (equal + opposite)

@@ -47,7 +47,7 @@ def random_press(rng: random.Random) -> Sequence[ReferenceCheck]:
 
 
 def random_springs(rng: random.Random) -> Sequence[ReferenceCheck]:
-    """Return the checks of both springs for random targets in a random process."""
+    """Return the checks of both springs, sized for random targets in a random process."""
     return process_checks(rng.choice(sorted(PROCESSES)), P_max=rng.uniform(3.0, 8.0), NL=rng.uniform(0.03, 0.1))
 
 
@@ -60,7 +60,7 @@ KINDS: dict[str, tuple[Callable[[random.Random], Sequence[ReferenceCheck]], int]
 
 
 def check_random_scenes(kind: str, count: int, seed: int) -> tuple[list[ReferenceCheck], int]:
-    """Return the checks of `count` random scenes of a kind that have a reference, and the number of refused scenes."""
+    """Return the checks of `count` random scenes of a kind that have a reference, and the number of rejected scenes."""
     check_random_scene, _ = KINDS[kind]
     checks: list[ReferenceCheck] = []
     refused = 0
@@ -76,7 +76,7 @@ def check_random_scenes(kind: str, count: int, seed: int) -> tuple[list[Referenc
 
 
 def main() -> int:
-    """Draw the scenes and write the table; return the exit code."""
+    """Draw and check the random scenes, and write the table. Return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)

@@ -37,7 +37,7 @@ def contact_deck(mesh: SkfemMesh, E: float, poisson: float, shift: float) -> Dec
     """Return the deck of a fruit [mm] under rigid flat tips whose vertical displacement is `shift` [mm]; E in MPa.
 
     The mesh is of the quarter x, y >= 0, of the half y >= 0 or of the whole; its boundaries show which. On a quarter,
-    the tips are pressed equally in the first step and oppositely in the second. Else one tip is pressed in each step.
+    the tips are pressed equally in the first step and oppositely in the second. Otherwise each step presses one tip.
     """
     boundaries = mesh.boundaries or {}
     tips = tuple(name for name in FACES if name in boundaries)

@@ -25,7 +25,7 @@ from sensor.quantity import InputError
 
 SECONDS = 300  # wall-clock time after which a run is killed
 LARGEST_MIB = 4096  # memory limit of a run
-OFTEN = 0.5  # probability of an optional part of a design
+OFTEN = 0.5  # probability that a design has an optional part
 ROUGH_FLAGS = ("--tol", "0.1")
 REFUSED = 2
 OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", REFUSED: "refused in one line"}
@@ -45,7 +45,7 @@ Goals:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How the run of one design ended: exit code, wall time [s], peak memory, error message, and the missed goal.
+    """How the run of one design ended: exit code, wall time [s], peak memory, error message, and the goal it missed.
 
     `message` is empty unless the design was rejected, and `fault` is empty if the run met all goals.
     """
@@ -202,7 +202,8 @@ def random_design(seed: int, number: int) -> dict[str, str]:
 def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence[str] = ()) -> Outcome:
     """Run one design in its own process on one thread, and return its outcome.
 
-    `number` is that of the design, and names its subfolder of `folder`. `flags` are further arguments of the command.
+    `number` is the number of the design, and the name of its subfolder in `folder`. `flags` are further arguments of
+    the command.
     """
     place = folder / str(number)
     temporary = place / "tmp"
@@ -218,7 +219,7 @@ def outcome(number: int, settings: dict[str, str], folder: Path, flags: Sequence
 
 
 def find_fault(usage: ResourceUsage, out: Path, leftovers: Sequence[str]) -> str:
-    """Return the first goal that a run misses, as text; empty if it meets all.
+    """Return the first goal that a run misses, as text; an empty text if it meets all goals.
 
     `out` is the output folder of the run, and `leftovers` are the names of files that it left beside this folder.
     """
@@ -247,7 +248,7 @@ def _refuse_constant(name: str) -> float:
 
 
 def sections(outcomes: list[Outcome]) -> list[str]:
-    """Return two tables: how the runs end, with their time and memory, and which keys the error messages name."""
+    """Return two tables: how the runs end, with time and memory, and how often the error messages name each key."""
     rows = []
     for code, meaning in OUTCOMES.items():
         ended = [one for one in outcomes if one.code == code and not one.fault]

@@ -47,7 +47,7 @@ HOUSING = Housing(
 E_MPA, POISSON = 2000.0, 0.38
 HEXAHEDRA = ("hex 20, reduced", "hex 20, full", "hex 27, full", "hex 8")
 SCALES = (2.0, 1.0)
-FAMILY_ENDS = (4.0, 0.5)  # further scales for the element of the product
+FAMILY_ENDS = (4.0, 0.5)  # additional mesh scales for the product's element
 PEER_KINDS = {"hex 20, reduced": "C3D20R", "hex 20, full": "C3D20"}
 ELEMENTS = {"C3D20R": "hex 20, reduced", "C3D20": "hex 20, full", "C3D10": "P2 tets"}
 TET_SIZES = (0.8, 0.4)  # sizes of tetrahedra at the outline of the leaves [mm]
@@ -96,7 +96,7 @@ def _solved(stiffness: HousingStiffness, cpu: float) -> Solved:
 
 
 def element_rows() -> Iterator[Measurement]:
-    """Yield the rows of single meshes without error bars: of hexahedra, of tetrahedra, and of peers on some of them."""
+    """Yield the rows of single meshes of hexahedra and tetrahedra, without error bars, and of peers on some of them."""
     for choice in HEXAHEDRA:
         for scale in (*SCALES, *(FAMILY_ENDS if choice == HEXAHEDRA[0] else ())):
             mesh, meshing = time_call(partial(flexure_mesh, HOUSING, scale))
@@ -149,7 +149,7 @@ def housing_half(housing: Housing) -> Part:
 
 
 def _leaf_test(arm: Arm) -> FaceTest:
-    """Return the test for the flat faces of the straight parts of both leaves, which need small elements."""
+    """Return a function that finds the flat faces of both leaves, which need small elements."""
     half = 0.5 * arm.flexure.thickness
     surfaces = [plane_face_test(2, level + side) for level in arm.levels for side in (-half, half)]
     start, end = arm.roots

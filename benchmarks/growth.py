@@ -1,7 +1,7 @@
-"""Growth of wall-clock time, CPU time and memory with the size of each kind of work.
+"""How wall-clock time, CPU time and memory grow with the size of each kind of work.
 
-`python -m benchmarks.growth` writes docs/measurements.md. With the name of a work and a size it runs only this one and
-prints its cost.
+`python -m benchmarks.growth` writes docs/measurements.md. With the name of a kind of work and a size, only this work is
+run, and its cost is printed.
 """
 
 import functools
@@ -119,7 +119,7 @@ def study_on_cluster(count: int, workers: int) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """A kind of work, its measured sizes, and the largest exponent of its CPU time by theory."""
+    """A kind of work, the sizes at which it is measured, and the largest exponent of its CPU time in theory."""
 
     work: Callable[[int], None]
     sizes: tuple[int, ...]
@@ -153,7 +153,10 @@ GROWTHS = {
 
 
 def print_cost(name: str, size: int) -> None:
-    """Run a work at one size, and print its wall and CPU seconds [s] as JSON; a small first call is not counted."""
+    """Run a kind of work at one size, and print its wall-clock and CPU time [s] as JSON.
+
+    A small first call is not counted.
+    """
     growth = GROWTHS[name]
     growth.work(growth.sizes[0])
     start, cpu = time.perf_counter(), _cpu_seconds()
@@ -168,7 +171,7 @@ def _cpu_seconds() -> float:
 
 
 def rows() -> Iterator[list[str]]:
-    """Yield a row for each size of each kind of work; the last row of a kind has its exponent.
+    """Yield a row for each size of each kind of work; the last row of each kind shows the exponent.
 
     Raises RuntimeError if a run fails.
     """

@@ -18,7 +18,7 @@ T = TypeVar("T")
 ROOT = Path(__file__).parents[1]
 MEASUREMENTS = ROOT / "docs" / "measurements.md"
 OURS = "ours: "  # prefix of the methods of the product
-LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors for which the cheapest method is named
+LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors for which the cheapest method is listed
 WINNERS = """\
 The cheapest method that reaches each error. A row counts by its error, and also by its error bar where it states one;
 the product must state one."""
@@ -44,10 +44,10 @@ class Reference:
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """One method on one mesh: CPU time after imports [s], signed relative errors of its values [1], and dofs.
+    """The result of a method on a mesh: CPU time after imports [s], signed relative errors of its values [1], and dofs.
 
     `error_bar` [1] is the relative error that the method itself states for its first value. A method that failed has no
-    errors, and its remark is the reason.
+    errors, and its remark states the reason.
     """
 
     method: str
@@ -65,7 +65,7 @@ class Measurement:
 
     @property
     def cost(self) -> str:
-        """Return the method, its largest error and its CPU time as text, with a remark if it has no error bar."""
+        """Return the method, its largest error and its CPU time as text, which says so if there is no error bar."""
         bar = " without an error bar" if self.error_bar is None else ""
         return f"{self.method}: {percent(self.worst)}{bar}, {self.cpu:.2g} CPU s"
 
@@ -102,7 +102,7 @@ class Bench:
         )
 
     def peer_row(self, method: str, mesh: str, meshing: float, solve: Callable[[], Solved]) -> Measurement:
-        """Return the row of a peer, which `solve` runs, on a mesh that took `meshing` CPU seconds [s].
+        """Return the row of a peer that `solve` runs on a mesh; making the mesh took `meshing` CPU seconds [s].
 
         If `solve` raises SolveError, the row has no errors, and the message becomes its remark.
         """
@@ -124,7 +124,7 @@ class Bench:
         return section(title, heads, cells, list(self._notes(rows))) + self._winners(rows)
 
     def _notes(self, rows: Sequence[Measurement]) -> Iterator[str]:
-        """Yield the notes below the table: the task, the reference, answers outside their bars, and absent peers."""
+        """Yield the notes below the table: the task, the reference, answers outside their bars, and missing peers."""
         truths = zip(self.values, self.reference.values, self.reference.errors, strict=True)
         reference = ", ".join(f"{name} {value:.6g} +- {error:.1g}" for name, value, error in truths)
         yield self.scene
@@ -166,7 +166,7 @@ class Bench:
     def _is_within(self, row: Measurement, level: float) -> bool:
         """Return whether the error of a row, and its error bar if it has one, are at most `level` [1].
 
-        Rows of the product without an error bar are rejected, because a small error may then be luck.
+        The product's rows without an error bar do not count, because their small error may be luck.
         """
         bar = row.error_bar
         if bar is None:
@@ -174,7 +174,10 @@ class Bench:
         return max(row.worst, bar) <= level
 
     def _notes_on_bars(self, rows: Sequence[Measurement]) -> Iterator[str]:
-        """Yield a note on each answer outside its error bar; it says if the error of the reference explains this."""
+        """Yield a note on each answer outside its error bar.
+
+        It says whether the error of the reference may explain this.
+        """
         uncertainty = self.reference.errors[0] / abs(self.reference.values[0])
         for row in rows:
             if row.error_bar is None or not row.errors or abs(row.errors[0]) <= row.error_bar:

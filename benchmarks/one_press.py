@@ -38,12 +38,13 @@ from tests.measured_units import MeasuredDesign
 
 HeightMap = Callable[[np.ndarray, np.ndarray], np.ndarray]  # heights [mm] at x and y [mm]
 
-MODULI = (0.7, 2.5)  # MPa, well inside the range of the mango
+MODULI = (0.7, 2.5)  # modulus of the fruit [MPa], well inside the range of the mango
 SAMPLES = np.linspace(0.3, 1.0, 10)  # samples as fractions of the travel; with 24 of them E changes by 1 %
 CELLS = 20  # cells per side of a grid; with 32 cells E changes by 0.1 %
 HOLLOW_CELLS = 32  # cells per side on concave skin, where coarser grids do not converge at the rim of a dome
 PRESS_S = 3.0  # duration of a press
-FLESH = ((0.25, 5.0), (0.33, 120.0))  # relaxing fractions and times [s]; 42 % of the force stays, as in Tarocco oranges
+# Fractions that relax, and their times [s]; 42 % of the force remains, as in Tarocco oranges.
+FLESH = ((0.25, 5.0), (0.33, 120.0))
 TURNS = (0.0, 90.0, 45.0)  # rotations of the fruit between three presses [deg]
 LOW, HIGH = 0, 1  # indices of a low and a high tip
 BALL_RADIUS = 40.0  # mm
@@ -82,8 +83,8 @@ class Bench:
     def after_ball(self, sensor: Sensor, percent: float) -> MeasuringUnit:
         """Return the unit with the domes of `sensor`, calibrated on a rubber ball whose modulus is known to `percent`.
 
-        The ball is pressed once at each of `BALL_TILTS`. A press feels E / (1 - nu^2). So the modulus of the ball is
-        chosen for that of a fruit in the geometric middle of the unit's range of E.
+        The ball is pressed once at each of `BALL_TILTS`. The force depends on E / (1 - nu^2). Therefore the ball has
+        the E / (1 - nu^2) of a fruit at the geometric mean of the unit's range of E.
         """
         known = self.before_ball
         middle = math.sqrt(math.prod(known.range_MPa))
@@ -146,7 +147,7 @@ class Bench:
 
 
 def value_at_tip(tip: int, value: float, otherwise: float) -> tuple[float, ...]:
-    """Return a tuple over the four tips: `value` at the index `tip`, and `otherwise` elsewhere."""
+    """Return a tuple with an entry for each of the four tips: `value` at the index `tip`, and `otherwise` elsewhere."""
     return tuple(value if each == tip else otherwise for each in range(4))
 
 

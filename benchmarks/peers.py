@@ -1,7 +1,9 @@
-"""Peers: other finite-element programs in Python, run by their own interpreter on scripts that are never imported.
+"""Peers: other finite-element programs with a Python interface.
 
-`make bench-peers` creates their environment. If a peer crashes, hangs or prints no valid answer, SolveError is raised,
-and the tables have its reason instead of a number.
+Their own interpreter runs them, so that they are never imported here.
+
+`make bench-peers` creates their environment. If a peer crashes, hangs or prints an invalid answer, SolveError is
+raised, and the tables show the reason instead of a number.
 """
 
 import json
@@ -30,7 +32,7 @@ DEADLINE = 1200.0  # maximum wall-clock time of one task [s]
 
 @dataclass(frozen=True, kw_only=True)
 class Peer:
-    """A program that solves the same tasks: its name in the tables, and the elements it has, as types of CalculiX."""
+    """A program that solves the same tasks: its name in the tables, and the CalculiX types of its elements."""
 
     name: str
     kinds: tuple[str, ...] = ("C3D10",)
@@ -142,7 +144,8 @@ def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "task.npz"
         task.write(path)
-        # The link is not resolved, because Python finds the environment by the path of the interpreter.
+        # A symbolic link must not be resolved here: Python finds its virtual environment by the path of the
+        # interpreter.
         command = [str(interpreter), str(SCRIPTS / peer.script), task.kind, str(path)]
         usage = resource_usage(command, Path(name), ONE_THREAD, deadline=DEADLINE)
     if usage.wall >= DEADLINE:
@@ -160,7 +163,7 @@ def _failure(peer: Peer, reason: str) -> SolveError:
 def _parse_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAnswer:
     """Return the answer in `line`, the last one of a peer's output; `used` is the CPU time of its whole process [s].
 
-    Raises SolveError if the line is no answer, or if its numbers cannot be right.
+    Raises SolveError if the line is not an answer, or if its numbers are impossible.
     """
     try:
         answer = json.loads(line)

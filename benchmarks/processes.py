@@ -1,4 +1,4 @@
-"""The default sensor in every process that can make it: its springs against targets, and CalculiX on the same mesh.
+"""The springs of the default sensor in every process, compared with their targets and with CalculiX on the same mesh.
 
 `python -m benchmarks.processes` writes docs/measurements.md, and exits with 1 if a goal is missed.
 """
@@ -20,7 +20,8 @@ from sensor.design.processes import PROCESSES
 from solve.housing.clamped_half import clamped_half
 
 TARGET = 1e-3  # goal for the relative difference between FE and target
-SAME_MESH = 1e-4  # goal for the relative difference between CalculiX, with springs at nodes as mount, and FE
+# Goal for the relative difference between our FE and CalculiX, which models the mount by springs at nodes.
+SAME_MESH = 1e-4
 HEADS = ["process", "target N/m", "L mm", "FE N/m", "against target", "error bar"]
 HEADS += ["CalculiX N/m", "CalculiX - FE", "fit CPU s"]
 INTRODUCTION = """\

@@ -1,4 +1,4 @@
-"""Tests of designs by simulated presses of random units: `pipeline simulate OUT --prove N` for several folders.
+"""Designs tested by simulated presses of random units: `pipeline simulate OUT --prove N` for several folders.
 
 `python -m benchmarks.proofs outputs/mango outputs/apple ... [--count 60] [--seed 1]` writes a section of
 docs/measurements.md, in a minute or two for each folder.
@@ -26,7 +26,10 @@ as wide as the errors, and less if they are wider."""
 
 
 def row_of(proof: ProvedDesign) -> list[str]:
-    """Return the row of a design; its errors and error bars are root mean squares over readings without a flag."""
+    """Return the table row of a design.
+
+    Its errors and error bars are root mean squares over the readings without a flag.
+    """
     unflagged = [each for each in proof.readings if each.error is not None and not each.is_flagged]
     errors, bars = (np.array([getattr(each, name) for each in unflagged]) for name in ("error", "u"))
     return [

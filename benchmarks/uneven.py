@@ -35,7 +35,7 @@ cost least."""
 
 
 def row_of(radius: float, spacing: float, travel: float) -> list[str]:
-    """Return the row for a radius of the domes, a spacing and a travel [mm]; dashes if the design is rejected."""
+    """Return the table row for a dome radius, a spacing and a travel [mm]; it has dashes if the design is rejected."""
     design = load_design(DESIGN)
     cells = [f"{radius:g}", f"{spacing:g}", f"{travel:g}"]
     try:

@@ -1,4 +1,4 @@
-"""Cost and error of unilateral contact: tilted, rigid, flat tips that are pressed on a curved fruit by a given travel.
+"""Cost and error of unilateral contact: tilted, rigid, flat tips pressed into a curved fruit by a given travel.
 
 As a program it prints its measurements as JSON, so that they come from a fresh interpreter on one thread. Imports are
 not counted. The flesh is linear elastic, and contact forces act along the normals of the tips, without friction. The
@@ -93,7 +93,7 @@ def product_rows() -> Iterator[Measurement]:
         compliance = contact_compliance(FRUIT, TIPS, tolerance=CONTACT_FRACTION * tolerance)
         return scene_response(SCENE, compliance, rigid, [E_MPA], [TRAVEL_MM])
 
-    forces(ROUGH_TOLERANCE)  # not counted, because the first solve of a process loads libraries
+    forces(ROUGH_TOLERANCE)  # This solve is not counted: the first one in a process loads libraries.
     for tolerance in (ROUGH_TOLERANCE, DEFAULT_TOLERANCE):
         response, cpu = time_call(partial(forces, tolerance))
         bar = float(response.F_error[0, 0]) + SMALL_SLOPE
@@ -114,7 +114,7 @@ def peer_rows() -> Iterator[Measurement]:
 
 
 def _pressed(peer: Peer, task: PeerTask) -> Solved:
-    """Return a peer's forces on both tips [N]; half the fruit carries half of each."""
+    """Return a peer's forces on both tips [N]. They are doubled, because half the fruit carries half of each force."""
     answer = peer_answer(peer, task)
     (result,) = answer.results
     forces = [2.0 * abs(result.forces[name]) for name in FACES]

@@ -1,4 +1,4 @@
-"""Test of error bars: each case must end in an answer within its error bar, or in a refusal that names the cause.
+"""Test of the error bars: each case must give an answer within its error bar, or an error message that names the cause.
 
 `python -m benchmarks.bars` runs all cases of bars.toml, writes docs/measurements.md and exits with 1 if one is wrong.
 With names of groups it runs and prints only those.
@@ -26,7 +26,7 @@ NOTES = [
 
 
 def main() -> int:
-    """Evaluate the cases and write the page; return the exit code."""
+    """Evaluate all cases, or those of the given groups, and write the page. Return the exit code."""
     groups = sys.argv[1:]
     count: Counter[str] = Counter()
     rows = []

@@ -14,7 +14,7 @@ BENCHES = {
 
 
 def bench_checks(bench: str, rows: int) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the first value in the first `rows` rows of a bench, which are the product's."""
+    """Return a check of the first value in each of the first `rows` rows of a bench. The product's rows come first."""
     task, product_rows = BENCHES[bench]
     true, error = task.reference.values[0], task.reference.errors[0]
     every: list[ReferenceCheck] = []

@@ -12,14 +12,14 @@ from mesh.session import MeshError
 from sensor.quantity import InputError
 from solve.linear import SolveError
 
-REFERENCE_BYTES = 10.0 * 2**30  # memory limit of the factorisation of a reference; the largest takes 6.3 GiB
-WIDEST_ERROR = 0.1  # widest useful error bar over its value
+REFERENCE_BYTES = 10.0 * 2**30  # memory limit for factorising a reference; the largest needs 6.3 GiB
+WIDEST_ERROR = 0.1  # largest relative error bar that is still useful
 REFUSALS = (InputError, MeshError, SolveError)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceCheck:
-    """A value with its error bar, and a reference with its own, all in one unit; `source` names the reference.
+    """A value and a reference, each with its error bar, in the same unit; `source` says where the reference comes from.
 
     `reference` is None if the reference computation refused; `source` is then the reason. An error bar wider than
     `widest` [1] is useless, and therefore wrong.
@@ -35,12 +35,15 @@ class ReferenceCheck:
 
     @property
     def relative_error(self) -> float:
-        """Return the error bar over the value [1]; infinite for a value of 0."""
+        """Return the error bar divided by the value [1]; infinite for a value of 0."""
         return self.error / abs(self.value) if self.value else math.inf
 
     @property
     def excess(self) -> float:
-        """Return the deviation from the reference over the sum of both error bars [1]; more than 1 is wrong."""
+        """Return the deviation from the reference, divided by the sum of both error bars [1].
+
+        Above 1, the value is wrong.
+        """
         if self.reference is None:
             return 0.0
         allowed = self.error + self.reference_error
@@ -48,7 +51,7 @@ class ReferenceCheck:
 
     @property
     def wrong(self) -> bool:
-        """Return whether the value is outside the error bars, is nan, or has no error bar or one that is too wide."""
+        """Return whether the value is wrong: outside the error bars, nan, or without a useful error bar."""
         return not (0.0 < self.relative_error <= self.widest and self.excess <= 1.0)
 
 
@@ -66,7 +69,7 @@ def make_checks(
 ) -> tuple[ReferenceCheck, ...]:
     """Return a check for each value of the product, in the unit of the reference.
 
-    `relative_errors` are the error bars of the values, over the values [1].
+    `relative_errors` are the error bars of the values, relative to the values [1].
     """
     truths = reference.values or (None,) * len(names)
     uncertainties = reference.errors or (0.0,) * len(names)
@@ -87,7 +90,7 @@ def make_checks(
 
 
 def try_reference(compute: Callable[[], Reference]) -> Reference:
-    """Return the result of a reference computation, which may use more memory than a solve of the product.
+    """Return the result of a reference computation. It may use more memory than the product allows a solve.
 
     If the computation raises one of `REFUSALS`, the reference has no values, and its source is the reason.
     """
@@ -101,8 +104,8 @@ def try_reference(compute: Callable[[], Reference]) -> Reference:
 def case_outcome(work: Callable[[], Sequence[ReferenceCheck]], answerable: bool) -> Outcome:
     """Return the outcome of a case; a case that is `answerable` must not raise an error.
 
-    Other cases may raise one of `REFUSALS` with one line that names a bound. All other errors are passed on, and
-    warnings are raised as errors.
+    Other cases may raise one of `REFUSALS` with one line that names a bound. All other exceptions propagate, and
+    warnings become errors.
     """
     try:
         with warnings.catch_warnings():

@@ -10,7 +10,7 @@ from solve.compression.force_curve import CompressionPress, force_curve
 from solve.compression.half_body import Section
 
 BALL = Section(half_height=35.0, radius=35.0)
-DEPTHS = np.array([0.01, 0.02, 0.05, 0.1])  # travel of one plate over the radius
+DEPTHS = np.array([0.01, 0.02, 0.05, 0.1])  # travel of one plate, divided by the radius
 
 
 def ball_press() -> CompressionPress:
@@ -21,7 +21,7 @@ def ball_press() -> CompressionPress:
 
 
 def ball_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the force over Hertz's force [1] at each of `DEPTHS`."""
+    """Return a check of the ratio of the force to Hertz's force [1] at each of `DEPTHS`."""
     curve = force_curve(ball_press())
     travels = BALL.radius * DEPTHS
     ratios = curve.force(travels) / (force_factor(1.0 / 0.91, BALL.radius) * travels**1.5)

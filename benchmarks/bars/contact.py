@@ -17,7 +17,7 @@ from solve.fruit.compliance import FruitCompliance
 from solve.fruit.split import MOST_DOFS, contact_footprints, footprint_compliance, mesh_dofs
 from solve.linear import SolveError
 
-FOUR_TIMES = 3.9  # smallest ratio of dofs that is counted as four times
+FOUR_TIMES = 3.9  # a reference with at least this many times the dofs counts as having four times as many
 DIRECT_ERROR = 1e-2  # largest relative error of a reference by direct FE
 FINER = tuple(Grading(step, (0.7, 0.21, 0.063, 0.0189, 0.0081)) for step in (0.42, 0.36, 0.3, 0.25, 0.2))
 BLOCK, TIPS = Fruit(), Tips()
@@ -25,7 +25,7 @@ TOLERANCE = CONTACT_FRACTION * DEFAULT_TOLERANCE
 
 
 def truth_checks(truth: Reference, fruit: Fruit = BLOCK, tolerance: float = TOLERANCE) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of s11 - s12 and s11 of the paper's pair [1/mm] by known values.
+    """Return the checks of s11 - s12 and s11 [1/mm] of the paper's pair against known values.
 
     The compliance is solved to a relative `tolerance` [1].
     """
@@ -35,7 +35,7 @@ def truth_checks(truth: Reference, fruit: Fruit = BLOCK, tolerance: float = TOLE
 def compliance_checks(
     fruit: Fruit = BLOCK, tips: Tips = TIPS, tolerance: float = TOLERANCE
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of s11 - s12 and s11 [1/mm] by a finer solution, as `contact_reference` finds it.
+    """Return the checks of s11 - s12 and s11 [1/mm] against the finer solution from `contact_reference`.
 
     The compliance is solved to a relative `tolerance` [1]. Raises the errors of the solvers.
     """
@@ -63,9 +63,9 @@ def _check_pair(compliance: FruitCompliance, reference: Reference) -> tuple[Refe
 
 
 def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> Reference:
-    """Return s11 - s12 and s11 [1/mm] by the product's own method with four times the dofs.
+    """Return s11 - s12 and s11 [1/mm], solved by the product's own method with four times the dofs.
 
-    If this is too large, they are from direct FE.
+    If that needs too much memory, direct FE is used instead.
     """
     footprints = contact_footprints(fruit, tips)
     for grading in FINER:

@@ -21,7 +21,8 @@ LOW, HIGH = 0.15, 1.6  # stiffness [N/mm]
 SPRINGS = np.diag([1.0 / LOW, 1.0 / HIGH] * 2)
 TIPS = ("F_l1", "F_h1", "F_l2", "F_h2")
 SOLIDS = {press["name"]: press for press in stored("pressed_domes")}
-SOLIDS_ERROR = 1e-3  # relative error of forces from two meshes; a level press at 1 MPa is 5e-4 below another code
+# Relative error of forces extrapolated from two meshes; for a level press at 1 MPa, another code differs by 5e-4.
+SOLIDS_ERROR = 1e-3
 
 
 @functools.cache

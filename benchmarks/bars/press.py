@@ -63,7 +63,7 @@ def level_checks(
 def press_checks(
     fruit: Fruit = BLOCK, press: PressMotion = PRESS, E: float = 1.0, springs: Sequence[float] = SPRINGS
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the forces [N] by another solver of unilateral contact; E in MPa, springs in N/mm.
+    """Return the checks of the forces [N] against another solver for unilateral contact; E in MPa, springs in N/mm.
 
     Raises InputError if the press does not touch the fruit.
     """
@@ -77,7 +77,7 @@ def press_checks(
 
 
 def direct_press_checks(press: PressMotion, truth: Reference, fruit: Fruit = BLOCK) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the forces [N] on flesh of 2 MPa by known ones, with the compliance of the paper's block."""
+    """Return the checks of the forces [N] in presses of the paper's block at 2 MPa against known forces."""
     state = State(scene=Scene(fruit=fruit, tips=TIPS, press=press), E=2.0, springs=SPRINGS)
     return _check_touching_tips(*forces(state, contact_compliance(BLOCK, TIPS)), truth)
 
@@ -91,7 +91,7 @@ def _check_touching_tips(F: Floats, error: float, reference: Reference) -> tuple
 def _extrapolate_forces(state: State, compliance: FruitCompliance) -> Reference:
     """Return the forces [N] of the other solver on two grids, extrapolated to cells of size 0.
 
-    The error is the step of the extrapolation.
+    The error is the change that the extrapolation makes to the finer grid's forces.
     """
     cells = CELLS if state.scene.press.roll_deg == 0.0 else CELLS_ROLLED
     coarse, fine = (independent_forces(state, compliance, count) for count in cells)
@@ -103,8 +103,8 @@ def _extrapolate_forces(state: State, compliance: FruitCompliance) -> Reference:
 def independent_forces(state: State, compliance: FruitCompliance, count: int) -> Floats:
     """Return the force on each tip [N] by another solver, with `count` cells along each side of a tip.
 
-    Only the influence coefficients of the cells are shared with the product. For tips with flat faces, the difference
-    between the compliance of the fruit and that of the cells in a level press is added as a rigid one.
+    Only the influence coefficients of the cells are shared with the product. For flat tips, a correction is added to
+    the compliance. It is the difference between the fruit and the cells in a level press, for rigid tips.
     """
     scene = state.scene
     cells, interference = _cells_and_interference(scene, count)

@@ -36,9 +36,9 @@ def compliances(fruit: Fruit, footprint: Footprint) -> tuple[FruitCompliance, Fr
 def skin_checks(fruit: Fruit, radius: float, truth: Reference) -> Sequence[ReferenceCheck]:
     """Return the checks of a round contact of this `radius` [mm], at three moduli of the flesh.
 
-    The first three are the stiffness of a flat circle over that without a skin [1], the others the force on a dome over
-    the modulus [mm^2]. The dome is pressed so deep that its contact without a skin has this radius. The compliance that
-    the body adds to a layered half-space is applied at the true force.
+    The first three check the stiffness under a flat circle, relative to its value without a skin [1]. The others check
+    the force on a dome divided by the modulus [mm^2]. The travel of the dome is such that its contact would have this
+    radius without a skin. The compliance that the body adds to a layered half-space is multiplied by the true force.
     """
     skinless, skinned = compliances(fruit, Footprint(0.0, 0.0, 2.0 * radius, circle_punch))
     curvature = 1.0 / DOME + (1.0 / fruit.radius_mm if fruit.radius_mm else 0.0)
@@ -56,7 +56,7 @@ def skin_checks(fruit: Fruit, radius: float, truth: Reference) -> Sequence[Refer
 
 
 def cube_checks(fruit: Fruit, truth: Reference) -> Sequence[ReferenceCheck]:
-    """Return the checks of the stiffness under a cube of 1 mm over that without a skin [1], at three moduli."""
+    """Return the checks of the stiffness under a cube at three moduli, relative to its value without a skin [1]."""
     skinless, skinned = compliances(fruit, Footprint(0.0, 0.0, 1.0, square_punch))
     ratios = [float(skinless.S[0, 0] / skinned.at(E).S[0, 0]) for E in MODULI]
     return _check_skin([f"stiffness at {E:g} MPa" for E in MODULI], ratios, skinned, truth)

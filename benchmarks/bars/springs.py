@@ -36,8 +36,9 @@ from solve.linear import factorise
 FINER = 0.5  # scale of the reference mesh, which has more than four times the dofs
 TARGET_TOLERANCE = 5e-3
 LEAST_QUALITY = 0.05
-WIDEST_STRAIN_ERROR = 0.15  # widest useful error bar of a strain, which is extrapolated to the edges of elements
-NO_TRAVEL = (0.1, 0.1)  # deflections [mm] for the stops, which do not influence the stiffness
+# Largest useful relative error bar of a strain; strains are less exact, because they are extrapolated to element edges.
+WIDEST_STRAIN_ERROR = 0.15
+NO_TRAVEL = (0.1, 0.1)  # deflections [mm] that place the stops; they do not affect the stiffness
 DIGITS = 1e-4  # relative tolerance: a tenth of the tolerance of fitted springs
 BLOCK, TIPS, TARGETS = Fruit(), Tips(), Targets()
 
@@ -45,7 +46,7 @@ BLOCK, TIPS, TARGETS = Fruit(), Tips(), Targets()
 def stiffness_checks(
     housing: Housing, E: float, poisson: float, pairs: Sequence[MeshPair] = (DEFAULT,)
 ) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the stiffness of both springs [N/mm] on each pair of meshes, by a finer mesh; E in MPa."""
+    """Return the checks of both spring stiffnesses [N/mm] on each pair of meshes against a finer mesh; E in MPa."""
     reference = try_reference(partial(_finer_stiffness, housing, E, poisson))
     every: list[ReferenceCheck] = []
     for pair in pairs:
@@ -63,7 +64,7 @@ def _finer_stiffness(housing: Housing, E: float, poisson: float) -> Reference:
 
 
 def leaf_checks(thickness: float, length: float, depth: float) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of a housing whose low leaves have this size [mm], and its high ones the same depth."""
+    """Return the checks of a housing whose low leaves have this size [mm]; the high leaves have the same depth."""
     low = dataclasses.replace(HOUSING.low, thickness=thickness, length=length, depth=depth)
     high = dataclasses.replace(HOUSING.high, depth=depth)
     housing = dataclasses.replace(HOUSING, tip_side=min(HOUSING.tip_side, depth))
@@ -71,14 +72,14 @@ def leaf_checks(thickness: float, length: float, depth: float) -> tuple[Referenc
 
 
 def short_leaf_checks(truth: Reference) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the stiffness of the small housing [N/mm] by values from another program."""
+    """Return the checks of the stiffness of the small housing [N/mm] against values from another program."""
     fine, coarse = (tip_compliance(flexure_mesh(SMALL_HOUSING, scale), E_MPA, POISSON) for scale in (1.0, 2.0))
     stiffness = housing_stiffness(fine, coarse)
     return make_checks(BENCH.values, stiffness.K, stiffness.error, truth)
 
 
 def mount_checks(preset: str, mount: str, lengths: Sequence[float]) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the stiffness, the root strain and the sag of a preset's housing, by a finer mesh.
+    """Return the checks of the stiffness, the root strain and the sag of a preset's housing against a finer mesh.
 
     `lengths` [mm] are those of the low and the high leaves.
     """
@@ -107,7 +108,7 @@ def design_checks(targets: Targets = TARGETS, fruit: Fruit = BLOCK) -> tuple[Ref
 
 
 def _springs_checks(design: Design) -> tuple[ReferenceCheck, ...]:
-    """Return the checks of the fitted springs of a design: by a finer mesh, and by their targets."""
+    """Return the checks of the fitted springs of a design against a finer mesh and against their targets."""
     sizing = spring_sizing(design, contact_compliance(design.fruit, design.tips), RunOptions())
     springs = springs_for(design, sizing, "fitted")
     each, housing = springs.springs.values(), springs.housing

@@ -52,7 +52,7 @@ MAY_BE_REFUSED = ("contact", "press", "leaf", "design", "moved nodes", "clamp")
 
 
 def every_case() -> Iterator[tuple[str, Callable[[], Sequence[ReferenceCheck]], bool]]:
-    """Yield the name of each case, the function that computes its checks, and whether an error is not allowed."""
+    """Yield the name of each case, the function that computes its checks, and whether the case must be answered."""
     for group, check in CHECKS.items():
         for case, changes in BARS[group].items():
             answerable = "bar" in changes or group not in MAY_BE_REFUSED

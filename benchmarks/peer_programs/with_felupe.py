@@ -22,7 +22,7 @@ def region(deck):
 
 
 def solve(deck):
-    """Return the number of dofs, and the answers to all steps."""
+    """Return the number of dofs, and the results of all steps."""
     mesh, elements = region(deck)
     field = felupe.FieldContainer([felupe.Field(elements, dim=3)])
     body = felupe.SolidBody(umat=felupe.LinearElastic(E=deck.E, nu=deck.poisson), field=field)

@@ -38,7 +38,7 @@ def elements(deck):
 
 
 def solve(deck):
-    """Return the number of dofs, and the answers to all linear steps."""
+    """Return the number of dofs, and the results of all linear steps."""
     mesh, displacement, rule, number = elements(deck)
     data = getfem.MeshFem(mesh, 1)
     data.set_fem(getfem.Fem("FEM_PK(3,0)" if deck.kind == "C3D10" else "FEM_QK(3,0)"))
@@ -64,7 +64,7 @@ def solve(deck):
 
 
 def contact(deck):
-    """Return the number of dofs, and the answer for unilateral contact with rigid tips whose faces lie in one plane.
+    """Return the number of dofs, and the result for unilateral contact with rigid tips whose faces lie in one plane.
 
     The contact is solved by the augmented Lagrangian of Alart and Curnier, without friction.
     """
