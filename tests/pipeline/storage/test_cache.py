@@ -1,6 +1,7 @@
 """The cache gives back what was stored for the same inputs and code, and never anything else."""
 
 import hashlib
+import math
 import os
 import re
 import sys
@@ -55,6 +56,13 @@ def test_other_code_is_made_again(monkeypatch):
     remembered("contact", {}, Counted(1))
     monkeypatch.setattr(cache, "code_digest", lambda: "changed")
     assert remembered("contact", {}, Counted(2)) == {"value": 2}
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_no_number_that_json_lacks_is_stored(value, folder):
+    with pytest.raises(ValueError, match="JSON"):
+        remembered("contact", {}, Counted(value))
+    assert not [*folder.glob("*.json")]
 
 
 def digested(name, body):
