@@ -153,13 +153,13 @@ def _measured_range(path: Path) -> FruitRange:
         rows = json.loads(read_bytes(path, "--fruit"))
         lowest = min(row["E_MPa"] * (1.0 - 0.01 * row["u_percent"]) for row in rows)
         highest = max(row["E_MPa"] * (1.0 + 0.01 * row["u_percent"]) for row in rows)
+        E_min, E_max = rounded(lowest, 2, towards=0.0), rounded(highest, 2, towards=math.inf)  # as modulus prints them
         radii = [float(row["geometry"]["radius_mm"]) for row in rows]
         across = [
             float(row["geometry"].get("radius_across_mm") or radius) for row, radius in zip(rows, radii, strict=True)
         ]
     except (ValueError, LookupError, TypeError, OverflowError, RecursionError) as error:
         raise validation_error("--fruit", str(path), "", _FORM, "give the radius to pipeline modulus too") from error
-    E_min, E_max = rounded(lowest, 2), rounded(highest, 2)
     if radii == across:
         return FruitRange(radius_mm=radii[0], E_min_MPa=E_min, E_max_MPa=E_max)
     return FruitRange(

@@ -41,6 +41,9 @@ def run(arguments: Namespace) -> Answer:
         lines.append(_nearest_fruit_line(nearest_fruit, preset_or_file, arguments, settings))
     command = None
     if found.changes is not None:
+        if fruit is not None and fruit.thickness_mm is None:
+            depth = f"{found.changed.fruit.depth_mm:g} mm"
+            lines.append(f"The flesh is taken to be {depth} thick. Give its range to --fruit, as in 'flesh 14 to 27'.")
         command = _run_command(preset_or_file, settings, changes)
         lines.append(command)
         if arguments.out is not None:
