@@ -10,12 +10,14 @@ from view_stand_ins import DEPTH, LENGTH
 
 from pipeline.options import load_design
 from pipeline.report.report import read_report
-from pipeline.view.field_picture import deformed_surface, draw_scene
+from pipeline.view.field_picture import deformed_surface, draw_scene, frame
 from pipeline.view.scenes import (
+    _EXPLODED_DIRECTION,
     STRAIN_OVER_LIMIT,
     TOTAL_DISPLACEMENT,
     VERTICAL_PRESSURE,
     VON_MISES,
+    _label_positions,
     bend_to_true_shape,
     field_scenes,
     whole_model,
@@ -85,6 +87,36 @@ def test_bars_of_two_scenes_have_their_ranges(scenes):
         assert highest == pytest.approx([5.0, 10.0], rel=DIGITS)
     finally:
         plotter.close()
+
+
+def test_ruler_is_level_and_as_long_as_it_says():
+    """A quarter of a body of 30 mm is 7.5 mm, of which the largest round length is 5 mm."""
+    body = pv.Box((0.0, 30.0, -5.0, 5.0, 0.0, 20.0))
+    plotter = pv.Plotter(off_screen=True)
+    try:
+        frame(plotter, body, "a body", (1.0, -1.0, 1.0))
+        (ruler,) = (actor for actor in plotter.actors.values() if isinstance(actor, pv.Actor))
+        left, right, front, back, bottom, top = ruler.bounds
+        assert (left, right, front, back) == pytest.approx((0.0, 5.0, -5.0, -5.0))
+        assert bottom == top < body.bounds[4]
+    finally:
+        plotter.close()
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_labels_are_further_from_the_assembly_one_after_another_in_the_picture(sign):
+    """In the picture, upwards is z less its part along the view; each step is the same, from the outermost corner."""
+    whole = pv.Box((-10.0, 20.0, -5.0, 8.0, 0.0, 40.0))
+    starts = {"a": np.array([-3.0, 2.0, 30.0]), "b": np.array([12.0, -4.0, 10.0]), "c": np.array([0.0, 7.0, 5.0])}
+    ends = _label_positions(whole, starts, sign)
+    view = np.array(_EXPLODED_DIRECTION) / np.linalg.norm(_EXPLODED_DIRECTION)
+    upwards = np.array([0.0, 0.0, 1.0]) - view[2] * view
+    levels = [sign * end @ upwards for end in ends.values()]
+    outermost = (sign * whole.points @ upwards).max()
+    assert np.diff([outermost, *levels]) == pytest.approx(3 * [levels[0] - outermost])
+    assert levels[0] > outermost
+    for name, start in starts.items():
+        assert ends[name][:2] == pytest.approx(start[:2])
 
 
 def test_pressure_is_the_stress_along_the_press(scenes):
