@@ -316,3 +316,8 @@ def test_magnets_are_drawn_where_the_sheet_says(sheets):
     in_section = sorted((disc.center.x, disc.center.y) for disc in discs if disc.radius == pytest.approx(1.05))
     levels = [sensor.housing.top_level - below for below in (sensor.seats.lower_disc, sensor.seats.upper_disc)]
     assert in_section == [pytest.approx((x, z)) for x in (-3.0, 3.0) for z in levels]
+    edges = [(line.dxf.start, line.dxf.end) for line in sheets["square"].canvas.space.query('LINE[layer=="NOTES"]')]
+    pockets = shapely.polygonize([shapely.LineString([(p.x, p.y) for p in edge]) for edge in edges]).geoms
+    boxes = sorted((pocket.bounds for pocket in pockets), key=lambda box: box[1])
+    assert [(box[1], box[3]) for box in boxes] == [pytest.approx((z - 1.05, z + 1.05)) for z in levels]
+    assert [box[2] - box[0] for box in boxes] == pytest.approx([1.0, 1.0])  # from the left they are as deep as a magnet

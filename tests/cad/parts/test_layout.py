@@ -63,6 +63,13 @@ def test_every_design_has_room_to_move_and_tapers_as_it_prints(tables):
     assert found.cavity_level - found.high_top_level == pytest.approx(PETG.min_gap_mm)
 
 
+def test_frame_stays_clear_of_the_papers_fruit_by_half_a_millimetre_rounded_up():
+    """The frame is longer than the fruit, so that it comes nearest 10 mm from the centre in a tilt of 3 degrees."""
+    design = Design()
+    spare = housing(design).protrusion - design.press.travel_mm - 10.0 * math.tan(math.radians(3.0))
+    assert 0.5 <= spare < 0.6
+
+
 def test_solved_lengths_change_nothing_but_the_leaves():
     """The solve may stretch a mesh along its leaves only because of this."""
     longer = housing(lengths=(30.0, 16.0))
