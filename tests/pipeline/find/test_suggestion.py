@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from stand_ins import GOOD, result_of
 from pipeline.find import changes
 from pipeline.find import proved_candidate as proof
 from pipeline.find import suggestion as room
+from pipeline.find.candidate import Candidate
 from pipeline.find.changes import change_design, size, sweeps
 from pipeline.find.suggestion import Search, suggestion
 from pipeline.options import RunOptions, load_design, setting_text
@@ -252,6 +254,14 @@ def test_candidate_that_its_run_refutes_is_not_suggested(monkeypatch):
     refused = suggestion(BRUISED, RunOptions(), TIPS)
     assert refused.changes is None
     assert 1 < refused.runs <= 1 + room.MOST_RUNS
+
+
+def test_no_more_candidates_are_run_than_allowed(monkeypatch):
+    monkeypatch.setattr(proof, "run", lambda *_: SimpleNamespace(passed=False))
+    candidates = [Candidate(changes={"press.travel_mm": travel}, verdicts=()) for travel in (0.1, 0.2, 0.3)]
+    for allowed in (1, 2, 3, 4):
+        last = proof.prove_first(candidates, lambda _: Design(), RunOptions(), allowed)
+        assert (last.runs, last.candidate) == (min(allowed, 3), candidates[min(allowed, 3) - 1])
 
 
 def test_undecided_design_is_given_a_tolerance_and_nothing_is_tried(monkeypatch):
