@@ -80,7 +80,8 @@ def test_distributions_have_their_quantiles():
     normal = Normal(mean=5.0, sd=0.2, source="a table")
     assert normal.at(0.5) == 5.0
     assert normal.at(0.975) == pytest.approx(5.0 + 1.959964 * 0.2, abs=1e-6)  # the 97.5 % quantile of tables
-    assert normal.at(0.0) == pytest.approx(5.0 - 5.9978 * 0.2, abs=1e-4)
+    for fraction, sign in ((0.0, -1.0), (1.0, 1.0)):
+        assert normal.at(fraction) == pytest.approx(5.0 + sign * 5.9978 * 0.2, abs=1e-4)
     for span in (Range(low=2.0, high=8.0), Range(low=1.0, high=16.0, log=True)):
         assert [span.fraction_of(span.at(fraction)) for fraction in (0.0, 0.3, 1.0)] == pytest.approx([0.0, 0.3, 1.0])
     assert Range(low=2.0, high=8.0).at(0.25) == 3.5
