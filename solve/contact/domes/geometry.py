@@ -1,8 +1,8 @@
-"""The contact geometry of spherical domes on an ellipsoid, a sphere or a plane, exact for any tilt. Lengths in mm.
+"""The contact geometry of spherical domes on an ellipsoid, a sphere or a plane, exact at any tilt. Lengths are in mm.
 
-The apex of the fruit is the origin, and z points up. A dome overlaps the undeformed fruit if the centre of its sphere
-is closer to the surface than its radius. The springs let a dome move in the frame of the sensor: along the tips, across
-them, and along the axis.
+The origin is the apex of the fruit, and z points up. A dome overlaps the undeformed fruit if the centre of its sphere
+is closer to the surface than the radius of the sphere. On its spring, a dome can move in three directions of the sensor
+frame: along the tips, across them, and along the axis.
 """
 
 import functools
@@ -18,22 +18,23 @@ from solve.contact.scene import LateralCompliance, Scene
 from solve.fruit.curved_shape import ellipsoid_curvatures
 from solve.linear import SolveError
 
-TOUCH_STEPS = 12  # maximum number of Newton steps to a first touch; two on a plane, about five on an ellipsoid
+TOUCH_STEPS = 12  # maximum number of Newton steps to a first touch; a plane takes two, an ellipsoid about five
 TOUCH_LIMIT = 1e-10  # largest overlap at a first touch [mm]
-FOOT_STEPS = 8  # maximum number of Newton steps to a nearest point; one on a sphere, four on an ellipsoid of 2 : 1
-FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)  # step at convergence over the smallest squared axis: round-off
+FOOT_STEPS = 8  # maximum number of Newton steps to a nearest point; a sphere takes one, an ellipsoid of 2 : 1 four
+# Step at convergence divided by the smallest squared semi-axis: a few units of round-off.
+FOOT_LIMIT = 4.0 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
 class DomeApproach:
     """The position of domes relative to the undeformed fruit; arrays are (poses, tips) or (poses, tips, 3).
 
-    `interference` [mm] is the depth of a dome in the fruit along the normal, negative without overlap. `foot` [mm] is
-    the point of the fruit nearest to the dome, and `normal` [1] the outward normal there. `direction` [1] is the same
-    normal in the frame of the sensor. `radius` [mm] is the relative radius of curvature, the geometric mean of both
-    principal values. `depth_ratio` [1] is the depth of an elliptic contact over the depth of a round contact with the
-    same force. It is 1 - ln(ratio of the principal radii)^2 / 72, which agrees with K. L. Johnson, Contact Mechanics
-    (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
+    `interference` [mm] is the depth of a dome in the fruit along the normal; it is negative without overlap. `foot`
+    [mm] is the point of the fruit nearest to the centre of the dome, and `normal` [1] the outward normal there.
+    `direction` [1] is the same normal in the sensor frame. `radius` [mm] is the relative radius of curvature, the
+    geometric mean of both principal values. `depth_ratio` [1] is the depth of an elliptical contact divided by the
+    depth of a circular contact with the same force. It is 1 - ln(ratio of the principal radii)^2 / 72. This agrees with
+    K. L. Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to a ratio of 3 : 1.
     """
 
     interference: Floats
@@ -44,7 +45,7 @@ class DomeApproach:
     depth_ratio: Floats
 
     def select(self, poses: Ints) -> "DomeApproach":
-        """Return the approach for a subset of the poses, selected by index."""
+        """Return the approach for a subset of the poses, given by their indices."""
         return DomeApproach(**{name: values[poses] for name, values in vars(self).items()})
 
     @property
@@ -55,13 +56,13 @@ class DomeApproach:
 
 @dataclass(frozen=True, eq=False)
 class DomePoses:
-    """Domes with unloaded springs, and the fruits under them, in many poses.
+    """Domes on undeflected springs, and the fruits under them, in many poses.
 
     `centres` (poses, tips, 3) [mm] are the centres of the spheres. The rows of `frame` (poses, 3, 3) [1] are the
     directions of the sensor: along the tips, across them, and up its axis. `semi_axes` (poses, 3) [mm] are the
     semi-axes of the fruits, infinite for a flat fruit. The rows of `principal` (poses, 3, 3) [1] are the directions of
-    these axes. It is None if the axes of all fruits are along x, y and z. `sideways` is the lateral compliance of the
-    tips, if known.
+    these semi-axes. `principal` is None if the semi-axes of all fruits are parallel to x, y and z. `sideways` is the
+    lateral compliance of the tips, if it is known.
     """
 
     dome_radius: float
@@ -72,7 +73,7 @@ class DomePoses:
     principal: Floats | None = None
 
     def select(self, poses: Ints) -> "DomePoses":
-        """Return the domes for a subset of the poses, selected by index."""
+        """Return the domes for a subset of the poses, given by their indices."""
         return replace(
             self,
             centres=self.centres[poses],
@@ -82,11 +83,11 @@ class DomePoses:
         )
 
     def approach(self, displacements: Floats) -> DomeApproach:
-        """Return the approach after displacements of the domes (poses, tips, 3) [mm], in the frame of the sensor."""
+        """Return the approach after displacements of the domes (poses, tips, 3) [mm] in the sensor frame."""
         centres = self.centres + displacements @ self.frame
         foot, normal = self._nearest_points(centres)
         distance = _dot(centres - foot, normal)
-        # The relative principal curvatures are those of the fruit plus the curvature of the dome.
+        # The relative principal curvatures are the curvatures of the fruit plus the curvature of the dome.
         smaller, larger = self._curvatures(foot)
         smaller = 1.0 / self.dome_radius + smaller
         larger = 1.0 / self.dome_radius + larger
@@ -100,7 +101,10 @@ class DomePoses:
         )
 
     def from_face_middle(self, approach: DomeApproach) -> Floats:
-        """Return the distance of the contact from the axis of the dome, the middle of its face [mm], (poses, tips)."""
+        """Return the distance of each contact from the middle of its tip face [mm], (poses, tips).
+
+        The middle of the face lies on the axis of the dome.
+        """
         from_axis = -self.dome_radius * approach.direction[..., :2]
         return np.asarray(np.linalg.norm(from_axis, axis=-1))
 
@@ -112,7 +116,7 @@ class DomePoses:
         fruit_centre = np.zeros_like(squares)
         fruit_centre[..., 2] = -self.semi_axes[:, None, 2]
         foot = _nearest_on_ellipsoid(self._to_principal(centres - fruit_centre), squares)
-        normal = foot / squares  # the gradient of sum (x_k / a_k)^2, up to a factor
+        normal = foot / squares  # gradient of sum (x_k / a_k)^2, up to a constant factor
         normal = normal / np.sqrt(_dot(normal, normal))[..., None]
         return fruit_centre + self._from_principal(foot), self._from_principal(normal)
 
@@ -125,7 +129,7 @@ class DomePoses:
         return vectors if self.principal is None else vectors @ self.principal
 
     def _curvatures(self, foot: Floats) -> tuple[Floats, Floats]:
-        """Return the smaller and the larger principal curvature of the fruit at points `foot` [1/mm], (poses, tips)."""
+        """Return the smaller and the larger principal curvature of the fruit at `foot` [1/mm], (poses, tips)."""
         if np.isinf(self.semi_axes).any():
             flat = np.zeros(foot.shape[:2])
             return flat, flat
@@ -139,9 +143,9 @@ class DomePoses:
 def _nearest_on_ellipsoid(point: Floats, squares: Floats) -> Floats:
     """Return the points of ellipsoids nearest to points outside them, both (..., 3) [mm] relative to the centre.
 
-    `squares` (..., 3) [mm^2] are the squared semi-axes a_k^2. The point nearest to s has the coordinates a_k^2 s_k / (t
-    + a_k^2) for some t >= 0 [mm^2]. It lies on the ellipsoid if |q| = 1, with q_k = a_k s_k / (t + a_k^2). So t is the
-    zero of 1 / |q| - 1, which is nearly linear in t, and is found by Newton's method.
+    `squares` (..., 3) [mm^2] are the squared semi-axes a_k^2. For some t >= 0 [mm^2], the point nearest to s has the
+    coordinates a_k^2 s_k / (t + a_k^2). It lies on the ellipsoid if |q| = 1, with q_k = a_k s_k / (t + a_k^2). So t is
+    the zero of 1 / |q| - 1. Newton's method finds it quickly, because 1 / |q| is nearly linear in t.
     """
     t = np.zeros(point.shape[:-1])
     tolerance = FOOT_LIMIT * squares.min()
@@ -149,7 +153,7 @@ def _nearest_on_ellipsoid(point: Floats, squares: Floats) -> Floats:
         denominator = t[..., None] + squares
         q = np.sqrt(squares) * point / denominator
         length = np.sqrt(_dot(q, q))
-        slope = _dot(q, q / denominator) / length**3  # derivative of 1 / |q| by t
+        slope = _dot(q, q / denominator) / length**3  # derivative of 1 / |q| with respect to t
         step = (1.0 / length - 1.0) / slope
         t = t - step
         if np.abs(step).max(initial=0.0) <= tolerance:
@@ -160,7 +164,7 @@ def _nearest_on_ellipsoid(point: Floats, squares: Floats) -> Floats:
 def _dot(a: Floats, b: Floats) -> Floats:
     """Return the scalar products of vectors (..., 3).
 
-    einsum takes a quarter of the time of a sum over so short an axis.
+    On such a short axis, einsum takes a quarter of the time of a product and a sum.
     """
     return np.asarray(np.einsum("...k,...k->...", a, b))
 
@@ -168,11 +172,11 @@ def _dot(a: Floats, b: Floats) -> Floats:
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     """Return the domes of one sensor in many poses, given a scene and a travel [mm] for each pose.
 
-    The travel is vertical, from the first touch of a level sensor. If a scene has `from_touch`, it is along the axis of
-    the sensor, from the first touch in the pose. Raises SolveError if no first touch is found.
+    The travel is vertical, and starts at the first touch of a level sensor. In a scene with `from_touch`, it is along
+    the axis of the sensor, and starts at the first touch in that pose. Raises SolveError if no first touch is found.
     """
     axis = _axes(np.array([scene.turn for scene in scenes]))
-    # Many scenes share the first touch from which their travel counts, so each is found only once.
+    # Many scenes share the first touch that is the zero of their travel, so each first touch is computed only once.
     touch_scenes = {id(scene): _touch_scene(scene) for scene in {id(scene): scene for scene in scenes}.values()}
     distinct = {_touch_key(scene): scene for scene in touch_scenes.values()}
     touches_by_key = dict(zip(distinct, _first_touches(list(distinct.values())), strict=True))
@@ -184,7 +188,7 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
 
 
 def _touch_scene(scene: Scene) -> Scene:
-    """Return the scene whose first touch is the zero of the travel: the scene itself, or that of a level sensor."""
+    """Return the scene whose first touch is the zero of the travel: this scene, or its level version without sag."""
     if scene.from_touch:
         return scene
     level = replace(scene.press, tilt_deg=0.0, roll_deg=0.0)
@@ -192,12 +196,12 @@ def _touch_scene(scene: Scene) -> Scene:
 
 
 def _touch_key(scene: Scene) -> tuple[object, ...]:
-    """Return the properties that determine the first touch: the fruit, and the tilt, offset and heights of the tips."""
+    """Return what determines the first touch: the fruit, and the tilt, offset and heights of the tips."""
     return scene.fruit, scene.press, scene.off_centre_mm, scene.height_offset_mm
 
 
 def _axes(tangents: Floats) -> Floats:
-    """Return the unit axes of sensors (poses, 3), given the `tangents` of their tilt and roll (poses, 2)."""
+    """Return the unit axes of sensors (poses, 3), given the tangents of their tilt and roll (poses, 2)."""
     axis = np.column_stack([tangents, np.ones(len(tangents))])
     return np.asarray(axis / np.linalg.norm(axis, axis=1, keepdims=True))
 
@@ -217,7 +221,7 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
     for _ in range(TOUCH_STEPS):
         domes = _place_domes(scenes, axis, skin_points - lowering[:, None] * axis)
         approach = domes.approach(np.zeros(domes.centres.shape))
-        # The sensor is moved back by the largest overlap of a dome along the axis.
+        # The sensor is moved back along its axis by the largest overlap of a dome in this direction.
         overlap = (approach.interference / approach.cosine).max(axis=1)
         lowering = lowering - overlap
         if np.abs(overlap).max() <= TOUCH_LIMIT:
@@ -229,20 +233,21 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
 def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePoses:
     """Return the domes of sensors with the given axes [1] and origins [mm], both (poses, 3).
 
-    The origin of a sensor is the middle of the level faces of its tips.
+    The origin of a sensor is the middle of its tip faces, without the height offsets of the tips.
     """
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
-    # Many poses share a scene, whose properties are computed only once.
+    # Many poses share a scene, so the properties of each scene are computed only once.
     unique = {id(scene): scene for scene in scenes}
     index_of = {key: index for index, key in enumerate(unique)}
     scene_index = np.array([index_of[id(scene)] for scene in scenes])
     distinct = list(unique.values())
     centres = np.array([scene.centres for scene in distinct])[scene_index]
     middle = centres.mean(axis=1)
-    # The heights of the centres of the spheres above the level faces.
+    # Heights of the sphere centres above the origin, along the axis.
     height = radius - np.array([scene.height_offsets_mm for scene in distinct])[scene_index]
 
-    # `lateral` are the images of the x and y directions under the shortest rotation from the vertical to the axis.
+    # `lateral` holds the images of the x and y directions under the smallest rotation that takes the vertical to the
+    # axis.
     bisector = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
     lateral = np.eye(3)[:2] - axis[:, :2, None] * bisector[:, None]
 
@@ -259,7 +264,7 @@ def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomeP
 
 @functools.lru_cache(maxsize=256)
 def _principal_axes(fruit: Fruit) -> tuple[Floats, Floats]:
-    """Return the semi-axes (3,) [mm] of a fruit, and its principal directions as the rows of a matrix (3, 3)."""
+    """Return the semi-axes of a fruit (3,) [mm], and its principal directions as the rows of a matrix (3, 3)."""
     along, across = fruit.radii_mm
     directions = np.eye(3)
     directions[0, :2] = fruit.from_principal(1.0, 0.0)

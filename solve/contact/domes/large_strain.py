@@ -1,13 +1,13 @@
-"""Corrections of Hertz's law for a rigid, frictionless ball at large strain: polynomials in the contact radius.
+"""Corrections of Hertz's law for a rigid, frictionless sphere at large strain: polynomials in the contact radius.
 
 Let a be Hertz's contact radius at a given depth, s = a / dome radius and t = a / fruit radius. The force is Hertz's
 force times
 
-    g = 1 + c1 s + c2 t + c3 s^2 + c4 s t,
+    g = 1 + c1 s + c2 t + c3 s^2 + c4 s t.
 
-and the contact radius of the deformed body is a times another such polynomial. Both are fitted to finite-element
-solutions at finite strain. The strain is of the order of s and t, so the linear terms are those of second-order
-elasticity. The quadratic terms include the difference between a sphere and a paraboloid.
+The contact radius of the deformed body is a times another polynomial of this form. Both polynomials are fitted to
+finite-element solutions at finite strain. The strain is of the order of s and t, so the linear terms are the effects of
+second-order elasticity. The quadratic terms include the difference between a sphere and a paraboloid.
 """
 
 import functools
@@ -18,7 +18,7 @@ import numpy as np
 from sensor.arrays import Floats
 
 POISSONS = (0.0, 0.15, 0.3, 0.45, 0.49)  # Poisson's ratios of the rows of the tables
-# c1 to c4 of the force in neo-Hookean flesh.
+# c1 to c4 for the force on neo-Hookean flesh.
 NEO_HOOKE = (
     (0.2454, -0.1035, -0.1607, 0.0832),
     (0.1819, -0.1045, -0.1566, 0.0314),
@@ -34,9 +34,9 @@ LAW_SPREAD = (
     (0.0577, 0.0536, -0.0025, -0.0007),
     (0.0622, 0.0643, -0.0181, -0.0272),
 )
-# The contact radius of the deformed body over Hertz's radius at the same depth. The second column is the inward
-# displacement of the skin under Hertz's pressure, -2 (1 - 2 nu) / (3 pi (1 - nu)): K. L. Johnson, Contact Mechanics
-# (1985), (3.42).
+# c1 to c4 for the contact radius of the deformed body, relative to Hertz's radius at the same depth. The second column
+# is the inward displacement of the surface under Hertz's pressure, -2 (1 - 2 nu) / (3 pi (1 - nu)). See K. L. Johnson,
+# Contact Mechanics (1985), equation (3.42).
 EDGE = (
     (-0.1189, -0.2122, -0.0431, 0.1877),
     (-0.0876, -0.1748, -0.0692, 0.2743),
@@ -44,11 +44,13 @@ EDGE = (
     (-0.0036, -0.0386, -0.1278, 0.1518),
     (0.0387, -0.0083, -0.1755, 0.1657),
 )
-DEEPEST = 0.7  # largest contact radius of the fit of g, over the dome radius
-# Relative error of the force: 8e-4 from the fit, and up to 1.2e-3 more with other elements, at s = 0.15.
-FIT = 1.5e-3
-FIT_OF_EDGE = 5e-3  # relative error of the contact radius from the fit, mostly because its edge lies inside an element
-FULL = 0.1  # s + t above which FIT and FIT_OF_EDGE apply in full; below it they are proportional to s + t
+LARGEST_S = 0.7  # largest s for which g was fitted
+# Relative error of the fitted force. The fit itself has 8e-4; other elements differ by up to 1.2e-3 more, at s = 0.15.
+FIT_ERROR = 1.5e-3
+# Relative error of the fitted contact radius, mostly because the edge of the contact lies inside an element.
+EDGE_FIT_ERROR = 5e-3
+# Value of s + t above which FIT_ERROR and EDGE_FIT_ERROR apply in full; below it, they are proportional to s + t.
+FULL_ERROR_STRAIN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +58,8 @@ class LargeStrain:
     """Corrections of Hertz's law for large strain [1]; all arrays have the same shape.
 
     `factor` is g, `slope` is dg / d ln a, and `error` bounds the error of g. `law_spread` is half the relative
-    difference in force between laws of flesh. `edge` is the contact radius over Hertz's radius, and `edge_error` bounds
-    its error.
+    difference in force between two material laws of flesh. `edge` is the contact radius divided by Hertz's radius, and
+    `edge_error` bounds its error.
     """
 
     factor: Floats
@@ -68,16 +70,17 @@ class LargeStrain:
     edge_error: Floats
 
 
-def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float) -> LargeStrain:
-    """Return the corrections of Hertz's law for large strain, at Hertz's contact radii `contact` [mm].
+def large_strain(contact_radius: Floats, dome_radius: float, curvature: Floats, poisson: float) -> LargeStrain:
+    """Return the corrections of Hertz's law for large strain, at Hertz's contact radii `contact_radius` [mm].
 
-    `dome` [mm] is the radius of the domes. `curvature` [1/mm] is the curvature of the fruit, in the shape of `contact`.
-    Outside the range of the fit, g keeps its value at the end of the range, and its error bound includes all of g - 1.
+    `dome_radius` [mm] is the radius of the domes. `curvature` [1/mm] is the curvature of the fruit, in the shape of
+    `contact_radius`. Outside the range of the fit, g keeps its value at the end of the range. Its error bound then
+    includes all of g - 1.
     """
-    s = contact / dome
-    t = contact * curvature
-    is_beyond = s > DEEPEST
-    scale = np.where(is_beyond, DEEPEST / np.where(is_beyond, s, 1.0), 1.0)
+    s = contact_radius / dome_radius
+    t = contact_radius * curvature
+    is_beyond = s > LARGEST_S
+    scale = np.where(is_beyond, LARGEST_S / np.where(is_beyond, s, 1.0), 1.0)
     s = scale * s
     t = scale * t
     linear, quadratic = _terms(NEO_HOOKE, poisson, s, t)
@@ -85,14 +88,14 @@ def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float
     is_outside = is_beyond | (not POISSONS[0] <= poisson <= POISSONS[-1])
     correction = linear + quadratic  # g - 1
     edge_correction: Floats = np.add(*_terms(EDGE, poisson, s, t))
-    fit_share = np.minimum(1.0, (s + t) / FULL)  # fraction of the fit's errors that applies at this strain
+    fit_share = np.minimum(1.0, (s + t) / FULL_ERROR_STRAIN)  # fraction of the fitting errors at this strain
     return LargeStrain(
         factor=1.0 + correction,
-        slope=np.where(is_beyond, 0.0, linear + 2.0 * quadratic),  # derivatives by ln a of terms in a and in a^2
-        error=np.where(is_outside, np.abs(correction), 0.0) + FIT * fit_share,
+        slope=np.where(is_beyond, 0.0, linear + 2.0 * quadratic),  # d/d(ln a) of terms in a and in a^2
+        error=np.where(is_outside, np.abs(correction), 0.0) + FIT_ERROR * fit_share,
         law_spread=law_spread,
         edge=1.0 + edge_correction,
-        edge_error=np.where(is_outside, np.abs(edge_correction), 0.0) + FIT_OF_EDGE * fit_share,
+        edge_error=np.where(is_outside, np.abs(edge_correction), 0.0) + EDGE_FIT_ERROR * fit_share,
     )
 
 
@@ -103,6 +106,6 @@ def coefficients(table: tuple[tuple[float, ...], ...], poisson: float) -> tuple[
 
 
 def _terms(table: tuple[tuple[float, ...], ...], poisson: float, s: Floats, t: Floats) -> tuple[Floats, Floats]:
-    """Return the linear terms, c1 s + c2 t, and the quadratic terms, c3 s^2 + c4 s t [1]."""
+    """Return the linear terms c1 s + c2 t and the quadratic terms c3 s^2 + c4 s t of a correction [1]."""
     c1, c2, c3, c4 = coefficients(table, poisson)
     return c1 * s + c2 * t, c3 * s**2 + c4 * s * t

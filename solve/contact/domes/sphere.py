@@ -1,12 +1,12 @@
 """A rigid sphere pressed into an elastic body, with the exact profile of the sphere instead of a paraboloid.
 
-With the contact radius a, the radius r of the sphere, and a body whose surface falls by rho^2 / (2 R) at the distance
-rho from its apex,
+Let a be the contact radius and r the radius of the sphere. At the distance rho from the apex of the body, its surface
+lies lower by rho^2 / (2 R). Then
 
     depth = a artanh(a / r) + a^2 / R.
 
-See C. M. Segedin, Mathematika 4 (1957) 156, doi:10.1112/S0025579300001224; I. N. Sneddon, Int. J. Engng Sci. 3 (1965)
-47, doi:10.1016/0020-7225(65)90019-4. Hertz's contact is the limit for a much smaller than r.
+See C. M. Segedin, Mathematika 4 (1957) 156, doi:10.1112/S0025579300001224, and I. N. Sneddon, Int. J. Engng Sci. 3
+(1965) 47, doi:10.1016/0020-7225(65)90019-4. Hertz's contact is the limit for a much smaller than r.
 """
 
 import numpy as np
@@ -14,23 +14,23 @@ import numpy as np
 from sensor.arrays import Floats
 
 STEPS = 12  # maximum number of Newton steps; nine are enough up to a depth of six radii
-SETTLED = 4.0 * float(np.finfo(np.float64).eps)  # relative step at convergence: round-off
-SMALL = 0.1  # largest x for which artanh(x) - x is a series, because the difference would lose its digits
-TERMS = 9  # number of terms of this series
+SETTLED = 4.0 * float(np.finfo(np.float64).eps)  # relative step at convergence: a few units of round-off
+SMALL = 0.1  # x below which artanh(x) - x is computed from a series, because the subtraction would lose digits
+TERMS = 9  # number of terms in this series
 _SERIES = 1.0 / np.arange(2 * TERMS + 1, 2, -2)  # coefficients of x^(2 n + 1), from the highest power to the third
 
 
 def sphere_contact_radius(depth: Floats, sphere_radius: float, curvature: Floats) -> Floats:
     """Return the contact radii [mm] of a sphere at given depths >= 0 [mm], in the shape of `depth`.
 
-    It solves depth = a artanh(a / r) + a^2 / R for the contact radius a by Newton's method. `sphere_radius` [mm] is r,
-    and `curvature` [1/mm] is 1 / R of the body that the sphere is pressed into.
+    Newton's method solves depth = a artanh(a / r) + a^2 / R for the contact radius a. `sphere_radius` [mm] is r, and
+    `curvature` [1/mm] is 1 / R.
     """
     relative_depth = depth / sphere_radius
     relative_curvature = sphere_radius * curvature
-    # The unknown is x = a / r. Its residual is convex, so Newton's method converges monotonically from above. Both
-    # initial guesses are upper bounds: the radius for a paraboloid, and the solution of artanh(x) = 1.25 depth / r,
-    # which is an upper bound where x is above 0.8.
+    # The unknown is x = a / r. The residual is a convex function of x, so Newton's method converges monotonically from
+    # above. There are two upper bounds, of which the smaller is the initial guess. One is the radius for a paraboloid.
+    # The other is the solution of artanh(x) = 1.25 depth / r, which is an upper bound where x is above 0.8.
     paraboloid = np.sqrt(relative_depth / (1.0 + relative_curvature))
     x = np.minimum(paraboloid, np.maximum(0.8, np.tanh(1.25 * relative_depth)))
     for _ in range(STEPS):

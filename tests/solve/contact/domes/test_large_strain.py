@@ -5,10 +5,10 @@ import pytest
 
 from reference.stored import stored
 from solve.contact.domes.large_strain import (
-    DEEPEST,
     EDGE,
-    FIT,
-    FIT_OF_EDGE,
+    EDGE_FIT_ERROR,
+    FIT_ERROR,
+    LARGEST_S,
     POISSONS,
     coefficients,
     large_strain,
@@ -41,7 +41,7 @@ def test_small_contacts_are_hertz():
 def test_error_of_the_fit(dome, fruit, part):
     """It grows with both curvatures, up to a sum of 0.1 over the contact radius; from there on all of it is open."""
     found = large_strain(np.array(1.0), 1.0 / dome, np.array(fruit), 0.3)
-    assert (found.error, found.edge_error) == pytest.approx((part * FIT, part * FIT_OF_EDGE))
+    assert (found.error, found.edge_error) == pytest.approx((part * FIT_ERROR, part * EDGE_FIT_ERROR))
 
 
 @pytest.mark.parametrize("poisson", POISSONS)
@@ -68,7 +68,7 @@ def test_slope_is_that_of_the_factor(poisson):
 
 
 def test_beyond_what_was_solved_all_of_it_is_open():
-    end = large_strain(np.array(DEEPEST), 1.0, FLAT, 0.3)
+    end = large_strain(np.array(LARGEST_S), 1.0, FLAT, 0.3)
     deeper = large_strain(np.array(1.1), 1.0, FLAT, 0.3)
     assert deeper.factor == pytest.approx(float(end.factor))
     assert deeper.error >= abs(deeper.factor - 1.0)

@@ -16,9 +16,9 @@ from solve.contact.domes.fruit_under_domes import FruitUnderDomes, fruit_under_d
 from solve.contact.domes.geometry import DomePoses, dome_poses
 from solve.contact.domes.large_strain import large_strain
 from solve.contact.domes.law import (
-    ELSEWHERE,
-    OF_DEPTH,
-    OVER_CONTACT,
+    DEPTH_FRACTION,
+    MOVED_CONTACT_FACTOR,
+    VARIATION_OVER_CONTACT,
     dome_contrast,
     dome_forces,
 )
@@ -148,8 +148,8 @@ def test_error_of_one_dome():
         )
         strain = large_strain(np.sqrt(DOME * np.array(q)), DOME, np.array(0.0), POISSON)
         growth = 1.5 * (1.5 + 2.0 * 2.0) / size**2
-        left_out = b + OVER_CONTACT * B * DOME * q / size**2 + ELSEWHERE * growth * B
-        bound = left_out * N / modulus + OF_DEPTH * q + float(strain.error) * N / slope
+        left_out = b + VARIATION_OVER_CONTACT * B * DOME * q / size**2 + MOVED_CONTACT_FACTOR * growth * B
+        bound = left_out * N / modulus + DEPTH_FRACTION * q + float(strain.error) * N / slope
         assert found.F[i, 0] == pytest.approx(N, rel=1e-9)
         rate = slope / (1.0 + (B / modulus + spring) * slope)
         assert found.rates[i, 0] == pytest.approx(rate, rel=1e-6)
