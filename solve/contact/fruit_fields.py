@@ -1,8 +1,8 @@
-"""Displacement and stress in the fruit under given pressures, for viewing.
+"""Displacement and stress in the fruit under a given pressure on its tips, for display.
 
-The fields are on the equivalent block of the fruit, in the axes of `cad`: z up, top face at 0. They are the sum of two
-fields. The field of a half-space has a closed form at each node. The remainder, which is due to the finite size of the
-block, is smooth.
+The fields are computed on the equivalent block of the fruit. As in `cad`, z points up, and the top face is at z = 0.
+The fields are the sum of two parts. The field of a half-space has a closed form at each node. The remainder, which the
+finite size of the block adds, is smooth and is solved on a mesh.
 """
 
 from collections.abc import Sequence
@@ -24,24 +24,26 @@ from solve.halfspace.punch import square_punch
 from solve.surface import patch_inside
 
 FINEST = 0.125  # mesh step under a tip [sides of its contact]
-GROWTH = 0.4  # growth of the mesh steps with the distance from a contact [mm per mm]
-COARSEST = 0.1  # largest mesh step [longest edge of the block]
-NEAR = 1.5  # distance [sides of a contact] within which patches are resolved; beyond it, only their moments are used
-PATCHES = 24  # maximum number of patches per side of a footprint; each has the sum of the forces of its cells
-NODES = 3  # nodes per side of the point forces that have the moments of the patches of a tip
-# Depth at which the stress of the surface is evaluated [sides of a patch]. On the surface, stress is infinite at the
-# corners of patches. At this depth, differences between patches have decayed by exp(-pi), but variations as wide as a
-# tip have not.
-SKIN = 0.5
-SURFACE = 1e-6  # depth at which the displacement of the surface is evaluated, over that of the stress, to avoid 0 / 0
-UPWARD = np.array([1.0, 1.0, -1.0])  # converts a vector between z down and z up
+GROWTH = 0.4  # increase of the mesh step with the distance from a contact [mm per mm]
+COARSEST = 0.1  # largest mesh step [longest edges of the block]
+# Distance [sides of a contact] within which the patches of a tip are used; farther away, point forces replace them.
+NEAR = 1.5
+PATCHES = 24  # maximum number of patches per side of a footprint
+NODES = 3  # number of point forces per side that replace the patches of a tip
+# Depth at which the surface stress is evaluated [sides of a patch]. On the surface itself, the stress is infinite at
+# the corners of patches. At this depth, differences between patches have decayed by exp(-pi), whereas variations as
+# wide as a tip have not.
+STRESS_DEPTH = 0.5
+# Depth at which the surface displacement is evaluated, to avoid 0 / 0, as a fraction of the depth for the stress.
+DISPLACEMENT_DEPTH = 1e-6
+UPWARD = np.array([1.0, 1.0, -1.0])  # converts vectors from z down to z up, and back
 
 
 @dataclass(frozen=True, eq=False)
 class _Patches:
-    """Forces (n,) [N], each as a uniform pressure on a rectangle with its centre (n, 2) and sides (n, 2) [mm].
+    """Forces (n,) [N], each a uniform pressure on a rectangle with the centre (n, 2) and the sides (n, 2) [mm].
 
-    If the sides are 0, the forces act at points.
+    A force whose sides are 0 acts at a point.
     """
 
     centres: Floats
@@ -50,19 +52,19 @@ class _Patches:
 
     @property
     def low(self) -> Floats:
-        """Return the smallest x and y of all rectangles [mm]."""
+        """Return the smallest x and the smallest y of all rectangles [mm]."""
         return np.asarray((self.centres - 0.5 * self.sides).min(axis=0))
 
     @property
     def high(self) -> Floats:
-        """Return the largest x and y of all rectangles [mm]."""
+        """Return the largest x and the largest y of all rectangles [mm]."""
         return np.asarray((self.centres + 0.5 * self.sides).max(axis=0))
 
 
 def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, NodalFields]:
-    """Return a mesh of the fruit in hexahedra [mm], and the fields at its nodes under the pressure of all tips.
+    """Return a hexahedral mesh of the fruit [mm], and the fields at its nodes under the pressure of all tips.
 
-    Raises InputError for a fruit with a skin, and SolveError if the solve of the remainder does not converge.
+    Raises InputError for a fruit with a skin, and SolveError if the solve for the remainder does not converge.
     """
     if fruit.skin_mm is not None:
         raise validation_error("fruit.skin_mm", fruit.skin_mm, "mm", "left out for fields", "drop it")
@@ -74,23 +76,23 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
             tips.append(patches)
     point_loads = [_point_forces(patches) for patches in tips]
     mesh = _viewing_mesh(block, tips)
-    x, y, z = mesh.p * UPWARD[:, None]  # z points down until the last lines
+    x, y, z = mesh.p * UPWARD[:, None]  # z points down, except in the results
 
-    # All fields are for E = 1 MPa until the last lines divide by E.
+    # All fields are for E = 1 MPa. Stress does not depend on E, and the displacement is divided by E at the end.
     load_points = np.concatenate([each.centres for each in point_loads])
     forces = np.concatenate([each.forces for each in point_loads])
     lines = block_lines(block, load_points, (False, False), FINE)
     basis, v = remainder_field(box_mesh(lines), block.poisson, load_points, forces)
     u_remainder, gradient = _evaluate_field(basis, lines, v, np.stack([x, y, z]))
 
-    # The half-space in closed form. Nodes on the surface have the stress of a small depth, and the displacement of a
-    # much smaller one.
-    smallest_depth = SKIN * min(float(patches.sides.min()) for patches in tips)
+    # The half-space in closed form. At nodes on the surface, the stress is evaluated at a small depth, and the
+    # displacement at a much smaller one.
+    smallest_depth = STRESS_DEPTH * min(float(patches.sides.min()) for patches in tips)
     loads = list(zip(tips, point_loads, strict=True))
     potentials = _half_space(np.stack([x, y, np.maximum(z, smallest_depth)]), loads)
     u = halfspace.displacement(potentials, 1.0, block.poisson)
     on_top = z == 0.0
-    near_top = np.stack([x[on_top], y[on_top], np.full(np.count_nonzero(on_top), SURFACE * smallest_depth)])
+    near_top = np.stack([x[on_top], y[on_top], np.full(np.count_nonzero(on_top), DISPLACEMENT_DEPTH * smallest_depth)])
     u[:, on_top] = halfspace.displacement(_half_space(near_top, loads), 1.0, block.poisson)
     sigma = halfspace.stress(potentials, block.poisson) + stress(gradient, 1.0, block.poisson)
 
@@ -100,7 +102,10 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
 
 
 def _patches(pressure: FootprintPressure, tip: int) -> _Patches:
-    """Return the loaded patches of one tip; there are at most 24 x 24, each with the sum of the forces of its cells."""
+    """Return the loaded patches of one tip.
+
+    There are at most 24 x 24 patches; each has the sum of the forces on its cells.
+    """
     count = len(pressure.edges) - 1
     first_cells = np.arange(0, count, -(-count // PATCHES))  # the first cell of each patch along a side
     edges = np.append(pressure.edges[first_cells], pressure.edges[-1])
@@ -112,7 +117,7 @@ def _patches(pressure: FootprintPressure, tip: int) -> _Patches:
 
 
 def _pairs(values: Floats) -> Floats:
-    """Return all pairs of values (n,), shape (n^2, 2)."""
+    """Return all ordered pairs of the values (n,), shape (n^2, 2)."""
     return np.stack(np.meshgrid(values, values, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
@@ -126,13 +131,13 @@ def _point_forces(patches: _Patches) -> _Patches:
 
 
 def _viewing_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
-    """Return the mesh for viewing [mm], with z up: fine under the contacts of the tips, and coarse elsewhere."""
+    """Return the mesh for display [mm], with z up: fine under the contacts of the tips, and coarse elsewhere."""
     finest = FINEST * min(float((patches.high - patches.low).max()) for patches in tips)
     extent = (block.length_mm, block.width_mm, block.height_mm)
     largest = COARSEST * max(extent)
 
     def grid_line(start: float, end: float, spans: Sequence[Floats]) -> Floats:
-        """Return grid coordinates from `start` to `end` [mm], dense in the spans (2,) [mm] of the contacts."""
+        """Return grid coordinates from `start` to `end` [mm], densest in the spans (2,) [mm] of the contacts."""
 
         def step_size(s: Floats) -> Floats:
             distance = np.full_like(s, np.inf)
@@ -155,24 +160,24 @@ def _viewing_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
 
 
 def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
-    """Return the values (3, n) of a displacement field and its gradient (3, 3, n) at points (3, n) [mm].
+    """Return a displacement field (3, n) and its gradient (3, 3, n) at points (3, n) [mm].
 
-    `v` (dofs,) are the displacements on the box of bricks between the grid `lines`. The last axis of the gradient is
-    the coordinate of differentiation.
+    `v` (dofs,) holds the displacements on the box of hexahedra between the grid `lines`. The second axis of the
+    gradient is the coordinate of differentiation.
     """
     mesh = basis.mesh
-    # Find the brick that contains each point, by the intervals between grid lines along each axis.
+    # Find the brick that contains each point from the grid intervals along each axis.
     brick_index = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
     brick_index[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
     bricks = brick_index[_intervals(lines, points)]
 
-    # The map from the unit cube to a brick is linear. Its inverse gives the coordinates of a point in the cube.
+    # The map from the unit cube to a brick is affine. Its inverse gives the coordinates of each point in the cube.
     origin = np.zeros((3, 1))
     inverse = basis.mapping.invDF(origin, tind=bricks)[..., 0]
     from_corner = points - basis.mapping.F(origin, tind=bricks)[..., 0]
     local_points = np.einsum("ijn,jn->in", inverse, from_corner)[:, :, None]
 
-    # One point in each of n bricks. Indices: node k, component c, brick n, point q, coordinate d.
+    # There is one point in each of n bricks. Indices: node k, component c, brick n, point q, coordinate d.
     patch = patch_inside(basis, bricks, local_points, np.ones((len(bricks), 1)))
     nodal_values = v[patch.dofs]
     values = np.einsum("kcn,knq->cn", nodal_values, patch.shapes)
@@ -181,7 +186,7 @@ def _evaluate_field(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -
 
 
 def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
-    """Return for each axis the indices (n,) of the intervals between grid lines that contain points (3, n)."""
+    """Return, for each axis, the indices (n,) of the grid intervals that contain points (3, n)."""
     intervals = []
     for line, coordinates in zip(lines, points, strict=True):
         interval = np.searchsorted(line, coordinates, side="right") - 1
@@ -192,8 +197,8 @@ def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
 def _half_space(points: Floats, loads: Sequence[tuple[_Patches, _Patches]]) -> halfspace.Potentials:
     """Return the potentials of the half-space at points (3, n) [mm], with z down, under the pressures of all tips.
 
-    Each tip has its load in two forms: patches, which are used near the tip, and point forces with the same moments,
-    which are used elsewhere.
+    The load of each tip is given in two forms. Patches are used near the tip, and point forces with the same moments
+    elsewhere.
     """
     x, y, z = points
     total = np.zeros((len(fields(halfspace.Potentials)), len(x)))
@@ -208,12 +213,12 @@ def _half_space(points: Floats, loads: Sequence[tuple[_Patches, _Patches]]) -> h
 
 
 def _potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
-    """Return the sums of the potentials of all loads at points x, y, z (n,) [mm], (potentials, n), without z."""
+    """Return the sums over all loads of the potentials except z, at points x, y, z (n,) [mm], shape (potentials, n)."""
     total = np.zeros((len(fields(halfspace.Potentials)) - 1, len(x)))
     for centre, (a, b), force in zip(loads.centres, loads.sides.tolist(), loads.forces, strict=True):
         dx = x - centre[0]
         dy = y - centre[1]
         unit = halfspace.rectangle_load(dx, dy, z, a, b) if a > 0.0 else halfspace.point_load(dx, dy, z)
-        # A rectangle has the pressure force / (a b). At a point, where the sides are 0, the force itself acts.
+        # On a rectangle, the pressure is force / (a b). With sides of 0, the load is the force itself, at a point.
         total += force / (a * b or 1.0) * np.asarray(astuple(unit)[1:])
     return total

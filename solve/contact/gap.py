@@ -1,6 +1,6 @@
-"""The initial gap under a rigid tip due to the shape of its face, at least 0 [mm].
+"""The part of the initial gap under a rigid tip that the shape of its face causes, at least 0 [mm].
 
-The gap due to the shape of the fruit is added to it.
+The part that the shape of the fruit causes is added elsewhere, in `scene.py`.
 """
 
 import numpy as np
@@ -10,10 +10,10 @@ from sensor.tips.tip_shape import Arc, TipShape
 
 
 def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:
-    """Return the height [mm] of a tip's face above its lowest point; infinity outside the face.
+    """Return the height [mm] of a tip's face above its lowest point; it is infinite outside the face.
 
-    The points x (along the tips) and y (across) [mm] are relative to the centre of the tip. The tip is a body of
-    revolution, or a square whose sections along x and y have the same meridian.
+    The points x (along the tips) and y (across) [mm] are relative to the centre of the tip. The face is a surface of
+    revolution, or a square face whose sections along x and y are the same meridian.
     """
     r = np.asarray(np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y)))
     gap = np.full_like(r, np.inf)

@@ -1,7 +1,11 @@
 """The linear law: forces of level flat faces, each of which touches as a whole or not at all.
 
-The travel of a tip is the deflection of its spring plus the indentation of the fruit: x = C F + S F / E. C is the
-compliance of the springs, and S the compliance of the fruit times E. The law is exact, and all E and x use the same S.
+The travel of each tip is the deflection of its spring plus the indentation of the fruit,
+
+    x = C F + S F / E.
+
+Here C is the compliance of the springs, and S is the compliance of the fruit times E. The law is exact, and S is the
+same for all moduli and travels.
 """
 
 import time
@@ -27,13 +31,13 @@ class SensorResponse(Record):
 
     The travel is measured at the middle of the tips, from the first touch of a level sensor.
 
-    All other arrays except `mean_pressure` have shape (moduli, travels). P is the mean force of the tips on high
-    springs over the mean force of the tips on low springs [1]. `slope_ratio` is the same ratio of the derivatives of
-    the forces by the travel [1]. Both are nan if any tip is out of contact. `F_error` [1] is the relative error of the
-    nonzero forces, nan if there are none, and `P_error` [1] the relative error of P. `P_step` [1] is the relative
-    increase of P from a coarser grid of cells. `cells` is the number of contact cells; it and `P_step` are 0 if no
-    cells are needed. `mean_pressure` [MPa], in the shape of F, is the mean pressure under each dome, None for other
-    tips.
+    All other arrays except `mean_pressure` have shape (moduli, travels). P is the mean force on the tips with high
+    springs divided by the mean force on the tips with low springs [1]. `slope_ratio` is the same ratio for the
+    derivatives of the forces with respect to the travel [1]. Both are nan if any tip is out of contact. `F_error` [1]
+    is the relative error of the nonzero forces, nan if there are none. `P_error` [1] is the relative error of P.
+    `P_step` [1] is the relative increase of P from a coarser grid of cells. `cells` is the number of contact cells.
+    `cells` and `P_step` are 0 if no cells are needed. `mean_pressure` [MPa], in the shape of F, is the mean pressure
+    under each dome; for other tips, it is None.
     """
 
     E: Floats
@@ -50,28 +54,35 @@ class SensorResponse(Record):
 
 
 class TipForces(NamedTuple):
-    """Forces F [N] of the tips, and their derivatives by the travel, `rates` [N/mm], both (moduli, travels, tips)."""
+    """The forces F of the tips [N], and their derivatives with respect to the travel, `rates` [N/mm].
+
+    Both have shape (moduli, travels, tips).
+    """
 
     F: Floats
     rates: Floats
 
 
 def spring_compliance(*stiffnesses: float) -> Floats:
-    """Return the compliance (n, n) [mm/N] of n springs that do not interact, given their stiffnesses [N/mm]."""
+    """Return the compliance (n, n) [mm/N] of n uncoupled springs, given their stiffnesses [N/mm]."""
     return np.diag([1.0 / K for K in stiffnesses])
 
 
 def travels(travel_mm: float, count: int) -> Floats:
-    """Return `count` travels (count,) [mm] in equal steps up to `travel_mm`; the first is one step, not 0."""
+    """Return `count` travels (count,) [mm] in equal steps up to `travel_mm`.
+
+    The first travel is one step, not 0.
+    """
     if count < 1:
         raise validation_error("count", count, "", "at least 1", "give at least one travel")
     return travel_mm * np.arange(1, count + 1) / count
 
 
 def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Floats:
-    """Return the ratio (...) [1] of the mean value on tips with high springs to the mean on tips with low springs.
+    """Return the mean value over the tips on high springs divided by the mean over the tips on low springs [1].
 
-    `values` and the forces F have shape (..., tips). The ratio is nan if any tip is out of contact.
+    `values` and the forces F have shape (..., tips), and the ratio has shape (...). The ratio is nan if any tip is out
+    of contact.
     """
     touching = (F > 0.0).all(axis=-1)
     high = values[..., list(groups.high)].mean(axis=-1)
@@ -82,7 +93,7 @@ def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Flo
 def response_of_forces(
     E: Floats, x: Floats, forces: TipForces, groups: SpringGroups, info: SolveInfo
 ) -> SensorResponse:
-    """Return the response with the given forces at moduli E (moduli,) [MPa] and travels x (travels,) [mm].
+    """Return the response with the given forces, at moduli E (moduli,) [MPa] and travels x (travels,) [mm].
 
     Its errors are 0, or nan without contact; the caller adds the actual errors. `info.dofs` is the number of contact
     cells.
@@ -113,9 +124,9 @@ def linear_response(
 ) -> SensorResponse:
     """Return the response of level flat tips, each of which touches with its whole face or not at all.
 
-    S [1/mm] is the compliance of the fruit times E, and C [mm/N] the compliance of the springs, both (tips, tips). E
-    (moduli,) [MPa] are the moduli, and x (travels,) [mm] the travels. `height_offsets` [mm] are added to the travel of
-    each tip. The only error of the forces is the error of S.
+    S [1/mm] is the compliance of the fruit times E, and C [mm/N] is the compliance of the springs, both (tips, tips). E
+    (moduli,) [MPa] holds the moduli, and x (travels,) [mm] the travels. `height_offsets` [mm] are added to the travel
+    of each tip. The error of S is the only error of the forces; the caller adds it.
     """
     start = time.perf_counter()
     moduli = np.asarray(E, dtype=np.float64)
@@ -131,12 +142,12 @@ def linear_response(
 
 
 def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats]:
-    """Return the forces [N] and their derivatives by the travel [N/mm], both (travels, tips).
+    """Return the forces [N] and their derivatives with respect to the travel [N/mm], both (travels, tips).
 
-    `compliance` (tips, tips) [mm/N] is that of springs and fruit in series, and `travel` (travels, tips) [mm] the
-    travel of each tip. Force and gap are never negative, and one of them is 0: compliance F >= travel, F >= 0. If all
-    tips touch, the forces solve a linear system. Otherwise the tips in contact are found by nonnegative least squares
-    on the Cholesky factor.
+    `compliance` (tips, tips) [mm/N] is the compliance of springs and fruit in series. `travel` (travels, tips) [mm] is
+    the travel of each tip. Contact is unilateral: F >= 0, compliance F >= travel, and for each tip one of them is an
+    equality. If all tips touch, the forces solve a linear system. Otherwise, nonnegative least squares with the
+    Cholesky factor finds the tips in contact.
     """
     touching = travel @ np.linalg.inv(compliance).T > 0.0
     is_partial = ~touching.all(axis=1)
@@ -148,7 +159,7 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
             forces, _ = nnls(lower.T, solve_triangular(lower, travel[row], lower=True))
             touching[row] = forces > 0.0
 
-    # All travels at which the same tips touch share one stiffness matrix.
+    # All travels at which the same tips touch have the same stiffness matrix.
     F = np.zeros(touching.shape)
     rates = np.zeros(touching.shape)
     for tips in np.unique(touching, axis=0):

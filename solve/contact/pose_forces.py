@@ -1,7 +1,8 @@
-"""Forces of one sensor in many poses: tilted in any direction, off centre, and on fruits with other radii and moduli.
+"""Tip forces of one sensor in many poses: tilted in any direction, off centre, and on fruits of different shapes.
 
-Domes follow a law in closed form. Flat tips are solved on cells. All poses use one coarse grid of cells, which is fixed
-to the fruit. Some poses, from the most to the least tilted one, are also solved on a finer grid to estimate the error.
+Domes obey a law in closed form. Flat tips are solved on contact cells. All poses share one coarse grid of cells, which
+is fixed to the fruit. To estimate the error, some poses from the most to the least tilted are also solved on a finer
+grid.
 """
 
 import dataclasses
@@ -25,21 +26,23 @@ from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import fruit_slope
 
-# Error of the coarse grid over its difference from the fine grid, for convergence of order 1.5 in the number of cells.
-LEFT = 1.0 / (1.0 - (WHOLE_CELLS[0] / WHOLE_CELLS[1]) ** 1.5)
-COMPARED = 8  # approximate number of poses that are solved on both grids
-NO_FORCE = 1e-300  # force that replaces 0 as a divisor [N]
+# Ratio of the error on the coarse grid to the difference between both grids, if the error is proportional to the number
+# of cells per side to the power of -1.5.
+ERROR_RATIO = 1.0 / (1.0 - (WHOLE_CELLS[0] / WHOLE_CELLS[1]) ** 1.5)
+COMPARED_POSES = 8  # approximate number of poses that are solved on both grids
+TINY_FORCE = 1e-300  # force that replaces 0 in a divisor [N]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stand:
     """The position of a sensor on a fruit: its tilt [deg] and its offset from the apex [mm], along the tips and across.
 
-    `radii_mm` are the principal radii of the fruit. The first one has the azimuth `azimuth_deg` from the line along the
-    tips. `thickness_mm` is the thickness of the flesh. If a value is None, the scene's fruit has its own value.
+    `radii_mm` are the principal radii of the fruit. `azimuth_deg` is the angle from the line along the tips to the
+    direction of the first one. `thickness_mm` is the thickness of the flesh. A value of None leaves the scene's fruit
+    unchanged.
 
     With `from_touch`, the sensor is pressed by hand. The tilt is then relative to the normal of the skin under the
-    sensor, and the travel counts from the first touch. Since the first touch, the tilt has changed by `turned_deg`.
+    sensor, and the travel starts at the first touch. `turned_deg` is the change in tilt since the first touch.
     """
 
     tilt_deg: Point = (0.0, 0.0)
@@ -67,15 +70,15 @@ class Pose:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class PoseForces(Record):
-    """The forces of the tips in many poses, with their errors and contacts; arrays are (poses, tips) or (poses,).
+    """The tip forces in many poses, with their errors and contacts; arrays are (poses, tips) or (poses,).
 
-    `F` [N] are the forces; they are nan in a pose whose contact reaches the edge of a dome's face. `F_error` [N] bounds
-    the error of each force. `common_error` [N] is the error of all forces together if it has the same sign under all
-    tips. Neither includes `F_flesh` [N]: by this amount the forces under domes are larger with Hencky's law of flesh
-    than with the neo-Hookean law, and smaller with Storakers's law. `error` [1] is the largest relative error of a
-    nonzero force in a pose. `touching` is True for tips in contact. `contact_radius` [mm], `mean_pressure` [MPa] and
-    its error `pressure_error` [MPa] are for a round contact of the same area. `face_mm` [mm] is the diameter of the
-    face that a dome requires for its contact in a pose, 0 for other tips.
+    `F` [N] holds the forces. They are nan in a pose whose contact reaches the edge of a dome's face. `F_error` [N]
+    bounds the error of each force. `common_error` [N] is the error of all forces if it has the same sign under all
+    tips. Neither includes `F_flesh` [N], the effect of the material law on forces under domes. By this amount, the
+    forces are larger with Hencky's law than with the neo-Hookean law, and smaller with Storakers's law. `error` [1] is
+    the largest relative error of a nonzero force in a pose. `touching` is True for tips in contact. `contact_radius`
+    [mm], `mean_pressure` [MPa] and its error `pressure_error` [MPa] describe a circular contact of the same area.
+    `face_mm` [mm] is the face diameter that a dome needs for its contact in a pose; for other tips, it is 0.
     """
 
     F: Floats
@@ -91,13 +94,13 @@ class PoseForces(Record):
 
 
 def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
-    """Return the forces of a sensor in many poses.
+    """Return the tip forces of a sensor in many poses.
 
-    `compliance` is the compliance of the fruit in `scene`, and C (tips, tips) [mm/N] that of the springs. For a fruit
-    with another radius, the block of the scene's fruit is used. Raises InputError if a pose is too steep or outside the
-    domain of contact, and SolveError if a solve does not converge.
+    `compliance` is the compliance of the fruit in `scene`, and C (tips, tips) [mm/N] is the compliance of the springs.
+    A fruit with another radius is represented by the block of the scene's fruit. Raises InputError if a pose is too
+    steep or outside the domain of the contact solver. Raises SolveError if a solve does not converge.
     """
-    # Many poses share a stand, whose scene is made only once.
+    # Many poses share a stand, so the scene of each stand is made only once.
     scenes_of_stands: dict[Stand, Scene] = {}
     for pose in poses:
         if pose.stand not in scenes_of_stands:
@@ -114,13 +117,13 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
 
 
 def posed_scene(scene: Scene, stand: Stand) -> Scene:
-    """Return the scene with the sensor at another position on the fruit, which `stand` describes."""
+    """Return the scene with the sensor at the position on the fruit that `stand` describes."""
     fruit = _changed_fruit(scene.fruit, stand.radii_mm, stand.azimuth_deg, stand.thickness_mm)
     off_centre = (scene.off_centre_mm[0] + stand.off_centre_mm[0], scene.off_centre_mm[1] + stand.off_centre_mm[1])
     tilt, roll = stand.tilt_deg
     if stand.from_touch and any(off_centre) and scene.curved:
-        # The tilt of a hand is relative to the normal under the sensor, but the tilt of a scene to the normal at the
-        # apex.
+        # The tilt of the hand is relative to the normal under the sensor. The tilt of a scene is relative to the normal
+        # at the apex.
         normal = np.degrees(np.arctan(fruit_slope(fruit, *off_centre)))
         tilt, roll = tilt + float(normal[0]), roll + float(normal[1])
     return dataclasses.replace(
@@ -135,16 +138,19 @@ def posed_scene(scene: Scene, stand: Stand) -> Scene:
 
 @functools.lru_cache(maxsize=256)
 def _tilted_press(press: PressMotion, tilt: float, roll: float) -> PressMotion:
-    """Return a copy of the press with another tilt and roll [deg]. It is cached for the scenes that share it."""
+    """Return a copy of the press with the given tilt and roll [deg].
+
+    The result is cached, so that scenes share one object.
+    """
     return dataclasses.replace(press, tilt_deg=tilt, roll_deg=roll)
 
 
 @functools.lru_cache(maxsize=256)
 def _changed_fruit(fruit: Fruit, radii: Point | None, azimuth: float | None, thickness: float | None) -> Fruit:
-    """Return the fruit with other radii [mm], another azimuth [deg] and another thickness [mm].
+    """Return a copy of the fruit with the given radii [mm], azimuth [deg] and thickness [mm].
 
-    An argument of None does not change the fruit. A sphere uses only the first radius, and a block none. The result is
-    cached, because many poses share one fruit.
+    An argument of None leaves the fruit's own value. A sphere uses only the first radius, and a block uses neither. The
+    result is cached, because many poses share one fruit.
     """
     changes: dict[str, Any] = {}
     if radii is not None and fruit.radius_mm is not None:
@@ -155,7 +161,7 @@ def _changed_fruit(fruit: Fruit, radii: Point | None, azimuth: float | None, thi
         changes["azimuth_deg"] = azimuth
     if thickness is not None:
         changes["thickness_mm"] = thickness
-    if changes and fruit.whole:  # length and width follow from the radii and the thickness
+    if changes and fruit.whole:  # the length and the width follow from the radii and the thickness
         changes |= {"length_mm": None, "width_mm": None}
     return dataclasses.replace(fruit, **changes) if changes else fruit
 
@@ -163,14 +169,14 @@ def _changed_fruit(fruit: Fruit, radii: Point | None, azimuth: float | None, thi
 def _dome_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    """Return the forces of domes by the dome law, given one of the `scenes` for each of the `poses`.
+    """Return the forces of domes from the dome law; there is one scene for each of the poses.
 
-    They are nan in a pose whose contact reaches the edge of a face, where the law does not hold.
+    The forces are nan in a pose whose contact reaches the edge of a face, because the law is not valid there.
     """
     E = np.array([pose.E for pose in poses])
     travel = np.array([pose.travel for pose in poses])
-    body = fruit_under_domes(scene, compliance, [each.fruit for each in scenes])
-    domes = dome_forces(dome_poses(scenes, travel), E, C, body)
+    fruit = fruit_under_domes(scene, compliance, [each.fruit for each in scenes])
+    domes = dome_forces(dome_poses(scenes, travel), E, C, fruit)
     face = domes.face.max(axis=1)
     off_face = face > scene.tips.side_mm
     return PoseForces(
@@ -190,10 +196,10 @@ def _dome_forces(
 def _cell_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    """Return the forces on a coarse grid of cells, with errors from a finer grid.
+    """Return the forces on a coarse grid of cells, with errors estimated on a finer grid.
 
-    There is one of the `scenes` for each of the `poses`. The grid is made for the steepest pose, and all poses share
-    it. Only some of the poses are solved on the finer grid.
+    There is one scene for each of the poses. The grid is made for the steepest pose, and all poses share it. Only some
+    of the poses are solved on the finer grid.
     """
     farthest = max(pose.travel for pose in poses)
     slopes = [float(np.hypot(*each.turn)) for each in scenes]
@@ -202,15 +208,15 @@ def _cell_forces(
     coarse, fine = scene_cells(built, compliance, farthest, all(each.mirrored for each in scenes))
     F, area = _grid_forces(built, coarse, C, poses, scenes)
 
-    # About COMPARED poses, evenly from the most to the least tilted one, are solved on the finer grid too.
+    # About COMPARED_POSES poses, spread evenly from the most to the least tilted one, are solved on the finer grid too.
     order = np.argsort(slopes)[::-1]
-    compared = order[:: max(1, len(order) // COMPARED)]
+    compared = order[:: max(1, len(order) // COMPARED_POSES)]
     fine_F, _ = _grid_forces(built, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
 
     moduli = np.array([pose.E for pose in poses])
     difference, total_difference = _grid_differences(F, fine_F, compared, moduli)
-    error = LEFT * difference + compliance.error_pair
-    common_error = LEFT * total_difference + compliance.error_pair
+    error = ERROR_RATIO * difference + compliance.error_pair
+    common_error = ERROR_RATIO * total_difference + compliance.error_pair
     mean_pressure = F / np.where(area > 0.0, area, 1.0)
     return PoseForces(
         F=F,
@@ -227,35 +233,35 @@ def _cell_forces(
 
 
 def _grid_differences(F: Floats, fine_F: Floats, compared: Ints, moduli: Floats) -> tuple[float, float]:
-    """Return the largest relative differences between both grids [1]: of a force, and of the sum of all forces.
+    """Return the largest relative difference between the grids [1], first in a single force, then in the total force.
 
-    F (poses, tips) are the forces on the coarse grid. `fine_F` are the forces on the fine grid in the poses with the
-    indices `compared`. `moduli` (poses,) [MPa] are the moduli of all poses.
+    F (poses, tips) holds the forces on the coarse grid. `fine_F` holds the forces on the fine grid, in the poses with
+    the indices `compared`. `moduli` (poses,) [MPa] are the moduli of all poses.
     """
     differences = np.divide(np.abs(fine_F - F[compared]), fine_F, out=np.zeros_like(fine_F), where=fine_F > 0.0)
 
-    # The error that is common to all tips is estimated from the sum of their forces. A tip that has just touched has a
-    # large relative error of its own, which does not act like an error of the flesh.
+    # The common error of all tips is estimated from their total force. A tip that has just touched has a large relative
+    # error of its own, which does not act like an error in the modulus of the flesh.
     total = F.sum(axis=1)
-    largest_total = np.array([total[moduli == E].max(initial=NO_FORCE) for E in moduli[compared]])
+    largest_total = np.array([total[moduli == E].max(initial=TINY_FORCE) for E in moduli[compared]])
     total_difference = float((np.abs(fine_F.sum(axis=1) - total[compared]) / largest_total).max())
     return float(differences.max(initial=0.0)), total_difference
 
 
 def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
-    """Return the decrease of the forces F (poses, tips) [N] due to a common relative error of 1.
+    """Return the decrease of the forces F (poses, tips) [N] that a common relative error of 1 causes.
 
-    A common error of all forces acts like flesh that is softer than assumed. For an error of 1, the flesh is so soft
-    that the whole force of a level press would vanish to first order. The caller multiplies the result by the actual
-    error. `moduli` (poses,) [MPa] are the moduli of the poses.
+    A common error of all forces acts like flesh that is softer than assumed. An error of 1 means flesh so soft that, to
+    first order, the total force of a level press vanishes. The caller multiplies the result by the actual error.
+    `moduli` (poses,) [MPa] are the moduli of the poses.
     """
-    softening = {}  # relative increase in the compliance of the flesh for each modulus
+    softening = {}  # for each modulus, the relative increase in the compliance of the flesh at which the force vanishes
     for E in np.unique(moduli).tolist():
         flesh_compliance = compliance.S / E
         level_forces = np.linalg.solve(C + flesh_compliance, np.ones(len(C)))  # for a unit travel
         softening[E] = level_forces.sum() / np.linalg.solve(C + flesh_compliance, flesh_compliance @ level_forces).sum()
 
-    # Only tips in contact take part.
+    # Only the tips in contact contribute.
     decrease = np.zeros_like(F)
     for row, E, forces in zip(decrease, moduli.tolist(), F, strict=True):
         tips = np.flatnonzero(forces > 0.0)
@@ -270,7 +276,8 @@ def _grid_forces(
 ) -> tuple[Floats, Floats]:
     """Return the forces [N] and the contact areas [mm^2] on one grid of cells, both (poses, tips).
 
-    The cells stay where the scene `built` has them on the block, so that one compliance matrix serves all poses.
+    The cells keep their positions on the block, under the tips of the scene `built`, so that one compliance matrix
+    serves all poses.
     """
     cells = grid.cells
     contact = UnilateralContact(cells)
@@ -290,7 +297,7 @@ def _grid_forces(
 def _forces_under_skin(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
     """Return the forces on flesh under a skin, whose compliance times E depends on the modulus of the flesh.
 
-    The poses with the same modulus are solved together.
+    Poses with the same modulus are solved together.
     """
     moduli = np.array([pose.E for pose in poses])
     columns: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""The pressure on the footprints of the tips, as the forces of contact cells."""
+"""The pressure under each tip, as the forces on a grid of contact cells."""
 
 from dataclasses import dataclass
 
@@ -14,10 +14,11 @@ from solve.fruit.compliance import FruitCompliance
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FootprintPressure:
-    """The forces of cells on a square grid under each tip, at the modulus E [MPa].
+    """The forces on the cells of a square grid under each tip, at the modulus E [MPa].
 
-    `cell_forces` is (tips, n, n) [N]; its last two axes are along the tips and across. `edges` (n + 1,) [mm] are the
-    grid lines relative to the centre of a tip. `centres` (tips, 2) [mm] are the centres relative to the apex.
+    `cell_forces` has shape (tips, n, n) [N]; its last two axes are the directions along the tips and across. `edges` (n
+    + 1,) [mm] are the grid lines relative to the centre of a tip. `centres` (tips, 2) [mm] are the centres relative to
+    the apex.
     """
 
     E: float
@@ -27,7 +28,7 @@ class FootprintPressure:
 
     @property
     def forces(self) -> Floats:
-        """Return the forces of the tips [N], shape (tips,)."""
+        """Return the force on each tip [N], shape (tips,)."""
         return np.asarray(self.cell_forces.sum(axis=(1, 2)))
 
 
@@ -35,19 +36,19 @@ def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: 
     """Return the pressure under all tips at the modulus E [MPa] and the travel x [mm].
 
     C (tips, tips) [mm/N] is the compliance of the springs. Raises InputError if the scene is too steep or outside the
-    domain of contact, or if E is not above 0. Raises SolveError if a solve does not converge.
+    domain of the contact solver, or if E is not above 0. Raises SolveError if a solve does not converge.
     """
     if not E > 0.0:
         raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
-    _, grid = scene_cells(scene, compliance.at(E), x)  # the fine grid
+    _, grid = scene_cells(scene, compliance.at(E), x)  # only the fine grid
     interference = grid.interference(scene, x)
-    # Contact is solved for forces over E [mm^2], so compliances are multiplied by E [1/mm].
+    # Contact is solved for forces divided by E [mm^2], so compliances are multiplied by E [1/mm].
     compliance_times_E = E * np.asarray(C, dtype=np.float64) + grid.compliance_correction
     contact = UnilateralContact(grid.cells).solve(interference, compliance_times_E)
 
     per_side = len(grid.edges) - 1
     forces = E * (contact.pressure * grid.cells.areas)  # [N]
     forces = forces.reshape(len(contact.F), per_side, -1)  # (tips, along, across)
-    if grid.is_half:  # the scene is symmetric about y = 0, and only y > 0 was solved, with doubled areas
+    if grid.is_half:  # the scene is symmetric about y = 0: only y > 0 was solved, with doubled areas
         forces = 0.5 * np.concatenate([forces[..., ::-1], forces], axis=2)
     return FootprintPressure(E=E, centres=grid.cells.centres, edges=grid.edges, cell_forces=forces)

@@ -1,8 +1,8 @@
 """Cells of uniform pressure on the footprints of the tips, and the compliance matrix between them.
 
-Within a footprint, the matrix is the Galerkin influence matrix of the half-space. Between tips, and for the finite size
-of the block, the compliance is smooth, and interpolated by the nodal polynomials of the punch tables. One matrix serves
-all moduli, travels and gaps.
+Within a footprint, the compliance is the Galerkin influence matrix of the half-space. Two further parts are smooth: the
+compliance between different tips, and the compliance that the finite size of the block adds. The nodal polynomials of
+the punch tables interpolate these parts. One matrix serves all moduli, travels and gaps.
 """
 
 import functools
@@ -27,18 +27,19 @@ from solve.fruit.footprints import (
 from solve.halfspace.layered import Layer, added_compliances
 from solve.halfspace.punch import influence, lagrange, square_punch
 
-FINE = Grading(0.7, (0.7, 0.21, 0.09))  # grading of the mesh of the remainder
-FEWEST_NODES = 3  # minimum nodes per side; the pressure of a partial contact has higher moments than of a level punch
+FINE = Grading(0.7, (0.7, 0.21, 0.09))  # mesh grading for the remainder
+# Minimum number of nodes per side. The pressure of a partial contact has higher moments than under a level punch.
+FEWEST_NODES = 3
 GAUSS = 4  # Gauss points along each side of a cell
 
 
 @dataclass(frozen=True, eq=False)
 class ContactCells:
-    """The cells on all footprints, and their compliance.
+    """The cells on all footprints, and the compliance between them.
 
     `points` (cells, 2) [mm] are the centres of the cells, and `areas` (cells,) [mm^2] their areas. `owner` (cells,) is
-    the index of the tip of each cell, and `centres` (tips, 2) [mm] are the centres of the footprints. `compliance`
-    (cells, cells) is the mean displacement of a cell per force on another cell, times E [1/mm].
+    the index of each cell's tip, and `centres` (tips, 2) [mm] are the centres of the footprints. `compliance` (cells,
+    cells) [1/mm] is the mean displacement of one cell per force on another, times E.
     """
 
     points: Floats
@@ -49,12 +50,12 @@ class ContactCells:
 
     @property
     def local(self) -> Floats:
-        """Return the centres of the cells relative to the centre of their own tip [mm], shape (cells, 2)."""
+        """Return the centre of each cell relative to the centre of its own tip [mm], shape (cells, 2)."""
         return self.points - self.centres[self.owner]
 
     @property
     def tips(self) -> Floats:
-        """Return the incidence matrix (cells, tips), which is 1 at the tip of each cell and 0 elsewhere."""
+        """Return the incidence matrix (cells, tips), which is 1 where the tip is the cell's own, and 0 elsewhere."""
         return np.eye(len(self.centres))[self.owner]
 
 
@@ -65,12 +66,12 @@ def contact_cells(
     layer: Layer | None = None,
     grading: Grading = FINE,
 ) -> ContactCells:
-    """Return the cells of square footprints with their compliance.
+    """Return the cells of square footprints, and the compliance between them.
 
-    The footprints contain all possible contact of each tip. `edges` [1] are the grid lines of the cells over the side
-    of the footprint, from -1/2 to 1/2. Under each tip the half-space has a `layer`, if given. The effect of the layer
-    between different tips is a constant, which the caller adds. `grading` determines the mesh of the remainder. Raises
-    SolveError if a solve does not converge.
+    The footprints must contain all possible contact of each tip. `edges` [1] are the grid lines of the cells, in sides
+    of the footprint, from -1/2 to 1/2. If a `layer` is given, it covers the half-space under each tip. The effect of
+    the layer between different tips is a constant, which the caller adds. `grading` determines the mesh of the
+    remainder. Raises SolveError if a solve does not converge.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
@@ -78,18 +79,18 @@ def contact_cells(
     area = np.outer(np.diff(edges), np.diff(edges)).ravel()
     cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
 
-    # The half-space under each tip: the mean displacement of a cell per force on another, for E* = 1 and side 1.
+    # The half-space under each tip: the mean displacement of one cell per force on another, for E* = 1 and side 1.
     pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
     half_space = pairs / np.outer(area, area)
     if layer is None:
         within_tips = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space))
     else:
-        # A half-space of the layer's material, plus the effect of the flesh below.
+        # A half-space of the layer's material, plus the effect of the flesh below the layer.
         distances = np.linalg.norm(cell_centres[:, None] - cell_centres, axis=2)
         base_effects = [added_compliances([layer], side * distances)[0] for side in sides]
         within_tips = block_diag(*(layer.surface / sides[:, None, None] * half_space + base_effects))
 
-    # The rest is smooth: it is known between nodes, and averaged over cells by the nodal polynomials.
+    # The other parts are smooth. They are known between nodes, and nodal polynomials average them over cells.
     means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
     to_cells = block_diag(*[np.kron(means, means)] * len(footprints))
     smooth = smooth_compliance(fruit, tuple(footprints), grading)
@@ -117,17 +118,17 @@ def _cell_means(nodes: Floats, edges: Floats) -> Floats:
 
 
 def half_cells(cells: ContactCells) -> ContactCells:
-    """Return the cells at y > 0, in the same order, each of which also represents its mirror image at y < 0.
+    """Return the cells at y > 0, in the same order, each combined with its mirror image at y < 0.
 
-    They are for contact that is symmetric about y = 0. All centres of footprints must lie at y = 0, and the number of
+    They are used if the contact is symmetric about y = 0. All footprints must be centred at y = 0, and the number of
     cells per side must be even.
     """
     kept = cells.points[:, 1] > 0.0
-    # Cells are stored in rows across their footprint, so the mirror images are in the reversed rows.
+    # Cells are stored in rows along y, so reversing each row yields the mirror images.
     per_side = round((len(cells.owner) / len(cells.centres)) ** 0.5)
     rows = np.arange(len(kept)).reshape(-1, per_side)
     image = rows[:, ::-1].ravel()
-    # A force on a cell and its mirror image acts half on each of them.
+    # Half of each force acts on the cell, and half on its mirror image.
     pairs = 0.5 * (cells.compliance + cells.compliance[:, image])
     return replace(
         cells,
@@ -138,7 +139,7 @@ def half_cells(cells: ContactCells) -> ContactCells:
     )
 
 
-# The cache serves both grids of a scene.
+# The coarse and the fine grid of a scene share one result, so it is cached.
 @functools.lru_cache(maxsize=4)
 def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: Grading) -> Floats:
     """Return the smooth part of the compliance between all nodes of all footprints, times E [1/mm], (nodes, nodes).
@@ -149,8 +150,8 @@ def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: 
     interaction_nodes = _interaction_nodes(footprints)
     counts = NodeCounts(between=interaction_nodes, within=max(FEWEST_NODES, nodes_within(fruit, footprints)))
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
-    # If all tips lie on a mirror plane, only one side of it is meshed. Tilted tips press unequally on both sides of the
-    # plane, so that odd loads are needed too.
+    # If all tips are centred on a mirror plane, only one side of it is meshed. Tilted tips press unequally on the two
+    # sides, so odd loads are needed too.
     mirror_x = all(footprint.x == 0.0 for footprint in footprints)
     mirror_y = all(footprint.y == 0.0 for footprint in footprints)
     lines = block_lines(fruit, nodes, (mirror_x, mirror_y), grading)
@@ -162,5 +163,5 @@ def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: 
 
 
 def _interaction_nodes(footprints: Sequence[Footprint]) -> int:
-    """Return the number of nodes per side for the interaction of tips under any distribution of pressure."""
+    """Return the number of nodes per side for the interaction between tips under any pressure distribution."""
     return max(FEWEST_NODES, nodes_between(footprints))

@@ -1,15 +1,15 @@
-"""Forces of level tips against time, on flesh that relaxes: exact for flat faces and for growing contacts.
+"""Forces of level tips as functions of time, on flesh that relaxes. Exact for flat faces and for growing contacts.
 
-Let n(t) be the forces that elastic flesh would need for the indentation of the tips at time t. The forces on
-viscoelastic flesh are F(t) = n(t) - sum g_i m_i(t), with memory variables m_i from tau_i dm_i/dt = n - m_i. See
-E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020. The indentation of each tip is the
-travel minus the deflection of its spring,
+Let n(t) be the forces that elastic flesh would exert at the indentation of the tips at time t. On viscoelastic flesh,
+the forces are F(t) = n(t) - sum g_i m_i(t). The memory variables m_i obey tau_i dm_i/dt = n - m_i. See E. H. Lee, J. R.
+M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020. The indentation of each tip is the travel minus the
+deflection of its spring,
 
     x_i - gap_i - (C F)_i = h (n_i / E)^(2/3) + (S n)_i / E,
 
-with the law of `sensor/theory/contrast_law.py`. Within a time step, n is assumed to be linear in time, and the m_i are
-integrated exactly. The remaining error is proportional to the square of the step. It is removed by Richardson
-extrapolation from two step sizes.
+with the right side from `sensor/theory/contrast_law.py`. Within a time step, n is assumed to be linear in time, and the
+m_i are integrated exactly. The remaining error is proportional to the square of the step. Richardson extrapolation from
+two step sizes removes it.
 """
 
 from dataclasses import dataclass
@@ -23,16 +23,17 @@ from sensor.theory.relaxation import Relaxation
 from solve.solve_error import SolveError
 
 MOST_STEPS = 60  # maximum number of Newton steps
-# Initial guess of a force over 1 / (1 / F_dome + 1 / F_spring), where F_dome and F_spring are the forces if only the
-# contact or only the springs deflected. It is small enough to be below the solution.
-BELOW = 0.25
-RESIDUAL_LIMIT = 1e-12  # residual at convergence over the largest travel
-SHRINKS = 1e-3  # relative decrease of a force up to which a contact is treated as growing
+# Initial guess for a force, as a fraction of 1 / (1 / F_dome + 1 / F_spring). F_dome is the force if only the contact
+# deflected, and F_spring the force if only the springs did. The fraction is so small that the guess is below the
+# solution.
+INITIAL_GUESS = 0.25
+RESIDUAL_LIMIT = 1e-12  # residual at convergence divided by the largest travel
+LARGEST_DECREASE = 1e-3  # relative decrease of a force up to which the contact is treated as growing
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TimedForces:
-    """Forces F [N] and the bound `error` [N] of their error due to time steps, both (presses, times, tips)."""
+    """Forces F [N] and the error bound `error` [N] due to the time steps, both (presses, times, tips)."""
 
     F: Floats
     error: Floats
@@ -41,9 +42,9 @@ class TimedForces:
 def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, travel: Floats) -> TimedForces:
     """Return the forces of presses on flesh whose instantaneous moduli are E (presses,) [MPa].
 
-    `times` [s] and `travel` [mm] are (presses, times), with the first touch at the first time. The travel is linear
-    between the times. Raises SolveError if no equilibrium of springs and flesh is found, or if a dome's contact
-    shrinks.
+    `times` [s] and `travel` [mm] have shape (presses, times), and the first time is the first touch. The travel is
+    linear between the times. Raises SolveError if no equilibrium between springs and flesh is found, or if the contact
+    of a dome shrinks.
     """
     coarse = _forces_of_growing_contacts(law, relaxation, E, times, travel)
     fine = _forces_of_growing_contacts(law, relaxation, E, _with_midpoints(times), _with_midpoints(travel))[:, ::2]
@@ -54,21 +55,21 @@ def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Flo
 def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Floats | float = 0.0) -> Floats:
     """Return the forces F (presses, tips) [N] on elastic flesh, at moduli E [MPa] and travels [mm], both (presses,).
 
-    They solve x_i - gap_i = h (F_i / E)^(2/3) + ((C + S / E) F)_i for the tips with F_i > 0; other tips have no force.
+    For every tip in contact, x_i - gap_i = h (F_i / E)^(2/3) + ((C + S / E) F)_i. A tip out of contact has no force.
     `held_back` (presses, tips) [mm] is subtracted from the travel of each tip. Raises SolveError if Newton's method
     does not converge.
     """
     modulus = E[:, None]
     compliance = np.array(law.C) + np.array(law.S) / modulus[..., None]
     hertz = law.hertz * modulus ** (-2.0 / 3.0)
-    overlap = travel[:, None] - np.array(law.gaps) - held_back  # of the undeformed tips with the fruit
+    overlap = travel[:, None] - np.array(law.gaps) - held_back  # overlap of the undeformed tips with the fruit
     touches = overlap > 0.0
     tolerance = RESIDUAL_LIMIT * np.abs(travel).max()
 
     # The deflection is a concave function of the force, so Newton's method converges monotonically from below.
     positive_overlap = np.where(touches, overlap, 1.0)
     own_compliance = np.einsum("pii->pi", compliance)
-    F = np.where(touches, BELOW / ((hertz / positive_overlap) ** 1.5 + own_compliance / positive_overlap), 0.0)
+    F = np.where(touches, INITIAL_GUESS / ((hertz / positive_overlap) ** 1.5 + own_compliance / positive_overlap), 0.0)
     identity = np.eye(len(law.gaps))
     for _ in range(MOST_STEPS):
         root = np.cbrt(F)
@@ -78,12 +79,12 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Float
             return F
         hertz_slope = np.where(touches & (hertz > 0.0), hertz / np.where(touches, 1.5 * root, 1.0), 0.0)
         tangent = compliance + hertz_slope[..., None] * identity
-        tangent = np.where(touches[..., None], tangent, identity)  # the force of a tip out of contact stays 0
+        tangent = np.where(touches[..., None], tangent, identity)  # a tip out of contact keeps a force of 0
         F = F + np.linalg.solve(tangent, residual[..., None])[..., 0]
         touches = touches & (F > 0.0)
         F = np.where(touches, F, 0.0)
     largest = np.abs(residual).max()
-    msg = f"tips over time: residual {largest:.1e} mm must be at most {tolerance:.0e} mm; press less deep"
+    msg = f"tips over time: residual {largest:.1e} mm must be at most {tolerance:.0e} mm; press less deeply"
     raise SolveError(msg)
 
 
@@ -92,15 +93,15 @@ def forces_over_time(
 ) -> tuple[Floats, Floats]:
     """Return the forces F [N] on flesh that relaxes, and the elastic forces n [N], both (presses, times, tips).
 
-    E (presses,) [MPa] are the instantaneous moduli. `times` (presses, times) [s] begin at the first touch. `lowered`
-    (presses, times, tips) [mm] is the travel of each tip since its own first touch. Contacts must grow; the caller
-    checks this. Raises SolveError if no equilibrium is found.
+    E (presses,) [MPa] holds the instantaneous moduli. `times` (presses, times) [s] begin at the first touch. `lowered`
+    (presses, times, tips) [mm] is the travel of each tip since its own first touch. The result is valid only if
+    contacts grow, which the caller must check. Raises SolveError if no equilibrium is found.
     """
     C = np.array(law.C)
     F, elastic = np.zeros_like(lowered), np.zeros_like(lowered)
     memory = Memory(relaxation)
-    # At the end of a step, F = `factor` n - `relaxed`, where `relaxed` is known from the past. So `factor` n is the
-    # solution of an elastic press on flesh with the modulus `factor` E, and with springs relieved by `relaxed`.
+    # At the end of a step, F = factor * n - relaxed, where `relaxed` is known from the previous steps. So factor * n
+    # solves an elastic press on flesh with the modulus factor * E, whose springs carry less force by `relaxed`.
     for k in range(1, times.shape[1]):
         factor, relaxed = memory.step(times[:, k] - times[:, k - 1])
         largest_travel = lowered[:, k].max(axis=-1)
@@ -118,17 +119,17 @@ def _forces_of_growing_contacts(
 ) -> Floats:
     """Return the forces (presses, times, tips) [N] at times [s] and travels [mm], both (presses, times).
 
-    Raises SolveError if the contact of a dome shrinks, because the law holds only for growing contacts.
+    Raises SolveError if the contact of a dome shrinks, because the law is valid only for growing contacts.
     """
     F, elastic = forces_over_time(law, relaxation, E, times, travel[..., None] - np.array(law.gaps))
-    if law.hertz > 0.0 and (elastic[:, 1:] < (1.0 - SHRINKS) * elastic[:, :-1]).any():
-        msg = "domes over time: a contact shrinks, and only growing ones are solved; hold for less time"
+    if law.hertz > 0.0 and (elastic[:, 1:] < (1.0 - LARGEST_DECREASE) * elastic[:, :-1]).any():
+        msg = "domes over time: a contact shrinks, but only growing contacts can be solved; hold for less time"
         raise SolveError(msg)
     return F
 
 
 def _with_midpoints(values: Floats) -> Floats:
-    """Return values (presses, n) with the mean of each two successive values between them, (presses, 2 n - 1)."""
+    """Return the values (presses, n) with the midpoint between each two neighbours inserted, (presses, 2 n - 1)."""
     refined = np.empty((len(values), 2 * values.shape[1] - 1))
     refined[:, ::2] = values
     refined[:, 1::2] = 0.5 * (values[:, 1:] + values[:, :-1])

@@ -1,4 +1,4 @@
-"""The forces in any scene at all moduli and travels: by the linear law, the dome law, or contact cells."""
+"""The tip forces in any scene at all moduli and travels, from the linear law, the dome law or contact cells."""
 
 import math
 import time
@@ -20,10 +20,11 @@ from solve.contact.unilateral import UnilateralContact
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
-# Error bar over the difference between the coarse and the fine grid. With convergence of order 1.5, the error of the
-# fine grid is 1.4 of this difference. tests/solve/contact/test_response.py measures SAFETY and RIM.
+# Ratio of the error bar to the difference between the coarse and the fine grid. With convergence of order 1.5, the
+# error of the fine grid is 1.4 times this difference. tests/solve/contact/test_response.py checks SAFETY and RIM.
 SAFETY = 1.5
-# Relative error of a sphere's force times the number of touching cells, because the contact's edge crosses cells.
+# Relative error of the force on a sphere, times the number of touching cells. It exists because the edge of the contact
+# crosses cells.
 RIM = 0.15
 
 
@@ -32,10 +33,10 @@ def scene_response(
 ) -> SensorResponse:
     """Return the forces, their ratio P and their slope ratio at all moduli E [MPa] and travels x [mm].
 
-    C (tips, tips) [mm/N] is the compliance of the springs. The errors are due to the compliance of the fruit, and to
-    the grid of cells or the dome law. They do not include the error of the small-slope approximation, which the status
-    states. Raises InputError if the scene is too steep or outside the domain of contact, or if a contact reaches the
-    edge of a dome's face. Raises SolveError if a solve does not converge.
+    C (tips, tips) [mm/N] is the compliance of the springs. The error estimates cover the compliance of the fruit, and
+    the grid of cells or the dome law. They exclude the error of the small-slope approximation, which the status
+    reports. Raises InputError if the scene is too steep or outside the domain of the contact solver. Also raises
+    InputError if a contact reaches the edge of a dome's face, and SolveError if a solve does not converge.
     """
     C = np.asarray(C, dtype=np.float64)
     moduli = np.asarray(E, dtype=np.float64)
@@ -53,7 +54,7 @@ def scene_response(
 
 
 def _join_responses(responses: Sequence[SensorResponse]) -> SensorResponse:
-    """Return one response from several responses to the same travels, each at moduli of its own."""
+    """Return one response that joins several responses at different moduli and the same travels."""
     columns: dict[str, Any] = {}
     for name in ("E", "F", "P", "slope_ratio", "F_error", "P_error", "P_step", "mean_pressure"):
         values = [getattr(response, name) for response in responses]
@@ -63,10 +64,10 @@ def _join_responses(responses: Sequence[SensorResponse]) -> SensorResponse:
 
 
 def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response on the finer of two grids of cells, with errors from the difference between both.
+    """Return the response on the finer of two grids of cells, with errors estimated from the difference between them.
 
-    The error is SAFETY times this difference, plus the errors due to the contact's edge and to the compliance. Raises
-    the errors of `scene_response`.
+    The error is SAFETY times this difference, plus the errors that the edge of the contact and the compliance cause.
+    Raises the same errors as `scene_response`.
     """
     start = time.perf_counter()
     coarse_grid, fine_grid = scene_cells(scene, compliance, float(x.max(initial=0.0)))
@@ -75,10 +76,12 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
 
     touching = fine.F > 0.0
     F_differences = np.divide(np.abs(fine.F - coarse.F), fine.F, out=np.full(fine.F.shape, -1.0), where=touching)
-    # If a tip is out of contact only on the coarse grid, P of the coarse grid is replaced by twice the fine value.
+    # If a tip is out of contact only on the coarse grid, the coarse P is undefined. Twice the fine P is used, so that
+    # the error is large.
     coarse_P = np.where(np.isnan(coarse.P), 2.0 * fine.P, coarse.P)
     P_differences = np.nan_to_num(np.abs(fine.P / coarse_P - 1.0))
-    # Differences change sign along the table, so a small one may be accidental. The largest of its neighbours is used.
+    # The differences change sign within the table, so a small value may be accidental. Neighbouring values correct
+    # this.
     F_difference = _neighbour_maximum(F_differences.max(axis=2))
     P_difference = _neighbour_maximum(P_differences)
     return replace(
@@ -97,7 +100,7 @@ def _neighbour_maximum(table: Floats) -> Floats:
 
 
 def _cell_status(scene: Scene, cells: int) -> str:
-    """Return a text for the report on the cells, and on the error of the small-slope approximation."""
+    """Return the text of the report about the number of cells and the error of the small-slope approximation."""
     status = f"unilateral contact on {cells} cells, error from a coarser grid"
     if scene.fruit.shape != "block":
         status += f"; the fruit slopes by {values_in_words(scene.slopes_deg)} deg under the tips"
@@ -109,16 +112,17 @@ def _cell_status(scene: Scene, cells: int) -> str:
 
 
 def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
-    """Return the response of domes by the dome law, with the errors that the law bounds.
+    """Return the response of domes by the dome law, with the error bounds of that law.
 
-    The relative error of P is the sum of the errors of both forces. Raises the errors of `scene_response`.
+    The relative error of P is the sum of the relative errors of both forces. Raises the same errors as
+    `scene_response`.
     """
     start = time.perf_counter()
     check_scene(scene)
-    # The dome law takes one modulus and one travel for each press.
+    # The dome law expects one modulus and one travel per press.
     E, travel = (values.ravel() for values in np.meshgrid(moduli, x, indexing="ij"))
-    body = fruit_under_domes(scene, compliance, [scene.fruit] * len(E))
-    domes = dome_forces(dome_poses([scene] * len(E), travel), E, C, body)
+    fruit = fruit_under_domes(scene, compliance, [scene.fruit] * len(E))
+    domes = dome_forces(dome_poses([scene] * len(E), travel), E, C, fruit)
     _check_faces(scene, domes.face[min(scene.fruit.E_MPa) <= E])
     status = (
         "Hertz's law at large strain where each dome touches, at any tilt without a small-angle approximation; the "
@@ -138,23 +142,24 @@ def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
 
 
 def _check_faces(scene: Scene, face: Floats) -> None:
-    """Raise InputError if a contact requires a wider face than the domes have.
+    """Raise InputError if a contact needs a wider tip face than the domes have.
 
-    `face` (presses, tips) [mm] is the required diameter of a face. It must be only for moduli in the fruit's range:
-    softer flesh is pressed only to find a limit.
+    `face` (presses, tips) [mm] is the face diameter that each contact needs. It should include only moduli in the
+    fruit's range, because softer flesh is pressed only to find a limit.
     """
     widest = float(face.max(initial=0.0))
     if widest > scene.tips.side_mm:
         enough = math.ceil(100.0 * widest) / 100.0
         bound = f"at least {enough:g} mm, or the contact runs off the face of a dome"
-        hint = "widen the face, or press more level or less deep"
+        hint = "widen the face, or press more level or less deeply"
         raise validation_error("tips.side_mm", scene.tips.side_mm, "mm", bound, hint)
 
 
 def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
     """Return the response on one grid of cells.
 
-    Its errors [1] are due to the edge of the contact, which crosses cells, although a cell can only touch as a whole.
+    Its errors [1] estimate how much the force depends on where the edge of the contact crosses the cells. A cell can
+    only touch as a whole.
     """
     contact = UnilateralContact(grid.cells)
     interferences = [grid.interference(scene, float(travel)) for travel in x]
@@ -163,11 +168,11 @@ def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x:
     edge_error = np.zeros(F.shape[:2])
     for i, modulus in enumerate(moduli):
         for j, interference in enumerate(interferences):
-            # Contact is solved for forces over E [mm^2], so compliances are multiplied by E [1/mm].
+            # Contact is solved for forces divided by E [mm^2], so compliances are multiplied by E [1/mm].
             state = contact.solve(interference, modulus * C + grid.compliance_correction)
             F[i, j] = modulus * state.F
             rates[i, j] = state.slope
-            # Only if part of a tip's face touches does the edge of the contact cross cells.
+            # The edge of the contact crosses cells only if part of a tip's face touches.
             tips = len(C)
             touching_cells = np.bincount(grid.cells.owner, state.pressure > 0.0, minlength=tips)
             face_cells = np.bincount(grid.cells.owner, np.isfinite(state.gap), minlength=tips)

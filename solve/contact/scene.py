@@ -1,7 +1,7 @@
 """A contact scene: the fruit, the tips, their motion, and the initial gap between tips and fruit.
 
 The travel x is measured at the middle of the tips, from the first touch of a level sensor. Tilt and roll rotate the
-sensor about this middle. Tilt is the inclination along the tips, roll the inclination across them.
+sensor about this middle. The tilt is the inclination along the tips, and the roll is the inclination across them.
 """
 
 import functools
@@ -20,17 +20,17 @@ from solve.fruit.curved_shape import fruit_gap, fruit_slope
 
 Point = tuple[float, float]  # along the tips, across
 
-# Largest slope for which gaps and forces are computed as for small slopes: 1 / cos - 1 = 6 %.
+# Largest slope at which gaps and forces are treated as for small slopes. There, 1 / cos - 1 is 6 %.
 STEEPEST_DEG = 20.0
 
 
 @dataclass(frozen=True, eq=False)
 class LateralCompliance:
-    """The compliance of tips on their springs under lateral forces, in addition to the motion along the press.
+    """The compliance of tips on their springs under lateral forces, in addition to the compliance along the press.
 
     The last two axes of `compliance` (tips, tips, 3, 3) [mm/N] are the directions along the tips, across them, and up
-    the sensor. It is the compliance of flat faces, or of the centres of the spheres of domes. Its entry for the
-    direction up in both is 0, because it is part of the compliance of the springs. `error` [1] is the relative error.
+    the sensor. It applies at the faces of flat tips, and at the sphere centres of domes. The up-up entries are 0,
+    because the compliance of the springs contains them. `error` [1] is the relative error.
     """
 
     compliance: Floats
@@ -39,15 +39,16 @@ class LateralCompliance:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """The fruit, the tips, and the sensor motion that presses them against it.
+    """The fruit, the tips, and the motion that presses the tips against the fruit.
 
-    `height_offset_mm` is the height of each tip, at most 0, relative to the level plane of the sensor. It is due to the
-    sag of the spring, and empty for level tips. The designed protrusion of tips is part of `tips`, and travel is
-    measured from the first touch with this protrusion. `off_centre_mm` is the error of the sensor's position on the
-    fruit, along the tips and across. `sideways` is used only for domes.
+    `height_offset_mm` is the height of each tip, at most 0, relative to the level plane of the sensor. It is caused by
+    the sag of the springs, and is empty for level tips. The designed protrusion of the tips is part of `tips`; travel
+    starts at the first touch with this protrusion. `off_centre_mm` is the position error of the sensor on the fruit,
+    along the tips and across. `sideways` is used only for domes.
 
-    With `from_touch`, travel is along the axis of the sensor, from its first touch in this pose. Since the first touch,
-    the tilt along the tips and across has changed by `turned_deg`, about the middle of the tips.
+    With `from_touch`, travel is along the axis of the sensor, and starts at the first touch in this pose. Since the
+    first touch, the sensor has rotated about the middle of the tips. `turned_deg` is the change in tilt, along the tips
+    and across.
     """
 
     fruit: Fruit
@@ -72,36 +73,36 @@ class Scene:
 
     @property
     def mirrored(self) -> bool:
-        """Return whether the contact is symmetric about the plane y = 0 through all tips."""
+        """Return whether the contact is symmetric about the plane y = 0, in which all tips lie."""
         return self.press.roll_deg == 0.0 and self.fruit.mirrored and all(y == 0.0 for _, y in self.centres)
 
     @cached_property
     def centres(self) -> tuple[Point, ...]:
-        """Return the positions x, y of the centres of the tips relative to the apex [mm]."""
+        """Return the positions x, y of the tip centres relative to the apex [mm]."""
         along, across = self.off_centre_mm
         return tuple((x + along, y + across) for x, y in self.tips.places_mm)
 
     @cached_property
     def height_offsets_mm(self) -> tuple[float, ...]:
-        """Return the height of each tip relative to the level plane of the sensor, by design and by sag [mm]."""
+        """Return the height of each tip relative to the level plane of the sensor [mm], by design and by sag."""
         sag = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
         return tuple(design + spring for design, spring in zip(self.tips.height_offset_mm, sag, strict=True))
 
     @property
     def slopes_deg(self) -> tuple[float, ...]:
-        """Return the slope of the fruit along the tips, under the centre of each tip [deg]; downwards is positive."""
+        """Return the downward slope of the fruit along the tips, under the centre of each tip [deg]."""
         return tuple(float(np.degrees(np.arctan(along))) for along, _ in _fruit_slopes(self.fruit, self.centres))
 
     @property
     def steepest_deg(self) -> float:
-        """Return the largest angle between a tip's face and the fruit's surface under its centre [deg]."""
+        """Return the largest angle between a tip's face and the surface of the fruit under its centre [deg]."""
         along, across = self.turn.tolist()
         slopes = [math.hypot(x - along, y - across) for x, y in _fruit_slopes(self.fruit, self.centres)]
         return math.degrees(math.atan(max(slopes)))
 
     @cached_property
     def turn(self) -> Floats:
-        """Return the tangents of tilt and roll [1], shape (2,), with the change since the first touch."""
+        """Return the tangents of tilt and roll [1], shape (2,), including the rotation since the first touch."""
         tilt = np.radians([self.press.tilt_deg, self.press.roll_deg])
         return np.asarray(np.tan(tilt + np.radians(self.turned_deg)))
 
@@ -112,21 +113,21 @@ class Scene:
 
     @property
     def on_domes(self) -> bool:
-        """Return whether contact is solved by the dome law."""
+        """Return whether the dome law solves the contact."""
         return self.tips.tip_shape.obeys_hertz
 
     @property
     def on_cells(self) -> bool:
-        """Return whether contact is solved on cells: the contact area varies, and the tips are not domes."""
+        """Return whether contact is solved on cells, because the contact area varies and the tips are not domes."""
         return not self.linear and not self.on_domes
 
     @property
     def curved(self) -> bool:
-        """Return whether the fruit's skin is curved."""
+        """Return whether the fruit has a curved skin."""
         return self.fruit.radius_mm is not None
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
-        """Return the gap between the fruit and the plane at its apex [mm]; infinity outside the fruit's plan."""
+        """Return the gap between the fruit and the plane at its apex [mm]; it is infinite outside the fruit's plan."""
         return _fruit_gap(self.fruit, x, y)
 
     def gap_under(self, centre: Point, x: Floats, y: Floats) -> Floats:
@@ -138,7 +139,7 @@ class Scene:
 
     @cached_property
     def first_touch_mm(self) -> float:
-        """Return the distance that a level sensor moves from the plane at the apex to its first touch [mm]."""
+        """Return the distance that a level sensor travels from the plane at the apex to its first touch [mm]."""
         gaps = []
         for centre, height_offset in zip(self.centres, self.tips.height_offset_mm, strict=True):
             gaps.append(_smallest_gap(self.fruit, self.tips, centre) - height_offset)
@@ -153,16 +154,17 @@ def _fruit_slopes(fruit: Fruit, centres: tuple[Point, ...]) -> tuple[Point, ...]
 
 @functools.lru_cache(maxsize=256)
 def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
-    """Return the smallest value of `Scene.gap_under` over the face of a tip [mm], by the method of Nelder and Mead.
+    """Return the smallest value of `Scene.gap_under` over the face of a tip [mm], by the Nelder-Mead method.
 
-    The gap is convex over the face. The result is cached, because many scenes have the same tips on the same fruit.
+    The gap is a convex function of the position, so it has a single minimum. The result is cached, because many scenes
+    have the same tips on the same fruit.
     """
     from scipy.optimize import minimize  # rarely needed, and slow to load
 
     side = tips.side_mm
 
     def nearest_on_face(point: Floats) -> Floats:
-        """Return the point of the face that replaces a trial point outside it [sides]."""
+        """Return the point of the face that replaces a trial point outside the face [sides]."""
         if tips.tip_shape.is_round:
             return point / max(1.0, 2.0 * float(np.hypot(*point)))
         return np.clip(point, -0.5, 0.5)
@@ -171,7 +173,7 @@ def _smallest_gap(fruit: Fruit, tips: Tips, centre: Point) -> float:
         """Return the gap at a point [sides]."""
         return float(_gap_under(fruit, tips, centre, *(side * nearest_on_face(point)))) / side
 
-    # The simplex starts on the half of the face towards the apex, where the gap is smallest.
+    # The simplex starts on the half of the face nearer to the apex, where the gap is smallest.
     towards_apex = -0.1 * np.sign(centre)
     simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
     minimum = minimize(
@@ -205,5 +207,5 @@ def check_scene(scene: Scene) -> None:
 
 
 def values_in_words(values: tuple[float, ...]) -> str:
-    """Return values with three digits as text, joined by `and`."""
+    """Return the values as text, with three significant digits and joined by "and"."""
     return " and ".join(f"{value:.3g}" for value in values)

@@ -1,7 +1,7 @@
 """Contact cells on the footprints of a scene, with the initial gap between each cell and the fruit.
 
-The cells of a curved fruit lie on the block of its plan and thickness. The curvature adds a gap under each tip, and a
-change in compliance that is determined for a level press.
+For a curved fruit, the cells lie on the block of the same plan and thickness. The curvature adds a gap under each tip,
+and a change in compliance that is computed for a level press.
 """
 
 import functools
@@ -29,18 +29,19 @@ from solve.halfspace.punch import graded_edges
 # Numbers of cells per side of a footprint, on the coarse and on the fine grid.
 HALF_CELLS = (18, 26)  # with mirror symmetry, where only half of the cells are solved
 WHOLE_CELLS = (14, 20)  # without mirror symmetry
-ROUGH_CELLS = (8, 12)  # with a rough compliance: error bars of 0.7 % instead of 0.2 %
-# Exponents of the grading of cells towards the edge of a flat face, where the pressure is singular. The edge of a
-# square follows grid lines, but the edge of a cylinder crosses them.
+ROUGH_CELLS = (8, 12)  # with a rough compliance; error bars are 0.7 % instead of 0.2 %
+# Exponents for the grading of the cells towards the edge of a flat face, where the pressure is singular. The edge of a
+# square follows grid lines, whereas the edge of a circle crosses them.
 SQUARE_GRADING = 2.5
 CIRCLE_GRADING = 1.5
 NO_GRADING = 1.0
-SAMPLES = 201  # points per side of a tip at which its initial gap is evaluated
-MARGIN = 1.02  # side of a footprint over the width that it must contain
-# Side of a dome's footprint over the width of its undeformed overlap with the fruit; Hertz's contact is 0.707 of it.
-TOUCHED = 0.75
-HALVINGS = 6  # bisections in ln E between a skin that can be solved and one that cannot
-OF_BOUND = 1.5  # margin of the bound on a skin, which is determined on rough cells; finer cells allow less
+SAMPLES = 201  # points per side of a tip at which the initial gap is sampled
+MARGIN = 1.02  # ratio of the side of a footprint to the width that it must contain
+# Ratio of the side of a dome's footprint to the width of its undeformed overlap with the fruit. The ratio for Hertz's
+# contact is 0.707.
+OVERLAP_FRACTION = 0.75
+HALVINGS = 6  # number of bisections in ln E between a skin that can be solved and one that cannot
+BOUND_MARGIN = 1.5  # safety factor on the bound for a skin, because finer cells allow less than the rough cells used
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +49,10 @@ class SceneCells:
     """Cells on the footprints of a scene, with their initial gap and a correction of their compliance.
 
     `edges` [mm] are the grid lines relative to the centre of a footprint, the same along and across. `gap` (cells,)
-    [mm] is the initial gap at first touch, infinite for a cell outside the face of its tip. `middle` (2,) [mm] is the
-    mean of the tips' centres. `compliance_correction` (tips, tips) [1/mm] is times E. It is added so that the cells of
-    flat tips have the given compliance in a level press. For other tips it is only the change due to the fruit's shape.
-    If `is_half`, the cells lie at y > 0 and represent both sides.
+    [mm] is the initial gap at first touch. It is infinite for a cell outside the face of its tip. `middle` (2,) [mm] is
+    the mean of the tip centres. `compliance_correction` (tips, tips) [1/mm] is times E. For flat tips, it gives the
+    cells the known compliance in a level press. For other tips, it is only the effect of the fruit's shape. If
+    `is_half`, the cells lie at y > 0 and represent both sides.
     """
 
     cells: ContactCells
@@ -66,14 +67,14 @@ class SceneCells:
 
         It is -inf for a cell outside the face of its tip.
         """
-        if scene.from_touch:  # the travel counts from the first touch of the tilted sensor
+        if scene.from_touch:  # the first touch of the tilted sensor is the zero of the travel
             x -= float(self._overlap(scene, scene.turn_at_touch, 0.0).max())
         return self._overlap(scene, scene.turn, x)
 
     def _overlap(self, scene: Scene, turn: Floats, x: float) -> Floats:
-        """Return the overlap (cells,) [mm] when the middle of the tips has moved down by x [mm].
+        """Return the overlap (cells,) [mm] after the middle of the tips has moved down by x [mm].
 
-        `turn` (2,) are the tangents of tilt and roll.
+        `turn` (2,) [1] holds the tangents of tilt and roll.
         """
         lever = (self.cells.points - self.middle) @ turn
         return np.asarray(x + lever - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
@@ -81,9 +82,9 @@ class SceneCells:
 
 @dataclass(frozen=True)
 class _Grid:
-    """The layout of a grid of cells: its lines from -1/2 to 1/2, and whether only half of the cells are solved.
+    """The layout of a grid of cells: its grid lines from -1/2 to 1/2, and whether only half of the cells are solved.
 
-    `mesh` is the grading of the mesh of the remainder.
+    `mesh` is the mesh grading for the remainder.
     """
 
     edges: tuple[float, ...]
@@ -96,9 +97,9 @@ def scene_cells(
 ) -> tuple[SceneCells, SceneCells]:
     """Return a coarse and a fine grid of cells for travels up to `farthest` [mm].
 
-    `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved; None
-    means half the cells if the scene is mirror-symmetric. Raises InputError if the scene is too steep, or outside the
-    domain of the split method.
+    `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved. If
+    `is_half` is None, it depends on the mirror symmetry of the scene. Raises InputError if the scene is too steep, or
+    outside the domain of the `split` method.
     """
     footprints = scene_footprints(scene, farthest)
     block = scene.fruit.equivalent_block
@@ -109,7 +110,8 @@ def scene_cells(
         cells = _cells(block, footprints, layer, grid)
         gap = initial_gap(scene, built=scene, cells=cells)
         correction = compliance.shape_change
-        if scene.tips.tip_shape.has_flat_face:  # the given compliance is for this contact, so it also corrects the grid
+        if scene.tips.tip_shape.has_flat_face:
+            # The given compliance is for full contact of these faces, so the correction also removes the grid error.
             correction = compliance.S - _level_compliance(cells, np.isfinite(gap))
         edges = footprints[0].side * np.array(grid.edges)
         solved.append(SceneCells(cells, edges, gap, middle, correction, grid.is_half))
@@ -118,7 +120,7 @@ def scene_cells(
 
 
 def _grids(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_Grid]:
-    """Return the layouts of the coarse and the fine grid of cells; all tips have the same layout."""
+    """Return the layouts of the coarse and the fine grid of cells, which are the same for all tips."""
     shape = scene.tips.tip_shape
     grading = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
     if not shape.has_flat_face:
@@ -134,17 +136,17 @@ def _grids(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_Gr
 def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
     """Return the compliance of level tips on these cells, times E [1/mm], if all cells in `faces` (cells,) touch."""
     tips = cells.tips[faces]
-    # Forces of cells for a unit travel of each tip; their sums are the stiffness of the grid.
+    # Forces of the cells for a unit travel of each tip. Their sums are the stiffness matrix of the tips.
     forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
     return np.linalg.inv(tips.T @ forces)
 
 
 @contextmanager
 def explain_skin_error(scene: Scene, compliance: FruitCompliance) -> Iterator[None]:
-    """Convert an IndefiniteCellsError raised in the block into an InputError if the modulus of the skin is its cause.
+    """Convert an IndefiniteCellsError from the block into an InputError if the modulus of the skin is the cause.
 
-    The new error states a bound on this modulus. In the model, the skin under each tip lies on a half-space. The model
-    fails for a skin so stiff or so soft that the compliance of the cells is no longer positive definite.
+    The InputError states a bound on this modulus. The model places the skin under each tip on a half-space. For a very
+    stiff or a very soft skin, the compliance of the cells is then no longer positive definite.
     """
     try:
         yield
@@ -154,15 +156,15 @@ def explain_skin_error(scene: Scene, compliance: FruitCompliance) -> Iterator[No
         bound = _skin_bound(scene, compliance.flesh_E)
         if bound is None:
             raise
-        hint = "take another modulus of the skin, a larger fruit, or leave the skin out"
+        hint = "choose another modulus for the skin or a larger fruit, or leave the skin out"
         raise validation_error("fruit.skin_E_MPa", scene.fruit.skin_E_MPa, "MPa", bound, hint) from error
 
 
 def _skin_bound(scene: Scene, E: float) -> str | None:
-    """Return a text with the bound on the modulus of a skin that cannot be solved on flesh with the modulus E [MPa].
+    """Return a text with the bound on the modulus of a skin that cannot be solved on flesh of modulus E [MPa].
 
-    The bound is found by bisection between this skin and a skin with the shear modulus of the flesh. The result is None
-    if the latter cannot be solved either, because the skin is then not the cause.
+    The bound is found by bisection between this skin and a skin that has the shear modulus of the flesh. If the latter
+    cannot be solved either, the skin is not the cause, and the result is None.
     """
     fruit = scene.fruit
     layer = layer_on(fruit, E)
@@ -174,7 +176,7 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
         cells = contact_cells(fruit.equivalent_block, footprints, edges, replace(layer, modulus=modulus), ROUGH)
         return bool(np.linalg.eigvalsh(cells.compliance)[0] > 0.0)
 
-    # Moduli of the skin over the modulus of the flesh: one that can be solved and one that cannot.
+    # Ratios of skin modulus to flesh modulus: one that can be solved and one that cannot.
     solvable = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
     unsolvable = layer.modulus
     if not is_solvable(solvable):
@@ -182,17 +184,17 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
     for _ in range(HALVINGS):
         middle = (solvable * unsolvable) ** 0.5
         solvable, unsolvable = (middle, unsolvable) if is_solvable(middle) else (solvable, middle)
-    # The bound is for the softest or the stiffest flesh of the table, whichever is stricter, with a margin.
+    # The bound is stated for the flesh of the table on which it is strictest: the softest or the stiffest.
     moduli = table_moduli(fruit)
     if unsolvable > solvable:
-        return f"at most {solvable / OF_BOUND * moduli[0]:.2g} MPa on flesh of {moduli[0]:.3g} MPa under these tips"
-    return f"at least {solvable * OF_BOUND * moduli[-1]:.2g} MPa on flesh of {moduli[-1]:.3g} MPa under these tips"
+        return f"at most {solvable / BOUND_MARGIN * moduli[0]:.2g} MPa on flesh of {moduli[0]:.3g} MPa under these tips"
+    return f"at least {solvable * BOUND_MARGIN * moduli[-1]:.2g} MPa on flesh of {moduli[-1]:.3g} MPa under these tips"
 
 
 def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
-    """Return square footprints that contain the contact of each tip for all travels up to `farthest` [mm].
+    """Return square footprints that contain the contact of each tip at all travels up to `farthest` [mm].
 
-    Nothing is solved. Raises InputError if the scene is too steep, or outside the domain of the split method.
+    No solve is needed. Raises InputError if the scene is too steep, or outside the domain of the `split` method.
     """
     check_scene(scene)
     side = scene.tips.side_mm
@@ -205,9 +207,9 @@ def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
 
 
 def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
-    """Return the initial gap of cells at first touch (cells,) [mm], for the tip positions of `scene`.
+    """Return the initial gap of each cell at first touch (cells,) [mm], for the tip positions of `scene`.
 
-    The cells lie under the tips of the scene `built`, whose tips may have other positions on the fruit.
+    The cells lie under the tips of the scene `built`. Its tips may have other positions on the fruit.
     """
     centres = np.array(built.centres)
     shift = (np.array(scene.centres) - centres)[cells.owner]
@@ -215,12 +217,13 @@ def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
     return scene.fruit_gap(*(cells.points + shift).T) + tip_gap(scene.tips.tip_shape, *local.T) - scene.first_touch_mm
 
 
-# A scene is pressed several times: on its own springs, on the paper's springs, and at full travel. Its cells take 2 s.
+# A run presses a scene several times: on its own springs, on the paper's springs, and at full travel. The cells take 2
+# s.
 @functools.lru_cache(maxsize=8)
 def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None, grid: _Grid) -> ContactCells:
     """Return the cells of one grid on footprints of a block, with an optional layer of skin.
 
-    Raises SolveError if the solve of the remainder does not converge.
+    Raises SolveError if the solve for the remainder does not converge.
     """
     cells = contact_cells(block, footprints, np.array(grid.edges), layer, grid.mesh)
     return half_cells(cells) if grid.is_half else cells
@@ -229,16 +232,16 @@ def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None,
 def _contact_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]:
     """Return the side [mm] and the centres [mm] of squares that contain the contact of each curved tip.
 
-    The contact is smaller than the overlap of the undeformed tip and fruit at the travel `farthest` [mm]. The overlap
-    is sampled on a grid of points over the face of each tip.
+    The contact is smaller than the overlap between the undeformed tip and the undeformed fruit at the travel `farthest`
+    [mm]. The overlap is sampled on a grid of points over the face of each tip.
     """
     side = scene.tips.side_mm
     line = 0.5 * side * np.linspace(-1.0, 1.0, SAMPLES)
     step = side / (SAMPLES - 1)
-    x, y = np.meshgrid(line, line, indexing="ij")  # from the centre of a tip
+    x, y = np.meshgrid(line, line, indexing="ij")  # relative to the centre of a tip
     middle = np.mean(scene.centres, axis=0)
 
-    reach = 0.0  # largest distance, along x or y, of an overlap from the centre of its tip
+    reach = 0.0  # largest distance along x or y from the centre of a tip to the edge of its overlap
     width = step  # largest width of an overlap along x or y
     overlap_centres = []
     for along, across in scene.centres:
@@ -255,5 +258,5 @@ def _contact_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]
         overlap_centres.append((along + float(from_tip[0]), across + float(from_tip[1])))
 
     if scene.tips.tip_shape.touches_beside_centre:  # the square of a dome is centred on its contact
-        return TOUCHED * (width + 2.0 * step), overlap_centres
+        return OVERLAP_FRACTION * (width + 2.0 * step), overlap_centres
     return min(side, MARGIN * 2.0 * (reach + step)), list(scene.centres)

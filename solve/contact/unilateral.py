@@ -1,13 +1,13 @@
-"""Unilateral contact of the tips: pressure >= 0 and gap >= 0, and one of them is 0. Each tip is on its spring.
+"""Unilateral contact of sprung tips: for each cell, pressure >= 0, gap >= 0, and one of them is 0.
 
-Let f be the forces of the cells over E, A the compliance of the cells times E, C the compliance of the springs, and b
-the travel of the tip minus the initial gap. For every cell
+Let f be the forces of the cells divided by E, and A the compliance of the cells times E. Let C be the compliance of the
+springs, and b the travel of the tip minus the initial gap. For every cell,
 
-    A f + E (C F)_tip - b >= 0,   f >= 0,   one of them 0,     F_tip = sum of the tip's f.
+    A f + E (C F)_tip - b >= 0,   f >= 0,   one of them is 0,     F_tip = sum of f over the cells of the tip.
 
 A primal-dual active-set method finds the cells in contact (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865,
-doi:10.1137/S1052623401383558). If it cycles, the problem is solved by nonnegative least squares on the Cholesky factor
-(Lawson and Hanson).
+doi:10.1137/S1052623401383558). If it cycles, nonnegative least squares on the Cholesky factor (Lawson and Hanson)
+solves the problem.
 """
 
 from dataclasses import dataclass
@@ -19,29 +19,29 @@ from sensor.arrays import Flags, Floats
 from solve.contact.pressure_cells import ContactCells
 from solve.linear import SolveError
 
-MOST_STEPS = 60  # maximum number of active sets; if more are needed, the method cycles
+MOST_STEPS = 60  # maximum number of active sets; if more are needed, the method is assumed to cycle
 COMPLEMENTARITY = 1e-8  # largest allowed violation of the conditions, relative to the largest force and length
 
 
 class IndefiniteCellsError(SolveError):
-    """The compliance of the cells is not positive definite, although it is for every elastic body.
+    """The compliance of the cells is not positive definite, although the compliance of every elastic body is.
 
     The half-space part and the remainder of the compliance are then inconsistent.
     """
 
     def __init__(self) -> None:
-        """Compose the message, with a hint what to do."""
-        hint = "take a fruit that is lower for its length and width, or larger tips"
+        """Compose the message, which includes a hint for the user."""
+        hint = "use a fruit that is lower for its length and width, or larger tips"
         super().__init__(f"unilateral contact: the compliance of the cells must be positive definite; {hint}")
 
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """The solution of a contact problem; forces and pressures are over E.
+    """The solution of a contact problem, with forces and pressures divided by E.
 
-    `F` (tips,) [mm^2] are the forces of the tips, and `slope` (tips,) [mm] their derivatives by the travel while the
-    same cells touch. `pressure` [1] and `gap` [mm] are (cells,). A cell outside the face of its tip has an infinite
-    gap.
+    `F` (tips,) [mm^2] holds the forces of the tips. `slope` (tips,) [mm] holds their derivatives with respect to the
+    travel while the same cells touch. `pressure` [1] and `gap` [mm] have shape (cells,). The gap of a cell outside the
+    face of its tip is infinite.
     """
 
     F: Floats
@@ -53,15 +53,15 @@ class ContactState:
 class UnilateralContact:
     """A contact solver for one set of cells, with any springs, travels and gaps.
 
-    It keeps the factor of the last solve, which serves the next one if the same cells touch.
+    It keeps the Cholesky factor of the last solve, and reuses it if the same cells touch in the next one.
     """
 
     def __init__(self, cells: ContactCells) -> None:
-        """Store the cells, and start without any in contact."""
+        """Store the cells. Initially, none of them is in contact."""
         self._cells = cells
         self._tips = cells.tips
         self._touching = np.zeros(len(cells.owner), dtype=bool)
-        # The Cholesky factor of the touching cells, and their forces for a unit rigid indentation of each tip.
+        # Cholesky factor of the touching cells, and their forces under a unit rigid indentation of each tip.
         self._cholesky: tuple[Floats, bool] = (np.zeros((0, 0)), True)
         self._rigid_forces = np.zeros((0, self._tips.shape[1]))
 
@@ -90,7 +90,7 @@ class UnilateralContact:
         )
 
     def _active_set(self, faces: Flags, b: Floats, compliance: Floats) -> Floats | None:
-        """Return the forces of the cells over E by the active-set method, or None if it cycles.
+        """Return the forces of the cells divided by E, from the active-set method, or None if it cycles.
 
         It starts from the cells that touched in the last solve. `faces` (cells,) marks the cells on the faces of tips.
         """
@@ -108,10 +108,10 @@ class UnilateralContact:
         return None
 
     def _forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
-        """Return the forces f over E that close the gap of the active cells; other cells have no force.
+        """Return the forces f, divided by E, that close the gap of the active cells; other cells have no force.
 
-        They solve A f = b - E C F, where F are the sums of f over the tips. By Woodbury's formula, one factor of A
-        serves all springs and moduli. `compliance` is E C.
+        They solve A f = b - E C F, where F holds the sums of f over the tips. `compliance` is E C. By the Woodbury
+        formula, one factor of A serves all springs and moduli.
         """
         f = np.zeros(len(b))
         if not active.any():
@@ -134,9 +134,10 @@ class UnilateralContact:
         return self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b
 
     def _least_squares(self, faces: Flags, b: Floats, compliance: Floats) -> Floats:
-        """Return the forces f >= 0 over E that minimise f.M f / 2 - b.f, with M the compliance of cells and springs.
+        """Return the forces f >= 0, divided by E, that minimise f.M f / 2 - b.f.
 
-        With the Cholesky factor M = L L^T, it is the nonnegative least-squares problem of |L^T f - L^-1 b|.
+        M is the compliance of cells and springs. With its Cholesky factor, M = L L^T, the problem is to minimise |L^T f
+        - L^-1 b| by nonnegative least squares.
         """
         from scipy.optimize import nnls  # rarely needed, and slow to load
 
@@ -151,7 +152,8 @@ class UnilateralContact:
 def _check_complementarity(f: Floats, gap: Floats, b: Floats) -> None:
     """Raise SolveError if a cell violates the contact conditions by more than 1e-8, relative to the largest values.
 
-    The violations are a negative force in `f`, a negative gap, and a force at an open gap. `b` is the interference.
+    The possible violations are a negative force in `f`, a negative gap, and a force across an open gap. `b` is the
+    interference.
     """
     length = float(np.abs(b).max()) or 1.0  # 1 if all values are 0, to avoid 0 / 0
     force = float(np.abs(f).max()) or 1.0
@@ -162,6 +164,6 @@ def _check_complementarity(f: Floats, gap: Floats, b: Floats) -> None:
     if not worst <= COMPLEMENTARITY:
         msg = (
             f"unilateral contact: complementarity {worst:.1e} must be at most {COMPLEMENTARITY:.0e}; "
-            "take more cells or a smaller travel"
+            "use more cells or a smaller travel"
         )
         raise SolveError(msg)
