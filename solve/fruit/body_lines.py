@@ -12,17 +12,18 @@ from solve.fruit.box import Lines, graded_line
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import SmoothLoad
 
-LEAST_STEP = 0.5  # smallest distance of two marks [smallest standard deviation of a load]; closer marks are dropped
-SMALLER = 0.95  # factor on the number of steps while a mesh has too many dofs
+LEAST_STEP = 0.5  # distance below which one of two marks is dropped [smallest standard deviation of a load]
+SMALLER = 0.95  # factor by which the number of steps is reduced while a mesh has too many dofs
 
 
 @dataclass(frozen=True)
 class BodySteps:
     """The fineness of the mesh, given by the steps between its grid lines.
 
-    `at_load` is the step at a load [smallest standard deviation of a load]. `growth` [mm per mm] is its growth with the
-    distance from the load, and `largest` [1] the largest step over the extent of the block. A `fraction` < 1 reduces
-    the number of steps by this factor. The number is reduced further until there are at most `most_dofs`.
+    `at_load` is the step at a load [smallest standard deviation of a load]. `growth` [mm per mm] is the increase of the
+    step with the distance from the load. `largest` [1] is the largest step as a fraction of the extent of the block. A
+    `fraction` below 1 reduces the number of steps by this factor. The number is reduced further until the mesh has at
+    most `most_dofs` dofs.
     """
 
     at_load: float = 1.0
@@ -33,10 +34,10 @@ class BodySteps:
 
 
 def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
-    """Return the coordinates of the grid lines [mm] along x, y and z of the block, with at most `steps.most_dofs`.
+    """Return the coordinates of the grid lines [mm] along x, y and z of the block.
 
     `mirrored` states for x and y whether the mesh ends at the mirror plane. The number of steps is reduced until the
-    mesh has few enough dofs.
+    mesh has at most `steps.most_dofs` dofs.
     """
     lines = _lines_of_steps(shape, loads, mirrored, steps)
     while 3 * math.prod(2 * len(line) - 1 for line in lines) > steps.most_dofs:
@@ -48,17 +49,17 @@ def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequen
 def _lines_of_steps(
     shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps
 ) -> Lines:
-    """Return the coordinates of the grid lines [mm] along x, y and z for given steps, without a bound on the dofs.
+    """Return the coordinates of the grid lines [mm] along x, y and z for given steps, without a limit on the dofs.
 
-    Lines along x and y run through the loads. A whole fruit also has lines at the edges of its core, and a skin has a
-    line at its base. A mirrored axis starts at 0.
+    Lines along x and y pass through the loads. For a whole fruit, there are also lines at the edges of its core. For a
+    skin, there is a line at its base. A mirrored axis starts at 0.
     """
     fruit = shape.fruit
     smallest_deviation = min(load.deviation for load in loads)
     centres = np.array([(load.x, load.y) for load in loads])
     lines = []
     for axis, extent in enumerate((fruit.length_mm, fruit.width_mm)):
-        # Marks are coordinates that must have a line.
+        # Marks are coordinates at which a grid line is needed.
         end = 0.5 * extent
         marks = [-end, *centres[:, axis].tolist(), end]
         if fruit.whole:
@@ -82,7 +83,7 @@ def _lines_of_steps(
 
 
 def _drop_close_marks(marks: Sequence[float], distance: float) -> list[float]:
-    """Return increasing marks without those that are within `distance` of the previous mark or of the last one [mm].
+    """Return increasing marks [mm] without those closer than `distance` [mm] to the previous mark or to the last one.
 
     The first and the last mark are always kept.
     """
@@ -94,11 +95,11 @@ def _drop_close_marks(marks: Sequence[float], distance: float) -> list[float]:
 
 
 def _step_size(loads: Floats, extent: float, smallest_deviation: float, steps: BodySteps) -> Callable[[Floats], Floats]:
-    """Return the function from coordinates on one axis [mm] to the step size there [mm].
+    """Return the function that maps coordinates on one axis [mm] to the step size there [mm].
 
-    The step grows with the distance from the nearest of the `loads` (n,) [mm], up to a fraction of `extent`. `extent`
-    [mm] is the length of the block along the axis. `smallest_deviation` [mm] is the smallest standard deviation of a
-    load.
+    The step increases with the distance from the nearest of the `loads` (n,) [mm], up to a fraction of `extent`.
+    `extent` [mm] is the length of the block along the axis. `smallest_deviation` [mm] is the smallest standard
+    deviation of a load.
     """
 
     def step_size(s: Floats) -> Floats:

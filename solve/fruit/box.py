@@ -1,7 +1,7 @@
 """A box of hexahedra between graded grid lines, with named faces.
 
-A tensor-product box needs no mesh generator. Its grid lines are dense near the loads of the scene, keep mirror symmetry
-to rounding, and take milliseconds. The mesh of a fruit for viewing is made in `mesh`.
+A tensor-product box needs no mesh generator. Its grid lines are dense near the loads of the scene, preserve mirror
+symmetry to rounding, and take milliseconds to compute. The mesh of a fruit for display is made in `mesh`.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,25 +16,25 @@ from sensor.design.fruit import Fruit
 
 Lines = tuple[Floats, Floats, Floats]  # increasing coordinates of grid lines along x, y and z [mm]
 
-SAMPLES = 2000  # number of intervals in the integral of the density of steps
-UP = 2  # the axis z
-# The next three were found by halving steps, and are checked by tests/reference/fits/test_fruit.py.
-SLENDER = 0.4  # reach of the effect of the clamp in a slender column [widths]
-SCREENED = 2.5  # reach of the effect of loads in a low block [heights]
-DEPTH = 0.6  # fraction of the distance to the image load below the base that limits a step along z
-COARSER = 0.75  # fraction of the steps in the coarser mesh of the error estimate
+SAMPLES = 2000  # number of intervals in the integral of the step density
+UP = 2  # index of the z axis
+# The next three values were found by halving steps, and are checked in tests/reference/fits/test_fruit.py.
+SLENDER = 0.4  # distance over which the clamped base acts in a slender column [widths]
+SCREENED = 2.5  # distance over which loads act in a low block [heights]
+DEPTH = 0.6  # limit of a step along z, as a fraction of the distance to the image load below the base
+COARSER = 0.75  # fraction of the steps that the coarser mesh of the error estimate has
 
 
 def graded_line(start: float, end: float, size: Callable[[Floats], Floats], fraction: float = 1.0) -> Floats:
     """Return increasing coordinates from `start` to `end` [mm] whose steps are at most about size(coordinate) [mm].
 
-    The number of steps is the integral of 1 / size, rounded up. With a `fraction` < 1, it is this fraction of that
-    number, rounded down, for a coarser version of the same line.
+    The number of steps is the integral of 1 / size, rounded up. A `fraction` below 1 yields a coarser version of the
+    same line: the number is multiplied by it and rounded down.
     """
     samples = np.linspace(start, end, SAMPLES + 1)
     density = 1.0 / size(0.5 * (samples[1:] + samples[:-1]))
     step_count = np.concatenate([[0.0], np.cumsum(density)]) * (end - start) / SAMPLES  # from `start` to each sample
-    # The margin makes the number of elements independent of rounding, so that scaled and mirrored boxes have the same.
+    # The margin makes the number of elements independent of rounding, so that scaled and mirrored boxes agree.
     elements = max(1, int(fraction * np.ceil(step_count[-1] - 1e-6)))
     line = np.interp(np.linspace(0.0, step_count[-1], elements + 1), step_count, samples)
     line[0] = start
@@ -43,7 +43,7 @@ def graded_line(start: float, end: float, size: Callable[[Floats], Floats], frac
 
 
 def box_mesh(lines: Lines) -> MeshHex:
-    """Return the mesh of the box over grid lines along x, y and z [mm], with z pointing down.
+    """Return the mesh of the box over grid lines along x, y and z [mm], with z down.
 
     The named faces are x_low, x_high, y_low, y_high, top (smallest z) and base.
     """
@@ -63,8 +63,9 @@ def box_mesh(lines: Lines) -> MeshHex:
 class Grading:
     """The fineness of the mesh of a block.
 
-    `step` [1] is a step over its distance from the nearest image load. `layer` has the fractions, with sum 1, into
-    which the step next to the base and next to each free side is divided. `fraction` [1] reduces the number of steps.
+    `step` [1] is the ratio of a step to its distance from the nearest image load. The last step before the base and
+    before each free side is divided in the proportions of `layer`, whose sum is 1. `fraction` [1] reduces the number of
+    steps.
     """
 
     step: float
@@ -80,10 +81,10 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
     """Return grid lines [mm] along x, y and z that resolve the remainder field of loads on the top of a block.
 
     The remainder is the smooth difference between the fields of the block and of a half-space under the same loads
-    (`solve/fruit/remainder.py`). It resembles the field of image loads behind the faces of the block. So a step is
-    proportional to its distance from the nearest image, and the last step at a face is divided into a layer. The block
-    lies at |x| <= length/2, |y| <= width/2, 0 <= z <= height. `points` (n, 2) [mm] are the positions of the loads. An
-    axis that is `mirrored`, x or y, starts at 0.
+    (`solve/fruit/remainder.py`). It resembles the field of image loads behind the faces of the block. A step is
+    therefore proportional to its distance from the nearest image, and the last step at a face is divided into a layer.
+    The block lies at |x| <= length/2, |y| <= width/2, 0 <= z <= height. `points` (n, 2) [mm] are the positions of the
+    loads. `mirrored` states for x and y whether the lines start at the mirror plane, at 0.
     """
     extent = (block.length_mm, block.width_mm, block.height_mm)
 
@@ -95,12 +96,12 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
         end = 0.5 * extent[axis]
         start = 0.0 if mirrored[axis] else -end
         line = graded_line(start, end, partial(step_size, axis=axis), grading.fraction)
-        # In a low block, the base screens a side face from a load farther than `reach`; such a face needs no layer.
+        # In a low block, the base screens a side face from loads farther away than `reach`. Such a face needs no layer.
         reach = SCREENED * block.height_mm
         if float(np.min(end - points[:, axis])) <= reach:
             line = _with_layer(line, grading.layer)
         if start < 0.0 and float(np.min(end + points[:, axis])) <= reach:
-            line = -_with_layer(-line[::-1], grading.layer)[::-1]  # the same at the low end, on the reversed line
+            line = -_with_layer(-line[::-1], grading.layer)[::-1]  # the layer at the low end, on the reversed line
         lines.append(line)
     down = graded_line(0.0, block.height_mm, partial(step_size, axis=UP), grading.fraction)
     return lines[0], lines[1], _with_layer(down, grading.layer)
@@ -109,24 +110,24 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
 def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Floats) -> Floats:
     """Return the approximate distance [mm] from coordinates `s` [mm] on one axis to the nearest image load.
 
-    An image load is the mirror image of a load in a face of the block, and lies as far behind the face. `extent` (3,)
-    [mm] is the size of the block, and `points` (n, 2) [mm] are the positions of the loads on its top.
+    An image load is the mirror image of a load in a face of the block. `extent` (3,) [mm] is the size of the block, and
+    `points` (n, 2) [mm] are the positions of the loads on its top.
     """
     height = extent[UP]
-    # First the images below the base. `along` is the distance from each load along this axis.
+    # First, the images below the base. `along` is the distance from each load along this axis.
     if axis == UP:
         along = s[:, None]  # the loads lie at z = 0
-        # In a slender column, the reach of the clamp's effect depends on the width, not on the height.
+        # In a slender column, the distance over which the clamped base acts depends on the width, not on the height.
         distance = np.minimum(DEPTH * (2.0 * height - s), SLENDER * min(extent[:UP]) + height - s)
     else:
         along = s[:, None] - points[:, axis]
         distance = np.hypot(along, height).min(axis=1)
-    # Then the images behind the side faces, two across x and two across y.
+    # Then, the images behind the four side faces.
     for across in range(UP):
         for end in (-1.0, 1.0):
             to_face = 0.5 * extent[across] - end * points[:, across]
             to_image = np.abs(2.0 * to_face - end * along)
-            if across != axis:  # the distance to the face is used, which is smaller than the distance to the image
+            if across != axis:  # use the distance to the face itself, which is smaller than the distance to the image
                 to_image = np.hypot(along, to_face)
             distance = np.minimum(distance, to_image.min(axis=1))
     return distance

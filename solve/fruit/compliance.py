@@ -12,13 +12,13 @@ from sensor.design.tips import Tips
 from sensor.record import Record
 from solve.error_estimate import SolveInfo
 
-ROUND_OFF = 1e-12  # difference from 1 below which a ratio of stiffnesses is 1
-TIPS = Tips().names  # names of the paper's pair, from -x to +x
+ROUND_OFF = 1e-12  # difference from 1 below which a stiffness ratio is set to 1
+TIPS = Tips().names  # names of the two tips in the paper, from -x to +x
 
 
 @dataclass(frozen=True, eq=False)
 class MeshCompliance:
-    """The compliance from one mesh: S[i, j] is the indentation of tip i per force on tip j, times E [1/mm].
+    """The compliance from one mesh: S[i, j] is the indentation under tip i per force on tip j, times E [1/mm].
 
     `dofs` is the number of degrees of freedom of the mesh.
     """
@@ -31,35 +31,36 @@ class MeshCompliance:
 class SkinTable(Record):
     """The compliance of flesh under a skin, tabulated against the modulus of the flesh.
 
-    S (n, tips, tips) [1/mm] is the indentation per force times E, at increasing moduli E (n,) [MPa] of the flesh.
-    Beyond the ends of the table S is constant, so that the compliance is proportional to 1 / E.
+    S (n, tips, tips) [1/mm] is the indentation per force, times E. E (n,) [MPa] holds increasing moduli of the flesh.
+    Beyond the ends of the table, S is constant, so the compliance is proportional to 1 / E.
     """
 
     E: Floats
     S: Floats
 
     def at(self, E: float) -> Floats:
-        """Return S (tips, tips) [1/mm] at a modulus of the flesh [MPa], by a cubic spline in ln E."""
-        from scipy.interpolate import CubicSpline  # slow to load, and not needed without a skin
+        """Return S (tips, tips) [1/mm] at a modulus of the flesh [MPa], from a cubic spline in ln E."""
+        from scipy.interpolate import CubicSpline  # slow to load, and needed only for a skin
 
         return np.asarray(CubicSpline(np.log(self.E), self.S)(math.log(self.within(E))))
 
     def within(self, E: float) -> float:
-        """Return the modulus E, limited to the range of the table [MPa]."""
+        """Return the modulus E [MPa], limited to the range of the table."""
         return min(max(E, float(self.E[0])), float(self.E[-1]))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class FruitCompliance(Record):
-    """The compliance of a fruit under its tips: S[i, j] is the indentation of tip i per force on tip j, times E [1/mm].
+    """The compliance of a fruit under its tips: S[i, j] is the indentation under tip i per force on tip j, times E.
 
-    S (tips, tips) is read-only. `tips` has the names of the tips in the order of S, from -x to +x. `error_pair` bounds
-    the relative error [1] of s11 - s12, which sizes the springs, and `error_own` the relative error of s11.
-    `shape_change` (tips, tips) [1/mm] is the part of S that is due to the shape of a curved fruit, 0 for a block.
+    S (tips, tips) [1/mm] is read-only. `tips` holds the names of the tips in the order of S, from -x to +x.
+    `error_pair` bounds the relative error [1] of s11 - s12, from which the springs are sized. `error_own` bounds the
+    relative error of s11. `shape_change` (tips, tips) [1/mm] is the part of S that the shape of a curved fruit causes;
+    for a block, it is 0.
 
-    Under a skin, S depends on the modulus of the flesh. S is then for the flesh without its skin, and `at` returns the
-    compliance for a modulus of the flesh, which becomes `flesh_E` [MPa]. `rough` is True if an accuracy of only some
-    per cent was requested; contact is then solved on few cells.
+    Under a skin, S depends on the modulus of the flesh. S is then the compliance of the flesh without its skin. `at`
+    returns the compliance at one modulus of the flesh, which becomes `flesh_E` [MPa]. `rough` is True if an accuracy of
+    a few per cent was requested; contact is then solved on few cells.
     """
 
     tips: tuple[str, ...] = TIPS
@@ -84,14 +85,14 @@ class FruitCompliance(Record):
             object.__setattr__(self, name, copied)
 
     def at(self, E: float) -> "FruitCompliance":
-        """Return the compliance at a modulus of the flesh [MPa], or the same object if there is no skin."""
+        """Return the compliance at a modulus of the flesh [MPa]; without a skin, return the object itself."""
         if self.skin is None:
             return self
         return replace(self, S=self.skin.at(E), skin=None, flesh_E=self.skin.within(E))
 
     @cached_property
     def crosstalk(self) -> float:
-        """Return the mean indentation of one tip per force on another, times E [1/mm]; 0 for a single tip."""
+        """Return the mean indentation under one tip per force on another, times E [1/mm]; for a single tip, 0."""
         count = len(self.tips)
         if count == 1:
             return 0.0
@@ -99,11 +100,11 @@ class FruitCompliance(Record):
         return float(off_diagonal.sum()) / (count * (count - 1))
 
     def as_pair(self, low: Sequence[int], high: Sequence[int]) -> "FruitCompliance":
-        """Return the compliance of the pair of tips that represents all tips on low and all tips on high springs.
+        """Return the compliance of the pair of tips that represents the tips on low and the tips on high springs.
 
-        `low` and `high` are the indices of these tips. An entry of the pair is the mean indentation of the tips of one
-        group, per force on each tip of the other. It is exact if the tips of a group carry equal forces, as in a level
-        square or line. A pair returns itself.
+        `low` and `high` are the indices of these tips. An entry of the result is the mean indentation under the tips of
+        one group, per force on each tip of the other. It is exact if all tips of a group carry the same force, as in a
+        level square or line. The compliance of a pair is returned unchanged.
         """
         groups = (list(low), list(high))
         if len(self.tips) == len(groups):
@@ -114,13 +115,13 @@ class FruitCompliance(Record):
         )
 
     def K_m_over_E(self, tip: int = 0) -> float:
-        """Return the stiffness of the fruit under a tip over its modulus, K_m / E = 1 / (s_ii - crosstalk) [mm]."""
+        """Return the stiffness of the fruit under a tip per unit modulus, K_m / E = 1 / (s_ii - crosstalk) [mm]."""
         return 1.0 / (float(self.S[tip, tip]) - self.crosstalk)
 
     def stiffness_ratio(self, tip: int = -1) -> float:
-        """Return the stiffness of the fruit under a tip over its stiffness under the first tip [1].
+        """Return the stiffness of the fruit under a tip divided by its stiffness under the first tip [1].
 
-        A ratio that differs from 1 by round-off is exactly 1, as for tips in the middle of a mesh without mirror
+        A ratio that differs from 1 only by round-off is set to exactly 1. Such ratios occur on meshes without mirror
         planes.
         """
         crosstalk = self.crosstalk
@@ -131,7 +132,7 @@ class FruitCompliance(Record):
 def _grouped(S: Floats, groups: Sequence[list[int]]) -> Floats:
     """Return the compliance of groups of tips that carry equal forces, from the compliance S of the tips [same unit].
 
-    An entry is the mean indentation of the tips of the first group, per force on each tip of the second.
+    An entry is the mean indentation under the tips of one group, per force on each tip of the other.
     """
     grouped = np.empty((len(groups), len(groups)))
     for i, rows in enumerate(groups):

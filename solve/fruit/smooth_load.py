@@ -1,4 +1,4 @@
-"""Smooth loads that represent rigid tips on a coarse mesh: normal distributions of force in plan. Lengths in mm."""
+"""Smooth loads that replace rigid tips on a coarse mesh: normally distributed forces in plan. Lengths are in mm."""
 
 import math
 from collections.abc import Sequence
@@ -11,10 +11,10 @@ from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 from solve.fruit.footprints import Footprint, closest_spacing
 
-WIDEST = 3.0  # largest standard deviation of a load over its smallest one
-IN_ROOM = 3.2  # smallest distance of a load from a side face [standard deviations]
-IN_SPACING = 3.0  # smallest spacing of two loads [standard deviations]
-FEWEST_NODES = 3  # nodes per side of the punch table, enough for a flat punch
+WIDEST = 3.0  # largest ratio of a load's standard deviation to the smallest one for its tip
+DEVIATIONS_TO_FACE = 3.2  # smallest distance of a load from a side face [standard deviations]
+DEVIATIONS_BETWEEN = 3.0  # smallest spacing of two loads [standard deviations]
+FEWEST_NODES = 3  # nodes per side of the punch table, which are enough for a flat punch
 GAUSS_POINTS, GAUSS_WEIGHTS = legendre.leggauss(24)  # for the integral of a load over an element
 
 
@@ -28,23 +28,25 @@ class SmoothLoad:
 
 
 def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], ratio: float = WIDEST) -> tuple[SmoothLoad, ...]:
-    """Return the smooth loads that represent the footprints, as wide as side faces and neighbours allow.
+    """Return the smooth loads that replace the footprints, as wide as side faces and neighbouring loads allow.
 
-    The standard deviation of a load is at most `ratio` [1] times its smallest one, see `least_deviation`.
+    The standard deviation of a load is at most `ratio` [1] times the value from `least_deviation`.
     """
     closest = closest_spacing(footprints)
     loads = []
     for footprint in footprints:
         widest = ratio * least_deviation(footprint)
-        deviation = min(widest, footprint.room(fruit) / IN_ROOM, closest * footprint.side / IN_SPACING)
+        deviation = min(
+            widest, footprint.room(fruit) / DEVIATIONS_TO_FACE, closest * footprint.side / DEVIATIONS_BETWEEN
+        )
         loads.append(SmoothLoad(footprint.x, footprint.y, deviation))
     return tuple(loads)
 
 
 def least_deviation(footprint: Footprint) -> float:
-    """Return the smallest standard deviation [mm] of the load that represents a tip.
+    """Return the smallest standard deviation [mm] of the load that replaces a tip.
 
-    A load with this deviation has the same compliance on a half-space as the rigid tip.
+    With this standard deviation, the load has the same compliance on a half-space as the rigid tip.
     """
     return 0.5 * footprint.side * footprint.punch(FEWEST_NODES).flat_stiffness / math.sqrt(math.pi)
 
@@ -52,15 +54,16 @@ def least_deviation(footprint: Footprint) -> float:
 def line_forces(line: Floats, centre: float, deviation: float, sign: int) -> tuple[Floats, Floats]:
     """Return the nodes of quadratic elements along one axis [mm], and the fraction of a unit load on each [1].
 
-    `line` [mm] are the ends of the elements. The load is a normal distribution around `centre` [mm] with the standard
-    deviation `deviation` [mm]. Its mirror image at -centre is added for `sign` 1, subtracted for -1, and omitted for 0.
+    `line` [mm] holds the ends of the elements. The load is normally distributed around `centre` [mm] with the standard
+    deviation `deviation` [mm]. Its mirror image at -centre is added if `sign` is 1, subtracted if it is -1, and omitted
+    if it is 0.
     """
     nodes = np.zeros(2 * len(line) - 1)
     nodes[::2] = line
     nodes[1::2] = 0.5 * (line[1:] + line[:-1])
 
-    # Integrals of the density times the three shape functions of each element, by Gauss's rule.
-    t = 0.5 * (GAUSS_POINTS + 1.0)  # coordinates in an element, from 0 to 1
+    # Integrals of the density times the three shape functions of each element, by Gauss quadrature.
+    t = 0.5 * (GAUSS_POINTS + 1.0)  # coordinate within an element, from 0 to 1
     lengths = np.diff(line)[:, None]
     s = line[:-1, None] + lengths * t
     density = _normal_density(s - centre, deviation) + sign * _normal_density(s + centre, deviation)

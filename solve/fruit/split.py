@@ -1,8 +1,8 @@
 """The compliance of a block of fruit under rigid flat tips by singularity subtraction, the method `split`.
 
-The pressure under a tip is singular at its edges. The solution of a half-space contains this singularity in closed form
-(`solve/fruit/footprints.py`). So only the smooth remainder, which the finite size of the block adds, is solved on a
-mesh (`solve/fruit/remainder.py`). Each tip stays level, which determines its pressure.
+The pressure under a tip is singular at its edges. The half-space solution contains this singularity in closed form
+(`solve/fruit/footprints.py`). Only the smooth remainder, which the finite size of the block adds, is therefore solved
+on a mesh (`solve/fruit/remainder.py`). The condition that each tip stays level determines its pressure.
 """
 
 import itertools
@@ -36,37 +36,38 @@ from solve.fruit.footprints import (
 from solve.halfspace.punch import circle_punch, square_punch
 from solve.linear import SolveError
 
-DOME_CIRCLE = 0.5  # diameter of the circle that represents a dome, over its face: a typical contact of a dome
-# The gradings of the mesh levels, from coarse to fine.
+# Diameter of the circle that represents a dome, divided by the side of its face. It is typical of the contact.
+DOME_CIRCLE = 0.5
+# Mesh gradings of the levels, from coarse to fine.
 LEVELS = (
     Grading(0.7, (0.7, 0.21, 0.09)),
     Grading(0.5, (0.7, 0.21, 0.063, 0.027)),
     Grading(0.35, (0.7, 0.21, 0.063, 0.0189, 0.0081)),
 )
-LARGEST_ERROR = 1e-3  # largest relative error of a solve that misses its tolerance
-MOST_DOFS = 60_000  # maximum number of dofs of a finer level, which take 4 GiB
-# Error bar over the difference between two meshes, of which the finer one has 4/3 as many elements along an axis. With
-# fourth-order convergence its error is 0.46 of the difference, and the bar is about twice that. See
+LARGEST_ERROR = 1e-3  # largest relative error that is accepted if no mesh meets the tolerance
+MOST_DOFS = 60_000  # maximum number of dofs of the finer levels; this many need 4 GiB of memory
+# Ratio of the error bar to the difference between two meshes. The finer mesh has 4/3 as many elements along each axis.
+# With fourth-order convergence, its error is 0.46 times the difference; the error bar is about twice as large. See
 # tests/reference/fits/test_fruit.py.
 SAFETY = 0.9
-# Smallest difference between two meshes on the coarsest level; a smaller difference may be accidental. It is relative
-# to the mean of the value's own remainder and the largest remainder of all values.
+# Smallest difference between two meshes that is assumed on the coarsest level, because a smaller difference may be
+# accidental. It is relative to the mean of the value's own remainder and the largest remainder of all values.
 LEAST_STEP = 1e-3
-ORDER = 4  # order of convergence of the remainder with the grading step
-# The single mesh for loose tolerances. ROUGH_ERROR is the largest error over the remainder in 280 random scenes; 40 of
-# them have at most 0.006.
+ORDER = 4  # order of convergence of the remainder in the grading step
+# The only mesh for loose tolerances. ROUGH_ERROR is the largest ratio of error to remainder in 280 random scenes; in 40
+# of them, the ratio is at most 0.006.
 ROUGH = Grading(1.0, (0.7, 0.3))
 ROUGH_ERROR = 0.01
-NODE_ERROR = 1e-5  # relative error due to the finite numbers of nodes of the footprints, twice 5e-6
-# Below this spacing [sides], more nodes do not reduce the error: boundary elements differ by 7e-4 at 1.05 sides.
-CLOSE = 1.1
-CLOSE_ERROR = 1.5e-3
-# Height [sides] below which the remainder is as large as the half-space part, and requires smaller steps.
-LOW = 3.0
-ROUNDING = 1.0 + 1e-9  # factor that allows scenes exactly on a bound
-EDGE_GAP = 1.0  # smallest gap from a tip's edge to a side face [sides]
-SPACING = 1.05  # smallest spacing of tips [sides]
-POISSON = (-0.5, 0.4999)  # range of Poisson's ratio
+NODE_ERROR = 1e-5  # relative error due to the finite numbers of nodes per footprint: twice 5e-6
+# Spacing [sides] below which more nodes do not reduce the error. Boundary elements differ by 7e-4 at 1.05 sides.
+CLOSE_SPACING = 1.1
+CLOSE_SPACING_ERROR = 1.5e-3  # relative error added below this spacing
+# Height [sides] below which the remainder is as large as the half-space part, and needs smaller steps.
+LOW_HEIGHT = 3.0
+ROUNDING_FACTOR = 1.0 + 1e-9  # factor that admits scenes exactly on a bound
+MIN_EDGE_GAP = 1.0  # smallest gap from the edge of a tip to a side face [sides]
+MIN_SPACING = 1.05  # smallest spacing of tips [sides]
+POISSON_RANGE = (-0.5, 0.4999)  # range of Poisson's ratio
 
 
 class Errors(NamedTuple):
@@ -77,11 +78,11 @@ class Errors(NamedTuple):
 
 
 def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
-    """Return the flat footprints [mm] that represent the tips: a sharp-edged face or, for a dome, a circle.
+    """Return the flat footprints [mm] that represent the tips: the face of a flat tip, or a circle for a dome.
 
     The circle is centred where the dome touches the fruit. On a curved fruit, this point is closer to the apex than the
-    axis of the dome. The size of the circle hardly matters: its own compliance on a half-space has a closed form, which
-    `solve/contact/domes/fruit_under_domes.py` replaces.
+    axis of the dome. The size of the circle hardly matters, because `solve/contact/domes/fruit_under_domes.py`
+    subtracts its own half-space compliance in closed form.
     """
     if tips.dome_radius_mm is None:
         punch = circle_punch if tips.tip_shape.is_round else square_punch
@@ -100,11 +101,11 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
 def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR) -> FruitCompliance:
     """Return the compliance [1/mm] of a fruit's equivalent block under the tips.
 
-    It is solved on the coarsest mesh whose error of s11 - s12 meets the relative `tolerance` [1]. If no mesh meets it,
-    the best mesh is used, provided that its error is at most 1e-3. Raises SolveError if a solve does not converge.
-    Raises InputError if the error is larger, if the tolerance is not above 0, and if the scene is outside the domain of
-    the method. In the domain, the side of a tip is at most the height of the block, and its edge at least one side from
-    each side face. The spacing is at least 1.05 sides, and -0.5 <= nu <= 0.4999.
+    The coarsest mesh is used whose error of s11 - s12 is within the relative `tolerance` [1]. If no mesh is accurate
+    enough, the best one is used, provided that its error is at most 1e-3. Raises SolveError if a solve does not
+    converge. Raises InputError if the error is larger, if the tolerance is not above 0, or if the scene is outside the
+    domain of the method. In this domain, a tip is at most as wide as the block is high, and at least one side away from
+    each side face. The spacing of the tips is at least 1.05 sides, and -0.5 <= nu <= 0.4999.
     """
     start = time.perf_counter()
     if not tolerance > 0.0:
@@ -114,7 +115,7 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
     check_domain(block, footprints)
 
     solved, errors = _coarsest_solve(block, footprints, tolerance)
-    close_error = CLOSE_ERROR if closest_spacing(footprints) < CLOSE else 0.0
+    close_error = CLOSE_SPACING_ERROR if closest_spacing(footprints) < CLOSE_SPACING else 0.0
     return FruitCompliance(
         tips=tips.names,
         S=solved.S,
@@ -130,30 +131,30 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
 
 
 def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: float) -> tuple[MeshCompliance, Errors]:
-    """Return the compliance from the coarsest mesh that meets the tolerance, or from the best mesh, and its errors.
+    """Return the compliance from the coarsest mesh that meets the tolerance, or else from the best one, and its errors.
 
-    Raises the errors of `split_compliance`.
+    Raises the same errors as `split_compliance`.
     """
     limit = max(tolerance, LARGEST_ERROR)
     levels = (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS
     solved_levels = []
     for grading in levels:
         if grading in LEVELS[1:] and mesh_dofs(block, footprints, grading) > MOST_DOFS:
-            continue  # the mesh would need too much memory
+            continue  # this mesh would need too much memory
         try:
             solved = footprint_compliance(block, footprints, grading)
         except SolveError:
             if grading != ROUGH:
                 raise
-            continue  # the rough mesh is too coarse: its compliance is not symmetric
+            continue  # the rough mesh is too coarse for a symmetric compliance
         errors = level_errors(block, footprints, grading, solved.S)
         solved_levels.append((solved, errors))
         if errors.pair <= tolerance and max(errors) <= limit:
             break
-    # Prefer the levels whose errors are within the limit, and among them the one with the smallest error of a pair.
+    # Prefer levels whose errors are within the limit, and among them the level with the smallest pair error.
     solved, errors = min(solved_levels, key=lambda level: (max(level[1]) > limit, level[1].pair))
     if max(errors) > limit:
-        hint = "take a fruit that is thicker, or tips farther from its edges and from each other"
+        hint = "use a thicker fruit, or move the tips farther from its edges and from each other"
         raise validation_error(
             "relative error of the contact", float(f"{max(errors):.3g}"), "1", f"at most {limit:g}", hint
         )
@@ -161,14 +162,14 @@ def _coarsest_solve(block: Fruit, footprints: Sequence[Footprint], tolerance: fl
 
 
 def _status(dofs: int, error: float, tolerance: float, close_error: float) -> str:
-    """Return a sentence on the accuracy of a solve for the report. Errors and tolerance are relative [1]."""
+    """Return a sentence for the report about the accuracy of a solve. Errors and tolerance are relative [1]."""
     status = f"half-space in closed form, smooth remainder on {dofs} dofs: "
     if error <= tolerance:
         status += f"the coarsest mesh, whose error, {100.0 * error:.2g} %, meets {100.0 * tolerance:.3g} %"
     else:
         status += f"the best mesh, whose error, {100.0 * error:.2g} %, misses {100.0 * tolerance:.3g} %"
     if close_error > 0.0:
-        status += f"; tips closer than {CLOSE:g} sides add {100.0 * close_error:g} %"
+        status += f"; tips closer than {CLOSE_SPACING:g} sides add {100.0 * close_error:g} %"
     return status
 
 
@@ -183,7 +184,7 @@ def footprint_compliance(fruit: Fruit, footprints: Sequence[Footprint], grading:
     S = level_compliance(footprints, fruit.poisson, remainder, counts.between)
     for images in mirror_images(footprints):
         if images:
-            S = 0.5 * (S + S[np.ix_(images, images)])  # entries of mirror images become equal to the last bit
+            S = 0.5 * (S + S[np.ix_(images, images)])  # makes entries of mirror images equal to the last bit
     return MeshCompliance(S, dofs)
 
 
@@ -193,29 +194,29 @@ def mesh_dofs(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -
 
 
 def _grid_lines(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> Lines:
-    """Return the grid lines of the mesh of a grading [mm], which start at the mirror planes of the footprints."""
+    """Return the grid lines [mm] of the mesh of a grading, which start at the mirror planes of the footprints."""
     nodes = np.concatenate([footprint.nodes(nodes_within(fruit, footprints)) for footprint in footprints])
     widest = max(footprint.side for footprint in footprints)
-    step = grading.step * min(1.0, fruit.height_mm / (LOW * widest)) ** 0.25
+    step = grading.step * min(1.0, fruit.height_mm / (LOW_HEIGHT * widest)) ** 0.25
     mirrored = [bool(images) for images in mirror_images(footprints)]
     return block_lines(fruit, nodes, mirrored, replace(grading, step=step))
 
 
 def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading, fine: Floats) -> Errors:
-    """Return the relative errors [1] of `fine`, the compliance [1/mm] on the mesh of a grading.
+    """Return the estimated relative errors [1] of `fine`, the compliance [1/mm] on the mesh of a grading.
 
-    They are estimated from the difference to a coarser mesh. The rough grading has no coarser mesh: its error is a
-    fixed fraction of the remainder.
+    The estimate is based on the difference from a coarser mesh. For the rough grading there is no coarser mesh, so its
+    error is a fixed fraction of the remainder.
     """
     node_count = nodes_between(footprints)
     node_error = max(footprint.punch(node_count).error for footprint in footprints) + NODE_ERROR
     half_space = half_space_compliance(tuple(footprints), fruit.poisson)
-    # This and the arrays below have a value for each pair of tips, then one for each tip.
+    # This array and those below hold one value per pair of tips, followed by one value per tip.
     remainder = relative_changes(fine - half_space, fine)
     if grading == ROUGH:
         error = ROUGH_ERROR * float(remainder.max()) + node_error
         return Errors(error, error)
-    smallest_fraction = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER  # decreases with the step like the error
+    smallest_fraction = LEAST_STEP * (grading.step / LEVELS[0].step) ** ORDER  # scales with the step like the error
     smallest_difference = smallest_fraction * 0.5 * (remainder + remainder.max())
     coarse = footprint_compliance(fruit, footprints, grading.coarser()).S
     difference = relative_changes(fine - coarse, fine)
@@ -223,10 +224,10 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
 
 
 def largest_errors(errors: Floats, tips: int) -> Errors:
-    """Return the largest error of all pairs of tips, and the largest of single tips [1].
+    """Return the largest error over all pairs of tips, and the largest error over single tips [1].
 
-    `errors` has a value for each pair of tips, then one for each of the tips, whose number is `tips`. For one tip, both
-    results are its error.
+    `errors` has one value per pair of tips, followed by one value per tip. `tips` is the number of tips. For a single
+    tip, both results are its error.
     """
     own = float(errors[-tips:].max())
     pair = float(errors[:-tips].max(initial=0.0))
@@ -236,9 +237,9 @@ def largest_errors(errors: Floats, tips: int) -> Errors:
 def relative_changes(change: Floats, S: Floats) -> Floats:
     """Return the relative changes [1] of s_ii + s_jj - 2 s_ij for each pair of tips, then of s_ii for each tip.
 
-    `change` is the change in the compliance S, both (tips, tips) in the same unit.
+    `change` is the change in the compliance S; both are (tips, tips) in the same unit.
     """
-    # Two opposite unit forces do the work s_ii + s_jj - 2 s_ij, and a single unit force does s_ii.
+    # The work of two opposite unit forces is s_ii + s_jj - 2 s_ij, and the work of a single unit force is s_ii.
     single_loads = list(np.eye(len(S)))
     opposite_loads = [a - b for a, b in itertools.combinations(single_loads, 2)]
     changes = []
@@ -250,22 +251,26 @@ def relative_changes(change: Floats, S: Floats) -> Floats:
 def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     """Raise InputError if the scene is outside the domain in which `split` has its stated accuracy."""
     if fruit.shape != "block":
-        raise validation_error("fruit.shape", fruit.shape, "", "block", "take the equivalent block of the fruit")
-    low, high = POISSON
+        raise validation_error("fruit.shape", fruit.shape, "", "block", "use the equivalent block of the fruit")
+    low, high = POISSON_RANGE
     if not low <= fruit.poisson <= high:
         bound = f"at least {low:g} and at most {high:g} for the contact"
-        raise validation_error("fruit.poisson", fruit.poisson, "1", bound, "fruit flesh has 0.2 to 0.49")
+        raise validation_error(
+            "fruit.poisson", fruit.poisson, "1", bound, "Poisson's ratio of fruit flesh is 0.2 to 0.49"
+        )
     for footprint in footprints:
         side = footprint.side
-        if side > fruit.height_mm * ROUNDING:
+        if side > fruit.height_mm * ROUNDING_FACTOR:
             bound = f"at most fruit.height_mm = {fruit.height_mm:g} mm"
-            raise validation_error("tips.side_mm", side, "mm", bound, "take smaller tips or a higher fruit")
+            raise validation_error("tips.side_mm", side, "mm", bound, "use smaller tips or a taller fruit")
         gap = footprint.room(fruit) - 0.5 * side
-        if gap * ROUNDING < EDGE_GAP * side:
-            bound = f"at least one side of the tip, {EDGE_GAP * side:g} mm"
-            hint = "move the tips inwards, or take smaller ones or a larger fruit"
+        if gap * ROUNDING_FACTOR < MIN_EDGE_GAP * side:
+            bound = f"at least one side of the tip, {MIN_EDGE_GAP * side:g} mm"
+            hint = "move the tips inwards, or use smaller tips or a larger fruit"
             raise validation_error("gap from tip to side face", float(f"{gap:.6g}"), "mm", bound, hint)
     closest = closest_spacing(footprints)
-    if closest * ROUNDING < SPACING:
-        hint = "move the tips apart, or take smaller ones"
-        raise validation_error("tips.spacing_mm / side_mm", float(f"{closest:.6g}"), "1", f"at least {SPACING:g}", hint)
+    if closest * ROUNDING_FACTOR < MIN_SPACING:
+        hint = "move the tips apart, or use smaller tips"
+        raise validation_error(
+            "tips.spacing_mm / side_mm", float(f"{closest:.6g}"), "1", f"at least {MIN_SPACING:g}", hint
+        )

@@ -10,7 +10,7 @@ import pytest
 
 from reference.extrapolation import richardson
 from solve.fruit.footprints import Footprint, level_compliance, nodes_between
-from solve.fruit.split import CLOSE, CLOSE_ERROR, NODE_ERROR
+from solve.fruit.split import CLOSE_SPACING, CLOSE_SPACING_ERROR, NODE_ERROR
 from solve.halfspace.punch import graded_edges, influence
 
 GRIDS = (16, 22, 30)
@@ -37,6 +37,6 @@ def test_close_tips_agree_with_boundary_elements(spacing):
     feet = [Footprint(-0.5 * spacing, 0.0, 1.0), Footprint(0.5 * spacing, 0.0, 1.0)]
     nodes = nodes_between(feet)
     S = level_compliance(feet, 0.0, np.zeros((2 * nodes**2, 2 * nodes**2)), nodes)
-    allowed = NODE_ERROR + (CLOSE_ERROR if spacing < CLOSE else 0.0)
+    allowed = NODE_ERROR + (CLOSE_SPACING_ERROR if spacing < CLOSE_SPACING else 0.0)
     assert abs((S[0, 0] - S[0, 1]) / reference.value - 1.0) <= allowed + 2.0 * reference.error / reference.value
     assert reference.error / reference.value < 2e-4
