@@ -1,6 +1,6 @@
-"""A mesh of the block that is equivalent to a fruit, flat and bent into the fruit's shape, under the same loads.
+"""A mesh of the block that is equivalent to a fruit, both flat and bent into the fruit's shape, under the same loads.
 
-The difference between both bodies is the effect of the shape on the compliance.
+The difference in compliance between the two is the effect of the shape.
 """
 
 from collections.abc import Sequence
@@ -21,19 +21,19 @@ from solve.fruit.remainder import VOLUME_ORDER, Parity, mirror_dofs
 from solve.fruit.smooth_load import SmoothLoad, line_forces
 from solve.linear import SolveError
 
-# Factor of the maximum number of dofs for a fruit whose principal directions are rotated, so that it has no mirror
-# planes. With this factor its error is 3e-4, within its error bar, in 4 s on one core.
-TURNED = 2
-REACH = 3.0  # distance from its centre within which a load is significant [standard deviations]
+# Factor on the maximum number of dofs if the principal directions of a fruit are rotated, so that it has no mirror
+# planes. With this factor, the error is 3e-4, which is within the error bar. A solve takes 4 s on one core.
+ROTATED_DOFS_FACTOR = 2
+REACH = 3.0  # radius within which a load is significant [standard deviations]
 
 
 @dataclass(frozen=True, eq=False)
 class BentBlock:
     """The displacement bases of a block, `flat`, and of the fruit, `bent`, on the same mesh, and the loads on it.
 
-    The mesh is the box over `lines` [mm] along each axis. A load presses against its outward normal in `normals`. These
-    are the normals of the skin if tips press along them, as domes do; otherwise they point upwards. `parities` are the
-    symmetry cases about the mirror planes in which the loads are solved (see `level_parities`).
+    The mesh is the box over the grid lines `lines` [mm] along each axis. A load presses against its outward normal in
+    `normals`. These are the normals of the skin if tips press along them, as domes do; otherwise they point upwards.
+    `parities` are the symmetry cases about the mirror planes in which the loads are solved (see `level_parities`).
     """
 
     loads: Sequence[SmoothLoad]
@@ -44,15 +44,15 @@ class BentBlock:
     bent: CellBasis
 
     def fixed_dofs(self, parity: Parity) -> Ints:
-        """Return the dofs held by the base and the mirror planes for a parity; they are the same for both bodies."""
+        """Return the dofs that the base and the mirror planes fix for a parity; they are the same for both bodies."""
         return np.union1d(self.flat.get_dofs("base").all(), mirror_dofs(self.flat, parity))
 
     def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:
         """Return the nodal forces of each unit load together with its mirror images, shape (dofs, loads).
 
-        A load presses against its outward normal (3,) in `normals`. In plan it is the product of a normal distribution
-        along x and one along y, and so is the fraction on a node. In a mirror image, the force component normal to the
-        mirror plane changes sign.
+        A load presses against its outward normal (3,) in `normals`. In plan, it is the product of a normal distribution
+        along x and another along y, and so is its fraction on each node. In a mirror image, the force component normal
+        to the mirror plane changes sign.
         """
         forces = np.zeros((self.flat.N, len(self.loads)))
         for component in range(3):
@@ -73,18 +73,18 @@ def bent_block(
 ) -> BentBlock:
     """Mesh the equivalent block of a fruit twice, flat and bent to the shape of the fruit, under the same loads.
 
-    The block has the plan and the thickness of the fruit. The difference of both solutions is the effect of the shape,
-    in which most errors of the mesh cancel. The mesh ends at the mirror planes that fruit and footprints share, and
-    `steps` determines its fineness. The `loads` represent the footprints; with `along_normals` they press along the
+    The block has the plan and the thickness of the fruit. The difference between both solutions is the effect of the
+    shape; most errors of the mesh cancel in it. The mesh ends at the mirror planes that fruit and footprints share, and
+    `steps` determines how fine it is. The `loads` replace the footprints. With `along_normals`, they press along the
     normals of the skin. Raises SolveError if an element is folded when the block is bent.
     """
     shape = CurvedShape(fruit, core_of(loads))
     mirrored = [bool(images) for images in mirror_images(footprints)]
     parities = level_parities(footprints)
-    if not fruit.mirrored:  # a fruit turned out of the axes: the whole block is meshed, with more unknowns
+    if not fruit.mirrored:  # the fruit is rotated about z, so the whole block is meshed, with more dofs
         mirrored = [False, False]
         parities = [(0, 0)]
-        steps = replace(steps, most_dofs=TURNED * steps.most_dofs)
+        steps = replace(steps, most_dofs=ROTATED_DOFS_FACTOR * steps.most_dofs)
     lines = body_lines(shape, loads, mirrored, steps)
     box = box_mesh(lines)
     mesh = MeshHex2.from_mesh(box).with_boundaries(box.boundaries)
@@ -102,7 +102,7 @@ def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:
     """Return the basis on the mesh of a block that is bent into a fruit; raises SolveError if an element is folded."""
     curved = replace(mesh, doflocs=shape.bend(mesh.doflocs))
     bent = vector_basis(curved, ElementHex2(), VOLUME_ORDER)
-    # A negative Jacobian determinant at a quadrature point, relative to the median, means a folded element.
+    # An element is folded if the Jacobian determinant is negative at one of its quadrature points.
     determinants = determinant(cell_jacobian(curved, bent.quadrature[0]))
     smallest = float((determinants / np.median(determinants)).min())
     if not smallest > 0.0:
@@ -112,7 +112,7 @@ def _bent_basis(mesh: MeshHex2, shape: CurvedShape) -> CellBasis:
 
 
 def core_of(loads: Sequence[SmoothLoad]) -> Plan:
-    """Return the half sizes along x and y [mm] of the rectangle around the apex that contains all loads."""
+    """Return half the size along x and y [mm] of the rectangle around the apex that contains all loads."""
     x = max(abs(load.x) + REACH * load.deviation for load in loads)
     y = max(abs(load.y) + REACH * load.deviation for load in loads)
     return Plan(x, y)

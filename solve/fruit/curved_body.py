@@ -1,11 +1,13 @@
-"""The change in compliance due to the shape of a curved fruit, relative to the block of its plan and thickness.
+"""The change in compliance due to the shape of a curved fruit, relative to the block of the same plan and thickness.
 
 A mesh of the block and the same mesh bent into the fruit are solved under the same loads, so that common errors cancel.
-The loads are smooth: a normal distribution around each tip in plan, which few elements resolve. A rigid tip has a
-sharper load. The additional effect of slope and curvature under it has a closed form (`sensor/theory/sloped_skin.py`).
+The loads are smooth: each tip is replaced by a normal distribution in plan, which few elements resolve. A rigid tip has
+a sharper load. The additional effect of slope and curvature under it has a closed form
+(`sensor/theory/sloped_skin.py`). The pressure under a rigid tip may be taken from the block, because the change is
+stationary with respect to the pressure.
+
 Flat tips are guided, and move vertically. Domes press and move along the normal at their contact, so their loads and
-displacements are taken along the normals of the skin. The pressure under a rigid tip may be taken from the block,
-because the change is stationary with respect to the pressure. E = 1 throughout.
+displacements are taken along the normals of the skin. E = 1 throughout.
 """
 
 import functools
@@ -36,27 +38,30 @@ from solve.linear import factorise
 STEPS = BodySteps()
 COARSER = 0.7  # fraction of the elements along each axis in the coarser mesh of the error estimate
 ROUGH_STEPS = replace(STEPS, fraction=COARSER)
-# With third-order convergence and 0.7 of the elements, the error is 0.52 of the difference between both meshes. FLOOR
-# covers differences that are small by accident, and SECOND_ORDER the second-order effects of slope and curvature.
-SAFETY = 0.75  # error bar over the difference between both meshes
-FLOOR = 1.5e-4  # smallest relative error bar
-SECOND_ORDER = 0.05  # relative error over (side times curvature)^2
-# The mean of ln r over the load of a rigid tip, minus its mean over the normal distribution with the same mean of
-# 1 / r. It is 0.054 for a circle (exact) and 0.064 for a square (boundary elements).
+# Ratio of the error bar to the difference between both meshes. With third-order convergence and 0.7 times the elements,
+# the error is 0.52 times the difference.
+SAFETY = 0.75
+FLOOR = 1.5e-4  # smallest relative error bar, because a small difference may be accidental
+SECOND_ORDER = 0.05  # relative error due to second-order effects, divided by (side * curvature)^2
+# Mean of ln r over the load of a rigid tip, minus its mean over the normal distribution with the same mean of 1 / r. It
+# is 0.054 for a circle (exact) and 0.064 for a square (boundary elements).
 LOG_OFFSET = 0.06
 STEEPEST = math.tan(math.radians(30.0))  # largest slope of the skin under a tip
 LEAST_RADIUS = 4.0  # smallest radius of the fruit [sides of a tip]
 THICKEST = 1.9  # largest thickness of a whole fruit [radii]; a thicker fruit would rock on the rim of its small base
-OUTERMOST = 0.68  # largest reach of the tips over the cap of a whole fruit; beyond it, elements of the mesh are folded
-NEARER = "move the tips to the apex, or take a thicker fruit"
+# Largest half size of the rectangle around the tips, divided by the half size of the cap of a whole fruit. Beyond this
+# limit, elements of the mesh are folded.
+OUTERMOST = 0.68
+NEARER_HINT = "move the tips towards the apex, or use a thicker fruit"
 
 
 @dataclass(frozen=True, eq=False)
 class ShapeChange:
     """The change in the block's compliance due to the shape of the fruit, times E [1/mm].
 
-    `change`, `step` and `bound` are (tips, tips). `step` is the difference of the change from its value on a coarser
-    mesh, and `bound` the error bound of the closed form. `dofs` is the number of degrees of freedom of the mesh.
+    `change`, `step` and `bound` have shape (tips, tips). `step` is the difference between the change and its value on a
+    coarser mesh, and `bound` is the error bound of the closed form. `dofs` is the number of degrees of freedom of the
+    mesh.
     """
 
     change: Floats
@@ -74,9 +79,10 @@ def curved_compliance(
 ) -> FruitCompliance:
     """Return the compliance [1/mm] of a curved fruit, given the compliance `block` of its equivalent block.
 
-    With `along_normals`, the tips press along the normals of the skin, as domes do. Coarser meshes, which take a tenth
-    of the time, are tried first if the block is rough or the relative `tolerance` [1] is above 1e-3. Raises InputError
-    for a fruit that is too steep under a tip, too small or too thick, and SolveError if a solve does not converge.
+    With `along_normals`, the tips press along the normals of the skin, as domes do. If the block is rough or the
+    relative `tolerance` [1] is above 1e-3, coarser meshes are tried first; they take a tenth of the time. Raises
+    InputError for a fruit that is too steep under a tip, too small or too thick. Raises SolveError if a solve does not
+    converge.
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
@@ -111,19 +117,19 @@ def curved_compliance(
 def shape_change(
     fruit: Fruit, footprints: Sequence[Footprint], steps: BodySteps = STEPS, along_normals: bool = False
 ) -> ShapeChange:
-    """Return the change in compliance from the equivalent block of a curved fruit to the fruit, under footprints.
+    """Return the change in compliance under footprints from the equivalent block of a curved fruit to the fruit itself.
 
     The change under smooth loads is solved on two meshes. A closed form converts it to the change under rigid tips.
     Raises SolveError if a solve does not converge.
     """
-    # Under domes the loads are inclined, and their effect on a neighbour depends on their width. So they are given the
-    # smallest width, which is the width of the contact.
+    # Under domes, the loads are inclined, and their effect on a neighbour depends on their width. They therefore have
+    # the smallest width, which is the width of the contact.
     loads = smooth_loads(fruit, footprints, 1.0) if along_normals else smooth_loads(fruit, footprints)
     fine, dofs = curvature_correction(fruit, footprints, loads, steps, along_normals)
     coarser = replace(steps, fraction=COARSER * steps.fraction)
     coarse, _ = curvature_correction(fruit, footprints, loads, coarser, along_normals)
 
-    # Only the compliance of a tip under its own load depends on the distribution of the load.
+    # Only the compliance of a tip under its own load depends on how the load is distributed.
     sharper = np.zeros(len(loads))
     bound = np.zeros(len(loads))
     for i, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
@@ -138,7 +144,7 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     for name, value in (("fruit.radius_mm", radius), ("fruit.radius_across_mm", fruit.radius_across_mm or radius)):
         if value < smallest:
             bound = f"at least {LEAST_RADIUS:g} sides of a tip = {smallest:g} mm"
-            raise validation_error(name, value, "mm", bound, "take smaller tips")
+            raise validation_error(name, value, "mm", bound, "use smaller tips")
     if fruit.whole and fruit.depth_mm > THICKEST * radius:
         bound = f"at most {THICKEST:g} fruit.radius_mm = {THICKEST * radius:g} mm for a whole fruit"
         raise validation_error(fruit.depth_key, fruit.depth_mm, "mm", bound, "let it stand on a wider base")
@@ -146,25 +152,27 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     for footprint in footprints:
         if not shape.slope(footprint.x, footprint.y) <= STEEPEST:
             bound = f"where the skin falls by at most {math.degrees(math.atan(STEEPEST)):.0f} deg"
-            raise validation_error("centre of a tip, x", footprint.x, "mm", bound, NEARER)
+            raise validation_error("centre of a tip, x", footprint.x, "mm", bound, NEARER_HINT)
     if fruit.whole:
         for axis, core, cap in zip("xy", shape.core, shape.cap, strict=True):
             if core > OUTERMOST * cap:
                 name = f"reach of the tips along {axis}"
                 bound = f"at most {OUTERMOST * cap:.3g} mm on this whole fruit"
-                raise validation_error(name, core, "mm", bound, NEARER)
+                raise validation_error(name, core, "mm", bound, NEARER_HINT)
 
 
 def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: bool) -> tuple[float, float]:
-    """Return the difference of the change in compliance between a rigid tip and its smooth load, and its error bound.
+    """Return the change in compliance under a rigid tip minus the change under its smooth load, and its error bound.
 
     Both are in 1/mm. Slope and curvature under the tip act separately (`sensor/theory/sloped_skin.py`). Let R be the
-    compliance of the rigid tip on a half-space, and S the compliance of its smooth load. A slope changes them to:
+    half-space compliance of the rigid tip, and S the half-space compliance of its smooth load. A slope changes them as
+    follows:
 
         vertical tips   R f and S f, so the difference is (R - S) (f - 1) with f = slope_factor
         domes           R and S g, so the difference is S (1 - g) with g = stretch_factor
 
-    The contact of a dome is round on the skin, so R does not change. Its smooth load is round in plan, so S does.
+    The contact of a dome is circular on the skin, so R does not change. Its smooth load is circular in plan, so S
+    changes.
     """
     shape = CurvedShape(fruit, Plan(0.0, 0.0))
     slope = shape.slope(tip.x, tip.y)
@@ -175,11 +183,11 @@ def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_
     if along_normals:
         smooth = rigid * ratio  # S
         slope_term = smooth * (1.0 - stretch_factor(slope))
-        slope = 0.0  # relative to the direction of load and displacement, which is the normal
+        slope = 0.0  # load and displacement are along the normal, so relative to them there is no slope
     else:
         rigid_minus_smooth = rigid * (1.0 - ratio)
         slope_term = rigid_minus_smooth * (slope_factor(fruit.poisson, slope) - 1.0)
-    # Curvature acts through the mean of ln(distance) over a load. This is its difference between both loads.
+    # Curvature acts through the mean of ln(distance) over a load, which differs between the tip and the smooth load.
     log_difference = -math.log(ratio) - LOG_OFFSET
     curvature_term = log_coefficient(fruit.poisson, slope) * curvature * log_difference
     bound = rigid * (FLOOR + SECOND_ORDER * (tip.side * curvature) ** 2)
@@ -195,8 +203,8 @@ def curvature_correction(
 ) -> tuple[Floats, int]:
     """Return the change in compliance under smooth loads when the mesh of the block is bent into the fruit.
 
-    The change (loads, loads) [1/mm] is times E. The second result is the number of dofs. Raises SolveError if a solve
-    does not converge, or if an element of the bent mesh is folded.
+    The change (loads, loads) [1/mm] is times E, and the second result is the number of dofs. Raises SolveError if a
+    solve does not converge, or if an element of the bent mesh is folded.
     """
     body = bent_block(fruit, footprints, loads, steps, along_normals)
     block_matrix = stiffness_matrix(body.flat, 1.0, fruit.poisson, b_bar=True)
@@ -207,12 +215,12 @@ def curvature_correction(
         fixed = body.fixed_dofs(parity)
         factor = factorise(block_matrix, fixed)
         of_block = _compliance(body.forces(parity, upwards), factor.solve)
-        # The matrix of the fruit is near that of the block, whose factor serves as preconditioner.
+        # The matrix of the fruit is close to the matrix of the block, whose factor serves as preconditioner.
         of_fruit = _compliance(body.forces(parity, body.normals), functools.partial(factor.solve_near, fruit_matrix))
-        # A single load is the mean of its even and its odd part, hence a factor of one half for each mirror plane.
+        # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.
         return np.asarray((of_fruit - of_block) / 2.0 ** np.abs(parity).sum())
 
-    # Factorisations release Python's global lock, so the parities are solved in parallel.
+    # Factorisations release Python's global interpreter lock, so the parities can be solved in parallel.
     with ThreadPoolExecutor(len(body.parities)) as threads:
         changes = list(threads.map(change_of_parity, body.parities))
     return np.asarray(np.sum(changes, axis=0)), int(body.flat.N)
@@ -221,9 +229,9 @@ def curvature_correction(
 def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
     """Return the compliance F.K^-1 F (loads, loads) for loads F (dofs, loads); `solve` applies the inverse of K.
 
-    On a mesh that ends at mirror planes, loads often differ only in sign. Such loads are solved once.
+    On a mesh that ends at mirror planes, loads often differ only in sign. Such loads are solved only once.
     """
-    # Each load is multiplied by the sign of its first nonzero component, so that opposite loads become equal.
+    # Each load is multiplied by the sign of its first nonzero component, which makes opposite loads equal.
     signs = np.sign(np.take_along_axis(forces, np.argmax(forces != 0.0, axis=0)[None], axis=0))[0]
     normalised = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
     representative = [normalised.index(column) for column in normalised]  # index of the first equal load

@@ -1,7 +1,7 @@
 """The map from a block to a curved fruit, which bends a mesh of the block into a mesh of the fruit.
 
 The block has the plan and the thickness of the fruit: |x| <= length/2, |y| <= width/2, 0 <= z <= thickness, with z
-down. On the skin near the tips the map keeps x and y, so that footprints remain squares and circles in plan. Lengths
+down. On the skin near the tips, the map preserves x and y, so footprints remain squares and circles in plan. Lengths
 are in mm.
 """
 
@@ -14,53 +14,53 @@ import numpy as np
 from sensor.arrays import Floats
 from sensor.design.fruit import Fruit
 
-CORE_OF_CAP = 0.65  # size of the core over the size of the cap, if the core determines the size of the cap
-CAP_OF_SKIN = 0.85  # largest angle of the cap over the angle from the apex to the base
+CORE_FRACTION = 0.65  # ratio of core size to cap size if the core determines the size of the cap
+CAP_FRACTION = 0.85  # largest ratio of the polar angle of the cap to the polar angle of the base
 
 
 class Plan(NamedTuple):
-    """Half the size of a rectangle in the plan, along x and y [mm]."""
+    """Half the size of a rectangle in plan, along x and y [mm]."""
 
     x: float
     y: float
 
 
 def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats:
-    """Return the depth [mm] of a fruit's skin below the plane at its apex; infinity outside the fruit's plan.
+    """Return the depth [mm] of a fruit's skin below the plane at its apex; it is infinite outside the fruit's plan.
 
-    The fruit is an ellipsoid with the vertical semi-axis `radius` [mm] and the principal radii `radius` along x and
-    `radius_across` along y at the apex. It is a sphere if both radii are equal.
+    The fruit is an ellipsoid whose vertical semi-axis is `radius` [mm]. Its principal radii at the apex are `radius`
+    along x and `radius_across` along y. If both are equal, it is a sphere.
     """
     height_squared = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
     return np.where(height_squared >= 0.0, radius * (1.0 - np.sqrt(np.maximum(height_squared, 0.0))), np.inf)
 
 
 def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[float, float]:
-    """Return the downward slopes [1] of the skin of `cap_gap` along x and y; infinite at its rim and beyond."""
+    """Return the downward slopes [1] of the skin of `cap_gap` along x and y; infinite at the rim and beyond."""
     height_squared = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
     if not height_squared > 0.0:
         return math.inf, math.inf
-    relative_height = math.sqrt(height_squared)  # height above the centre over the vertical semi-axis
+    relative_height = math.sqrt(height_squared)  # height above the centre divided by the vertical semi-axis
     return x / radius / relative_height, y / radius_across / relative_height
 
 
 def fruit_gap(fruit: Fruit, x: Floats, y: Floats) -> Floats:
-    """Return the depth [mm] of a curved fruit's skin below the plane at its apex; infinity outside the fruit's plan."""
+    """Return the depth [mm] of a curved fruit's skin below the plane at its apex; it is infinite outside the plan."""
     return cap_gap(*fruit.to_principal(x, y), *fruit.radii_mm)
 
 
 def fruit_slope(fruit: Fruit, x: float, y: float) -> tuple[float, float]:
-    """Return the slopes [1] of a curved fruit's skin along and across the tips; infinite at its rim and beyond."""
+    """Return the slopes [1] of a curved fruit's skin along and across the tips; infinite at the rim and beyond."""
     along, across = cap_slope(*fruit.to_principal(x, y), *fruit.radii_mm)
     return (along, across) if math.isinf(along) else fruit.from_principal(along, across)
 
 
 def ellipsoid_curvatures(semi_axes: Floats, from_centre: Floats) -> tuple[Floats, Floats]:
-    """Return the mean curvature [1/mm] and the Gaussian curvature [1/mm^2] of ellipsoids at points of their surfaces.
+    """Return the mean curvature [1/mm] and the Gaussian curvature [1/mm^2] of ellipsoids at points on their surfaces.
 
-    `semi_axes` and the positions `from_centre` of the points are in mm, and have the shape (..., 3).
+    `semi_axes` [mm] and the positions `from_centre` [mm] of the points have shape (..., 3).
     """
-    # The squared length of the gradient (x / a^2, y / b^2, z / c^2), and (a b c)^2.
+    # Squared length of the gradient (x / a^2, y / b^2, z / c^2), and (a b c)^2.
     gradient_squared = (from_centre**2 / semi_axes**4).sum(axis=-1)
     product_squared = semi_axes.prod(axis=-1) ** 2
     difference = (semi_axes**2).sum(axis=-1) - (from_centre**2).sum(axis=-1)
@@ -73,7 +73,8 @@ class CurvedShape:
     """The map from a block to a fruit. `core` [mm] is half the size of the rectangle that contains the tips.
 
     For a piece of a fruit, the map shortens each vertical column of the block. A whole fruit has no corners. The top of
-    the block becomes a cap around the apex, and its sides the rest of the skin. Its base becomes the base of the fruit.
+    the block becomes a cap around the apex, and its base becomes the base of the fruit. Its sides become the skin
+    between them.
     """
 
     fruit: Fruit
@@ -87,29 +88,29 @@ class CurvedShape:
 
     @property
     def base_angle(self) -> float:
-        """Return the polar angle [rad] from apex to base rim, on a sphere with the vertical semi-axis as radius."""
+        """Return the polar angle from the apex to the base rim [rad], on a sphere of the vertical semi-axis."""
         return math.acos(1.0 - self.fruit.depth_mm / self.semi_axes[2])
 
     @property
     def cap_angle(self) -> float:
-        """Return the angle from the apex to the rim of the cap [rad].
+        """Return the polar angle from the apex to the rim of the cap [rad].
 
-        It is chosen so that elements on the cap and on the sides have similar lengths. The cap is larger if the core
-        requires it, but some skin is left for the sides.
+        It gives elements on the cap and on the sides similar lengths. The core may require a larger cap, but part of
+        the skin always remains for the sides.
         """
         balanced = self.base_angle / (1.0 + 2.0 * self.base_angle / math.pi)
         a, b, _ = self.semi_axes
-        sine_for_core = max(self.core.x / (CORE_OF_CAP * a), self.core.y / (CORE_OF_CAP * b))
-        return min(CAP_OF_SKIN * self.base_angle, max(balanced, math.asin(min(1.0, sine_for_core))))
+        sine_for_core = max(self.core.x / (CORE_FRACTION * a), self.core.y / (CORE_FRACTION * b))
+        return min(CAP_FRACTION * self.base_angle, max(balanced, math.asin(min(1.0, sine_for_core))))
 
     @property
     def cap(self) -> Plan:
-        """Return the half size in plan [mm] of the cap, which the top of the block becomes on a whole fruit."""
+        """Return half the size in plan [mm] of the cap, which the top of the block becomes on a whole fruit."""
         sine = math.sin(self.cap_angle)
         return Plan(sine * self.semi_axes[0], sine * self.semi_axes[1])
 
     def slope(self, x: float, y: float) -> float:
-        """Return the slope of the skin [1] at x, y [mm]; infinite at its rim and beyond."""
+        """Return the slope of the skin [1] at x, y [mm]; it is infinite at the rim and beyond."""
         return math.hypot(*fruit_slope(self.fruit, x, y))
 
     def normal(self, x: float, y: float) -> tuple[float, float, float]:
@@ -126,10 +127,10 @@ class CurvedShape:
         return float(mean)
 
     def bend(self, points: Floats) -> Floats:
-        """Return the positions in the fruit (3, n) [mm] of points (3, n) [mm] of the block.
+        """Return the positions in the fruit (3, n) [mm] of points of the block (3, n) [mm].
 
-        For a piece of a fruit, each vertical column is moved down to the skin, and shortened so that it ends at the
-        base. A skin keeps its thickness along the normal, and the flesh below fills the rest of the column.
+        In a piece of a fruit, each vertical column is moved down to the skin, and shortened so that it ends at the
+        base. A skin keeps its thickness along the normal, and the flesh fills the rest of the column.
         """
         if self.fruit.whole:
             return self._bend_whole(points)
@@ -141,7 +142,7 @@ class CurvedShape:
             return np.stack([x, y, skin_depth + z * (1.0 - skin_depth / depth)])
         a, b, c = self.semi_axes
         u, v = self.fruit.to_principal(x, y)
-        # 1 / cos(slope), the vertical over the normal thickness of the skin.
+        # 1 / cos(slope), the ratio of vertical thickness to normal thickness of the skin.
         secant = np.hypot(np.hypot(u / a**2, v / b**2) * c**2 / (c - skin_depth), 1.0)
         skin_base = skin_depth + thickness * secant
         flesh_fraction = np.maximum(0.0, z - thickness) / (depth - thickness)
@@ -153,10 +154,10 @@ class CurvedShape:
         return np.minimum(fruit_gap(self.fruit, x, y), self.semi_axes[2])
 
     def _bend_whole(self, points: Floats) -> Floats:
-        """Return the positions in a whole fruit (3, n) [mm] of points (3, n) [mm] of the block.
+        """Return the positions in a whole fruit (3, n) [mm] of points of the block (3, n) [mm].
 
         Each level of the block becomes a disc, which is an ellipse in plan. The top disc is the cap around the apex,
-        and the bottom disc the base. The rims of the discs between them form the rest of the skin.
+        and the bottom disc is the base. The rims of the discs between them form the skin between cap and base.
         """
         a, b, c = self.semi_axes
         thickness = self.fruit.depth_mm
@@ -168,14 +169,14 @@ class CurvedShape:
         u, v = self._map_to_disc(points[:2])
         outwards = u**2 + v**2  # 0 on the axis, 1 on the rim of a disc
         down = points[2] / thickness  # 0 on the top, 1 on the base
-        angle = self.cap_angle + (self.base_angle - self.cap_angle) * down  # angle of the rim from the apex [rad]
+        angle = self.cap_angle + (self.base_angle - self.cap_angle) * down  # polar angle of the rim [rad]
 
-        # The radius of a disc over the semi-axes. At the rim it follows the skin, at the axis it is a smooth function
-        # of the depth, and between them it is interpolated.
+        # Radius of a disc divided by the semi-axes. At the rim it follows the skin, and on the axis it is a smooth
+        # function of the depth. Between them it is interpolated.
         axis_radius = cap_sine + (base_sine - cap_sine) * down**2
         radius = (1.0 - outwards) * axis_radius + outwards * np.sin(angle)
-        # The depth is interpolated linearly from the cap to the base. At the rim, the difference to the depth of the
-        # skin is added, which is zero at the rims of cap and base.
+        # The depth is interpolated linearly from the cap to the base. At the rim, `bulge` is added so that it becomes
+        # the depth of the skin. The bulge is zero at the rims of cap and base.
         straight = (1.0 - down) * rim_depth + down * base_depth
         bulge = c * (1.0 - np.cos(angle) - straight)
         top = self._skin_depth(self.cap.x * u, self.cap.y * v)
@@ -185,15 +186,16 @@ class CurvedShape:
     def _map_to_disc(self, plan: Floats) -> Floats:
         """Return the images (2, n) on the unit disc of points (2, n) [mm] of the block's plan.
 
-        Points of the core are mapped to (x, y) / cap. At the edge of the plan the map is the elliptical map of a square
-        onto a disc. It takes (p, q) to (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). Between them both maps are blended.
+        Points of the core are mapped to (x, y) / cap. At the edge of the plan, the map is the elliptical map of a
+        square onto a disc. It takes (p, q) to (p sqrt(1 - q^2 / 2), q sqrt(1 - p^2 / 2)). In between, the two maps are
+        blended.
         """
         half_plan = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
         core = np.array(self.core)
         cap = np.array(self.cap)
         distance = np.abs(plan)
-        # `edge_share` is 0 in the core and 1 at the edge of the plan. The factor `rounding` increases from 0 to the 1/2
-        # of the elliptical map.
+        # `edge_share` increases from 0 in the core to 1 at the edge of the plan, and `rounding` from 0 to 1/2, its
+        # value in the elliptical map.
         edge_share = np.maximum(0.0, (distance - core[:, None]) / (half_plan - core)[:, None])
         within_core = np.minimum(distance, core[:, None])
         p, q = np.sign(plan) * (within_core + edge_share * (cap - core)[:, None]) / cap[:, None]

@@ -2,9 +2,13 @@
 
 Nodal forces F and nodal displacements U of a footprint are related by its punch table, F = Y U
 (`solve/halfspace/punch.py`). U is the prescribed displacement d of the tip, minus the displacement that the other tips
-and the finite size of the block cause there. So U = d - G F. The matrix G has the compliance of a half-space between
-different tips, plus the remainder, the compliance that the finite block adds, between all nodes. Then
-(I + Y G) F = Y d determines the forces of all tips at once, even if the tips are close together.
+and the finite size of the block cause. So U = d - G F, where the matrix G is the sum of two parts. One is the
+compliance of a half-space between different tips. The other is the remainder, which is the compliance that the finite
+block adds, between all nodes. The linear system
+
+    (I + Y G) F = Y d
+
+then determines the forces of all tips at once, even if the tips are close together.
 """
 
 import functools
@@ -23,12 +27,12 @@ from solve.fruit.remainder import Parity, remainder_compliance
 from solve.halfspace.punch import Punch, square_punch
 from solve.linear import SolveError
 
-# Smallest spacing of tips [sides], and nodes per side for their interaction. The error is below 5e-6 of s11.
+# Smallest spacing of tips [sides], and nodes per side for their interaction. The error is below 5e-6 times s11.
 NODES_BETWEEN = ((4.0, 3), (2.0, 5), (1.2, 9), (1.1, 17), (0.0, 25))
-# Smallest height and distance from a side face [sides], and nodes per side for the remainder, with the same error.
+# Smallest height and distance from a side face [sides], and nodes per side for the remainder. The error is the same.
 NODES_WITHIN = ((2.5, 2), (1.5, 3), (0.0, 4))
 RESIDUAL_LIMIT = 1e-10  # largest allowed relative residual of the forces
-SAME_POINT = 9  # decimals to which coordinates over the side are rounded when equal points are merged
+SAME_POINT = 9  # decimals to which coordinates [sides] are rounded before coincident points are merged
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ class Footprint:
 
 
 def closest_spacing(footprints: Sequence[Footprint]) -> float:
-    """Return the smallest ratio of spacing to side of any two footprints [1]; infinite for a single footprint.
+    """Return the smallest ratio of spacing to side over all pairs of footprints [1]; for a single footprint, infinity.
 
     The spacing is the larger of the distances along x and along y.
     """
@@ -72,7 +76,7 @@ class NodeCounts(NamedTuple):
 
 
 def nodes_between(footprints: Sequence[Footprint]) -> int:
-    """Return the number of nodes per side that the interaction of the tips requires."""
+    """Return the number of nodes per side that the interaction between the tips requires."""
     closest = closest_spacing(footprints)
     return next(nodes for spacing, nodes in NODES_BETWEEN if closest >= spacing)
 
@@ -97,8 +101,8 @@ def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
     """Return the parities of the loads that level footprints can have, each a sign for x and a sign for y.
 
-    A sign is 1 if the loads are even about the mirror plane normal to this axis, and -1 if they are odd. It is 0 if the
-    footprints have no such mirror plane. If all centres lie in the plane, loads can only be even.
+    The sign is 1 if the loads are even about the mirror plane normal to this axis, and -1 if they are odd. It is 0 if
+    the footprints have no such mirror plane. If all centres lie in the plane, loads can only be even.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     signs: list[tuple[int, ...]] = []
@@ -113,10 +117,10 @@ def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
 
 
 def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side: int) -> Floats:
-    """Return the compliance of a half-space between the nodes of different footprints, for E = 1 [1/mm].
+    """Return the compliance matrix of a half-space that couples the nodes of different footprints, times E [1/mm].
 
-    It has shape (nodes, nodes), with zeros between the nodes of one footprint. It follows from Boussinesq's
-    displacement u = (1 - nu^2) F / (pi E r). `per_side` is the number of nodes per side.
+    It has shape (nodes, nodes), with zeros between nodes of the same footprint. Its entries are Boussinesq's
+    displacement under a unit point force, u = (1 - nu^2) / (pi E r). `per_side` is the number of nodes per side.
     """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
     tip = np.repeat(np.arange(len(footprints)), per_side**2)
@@ -129,34 +133,34 @@ def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side
 def node_remainder(
     fruit: Fruit, footprints: Sequence[Footprint], lines: Lines, parities: Sequence[Parity], counts: NodeCounts
 ) -> tuple[Floats, int]:
-    """Return the compliance that the finite block adds to the half-space, between all nodes, for E = 1.
+    """Return the compliance that the finite block adds to the half-space between all nodes, times E, and the dofs.
 
-    It is the remainder's compliance (nodes, nodes) [1/mm] with `counts.between` nodes per side; the second result is
-    the number of dofs of the mesh. Loads are solved at fewer nodes, `counts.within` per side, and interpolated. The
-    mesh is the box over `lines` [mm], which start at the mirror planes. A load is the mean of its even and its odd part
-    about each mirror plane. These parts are solved for the given `parities` (see `level_parities`). Parts of other
-    parities are taken as zero. Raises SolveError if a solve does not converge.
+    The compliance has shape (nodes, nodes) [1/mm], with `counts.between` nodes per side; the second result is the
+    number of dofs of the mesh. To save solves, loads act on fewer nodes, `counts.within` per side, and the result is
+    interpolated. The mesh is the box over `lines` [mm], which start at the mirror planes. A load is the mean of its
+    even and its odd part about each mirror plane. These parts are solved for the given `parities` (see
+    `level_parities`). Parts of other parities are assumed to be zero. Raises SolveError if a solve does not converge.
     """
-    # A node beyond a mirror plane is replaced by its mirror image, which lies in the meshed part.
+    # A node outside the meshed part is replaced by its mirror image, which lies inside.
     nodes = np.concatenate([footprint.nodes(counts.within) for footprint in footprints])
-    mirrored = np.abs(parities[0])  # 1 for x or y with a mirror plane
+    mirrored = np.abs(parities[0])  # for x and y: 1 if there is a mirror plane, otherwise 0
     is_beyond = mirrored * nodes < 0.0
     nodes = np.where(is_beyond, -nodes, nodes)
 
-    # Nodes that coincide to SAME_POINT digits are one load. Adding 0 converts -0 to 0.
+    # Nodes that coincide to SAME_POINT decimals form one load. Adding 0 converts -0 to 0.
     side = max(footprint.side for footprint in footprints)
     rounded = np.round(nodes / side, SAME_POINT) + 0.0
     _, first, load = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
     load_compliances, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first], parities)
 
-    # A force on one side of a mirror plane is the mean of an even and an odd pair of forces.
+    # A single force is the mean of an even and an odd pair of forces about each mirror plane.
     compliance = np.zeros((len(nodes), len(nodes)))
     for parity, load_compliance in zip(parities, load_compliances, strict=True):
         sign = np.where(is_beyond, parity, 1).prod(axis=1)
         compliance += np.outer(sign, sign) * load_compliance[np.ix_(load, load)]
     compliance /= 2 ** mirrored.sum()
 
-    # Interpolate from few nodes to many by the nodal polynomials of each footprint.
+    # The nodal polynomials of each footprint interpolate from the few loaded nodes to all nodes.
     interpolations = []
     for footprint in footprints:
         many_nodes = footprint.punch(counts.between).nodes
@@ -167,7 +171,7 @@ def node_remainder(
 
 @functools.lru_cache(maxsize=2)
 def half_space_compliance(footprints: tuple[Footprint, ...], poisson: float) -> Floats:
-    """Return the compliance of level footprints on a half-space, times E [1/mm], read-only because it is cached.
+    """Return the compliance of level footprints on a half-space, times E [1/mm]. It is cached, and therefore read-only.
 
     Raises SolveError if the forces have a large residual.
     """
@@ -179,11 +183,11 @@ def half_space_compliance(footprints: tuple[Footprint, ...], poisson: float) -> 
 def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder: Floats, per_side: int) -> Floats:
     """Return the compliance of footprints that stay level, times E [1/mm], shape (footprints, footprints).
 
-    `remainder` (nodes, nodes) [1/mm] is the compliance that the finite block adds between all nodes; it is 0 for a
-    half-space. `per_side` is the number of nodes per side of a footprint. Raises SolveError if the forces have a large
-    residual, as for an invalid scene.
+    `remainder` (nodes, nodes) [1/mm] is the compliance that the finite block adds between all nodes, times E. For a
+    half-space, it is 0. `per_side` is the number of nodes per side of a footprint. Raises SolveError if the forces have
+    a large residual, which indicates an invalid scene.
     """
-    # Solve (I + Y G) F = Y d of the module docstring, for a unit indentation d of each footprint in turn.
+    # Solve (I + Y G) F = Y d, as derived in the module docstring, for a unit indentation d of each footprint in turn.
     G = remainder + half_space_between(footprints, poisson, per_side)
     Y = block_diag(*(each.side * each.punch(per_side).stiffness for each in footprints)) / (1.0 - poisson**2)
     level = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
@@ -191,11 +195,11 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     right = Y @ level
     factor = lu_factor(system)
     forces = lu_solve(factor, right)
-    forces += lu_solve(factor, right - system @ forces)  # one step of iterative refinement, needed for stiff skins
+    forces += lu_solve(factor, right - system @ forces)  # one step of iterative refinement, which stiff skins need
     residual = float(np.abs(system @ forces - right).max() / np.abs(right).max())
     if not residual <= RESIDUAL_LIMIT:
         msg = f"tip forces: relative residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the scene"
         raise SolveError(msg)
-    # The sums of the nodal forces on each footprint are the stiffness, whose inverse is the compliance.
+    # The nodal forces on each footprint add up to the stiffness matrix, whose inverse is the compliance.
     S = np.linalg.inv(level.T @ forces)
-    return 0.5 * (S + S.T)  # symmetric by Betti's theorem; this makes it symmetric to the last bit
+    return 0.5 * (S + S.T)  # S is symmetric by Betti's theorem; this makes it symmetric to the last bit

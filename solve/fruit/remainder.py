@@ -1,19 +1,19 @@
 """The remainder of a block of fruit: the field that its finite size adds to the field of a half-space.
 
-Both bodies have the same point loads. With u the displacement of the half-space, the block has the displacement u + v.
-The remainder v is smooth, so a coarse mesh is sufficient. It solves the elastic problem of the block with these
-boundary conditions. Its tractions on the free sides are minus the half-space tractions, and it has no traction on the
-top. On the clamped base it is minus the half-space displacement. The value of v under a load follows from Betti's
+Both bodies carry the same point loads. If the half-space has the displacement u, the block has the displacement u + v.
+The remainder v is smooth, so a coarse mesh is sufficient. It is the solution of an elastic problem on the block with
+these boundary conditions. On the free sides, its tractions are minus the half-space tractions. On the top, it has no
+traction. On the clamped base, it is minus the half-space displacement. The value of v under a load follows from Betti's
 theorem,
 
     v_z^j(x_k) = int_base t^k . u^j - int_sides t^j . u^k - int_sides t^k . v^j + int_base t(v^j) . u^k,
 
-with the displacement u^j and the traction t^j of the half-space under load j. This form is symmetric and evaluates no
-field at a point, and its error is a product of two energy errors.
+where u^j and t^j are the displacement and the traction of the half-space under load j. This form is symmetric,
+evaluates no field at a point, and has an error that is a product of two energy errors.
 
 On a half or a quarter of the block, u is the field of a load and its mirror images. The theorem still holds, because
 one of these loads lies on the meshed part. Fields of the same parity do no work on each other across a mirror plane.
-27-node hexahedra with B-bar dilatation do not lock as nu tends to 0.5. E = 1 throughout.
+Hexahedra with 27 nodes and B-bar dilatation do not lock as nu approaches 0.5. E = 1 throughout.
 """
 
 import itertools
@@ -35,7 +35,7 @@ Parity = tuple[int, int]
 HalfSpaceFields = tuple[Floats, Floats]  # displacement and traction, each (loads, 3, facets, q)
 
 VOLUME_ORDER = 4  # polynomial degree of the quadrature in elements
-PLANES = ("x_low", "y_low")  # faces that become mirror planes if only a half or a quarter of the block is meshed
+PLANES = ("x_low", "y_low")  # faces that become mirror planes if only half or a quarter of the block is meshed
 SURFACE_ORDER = 9  # polynomial degree of the quadrature on faces
 RECIPROCITY_LIMIT = 5e-5  # largest allowed asymmetry of a compliance, relative to its largest entry
 # Faces of the box and their outward normals.
@@ -50,10 +50,11 @@ BASE = {"base": (0.0, 0.0, 1.0)}
 
 @dataclass(frozen=True, eq=False)
 class FaceQuadrature:
-    """Quadrature on some faces of the box, with q points on each facet.
+    """A quadrature rule on some faces of the box, with q points on each facet.
 
-    `points` [mm] and outward `normals` have shape (3, facets, q), and `weights` (facets, q) [mm^2]. `shapes` (nodes,
-    facets, q) are the values of the scalar shape functions, and `dofs` (nodes, 3, facets) the dofs of their nodes.
+    `points` [mm] and outward `normals` have shape (3, facets, q), and `weights` [mm^2] has shape (facets, q). `shapes`
+    (nodes, facets, q) holds the values of the scalar shape functions. `dofs` (nodes, 3, facets) holds the dofs of their
+    nodes.
     """
 
     points: Floats
@@ -66,14 +67,16 @@ class FaceQuadrature:
 def remainder_compliance(
     mesh: Mesh, poisson: float, loads: Floats, parities: Sequence[Parity]
 ) -> tuple[list[Floats], int]:
-    """Return the compliance of the remainder between points on the top of a block, for each parity, and the dofs.
+    """Return the compliance of the remainder between points on the top of a block for each parity, and the dof count.
 
     A compliance (points, points) [1/mm] is for E = 1. Entry kj is the remainder v_z at point k per unit normal force at
     point j. `loads` (points, 2) [mm] are the positions of the points. `mesh` is the block, or the half or quarter of it
-    at x >= 0 or y >= 0, with faces named as by `box_mesh`. A parity has a sign for x and a sign for y. It is +1 or -1
-    if each force acts together with its even or odd mirror image in the plane x = 0 or y = 0. It is 0 if both sides of
-    the plane are meshed. Raises ValueError if the zeros of the parities differ, because all parities share the mesh.
-    Raises SolveError if a solve does not converge, or if a compliance is not symmetric.
+    at x >= 0 or y >= 0, with the face names of `box_mesh`.
+
+    A parity has one sign for x and one for y, which refer to the planes x = 0 and y = 0. The sign is 1 if each force
+    acts together with its even mirror image, and -1 with its odd mirror image. It is 0 if both sides of the plane are
+    meshed. All parities share the mesh, so ValueError is raised unless their zeros agree. Raises SolveError if a solve
+    does not converge, or if a compliance is not symmetric.
     """
     mirrored = np.abs(parities[0])
     if (np.abs(parities) != mirrored).any():
@@ -86,7 +89,7 @@ def remainder_compliance(
     side = _quadrature(basis, {name: normal for name, normal in SIDES.items() if name not in mirror_planes})
     base = _quadrature(basis, BASE)
 
-    # The half-space fields of each load and each of its mirror images, which are identified by the signs of x and y.
+    # Half-space fields of each load and of each of its mirror images, which are identified by the signs of x and y.
     signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
     images = np.array(list(itertools.product(*signs)))
     side_fields = [_half_space(loads * image, poisson, side) for image in images]
@@ -98,15 +101,15 @@ def remainder_compliance(
         side_u, side_t = _signed_sum(image_signs, side_fields)
         base_u, base_t = _signed_sum(image_signs, base_fields)
 
-        # The boundary conditions of v: minus the half-space tractions on the sides as nodal forces (`load`), and minus
-        # the half-space displacements on the base (`lift`).
+        # Boundary conditions of v. `load` holds minus the half-space tractions on the sides, as nodal forces. `lift`
+        # holds minus the half-space displacements on the base.
         mirror = mirror_dofs(basis, parity)
         load = -_load_vector(side, side_t, basis.N)
         lift = -_projection(base, base_u, np.setdiff1d(clamped, mirror), basis.N)
         factor = factorise(stiffness, np.union1d(clamped, mirror))
         v = factor.solve(load, lift[factor.fixed])
 
-        # Betti's theorem, with its four terms in the order of the module docstring. In the last one, the nodal
+        # Betti's theorem, with the four terms in the order of the module docstring. In the last term, the nodal
         # reactions of the base replace its tractions.
         half_space = _work(base, base_t, base_u) - _work(side, side_t, side_u).T
         reaction = stiffness @ v - load
@@ -116,20 +119,20 @@ def remainder_compliance(
 
 
 def _signed_sum(signs: Ints, fields: Sequence[HalfSpaceFields]) -> HalfSpaceFields:
-    """Return the sums of displacements and of tractions over mirror images, each times its sign."""
+    """Return the sums of displacements and of tractions over all mirror images, each multiplied by its sign."""
     displacement = np.tensordot(signs, [u for u, _ in fields], 1)
     traction = np.tensordot(signs, [t for _, t in fields], 1)
     return displacement, traction
 
 
 def _check_reciprocity(compliances: Sequence[Floats]) -> None:
-    """Raise SolveError unless all compliances are symmetric; with incorrect half-space fields they would not be."""
+    """Raise SolveError unless all compliances are symmetric; an asymmetry reveals incorrect half-space fields."""
     scale = max(float(np.abs(each).max()) for each in compliances)
     skew = max(float(np.abs(each - each.T).max()) for each in compliances)
     if not skew <= RECIPROCITY_LIMIT * scale:
         msg = (
-            f"remainder: loads differ from their reciprocals by {skew / scale:.1e} of the largest: must be at most "
-            f"{RECIPROCITY_LIMIT:.0e}; take a finer mesh"
+            f"remainder: relative asymmetry of the compliance = {skew / scale:.1e}: must be at most "
+            f"{RECIPROCITY_LIMIT:.0e}; use a finer mesh"
         )
         raise SolveError(msg)
 
@@ -137,9 +140,9 @@ def _check_reciprocity(compliances: Sequence[Floats]) -> None:
 def remainder_field(mesh: Mesh, poisson: float, points: Floats, forces: Floats) -> tuple[CellBasis, Floats]:
     """Solve for the remainder of a whole block: the field that corrects the half-space solution for the finite size.
 
-    The forces (n,) [N] act at `points` (n, 2) [mm] on the top. `mesh` is the whole block from `box_mesh`. The result is
-    the displacement basis, and the remainder v times E at its dofs (dofs,) [N/mm]. Raises SolveError if the solve does
-    not converge.
+    The forces (n,) [N] act at `points` (n, 2) [mm] on the top. `mesh` is the whole block from `box_mesh`. Returns the
+    displacement basis, and the remainder v times E at its dofs (dofs,) [N/mm]. Raises SolveError if the solve does not
+    converge.
     """
     basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
     side = _quadrature(basis, SIDES)
@@ -157,7 +160,8 @@ def remainder_field(mesh: Mesh, poisson: float, points: Floats, forces: Floats) 
 def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
     """Return the dofs (n,) that are zero on the mirror planes.
 
-    They are the displacements normal to the plane if the parity is even, and in the plane if it is odd.
+    If the parity is even, these are the displacements normal to the plane; if it is odd, the displacements in the
+    plane.
     """
     normal_components = (["u^1"], ["u^2"])
     tangential_components = (["u^2", "u^3"], ["u^1", "u^3"])
@@ -170,7 +174,10 @@ def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
 
 
 def _quadrature(basis: CellBasis, faces: Mapping[str, Sequence[float]]) -> FaceQuadrature:
-    """Return one quadrature over several faces of the box, given the outward normal (3,) for each name of a face."""
+    """Return one quadrature rule over several faces of the box.
+
+    `faces` maps the name of each face to its outward normal (3,).
+    """
     points, weights = get_quadrature(RefQuad, SURFACE_ORDER)
     patches = []
     normals = []
@@ -197,11 +204,11 @@ def _half_space(points: Floats, poisson: float, faces: FaceQuadrature) -> HalfSp
 
 
 def _load_vector(faces: FaceQuadrature, traction: Floats, size: int) -> Floats:
-    """Return the nodal forces int traction . N (dofs, loads), for tractions (loads, 3, facets, q) on some faces.
+    """Return the nodal forces int traction . N (dofs, loads) for tractions (loads, 3, facets, q) on some faces.
 
-    `size` is the number of all dofs.
+    `size` is the total number of dofs.
     """
-    # indices: load p, component c, facet f, quadrature point q, node b
+    # Indices: load p, component c, facet f, quadrature point q, node b.
     facet_forces = np.einsum("pcfq,bfq,fq->bcfp", traction, faces.shapes, faces.weights, optimize=True)
     forces = np.zeros((size, len(traction)))
     np.add.at(forces, faces.dofs, facet_forces)
@@ -209,10 +216,10 @@ def _load_vector(faces: FaceQuadrature, traction: Floats, size: int) -> Floats:
 
 
 def _projection(faces: FaceQuadrature, field: Floats, kept: Ints, size: int) -> Floats:
-    """Return the displacements (dofs, loads) that approximate a field on some faces best, by least squares.
+    """Return the least-squares approximation (dofs, loads) of a field on some faces.
 
-    The field is (loads, 3, facets, q). Only the dofs `kept` are used, and `size` is the number of all dofs. Unlike an
-    interpolation, the projection leaves an error that does no work on tractions of the same smoothness.
+    The field has shape (loads, 3, facets, q). Only the dofs `kept` are used, and `size` is the total number of dofs.
+    Unlike interpolation, this projection leaves an error that does no work on tractions of the same smoothness.
     """
     mass = np.einsum("bfq,dfq,fq->fbd", faces.shapes, faces.shapes, faces.weights, optimize=True)
     right = _load_vector(faces, field, size)

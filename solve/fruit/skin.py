@@ -1,11 +1,12 @@
-"""The change in the fruit's compliance due to a skin bonded to the flesh, as a function of the flesh's modulus.
+"""The change in the fruit's compliance due to a skin bonded to the flesh, as a function of the flesh modulus.
 
-As in `solve/fruit/curved_body.py`, a mesh is solved under smooth loads with and without the skin. Near a tip, where the
-change is concentrated, it equals the change of a layered half-space (`solve/halfspace/layered.py`). So the remaining
-error is small. With m the modulus of the skin over the modulus of the flesh, the stiffness matrix is K + m K_skin. It
-is solved for a few m, and their solutions are the basis of a reduced-order model for all m (Galerkin's method). The
-compliance is an energy, so its error is of the order of the square of the error of the reduced solution. All
-compliances are times E.
+As in `solve/fruit/curved_body.py`, a mesh is solved under smooth loads, with and without the skin. The change is
+concentrated near a tip, where it equals the change of a layered half-space (`solve/halfspace/layered.py`). The
+remaining error is therefore small.
+
+Let m be the modulus of the skin divided by the modulus of the flesh. The stiffness matrix is K + m K_skin. It is solved
+for a few m, and these solutions are the basis of a reduced-order model for all m (Galerkin's method). The compliance is
+an energy, so its error is of the order of the square of the error in the reduced solution. All compliances are times E.
 """
 
 import time
@@ -31,33 +32,34 @@ from solve.linear import factorise
 
 FINE = BodySteps(most_dofs=6000)
 COARSE = BodySteps(fraction=0.7, most_dofs=3500)
-# Error bar over the difference between both meshes; finer meshes of a pair and a square give 0.03 to 0.1.
+# Ratio of the error bar to the difference between both meshes; it is 0.03 to 0.1 if a pair and a square are solved on
+# finer meshes.
 SAFETY = 0.15
-FLOOR = 2e-4  # smallest relative error bar: the relative change if the smooth loads are wider
-# Largest standard deviation of a smooth load, over the depth of the fruit and over its smallest deviation. A wider load
-# would act on the boundary of the fruit in a different way from the tip.
-OF_DEPTH = 0.125
-WIDEST = 4.6
-SPAN = (3, 2)  # number of skin moduli whose solutions are the reduced basis, on the fine and on the coarse mesh
+FLOOR = 2e-4  # smallest relative error bar, because wider smooth loads change the result by this fraction
+# Largest standard deviation of a smooth load. A wider load would act on the boundary of the fruit differently from the
+# tip.
+DEPTH_FRACTION = 0.125  # limit as a fraction of the depth of the fruit
+WIDEST = 4.6  # limit as a multiple of the smallest standard deviation for the tip
+BASIS_SIZES = (3, 2)  # numbers of skin moduli whose solutions form the reduced basis, on the fine and the coarse mesh
 MODULI = 13  # number of moduli in the table
-BEYOND = 1.3  # factor by which the table extends beyond the largest and below the smallest modulus
-SOFTEST = 1.0 / 24.0  # modulus of the second point of a curve of P, over E_max
+BEYOND = 1.3  # factor by which the table extends above the largest and below the smallest modulus
+SOFTEST = 1.0 / 24.0  # modulus at the second point of the curve of P, divided by E_max
 # Smallest thickness of the skin [sides], and nodes per side for the pressure of a tip on it.
 NODES = ((0.3, 9), (0.1, 17), (0.0, 25))
-OF_NODES = 0.1  # error over the difference from half as many nodes
-OF_SHELL = 0.5  # error over the shell effect; finite elements give 0.3 (tests/solve/fruit/test_skin.py)
+NODE_SAFETY = 0.1  # ratio of the error to the difference from half as many nodes
+SHELL_SAFETY = 0.5  # ratio of the error to the shell effect; finite elements give 0.3 (tests/solve/fruit/test_skin.py)
 ROUND_NODES = 9  # nodes per side of a circle, whose compliance under its own load has a closed form
 
 
 def table_moduli(fruit: Fruit) -> Floats:
-    """Return the moduli of the flesh [MPa] at which the compliance under a skin is tabulated, shape (n,)."""
+    """Return the flesh moduli [MPa] at which the compliance under a skin is tabulated, shape (n,)."""
     smallest = min(*fruit.E_MPa, fruit.E_max_MPa) / BEYOND
     largest = max(*fruit.E_MPa, fruit.E_max_MPa) * BEYOND
     return np.geomspace(min(smallest, SOFTEST * fruit.E_max_MPa), largest, MODULI)
 
 
 def layer_on(fruit: Fruit, E: float) -> Layer:
-    """Return the skin of a fruit as an elastic layer on flesh with the modulus E [MPa]."""
+    """Return the skin of a fruit as an elastic layer on flesh of modulus E [MPa]."""
     poisson = fruit.poisson if fruit.skin_poisson is None else fruit.skin_poisson
     return Layer(fruit.skin_mm or 0.0, (fruit.skin_E_MPa or E) / E, poisson, fruit.poisson)
 
@@ -65,26 +67,26 @@ def layer_on(fruit: Fruit, E: float) -> Layer:
 def skin_compliance(
     flesh: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool = False
 ) -> FruitCompliance:
-    """Return the compliance of a fruit with its skin, given the compliance `flesh` of the fruit without it [1/mm].
+    """Return the compliance [1/mm] of a fruit with its skin, given the compliance `flesh` of the fruit without it.
 
-    For each modulus of the flesh, the change under smooth loads is solved on a mesh. The difference between the change
-    under the tips and the change under smooth loads is taken from a layered half-space. With `along_normals`, the tips
-    press along the normals of the skin, as domes do. Raises SolveError if a solve does not converge.
+    For each flesh modulus, the change under smooth loads is solved on a mesh. The difference between the tips and the
+    smooth loads is computed for a layered half-space. With `along_normals`, the tips press along the normals of the
+    skin, as domes do. Raises SolveError if a solve does not converge.
     """
     start = time.perf_counter()
     moduli = table_moduli(fruit)
     layers = [layer_on(fruit, E) for E in moduli.tolist()]
     deviation = least_deviation(footprints[0])
-    loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, OF_DEPTH * fruit.depth_mm / deviation)))
+    loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, DEPTH_FRACTION * fruit.depth_mm / deviation)))
     local = _local_change(fruit, footprints, loads, layers, along_normals)
     fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
     coarse_body = bent_block(fruit, footprints, loads, COARSE, along_normals)
-    fine = body_change(fine_body, layers, SPAN[0])
-    coarse = body_change(coarse_body, layers, SPAN[1])
+    fine = body_change(fine_body, layers, BASIS_SIZES[0])
+    coarse = body_change(coarse_body, layers, BASIS_SIZES[1])
 
-    # The change on the mesh, in which the half-space part under smooth loads is replaced by the part under the tips.
+    # In the change from the mesh, the half-space part under smooth loads is replaced by the half-space part under tips.
     table = flesh.S + fine + local.sharp - local.smooth - local.shell
-    # Softer flesh than the design's occurs only at the start of a curve of P; the error bars do not cover it.
+    # Flesh softer than the design's range occurs only at the start of a curve of P; the error bars exclude it.
     is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)
     errors = _table_errors(table, fine - coarse, local, np.flatnonzero(is_in_range))
     skin = SkinTable(E=moduli, S=table)
@@ -104,8 +106,9 @@ def skin_compliance(
 class _LocalChange:
     """Changes in compliance due to a layer on a half-space, times E [1/mm], each (layers, tips, tips).
 
-    `sharp` is the change under rigid tips, and `fewer_nodes` the same change with half as many nodes. `smooth` is the
-    change under the smooth loads. `shell` is the decrease because a curved skin is stiff as a shell, 0 on a block.
+    `sharp` is the change under rigid tips, and `fewer_nodes` is the same change with half as many nodes. `smooth` is
+    the change under the smooth loads. `shell` is the decrease caused by the stiffness of a curved skin as a shell; on a
+    block, it is 0.
     """
 
     sharp: Floats
@@ -121,9 +124,10 @@ def _local_change(
     layers: Sequence[Layer],
     along_normals: bool,
 ) -> _LocalChange:
-    """Return the changes due to each layer on a half-space that has the fruit's slope and curvature under each tip.
+    """Return the changes due to each layer on a half-space with the fruit's slope and curvature under each tip.
 
-    `loads` are the smooth loads of the footprints. Raises SolveError if the nodal forces have a large residual.
+    `loads` are the smooth loads that replace the footprints. Raises SolveError if the nodal forces have a large
+    residual.
     """
     thickness = layers[0].thickness
     per_side = next(nodes for smallest, nodes in NODES if thickness >= smallest * footprints[0].side)
@@ -137,7 +141,7 @@ def _local_change(
         shape = CurvedShape(fruit, core_of(loads))
         curvatures = [1.0 / radius for radius in fruit.radii_mm]
         for tip, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
-            # the radius of the circular punch that is as stiff as the tip
+            # Radius of the circular punch that is as stiff as the tip.
             radius = 0.5 * footprint.side * footprint.punch(per_side).flat_stiffness
             shell[:, tip, tip] = [layer.shell_effect(radius, load.deviation, curvatures) for layer in layers]
             slope = shape.slope(footprint.x, footprint.y)
@@ -152,16 +156,17 @@ def _local_change(
 def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: Ints) -> Errors:
     """Return the largest relative errors [1] over some rows of a table (moduli, tips, tips) [1/mm].
 
-    An error is the sum of a floor and of fractions of three differences: `mesh_steps` between two meshes, the one
-    between two numbers of nodes, and the effect of the shell. `rows` are the indices of the rows.
+    An error is the sum of a floor and of fractions of three differences. The first, `mesh_steps`, is the difference
+    between two meshes. The second is the difference between two numbers of nodes, and the third is the shell effect.
+    `rows` holds the indices of the rows.
     """
     node_steps = local.sharp - local.fewer_nodes
     pair = own = 0.0
     for row in rows:
         S = table[row]
         mesh = SAFETY * relative_changes(mesh_steps[row], S)
-        nodes = OF_NODES * relative_changes(node_steps[row], S)
-        shell = OF_SHELL * relative_changes(local.shell[row], S)
+        nodes = NODE_SAFETY * relative_changes(node_steps[row], S)
+        shell = SHELL_SAFETY * relative_changes(local.shell[row], S)
         errors = largest_errors(FLOOR + mesh + nodes + shell, len(S))
         pair = max(pair, errors.pair)
         own = max(own, errors.own)
@@ -169,7 +174,7 @@ def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: 
 
 
 def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per_side: int) -> Floats:
-    """Return the change in a half-space's compliance due to each layer on it, under level footprints.
+    """Return the change in a half-space's compliance under level footprints, for each layer on it.
 
     The result (layers, tips, tips) [1/mm] is times the modulus of the half-space. A footprint has `per_side` nodes per
     side. Raises SolveError if the nodal forces have a large residual.
@@ -180,12 +185,12 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
     without_layer = level_compliance(footprints, layers[0].poisson_below, np.zeros(()), per_side)
     changes = []
     for layer, base_effect in zip(layers, base_effects, strict=True):
-        # A half-space of the layer's material, to which the effect of the softer or stiffer base is added between all
-        # nodes. `level_compliance` works in units of the material's own modulus, hence the two conversions.
+        # The effect of the softer or stiffer base is added between all nodes to a half-space of the layer's material.
+        # `level_compliance` works in units of that material's modulus, hence the two conversions.
         S = level_compliance(footprints, layer.poisson, layer.modulus * base_effect, per_side) / layer.modulus
         change = S - without_layer
         for tip, footprint in enumerate(footprints):
-            if footprint.punch is circle_punch:  # its compliance under its own load has a closed form
+            if footprint.punch is circle_punch:  # the compliance of a circle under its own load has a closed form
                 radius = 0.5 * footprint.side
                 own_compliance = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
                 change[tip, tip] = own_compliance - (1.0 - layer.poisson_below**2) / footprint.side
@@ -194,7 +199,7 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
 
 
 def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Floats:
-    """Return the change in a half-space's compliance due to each layer on it, under smooth loads.
+    """Return the change in a half-space's compliance under smooth loads, for each layer on it.
 
     The result (layers, loads, loads) [1/mm] is times the modulus of the half-space.
     """
@@ -211,12 +216,12 @@ def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Float
 def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats:
     """Return the change in compliance due to the skin under the smooth loads of a body, solved on its mesh.
 
-    The result (layers, loads, loads) [1/mm] is times E. The layers differ only in their modulus. The displacement
-    fields for `solves` moduli are computed, and are the reduced basis for all moduli. Raises SolveError if a solve does
+    The result (layers, loads, loads) [1/mm] is times E. The layers must differ only in their modulus. Displacement
+    fields are solved for `solves` moduli, and form the reduced basis for all moduli. Raises SolveError if a solve does
     not converge.
     """
     poisson = layers[0].poisson_below
-    # 1 for elements of the skin and 0 for elements of the flesh.
+    # Elements of the skin are marked by 1, and elements of the flesh by 0.
     in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
     flesh = stiffness_matrix(body.bent, 1.0 - in_skin, poisson, b_bar=True)
     skin = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)
@@ -230,7 +235,7 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
         forces = body.forces(parity, body.normals)
         fixed = body.fixed_dofs(parity)
         energy_without_skin = forces.T @ factorise(without_skin, fixed).solve(forces)
-        # Galerkin's method on an orthonormal basis of the solved fields.
+        # Galerkin's method with an orthonormal basis of the solved fields.
         solved = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in solved_moduli]
         reduced_basis, _ = np.linalg.qr(np.hstack(solved))
         reduced_forces = reduced_basis.T @ forces
@@ -238,6 +243,6 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
         reduced_skin = reduced_basis.T @ (skin @ reduced_basis)
         for i, modulus in enumerate(moduli):
             energy = reduced_forces.T @ np.linalg.solve(reduced_flesh + modulus * reduced_skin, reduced_forces)
-            # A single load is the mean of its even and its odd part, hence a factor of one half for each mirror plane.
+            # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.
             change[i] += (energy - energy_without_skin) / 2.0 ** np.abs(parity).sum()
     return change

@@ -75,7 +75,7 @@ def test_a_refusal_of_the_reference_does_not_count_against_the_product():
 
 @pytest.mark.usefixtures("wrong_traction")
 def test_wrong_sign_in_a_traction_fails_by_reciprocity_and_without_it_by_the_reference(monkeypatch):
-    assert "loads differ from their reciprocals" in case_outcome(*CASES["paper: the default"]).reason
+    assert "asymmetry of the compliance" in case_outcome(*CASES["paper: the default"]).reason
     monkeypatch.setattr(solve.fruit.remainder, "RECIPROCITY_LIMIT", np.inf)
     assert case_outcome(*CASES["paper: the default"]).verdict == "WRONG"
 
