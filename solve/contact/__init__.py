@@ -1,1 +1,1 @@
-"""Tips on the fruit: their contact, its pressure, and the forces that the sensor reads."""
+"""Contact between the tips and the fruit: its pressure, and the forces that the sensor reads."""

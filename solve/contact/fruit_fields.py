@@ -7,6 +7,7 @@ finite size of the block adds, is smooth and is solved on a mesh.
 
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from skfem import CellBasis, MeshHex
@@ -23,7 +24,7 @@ from solve.halfspace import potentials as halfspace
 from solve.halfspace.punch import square_punch
 from solve.surface import patch_inside
 
-FINEST = 0.125  # mesh step under a tip [sides of its contact]
+FINEST = 0.125  # smallest mesh step, under a tip [sides of its contact]
 GROWTH = 0.4  # increase of the mesh step with the distance from a contact [mm per mm]
 COARSEST = 0.1  # largest mesh step [longest edges of the block]
 # Distance [sides of a contact] within which the patches of a tip are used; farther away, point forces replace them.
@@ -61,50 +62,74 @@ class _Patches:
         return np.asarray((self.centres + 0.5 * self.sides).max(axis=0))
 
 
+class _TipLoad(NamedTuple):
+    """The load of one tip in two forms: patches, and point forces with the same moments."""
+
+    patches: _Patches
+    point_forces: _Patches
+
+
 def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, NodalFields]:
     """Return a hexahedral mesh of the fruit [mm], and the fields at its nodes under the pressure of all tips.
 
     Raises InputError for a fruit with a skin, and SolveError if the solve for the remainder does not converge.
     """
     if fruit.skin_mm is not None:
-        raise validation_error("fruit.skin_mm", fruit.skin_mm, "mm", "left out for fields", "drop it")
+        raise validation_error(
+            "fruit.skin_mm", fruit.skin_mm, "mm", "left out, because fields are computed without a skin", "drop it"
+        )
     block = fruit.equivalent_block
-    tips = []
+    loads = []
     for tip in range(len(pressure.forces)):
         patches = _patches(pressure, tip)
-        if len(patches.forces):
-            tips.append(patches)
-    point_loads = [_point_forces(patches) for patches in tips]
-    mesh = _viewing_mesh(block, tips)
-    x, y, z = mesh.p * UPWARD[:, None]  # z points down, except in the results
+        if len(patches.forces):  # a tip out of contact has no load
+            loads.append(_TipLoad(patches, _point_forces(patches)))
+    mesh = _viewing_mesh(block, [load.patches for load in loads])
+    points = np.stack([mesh.p[0], mesh.p[1], -mesh.p[2]])  # with z down
 
-    # All fields are for E = 1 MPa. Stress does not depend on E, and the displacement is divided by E at the end.
-    load_points = np.concatenate([each.centres for each in point_loads])
-    forces = np.concatenate([each.forces for each in point_loads])
-    lines = block_lines(block, load_points, (False, False), FINE)
-    basis, v = remainder_field(box_mesh(lines), block.poisson, load_points, forces)
-    u_remainder, gradient = _evaluate_field(basis, lines, v, np.stack([x, y, z]))
-
-    # The half-space in closed form. At nodes on the surface, the stress is evaluated at a small depth, and the
-    # displacement at a much smaller one.
-    smallest_depth = STRESS_DEPTH * min(float(patches.sides.min()) for patches in tips)
-    loads = list(zip(tips, point_loads, strict=True))
-    potentials = _half_space(np.stack([x, y, np.maximum(z, smallest_depth)]), loads)
-    u = halfspace.displacement(potentials, 1.0, block.poisson)
-    on_top = z == 0.0
-    near_top = np.stack([x[on_top], y[on_top], np.full(np.count_nonzero(on_top), DISPLACEMENT_DEPTH * smallest_depth)])
-    u[:, on_top] = halfspace.displacement(_half_space(near_top, loads), 1.0, block.poisson)
-    sigma = halfspace.stress(potentials, block.poisson) + stress(gradient, 1.0, block.poisson)
+    # All fields are for E = 1 MPa and z down. Stress does not depend on E; displacement is proportional to 1 / E.
+    u_remainder, gradient = _remainder(block, loads, points)
+    u, sigma = _half_space_fields(block.poisson, loads, points)
+    sigma = sigma + stress(gradient, 1.0, block.poisson)
 
     displacement = (u + u_remainder).T * UPWARD / pressure.E
     sigma = sigma * np.multiply.outer(UPWARD, UPWARD)[:, :, None]
     return mesh, NodalFields(displacement=displacement, stress=sigma, strain=strain(sigma, pressure.E, block.poisson))
 
 
+def _remainder(block: Fruit, loads: Sequence[_TipLoad], points: Floats) -> tuple[Floats, Floats]:
+    """Return the remainder (3, n) [mm] at points (3, n) [mm] and its gradient (3, 3, n), for E = 1 MPa.
+
+    The remainder is smooth, so point forces are accurate enough as loads. Raises SolveError if the solve does not
+    converge.
+    """
+    load_points = np.concatenate([load.point_forces.centres for load in loads])
+    forces = np.concatenate([load.point_forces.forces for load in loads])
+    lines = block_lines(block, load_points, (False, False), FINE)
+    basis, v = remainder_field(box_mesh(lines), block.poisson, load_points, forces)
+    return _evaluate_field(basis, lines, v, points)
+
+
+def _half_space_fields(poisson: float, loads: Sequence[_TipLoad], points: Floats) -> tuple[Floats, Floats]:
+    """Return the displacement (3, n) [mm] and the stress (3, 3, n) [MPa] of a half-space with E = 1 MPa.
+
+    `points` (3, n) [mm] are the positions, with z down. On the surface, the stress is evaluated at a small depth, and
+    the displacement at a much smaller one.
+    """
+    x, y, z = points
+    stress_depth = STRESS_DEPTH * min(float(load.patches.sides.min()) for load in loads)
+    potentials = _half_space(np.stack([x, y, np.maximum(z, stress_depth)]), loads)
+    u = halfspace.displacement(potentials, 1.0, poisson)
+    on_top = z == 0.0
+    near_top = np.stack([x[on_top], y[on_top], np.full(np.count_nonzero(on_top), DISPLACEMENT_DEPTH * stress_depth)])
+    u[:, on_top] = halfspace.displacement(_half_space(near_top, loads), 1.0, poisson)
+    return u, halfspace.stress(potentials, poisson)
+
+
 def _patches(pressure: FootprintPressure, tip: int) -> _Patches:
     """Return the loaded patches of one tip.
 
-    There are at most 24 x 24 patches; each has the sum of the forces on its cells.
+    There are at most 24 x 24 patches. Each of them carries the total force of its cells.
     """
     count = len(pressure.edges) - 1
     first_cells = np.arange(0, count, -(-count // PATCHES))  # the first cell of each patch along a side
@@ -194,11 +219,10 @@ def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
     return tuple(intervals)
 
 
-def _half_space(points: Floats, loads: Sequence[tuple[_Patches, _Patches]]) -> halfspace.Potentials:
+def _half_space(points: Floats, loads: Sequence[_TipLoad]) -> halfspace.Potentials:
     """Return the potentials of the half-space at points (3, n) [mm], with z down, under the pressures of all tips.
 
-    The load of each tip is given in two forms. Patches are used near the tip, and point forces with the same moments
-    elsewhere.
+    The patches of a tip are used near it, and its point forces elsewhere.
     """
     x, y, z = points
     total = np.zeros((len(fields(halfspace.Potentials)), len(x)))
@@ -213,12 +237,15 @@ def _half_space(points: Floats, loads: Sequence[tuple[_Patches, _Patches]]) -> h
 
 
 def _potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
-    """Return the sums over all loads of the potentials except z, at points x, y, z (n,) [mm], shape (potentials, n)."""
+    """Return the sums of the potentials of all loads at points x, y, z (n,) [mm], shape (potentials, n).
+
+    The first potential, which is the depth z, is left out.
+    """
     total = np.zeros((len(fields(halfspace.Potentials)) - 1, len(x)))
     for centre, (a, b), force in zip(loads.centres, loads.sides.tolist(), loads.forces, strict=True):
         dx = x - centre[0]
         dy = y - centre[1]
         unit = halfspace.rectangle_load(dx, dy, z, a, b) if a > 0.0 else halfspace.point_load(dx, dy, z)
-        # On a rectangle, the pressure is force / (a b). With sides of 0, the load is the force itself, at a point.
+        # On a rectangle, the pressure is force / (a b). If its sides are 0, the force acts at a point.
         total += force / (a * b or 1.0) * np.asarray(astuple(unit)[1:])
     return total

@@ -1,6 +1,6 @@
-"""The part of the initial gap under a rigid tip that the shape of its face causes, at least 0 [mm].
+"""The contribution of a rigid tip's face to the initial gap between tip and fruit [mm].
 
-The part that the shape of the fruit causes is added elsewhere, in `scene.py`.
+The contribution of the fruit's shape is added in `scene.py`.
 """
 
 import numpy as np

@@ -81,8 +81,8 @@ def travels(travel_mm: float, count: int) -> Floats:
 def high_over_low(values: Floats, F: Floats, groups: SpringGroups = PAIR) -> Floats:
     """Return the mean value over the tips on high springs divided by the mean over the tips on low springs [1].
 
-    `values` and the forces F have shape (..., tips), and the ratio has shape (...). The ratio is nan if any tip is out
-    of contact.
+    `values` and the forces F have shape (..., tips), so the ratio has shape (...). It is nan if any tip is out of
+    contact.
     """
     touching = (F > 0.0).all(axis=-1)
     high = values[..., list(groups.high)].mean(axis=-1)
@@ -145,12 +145,12 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
     """Return the forces [N] and their derivatives with respect to the travel [N/mm], both (travels, tips).
 
     `compliance` (tips, tips) [mm/N] is the compliance of springs and fruit in series. `travel` (travels, tips) [mm] is
-    the travel of each tip. Contact is unilateral: F >= 0, compliance F >= travel, and for each tip one of them is an
-    equality. If all tips touch, the forces solve a linear system. Otherwise, nonnegative least squares with the
-    Cholesky factor finds the tips in contact.
+    the travel of each tip. Contact is unilateral: F >= 0 and compliance F >= travel, and for each tip one of the two
+    holds with equality. If all tips touch, the forces solve a linear system. Otherwise, nonnegative least squares on
+    the Cholesky factor finds the tips in contact.
     """
     touching = travel @ np.linalg.inv(compliance).T > 0.0
-    is_partial = ~touching.all(axis=1)
+    is_partial = ~touching.all(axis=1)  # travels at which only some tips touch
     lower = cholesky(compliance, lower=True)
     if is_partial.any():
         from scipy.optimize import nnls  # rarely needed, and slow to load

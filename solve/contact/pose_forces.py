@@ -38,8 +38,8 @@ class Stand:
     """The position of a sensor on a fruit: its tilt [deg] and its offset from the apex [mm], along the tips and across.
 
     `radii_mm` are the principal radii of the fruit. `azimuth_deg` is the angle from the line along the tips to the
-    direction of the first one. `thickness_mm` is the thickness of the flesh. A value of None leaves the scene's fruit
-    unchanged.
+    direction of the first one. `thickness_mm` is the thickness of the flesh. If one of them is None, the scene's fruit
+    keeps its own value.
 
     With `from_touch`, the sensor is pressed by hand. The tilt is then relative to the normal of the skin under the
     sensor, and the travel starts at the first touch. `turned_deg` is the change in tilt since the first touch.
@@ -149,8 +149,8 @@ def _tilted_press(press: PressMotion, tilt: float, roll: float) -> PressMotion:
 def _changed_fruit(fruit: Fruit, radii: Point | None, azimuth: float | None, thickness: float | None) -> Fruit:
     """Return a copy of the fruit with the given radii [mm], azimuth [deg] and thickness [mm].
 
-    An argument of None leaves the fruit's own value. A sphere uses only the first radius, and a block uses neither. The
-    result is cached, because many poses share one fruit.
+    If an argument is None, the fruit keeps its own value. A sphere uses only the first radius, and a block uses
+    neither. The result is cached, because many poses share one fruit.
     """
     changes: dict[str, Any] = {}
     if radii is not None and fruit.radius_mm is not None:
@@ -258,7 +258,7 @@ def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Fl
     softening = {}  # for each modulus, the relative increase in the compliance of the flesh at which the force vanishes
     for E in np.unique(moduli).tolist():
         flesh_compliance = compliance.S / E
-        level_forces = np.linalg.solve(C + flesh_compliance, np.ones(len(C)))  # for a unit travel
+        level_forces = np.linalg.solve(C + flesh_compliance, np.ones(len(C)))  # forces per unit travel
         softening[E] = level_forces.sum() / np.linalg.solve(C + flesh_compliance, flesh_compliance @ level_forces).sum()
 
     # Only the tips in contact contribute.

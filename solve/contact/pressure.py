@@ -40,7 +40,7 @@ def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: 
     """
     if not E > 0.0:
         raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
-    _, grid = scene_cells(scene, compliance.at(E), x)  # only the fine grid
+    _, grid = scene_cells(scene, compliance.at(E), x)  # the fine grid
     interference = grid.interference(scene, x)
     # Contact is solved for forces divided by E [mm^2], so compliances are multiplied by E [1/mm].
     compliance_times_E = E * np.asarray(C, dtype=np.float64) + grid.compliance_correction

@@ -55,7 +55,7 @@ class ContactCells:
 
     @property
     def tips(self) -> Floats:
-        """Return the incidence matrix (cells, tips), which is 1 where the tip is the cell's own, and 0 elsewhere."""
+        """Return the incidence matrix (cells, tips): 1 in the column of a cell's own tip, and 0 elsewhere."""
         return np.eye(len(self.centres))[self.owner]
 
 
@@ -79,20 +79,10 @@ def contact_cells(
     area = np.outer(np.diff(edges), np.diff(edges)).ravel()
     cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
 
-    # The half-space under each tip: the mean displacement of one cell per force on another, for E* = 1 and side 1.
-    pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
-    half_space = pairs / np.outer(area, area)
-    if layer is None:
-        within_tips = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space))
-    else:
-        # A half-space of the layer's material, plus the effect of the flesh below the layer.
-        distances = np.linalg.norm(cell_centres[:, None] - cell_centres, axis=2)
-        base_effects = [added_compliances([layer], side * distances)[0] for side in sides]
-        within_tips = block_diag(*(layer.surface / sides[:, None, None] * half_space + base_effects))
-
-    # The other parts are smooth. They are known between nodes, and nodal polynomials average them over cells.
+    # The smooth parts are known between nodes. The nodal polynomials average them over cells.
     means = _cell_means(square_punch(_interaction_nodes(footprints)).x, edges)
     to_cells = block_diag(*[np.kron(means, means)] * len(footprints))
+    within_tips = _compliance_within_tips(fruit, sides, edges, cell_centres, layer)
     smooth = smooth_compliance(fruit, tuple(footprints), grading)
     compliance = within_tips + np.asarray(to_cells @ smooth @ to_cells.T)
 
@@ -103,6 +93,25 @@ def contact_cells(
         centres=centres,
         compliance=0.5 * (compliance + compliance.T),
     )
+
+
+def _compliance_within_tips(
+    fruit: Fruit, sides: Floats, edges: Floats, cell_centres: Floats, layer: Layer | None
+) -> Floats:
+    """Return the half-space compliance between cells under the same tip, times E [1/mm], shape (cells, cells).
+
+    `sides` (tips,) [mm] are the sides of the footprints. `edges` and `cell_centres` [1] are in sides of a footprint.
+    """
+    # Galerkin's method: the mean displacement of one cell per force on another, for E* = 1 and side 1.
+    area = np.outer(np.diff(edges), np.diff(edges)).ravel()
+    pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
+    half_space = pairs / np.outer(area, area)
+    if layer is None:
+        return np.asarray(block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space)))
+    # A half-space of the layer's material, plus the effect of the flesh below the layer.
+    distances = np.linalg.norm(cell_centres[:, None] - cell_centres, axis=2)
+    base_effects = [added_compliances([layer], side * distances)[0] for side in sides]
+    return np.asarray(block_diag(*(layer.surface / sides[:, None, None] * half_space + base_effects)))
 
 
 def _cell_means(nodes: Floats, edges: Floats) -> Floats:

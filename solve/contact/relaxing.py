@@ -1,15 +1,15 @@
-"""Forces of level tips as functions of time, on flesh that relaxes. Exact for flat faces and for growing contacts.
+"""Forces of level tips as functions of time, on flesh that relaxes.
 
-Let n(t) be the forces that elastic flesh would exert at the indentation of the tips at time t. On viscoelastic flesh,
-the forces are F(t) = n(t) - sum g_i m_i(t). The memory variables m_i obey tau_i dm_i/dt = n - m_i. See E. H. Lee, J. R.
-M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020. The indentation of each tip is the travel minus the
-deflection of its spring,
+They are exact for flat faces and for growing contacts. Let n(t) be the forces that elastic flesh would exert at the
+indentation of the tips at time t. On viscoelastic flesh, the forces are F(t) = n(t) - sum g_i m_i(t). The memory
+variables m_i obey tau_i dm_i/dt = n - m_i. See E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438,
+doi:10.1115/1.3644020. The indentation of each tip is the travel minus the deflection of its spring,
 
     x_i - gap_i - (C F)_i = h (n_i / E)^(2/3) + (S n)_i / E,
 
-with the right side from `sensor/theory/contrast_law.py`. Within a time step, n is assumed to be linear in time, and the
-m_i are integrated exactly. The remaining error is proportional to the square of the step. Richardson extrapolation from
-two step sizes removes it.
+where the right side is the law of `sensor/theory/contrast_law.py`. Within a time step, n is assumed to be linear in
+time, and the m_i are integrated exactly. The remaining error is proportional to the square of the step. Richardson
+extrapolation from two step sizes removes it.
 """
 
 from dataclasses import dataclass
@@ -100,11 +100,13 @@ def forces_over_time(
     C = np.array(law.C)
     F, elastic = np.zeros_like(lowered), np.zeros_like(lowered)
     memory = Memory(relaxation)
-    # At the end of a step, F = factor * n - relaxed, where `relaxed` is known from the previous steps. So factor * n
-    # solves an elastic press on flesh with the modulus factor * E, whose springs carry less force by `relaxed`.
+    # At the end of a step, F = factor * n - relaxed, where `relaxed` is known from the previous steps. So factor * n is
+    # the force of an elastic press on flesh of modulus factor * E. The springs deflect less, by C times `relaxed`,
+    # which adds to the travel of that press.
     for k in range(1, times.shape[1]):
         factor, relaxed = memory.step(times[:, k] - times[:, k - 1])
         largest_travel = lowered[:, k].max(axis=-1)
+        # `elastic_forces` expects one travel per press, from which it subtracts the gaps and `held_back`.
         held_back = largest_travel[:, None] - np.array(law.gaps) - lowered[:, k]
         recovered = np.broadcast_to(relaxed, held_back.shape) @ C.T
         elastic_part = elastic_forces(law, E * factor[:, 0], largest_travel, held_back - recovered)

@@ -80,8 +80,8 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     # the error is large.
     coarse_P = np.where(np.isnan(coarse.P), 2.0 * fine.P, coarse.P)
     P_differences = np.nan_to_num(np.abs(fine.P / coarse_P - 1.0))
-    # The differences change sign within the table, so a small value may be accidental. Neighbouring values correct
-    # this.
+    # The differences change sign within the table, so a small value may be accidental. Each value is therefore replaced
+    # by the largest of its neighbours.
     F_difference = _neighbour_maximum(F_differences.max(axis=2))
     P_difference = _neighbour_maximum(P_differences)
     return replace(
@@ -100,7 +100,7 @@ def _neighbour_maximum(table: Floats) -> Floats:
 
 
 def _cell_status(scene: Scene, cells: int) -> str:
-    """Return the text of the report about the number of cells and the error of the small-slope approximation."""
+    """Return a status text for the report, with the number of cells and the error of the small-slope approximation."""
     status = f"unilateral contact on {cells} cells, error from a coarser grid"
     if scene.fruit.shape != "block":
         status += f"; the fruit slopes by {values_in_words(scene.slopes_deg)} deg under the tips"
@@ -158,8 +158,8 @@ def _check_faces(scene: Scene, face: Floats) -> None:
 def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
     """Return the response on one grid of cells.
 
-    Its errors [1] estimate how much the force depends on where the edge of the contact crosses the cells. A cell can
-    only touch as a whole.
+    A cell can only touch as a whole, so forces depend on where the edge of the contact crosses the cells. The errors of
+    the response [1] estimate this effect.
     """
     contact = UnilateralContact(grid.cells)
     interferences = [grid.interference(scene, float(travel)) for travel in x]
@@ -172,7 +172,7 @@ def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x:
             state = contact.solve(interference, modulus * C + grid.compliance_correction)
             F[i, j] = modulus * state.F
             rates[i, j] = state.slope
-            # The edge of the contact crosses cells only if part of a tip's face touches.
+            # The edge of the contact crosses cells only under tips whose face touches in part.
             tips = len(C)
             touching_cells = np.bincount(grid.cells.owner, state.pressure > 0.0, minlength=tips)
             face_cells = np.bincount(grid.cells.owner, np.isfinite(state.gap), minlength=tips)

@@ -29,8 +29,8 @@ class LateralCompliance:
     """The compliance of tips on their springs under lateral forces, in addition to the compliance along the press.
 
     The last two axes of `compliance` (tips, tips, 3, 3) [mm/N] are the directions along the tips, across them, and up
-    the sensor. It applies at the faces of flat tips, and at the sphere centres of domes. The up-up entries are 0,
-    because the compliance of the springs contains them. `error` [1] is the relative error.
+    the sensor. It applies at the faces of flat tips, and at the sphere centres of domes. The entries for motion up
+    under forces up are 0, because the compliance of the springs includes them. `error` [1] is the relative error.
     """
 
     compliance: Floats
@@ -113,7 +113,7 @@ class Scene:
 
     @property
     def on_domes(self) -> bool:
-        """Return whether the dome law solves the contact."""
+        """Return whether the dome law applies, because the tips obey Hertz's law."""
         return self.tips.tip_shape.obeys_hertz
 
     @property

@@ -41,7 +41,8 @@ MARGIN = 1.02  # ratio of the side of a footprint to the width that it must cont
 # contact is 0.707.
 OVERLAP_FRACTION = 0.75
 HALVINGS = 6  # number of bisections in ln E between a skin that can be solved and one that cannot
-BOUND_MARGIN = 1.5  # safety factor on the bound for a skin, because finer cells allow less than the rough cells used
+# Safety factor on the bound for a skin. The bound is computed on rough cells, and is tighter on finer cells.
+BOUND_MARGIN = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +51,9 @@ class SceneCells:
 
     `edges` [mm] are the grid lines relative to the centre of a footprint, the same along and across. `gap` (cells,)
     [mm] is the initial gap at first touch. It is infinite for a cell outside the face of its tip. `middle` (2,) [mm] is
-    the mean of the tip centres. `compliance_correction` (tips, tips) [1/mm] is times E. For flat tips, it gives the
-    cells the known compliance in a level press. For other tips, it is only the effect of the fruit's shape. If
-    `is_half`, the cells lie at y > 0 and represent both sides.
+    the mean of the tip centres. `compliance_correction` (tips, tips) [1/mm] is added to the compliance times E. For
+    flat tips, it gives the cells the known compliance in a level press. For other tips, it is only the effect of the
+    fruit's shape. If `is_half`, the cells lie at y > 0 and represent both sides.
     """
 
     cells: ContactCells
@@ -97,8 +98,8 @@ def scene_cells(
 ) -> tuple[SceneCells, SceneCells]:
     """Return a coarse and a fine grid of cells for travels up to `farthest` [mm].
 
-    `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved. If
-    `is_half` is None, it depends on the mirror symmetry of the scene. Raises InputError if the scene is too steep, or
+    `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved. If it
+    is None, half the cells are solved for a mirror-symmetric scene. Raises InputError if the scene is too steep, or
     outside the domain of the `split` method.
     """
     footprints = scene_footprints(scene, farthest)
@@ -145,8 +146,8 @@ def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
 def explain_skin_error(scene: Scene, compliance: FruitCompliance) -> Iterator[None]:
     """Convert an IndefiniteCellsError from the block into an InputError if the modulus of the skin is the cause.
 
-    The InputError states a bound on this modulus. The model places the skin under each tip on a half-space. For a very
-    stiff or a very soft skin, the compliance of the cells is then no longer positive definite.
+    The InputError states a bound on this modulus. The model places the skin under each tip on a half-space. It fails
+    for a very stiff or a very soft skin, where the compliance of the cells is no longer positive definite.
     """
     try:
         yield

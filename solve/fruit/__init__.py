@@ -1,1 +1,1 @@
-"""The deformation of the fruit under forces on the tips: its compliance."""
+"""The compliance of the fruit: its deformation under forces on the tips."""

@@ -1,1 +1,1 @@
-"""Domes in closed form: where they meet the fruit, what it is under them, and the forces they carry."""
+"""The contact of spherical domes in closed form: its geometry, the fruit under the domes, and the forces on them."""

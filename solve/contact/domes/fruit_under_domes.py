@@ -15,7 +15,7 @@ from solve.fruit.skin import layer_on
 from solve.fruit.split import contact_footprints
 from solve.halfspace.layered import RoundContact, base_compliance, round_contact
 
-# Error bound for a fruit with a different radius, as a fraction of the change in compliance that is scaled with the
+# Error bound for a fruit with a different radius, as a multiple of the change in compliance that is scaled with the
 # curvature. A separate solve for a radius of 28 mm instead of 35 mm differed by 1.2 times this change, between opposite
 # domes of a square of 6 mm.
 RADIUS_SCALING_ERROR = 1.25

@@ -17,7 +17,7 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-POISSONS = (0.0, 0.15, 0.3, 0.45, 0.49)  # Poisson's ratios of the rows of the tables
+POISSONS = (0.0, 0.15, 0.3, 0.45, 0.49)  # Poisson's ratio for each row of the tables
 # c1 to c4 for the force on neo-Hookean flesh.
 NEO_HOOKE = (
     (0.2454, -0.1035, -0.1607, 0.0832),
@@ -45,7 +45,7 @@ EDGE = (
     (0.0387, -0.0083, -0.1755, 0.1657),
 )
 LARGEST_S = 0.7  # largest s for which g was fitted
-# Relative error of the fitted force. The fit itself has 8e-4; other elements differ by up to 1.2e-3 more, at s = 0.15.
+# Relative error of the fitted force: 8e-4 from the fit, and up to 1.2e-3 more with other elements, at s = 0.15.
 FIT_ERROR = 1.5e-3
 # Relative error of the fitted contact radius, mostly because the edge of the contact lies inside an element.
 EDGE_FIT_ERROR = 5e-3

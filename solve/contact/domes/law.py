@@ -52,7 +52,7 @@ MOVED_CONTACT_FACTOR = 2.0
 # Factors in the error bounds of neglected terms. tests/solve/contact/domes/test_law.py compares them with contact
 # cells.
 VARIATION_OVER_CONTACT = 0.25  # variation of the added deflection over a contact, as a factor of (a / size)^2
-NEXT_MOMENT_FACTOR = 0.5  # fourth-order moments of the crosstalk
+NEXT_MOMENT_FACTOR = 0.5  # terms of the crosstalk in the fourth power of a
 DEPTH_FRACTION = 7e-4  # all other terms, as a fraction of the depth
 RESIDUAL_LIMIT = 1e-12  # largest residual divided by the largest coordinate of a dome, unless round-off is larger
 # Round-off error divided by the largest semi-axis. Contacts are computed relative to the centre of the fruit; errors of
@@ -142,8 +142,8 @@ class DomeContrast:
 
     `S` (tips, tips) [1/mm] is the compliance of the fruit times E, without Hertz's part. Hertz's part of an indentation
     is h (F / E)^(2/3), and `hertz` [mm (MPa/N)^(2/3)] is the mean of h over the tips. `lean` (tips, tips) [mm/N] is
-    added to the compliance of the springs. It exists because contact forces are inclined on the slope of the fruit, and
-    so move the tips sideways too.
+    added to the compliance of the springs. It arises because contact forces are normal to the sloping fruit, and so
+    push the tips sideways too.
     """
 
     S: Floats
@@ -257,8 +257,8 @@ class _Law:
     def evaluate(self, q: Floats, previous: DomeApproach) -> _DomeState:
         """Return the domes at trial indentations q (poses, tips) [mm], with the residuals of their equations.
 
-        The springs deflect under forces along the normals of the `previous` approach. At equilibrium these normals
-        agree with the new ones.
+        The residual is b_i - q_i - sum_j (B_ij + k_ij) N_j / E, as in the module docstring. The springs deflect under
+        forces along the normals of the `previous` approach. At equilibrium, these normals agree with the new ones.
         """
         N = self._hertz(q, previous)[0]
         displacements = np.tensordot(N[..., None] * previous.direction, self._C, axes=((1, 2), (1, 3)))
@@ -325,7 +325,10 @@ class _Law:
         return large_strain(contact, self._poses.dome_radius, self._fruit_curvature(approach), self._fruit.poisson)
 
     def jacobian(self, state: _DomeState) -> Floats:
-        """Return minus the derivative of the residual by q [1], (poses, tips, tips), without small terms."""
+        """Return minus the Jacobian of the residual [1], (poses, tips, tips), without small terms.
+
+        It is I + (C + (B + k) / E) diag(dN/dq), where C is the compliance of the springs along the normals.
+        """
         compliance = (
             self.normal_compliance(state.approach) + (state.action + self._fruit.remainder) / self._E[..., None]
         )
@@ -334,14 +337,14 @@ class _Law:
     def bound_interference_error(self, state: _DomeState) -> Floats:
         """Return the error bound of the interference [mm] at fixed forces, shape (poses, tips).
 
-        It is the sum of four terms. They bound the errors of the compliance, of Hertz's law, of the lateral compliance,
-        and of the large-strain corrections.
+        It is the sum of four bounds: for the compliance, for Hertz's law, for the lateral compliance, and for the
+        large-strain corrections.
         """
         _, distance = _vectors_between(state.approach.foot)
         radius = state.contact_radius
         fruit = self._fruit
-        # The added compliance has an error of its own. In addition, the law neglects its variation over a contact, the
-        # next moments of the crosstalk, and the displacement of the contacts from where it was solved.
+        # The added compliance has an error of its own. In addition, the law neglects three effects: its variation over
+        # a contact, higher moments of the crosstalk, and its change if a contact moves.
         over_contact = VARIATION_OVER_CONTACT * np.abs(fruit.remainder) * (radius[:, None] / fruit.size) ** 2
         next_moment = NEXT_MOMENT_FACTOR * self._point_load / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
         compliance_bound = fruit.bound + over_contact + next_moment + self._moved_contact_bound(state)
@@ -354,7 +357,7 @@ class _Law:
     def _moved_contact_bound(self, state: _DomeState) -> Floats:
         """Return the error bound of the added compliance if contacts are not at the points where it was solved.
 
-        The bound is times E [1/mm], and has shape (poses, tips, tips).
+        The bound is multiplied by E [1/mm], and has shape (poses, tips, tips).
         """
         fruit = self._fruit
         shift = np.linalg.norm(state.approach.foot[..., :2] - fruit.feet, axis=-1)
@@ -380,7 +383,7 @@ class _Law:
         return fraction * state.N / np.where(state.stiffness > 0.0, state.stiffness, 1.0)
 
     def _fruit_curvature(self, approach: DomeApproach) -> Floats:
-        """Return the curvature of the fruit [1/mm], (poses, tips): the relative curvature without the dome's part."""
+        """Return the curvature of the fruit [1/mm], (poses, tips), from the relative radius of curvature."""
         return 1.0 / approach.radius - 1.0 / self._poses.dome_radius
 
 

@@ -1,12 +1,12 @@
 """A rigid sphere pressed into an elastic body, with the exact profile of the sphere instead of a paraboloid.
 
-Let a be the contact radius and r the radius of the sphere. At the distance rho from the apex of the body, its surface
-lies lower by rho^2 / (2 R). Then
+Let a be the contact radius and r the radius of the sphere. At a distance rho from its apex, the surface of the body is
+rho^2 / (2 R) lower. Then
 
     depth = a artanh(a / r) + a^2 / R.
 
 See C. M. Segedin, Mathematika 4 (1957) 156, doi:10.1112/S0025579300001224, and I. N. Sneddon, Int. J. Engng Sci. 3
-(1965) 47, doi:10.1016/0020-7225(65)90019-4. Hertz's contact is the limit for a much smaller than r.
+(1965) 47, doi:10.1016/0020-7225(65)90019-4. For a much smaller than r, the result is Hertz's contact.
 """
 
 import numpy as np
