@@ -50,9 +50,9 @@ class BentBlock:
     def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:
         """Return the nodal forces of each unit load together with its mirror images, shape (dofs, loads).
 
-        A load presses against its outward normal (3,) in `normals`. In plan, it is the product of a normal distribution
-        along x and another along y, and so is its fraction on each node. In a mirror image, the force component normal
-        to the mirror plane changes sign.
+        A load presses against its outward normal (3,) in `normals`. In plan, it is the product of two normal
+        distributions, along x and along y. Its fraction on a node is therefore a product, too. In a mirror image, the
+        force component normal to the mirror plane changes sign.
         """
         forces = np.zeros((self.flat.N, len(self.loads)))
         for component in range(3):

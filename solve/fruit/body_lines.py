@@ -18,7 +18,7 @@ SMALLER = 0.95  # factor by which the number of steps is reduced while a mesh ha
 
 @dataclass(frozen=True)
 class BodySteps:
-    """The fineness of the mesh, given by the steps between its grid lines.
+    """The mesh density, given by the steps between grid lines.
 
     `at_load` is the step at a load [smallest standard deviation of a load]. `growth` [mm per mm] is the increase of the
     step with the distance from the load. `largest` [1] is the largest step as a fraction of the extent of the block. A

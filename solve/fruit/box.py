@@ -16,13 +16,13 @@ from sensor.design.fruit import Fruit
 
 Lines = tuple[Floats, Floats, Floats]  # increasing coordinates of grid lines along x, y and z [mm]
 
-SAMPLES = 2000  # number of intervals in the integral of the step density
+SAMPLES = 2000  # number of intervals for integrating the step density
 UP = 2  # index of the z axis
 # The next three values were found by halving steps, and are checked in tests/reference/fits/test_fruit.py.
-SLENDER = 0.4  # distance over which the clamped base acts in a slender column [widths]
-SCREENED = 2.5  # distance over which loads act in a low block [heights]
+SLENDER = 0.4  # distance over which the clamped base affects a slender column [widths]
+SCREENED = 2.5  # distance over which a load affects a low block [heights]
 DEPTH = 0.6  # limit of a step along z, as a fraction of the distance to the image load below the base
-COARSER = 0.75  # fraction of the steps that the coarser mesh of the error estimate has
+COARSER = 0.75  # number of steps in the coarser mesh of the error estimate, as a fraction of the finer mesh
 
 
 def graded_line(start: float, end: float, size: Callable[[Floats], Floats], fraction: float = 1.0) -> Floats:
@@ -61,7 +61,7 @@ def box_mesh(lines: Lines) -> MeshHex:
 
 @dataclass(frozen=True)
 class Grading:
-    """The fineness of the mesh of a block.
+    """The mesh density of a block.
 
     `step` [1] is the ratio of a step to its distance from the nearest image load. The last step before the base and
     before each free side is divided in the proportions of `layer`, whose sum is 1. `fraction` [1] reduces the number of
@@ -101,7 +101,7 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
         if float(np.min(end - points[:, axis])) <= reach:
             line = _with_layer(line, grading.layer)
         if start < 0.0 and float(np.min(end + points[:, axis])) <= reach:
-            line = -_with_layer(-line[::-1], grading.layer)[::-1]  # the layer at the low end, on the reversed line
+            line = -_with_layer(-line[::-1], grading.layer)[::-1]  # reversing the line adds the layer at its low end
         lines.append(line)
     down = graded_line(0.0, block.height_mm, partial(step_size, axis=UP), grading.fraction)
     return lines[0], lines[1], _with_layer(down, grading.layer)

@@ -100,11 +100,11 @@ class FruitCompliance(Record):
         return float(off_diagonal.sum()) / (count * (count - 1))
 
     def as_pair(self, low: Sequence[int], high: Sequence[int]) -> "FruitCompliance":
-        """Return the compliance of the pair of tips that represents the tips on low and the tips on high springs.
+        """Return the compliance of a pair of tips: one for all low springs, and one for all high springs.
 
-        `low` and `high` are the indices of these tips. An entry of the result is the mean indentation under the tips of
-        one group, per force on each tip of the other. It is exact if all tips of a group carry the same force, as in a
-        level square or line. The compliance of a pair is returned unchanged.
+        `low` and `high` are the indices of the tips on these springs. An entry of the result is the mean indentation
+        under the tips of one group, per force on each tip of the other. It is exact if all tips of a group carry the
+        same force, as in a level square or line. The compliance of a pair is returned unchanged.
         """
         groups = (list(low), list(high))
         if len(self.tips) == len(groups):

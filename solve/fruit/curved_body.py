@@ -36,7 +36,7 @@ from solve.fruit.split import LARGEST_ERROR, largest_errors, relative_changes
 from solve.linear import factorise
 
 STEPS = BodySteps()
-COARSER = 0.7  # fraction of the elements along each axis in the coarser mesh of the error estimate
+COARSER = 0.7  # elements per axis in the coarser mesh of the error estimate, as a fraction of the finer mesh
 ROUGH_STEPS = replace(STEPS, fraction=COARSER)
 # Ratio of the error bar to the difference between both meshes. With third-order convergence and 0.7 times the elements,
 # the error is 0.52 times the difference.
@@ -92,6 +92,7 @@ def curved_compliance(
         errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
         if block.rough or max(errors) <= tolerance:
             break
+    # K_m / E is 1 / (s11 - s12), so this is the relative change of s11 - s12.
     change_percent = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
     status = (
         f"a block of {fruit.length_mm:.4g} x {fruit.width_mm:.4g} x {fruit.depth_mm:.4g} mm ({block.info.status}), "
@@ -147,7 +148,7 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
             raise validation_error(name, value, "mm", bound, "use smaller tips")
     if fruit.whole and fruit.depth_mm > THICKEST * radius:
         bound = f"at most {THICKEST:g} fruit.radius_mm = {THICKEST * radius:g} mm for a whole fruit"
-        raise validation_error(fruit.depth_key, fruit.depth_mm, "mm", bound, "let it stand on a wider base")
+        raise validation_error(fruit.depth_key, fruit.depth_mm, "mm", bound, "use a thinner fruit with a wider base")
     shape = CurvedShape(fruit, core_of(smooth_loads(fruit, footprints)))
     for footprint in footprints:
         if not shape.slope(footprint.x, footprint.y) <= STEEPEST:
@@ -203,8 +204,8 @@ def curvature_correction(
 ) -> tuple[Floats, int]:
     """Return the change in compliance under smooth loads when the mesh of the block is bent into the fruit.
 
-    The change (loads, loads) [1/mm] is times E, and the second result is the number of dofs. Raises SolveError if a
-    solve does not converge, or if an element of the bent mesh is folded.
+    The change (loads, loads) [1/mm] is multiplied by E, and the second result is the number of dofs. Raises SolveError
+    if a solve does not converge, or if an element of the bent mesh is folded.
     """
     body = bent_block(fruit, footprints, loads, steps, along_normals)
     block_matrix = stiffness_matrix(body.flat, 1.0, fruit.poisson, b_bar=True)

@@ -88,15 +88,18 @@ class CurvedShape:
 
     @property
     def base_angle(self) -> float:
-        """Return the polar angle from the apex to the base rim [rad], on a sphere of the vertical semi-axis."""
+        """Return the polar angle from the apex to the rim of the base [rad].
+
+        It is measured on a sphere whose radius is the vertical semi-axis.
+        """
         return math.acos(1.0 - self.fruit.depth_mm / self.semi_axes[2])
 
     @property
     def cap_angle(self) -> float:
         """Return the polar angle from the apex to the rim of the cap [rad].
 
-        It gives elements on the cap and on the sides similar lengths. The core may require a larger cap, but part of
-        the skin always remains for the sides.
+        It is chosen so that elements on the cap and on the sides have similar lengths. The core may require a larger
+        cap, but part of the skin always remains for the sides.
         """
         balanced = self.base_angle / (1.0 + 2.0 * self.base_angle / math.pi)
         a, b, _ = self.semi_axes

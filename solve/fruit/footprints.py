@@ -119,14 +119,14 @@ def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
 def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side: int) -> Floats:
     """Return the compliance matrix of a half-space that couples the nodes of different footprints, times E [1/mm].
 
-    It has shape (nodes, nodes), with zeros between nodes of the same footprint. Its entries are Boussinesq's
-    displacement under a unit point force, u = (1 - nu^2) / (pi E r). `per_side` is the number of nodes per side.
+    It has shape (nodes, nodes), with zeros between nodes of the same footprint. The entries are Boussinesq
+    displacements under unit point forces, u = (1 - nu^2) / (pi E r). `per_side` is the number of nodes per side.
     """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
-    tip = np.repeat(np.arange(len(footprints)), per_side**2)
+    tip_of_node = np.repeat(np.arange(len(footprints)), per_side**2)
     x, y = nodes.T
     distance = np.hypot(x[:, None] - x, y[:, None] - y)
-    distance[tip[:, None] == tip] = np.inf  # the punch table covers the effect of a tip on itself
+    distance[tip_of_node[:, None] == tip_of_node] = np.inf  # the punch table covers the effect of a tip on itself
     return np.asarray((1.0 - poisson**2) / np.pi / distance)
 
 

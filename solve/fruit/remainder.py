@@ -34,9 +34,9 @@ from solve.surface import surface_patches
 Parity = tuple[int, int]
 HalfSpaceFields = tuple[Floats, Floats]  # displacement and traction, each (loads, 3, facets, q)
 
-VOLUME_ORDER = 4  # polynomial degree of the quadrature in elements
+VOLUME_ORDER = 4  # polynomial degree of the quadrature over elements
 PLANES = ("x_low", "y_low")  # faces that become mirror planes if only half or a quarter of the block is meshed
-SURFACE_ORDER = 9  # polynomial degree of the quadrature on faces
+SURFACE_ORDER = 9  # polynomial degree of the quadrature over faces
 RECIPROCITY_LIMIT = 5e-5  # largest allowed asymmetry of a compliance, relative to its largest entry
 # Faces of the box and their outward normals.
 SIDES = {

@@ -6,7 +6,8 @@ remaining error is therefore small.
 
 Let m be the modulus of the skin divided by the modulus of the flesh. The stiffness matrix is K + m K_skin. It is solved
 for a few m, and these solutions are the basis of a reduced-order model for all m (Galerkin's method). The compliance is
-an energy, so its error is of the order of the square of the error in the reduced solution. All compliances are times E.
+an energy, so its error is of the order of the square of the error in the reduced solution. All compliances are
+multiplied by E.
 """
 
 import time
@@ -77,6 +78,7 @@ def skin_compliance(
     moduli = table_moduli(fruit)
     layers = [layer_on(fruit, E) for E in moduli.tolist()]
     deviation = least_deviation(footprints[0])
+    # Wide loads need few elements, but must not reach the boundary of the fruit.
     loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, DEPTH_FRACTION * fruit.depth_mm / deviation)))
     local = _local_change(fruit, footprints, loads, layers, along_normals)
     fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
@@ -145,7 +147,7 @@ def _local_change(
             radius = 0.5 * footprint.side * footprint.punch(per_side).flat_stiffness
             shell[:, tip, tip] = [layer.shell_effect(radius, load.deviation, curvatures) for layer in layers]
             slope = shape.slope(footprint.x, footprint.y)
-            if along_normals:  # the contact is round on the skin, but the smooth load is round in plan
+            if along_normals:  # the contact is circular on the skin, whereas the smooth load is circular in plan
                 smooth[:, tip, tip] *= stretch_factor(slope)
             else:
                 sharp[:, tip, tip] *= slope_factor(fruit.poisson, slope)
@@ -176,8 +178,8 @@ def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: 
 def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per_side: int) -> Floats:
     """Return the change in a half-space's compliance under level footprints, for each layer on it.
 
-    The result (layers, tips, tips) [1/mm] is times the modulus of the half-space. A footprint has `per_side` nodes per
-    side. Raises SolveError if the nodal forces have a large residual.
+    The result (layers, tips, tips) [1/mm] is multiplied by the modulus of the half-space. A footprint has `per_side`
+    nodes per side. Raises SolveError if the nodal forces have a large residual.
     """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
     x, y = nodes.T
@@ -201,7 +203,7 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
 def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Floats:
     """Return the change in a half-space's compliance under smooth loads, for each layer on it.
 
-    The result (layers, loads, loads) [1/mm] is times the modulus of the half-space.
+    The result (layers, loads, loads) [1/mm] is multiplied by the modulus of the half-space.
     """
     without_layer = Layer(layers[0].thickness, 1.0, layers[0].poisson_below, layers[0].poisson_below)
     S = np.empty((len(layers) + 1, len(loads), len(loads)))
@@ -216,9 +218,10 @@ def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Float
 def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats:
     """Return the change in compliance due to the skin under the smooth loads of a body, solved on its mesh.
 
-    The result (layers, loads, loads) [1/mm] is times E. The layers must differ only in their modulus. Displacement
-    fields are solved for `solves` moduli, and form the reduced basis for all moduli. Raises SolveError if a solve does
-    not converge.
+    For loads F and a relative skin modulus m, the change is F.(K_flesh + m K_skin)^-1 F - F.K_0^-1 F. K_0 is the
+    stiffness matrix of a body whose skin consists of flesh. The result (layers, loads, loads) [1/mm] is multiplied by
+    E. The layers must differ only in their modulus. Displacement fields are solved for `solves` moduli, and form the
+    reduced basis for all moduli. Raises SolveError if a solve does not converge.
     """
     poisson = layers[0].poisson_below
     # Elements of the skin are marked by 1, and elements of the flesh by 0.
@@ -234,7 +237,7 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
     for parity in body.parities:
         forces = body.forces(parity, body.normals)
         fixed = body.fixed_dofs(parity)
-        energy_without_skin = forces.T @ factorise(without_skin, fixed).solve(forces)
+        compliance_without_skin = forces.T @ factorise(without_skin, fixed).solve(forces)
         # Galerkin's method with an orthonormal basis of the solved fields.
         solved = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in solved_moduli]
         reduced_basis, _ = np.linalg.qr(np.hstack(solved))
@@ -242,7 +245,7 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
         reduced_flesh = reduced_basis.T @ (flesh @ reduced_basis)
         reduced_skin = reduced_basis.T @ (skin @ reduced_basis)
         for i, modulus in enumerate(moduli):
-            energy = reduced_forces.T @ np.linalg.solve(reduced_flesh + modulus * reduced_skin, reduced_forces)
+            compliance = reduced_forces.T @ np.linalg.solve(reduced_flesh + modulus * reduced_skin, reduced_forces)
             # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.
-            change[i] += (energy - energy_without_skin) / 2.0 ** np.abs(parity).sum()
+            change[i] += (compliance - compliance_without_skin) / 2.0 ** np.abs(parity).sum()
     return change

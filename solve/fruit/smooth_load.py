@@ -15,7 +15,7 @@ WIDEST = 3.0  # largest ratio of a load's standard deviation to the smallest one
 DEVIATIONS_TO_FACE = 3.2  # smallest distance of a load from a side face [standard deviations]
 DEVIATIONS_BETWEEN = 3.0  # smallest spacing of two loads [standard deviations]
 FEWEST_NODES = 3  # nodes per side of the punch table, which are enough for a flat punch
-GAUSS_POINTS, GAUSS_WEIGHTS = legendre.leggauss(24)  # for the integral of a load over an element
+GAUSS_POINTS, GAUSS_WEIGHTS = legendre.leggauss(24)  # Gauss rule for integrating a load over an element
 
 
 @dataclass(frozen=True)

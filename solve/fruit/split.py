@@ -50,8 +50,8 @@ MOST_DOFS = 60_000  # maximum number of dofs of the finer levels; this many need
 # With fourth-order convergence, its error is 0.46 times the difference; the error bar is about twice as large. See
 # tests/reference/fits/test_fruit.py.
 SAFETY = 0.9
-# Smallest difference between two meshes that is assumed on the coarsest level, because a smaller difference may be
-# accidental. It is relative to the mean of the value's own remainder and the largest remainder of all values.
+# Floor on the difference between two meshes on the coarsest level, because a smaller difference may be accidental. It
+# is relative to the mean of two remainders: the value's own, and the largest of all values.
 LEAST_STEP = 1e-3
 ORDER = 4  # order of convergence of the remainder in the grading step
 # The only mesh for loose tolerances. ROUGH_ERROR is the largest ratio of error to remainder in 280 random scenes; in 40
@@ -67,7 +67,7 @@ LOW_HEIGHT = 3.0
 ROUNDING_FACTOR = 1.0 + 1e-9  # factor that admits scenes exactly on a bound
 MIN_EDGE_GAP = 1.0  # smallest gap from the edge of a tip to a side face [sides]
 MIN_SPACING = 1.05  # smallest spacing of tips [sides]
-POISSON_RANGE = (-0.5, 0.4999)  # range of Poisson's ratio
+POISSON_RANGE = (-0.5, 0.4999)  # smallest and largest Poisson's ratio
 
 
 class Errors(NamedTuple):
@@ -81,8 +81,8 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     """Return the flat footprints [mm] that represent the tips: the face of a flat tip, or a circle for a dome.
 
     The circle is centred where the dome touches the fruit. On a curved fruit, this point is closer to the apex than the
-    axis of the dome. The size of the circle hardly matters, because `solve/contact/domes/fruit_under_domes.py`
-    subtracts its own half-space compliance in closed form.
+    axis of the dome. The size of the circle hardly matters. Its own half-space compliance has a closed form, which
+    `solve/contact/domes/fruit_under_domes.py` subtracts again.
     """
     if tips.dome_radius_mm is None:
         punch = circle_punch if tips.tip_shape.is_round else square_punch
@@ -93,7 +93,7 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     side = DOME_CIRCLE * tips.side_mm
     footprints = []
     for axis in tips.places_mm:
-        u, v = fruit.to_principal(*axis)
+        u, v = fruit.to_principal(*axis)  # the axis of the dome, in the principal directions of the fruit
         footprints.append(Footprint(*fruit.from_principal(along * u, across * v), side, circle_punch))
     return tuple(footprints)
 
@@ -101,11 +101,11 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
 def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR) -> FruitCompliance:
     """Return the compliance [1/mm] of a fruit's equivalent block under the tips.
 
-    The coarsest mesh is used whose error of s11 - s12 is within the relative `tolerance` [1]. If no mesh is accurate
-    enough, the best one is used, provided that its error is at most 1e-3. Raises SolveError if a solve does not
-    converge. Raises InputError if the error is larger, if the tolerance is not above 0, or if the scene is outside the
-    domain of the method. In this domain, a tip is at most as wide as the block is high, and at least one side away from
-    each side face. The spacing of the tips is at least 1.05 sides, and -0.5 <= nu <= 0.4999.
+    The solve uses the coarsest mesh whose error in s11 - s12 is within the relative `tolerance` [1]. If no mesh is
+    accurate enough, it uses the best one, provided that its error is at most 1e-3. Raises SolveError if a solve does
+    not converge. Raises InputError if the error is larger, if the tolerance is not above 0, or if the scene is outside
+    the domain of the method. In this domain, a tip is at most as wide as the block is high, and at least one side away
+    from each side face. The spacing of the tips is at least 1.05 sides, and -0.5 <= nu <= 0.4999.
     """
     start = time.perf_counter()
     if not tolerance > 0.0:
@@ -226,8 +226,8 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
 def largest_errors(errors: Floats, tips: int) -> Errors:
     """Return the largest error over all pairs of tips, and the largest error over single tips [1].
 
-    `errors` has one value per pair of tips, followed by one value per tip. `tips` is the number of tips. For a single
-    tip, both results are its error.
+    `errors` has one value per pair of tips, followed by one value for each of the `tips` tips. For a single tip, both
+    results are its error.
     """
     own = float(errors[-tips:].max())
     pair = float(errors[:-tips].max(initial=0.0))
