@@ -21,6 +21,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementHex2, Mesh
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefQuad
@@ -64,14 +65,52 @@ class FaceQuadrature:
     dofs: Ints
 
 
+@dataclass(frozen=True, eq=False)
+class _BoundaryProblem:
+    """The elastic problem of the remainder on one mesh, for E = 1.
+
+    `stiffness` is the stiffness matrix of the displacement basis. `side` and `base` are quadrature rules on the free
+    side faces and on the clamped base.
+    """
+
+    basis: CellBasis
+    stiffness: csc_matrix
+    side: FaceQuadrature
+    base: FaceQuadrature
+
+    def solve(self, side_traction: Floats, base_displacement: Floats, mirror: Ints) -> tuple[Floats, Floats, Floats]:
+        """Return the remainder v, its nodal forces on the sides, and its displacement on the base, (dofs, loads).
+
+        The remainder cancels the half-space tractions on the sides and the half-space displacements on the base. The
+        dofs `mirror` are zero. Raises SolveError if the solve does not converge.
+        """
+        clamped = self.basis.get_dofs("base").all()
+        side_forces = -_load_vector(self.side, side_traction, self.basis.N)
+        prescribed = -_projection(self.base, base_displacement, np.setdiff1d(clamped, mirror), self.basis.N)
+        factor = factorise(self.stiffness, np.union1d(clamped, mirror))
+        return factor.solve(side_forces, prescribed[factor.fixed]), side_forces, prescribed
+
+
+def _boundary_problem(mesh: Mesh, poisson: float, mirror_planes: Sequence[str]) -> _BoundaryProblem:
+    """Return the elastic problem of the remainder on a mesh; the faces in `mirror_planes` are not free sides."""
+    basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
+    free_sides = {name: normal for name, normal in SIDES.items() if name not in mirror_planes}
+    return _BoundaryProblem(
+        basis=basis,
+        stiffness=stiffness_matrix(basis, 1.0, poisson, b_bar=True),
+        side=_quadrature(basis, free_sides),
+        base=_quadrature(basis, BASE),
+    )
+
+
 def remainder_compliance(
-    mesh: Mesh, poisson: float, loads: Floats, parities: Sequence[Parity]
+    mesh: Mesh, poisson: float, load_points: Floats, parities: Sequence[Parity]
 ) -> tuple[list[Floats], int]:
     """Return the compliance of the remainder between points on the top of a block for each parity, and the dof count.
 
     A compliance (points, points) [1/mm] is for E = 1. Entry kj is the remainder v_z at point k per unit normal force at
-    point j. `loads` (points, 2) [mm] are the positions of the points. `mesh` is the block, or the half or quarter of it
-    at x >= 0 or y >= 0, with the face names of `box_mesh`.
+    point j. `load_points` (points, 2) [mm] are the positions of the points. `mesh` is the block, or the half or quarter
+    of it at x >= 0 or y >= 0, with the face names of `box_mesh`.
 
     A parity has one sign for x and one for y, which refer to the planes x = 0 and y = 0. The sign is 1 if each force
     acts together with its even mirror image, and -1 with its odd mirror image. It is 0 if both sides of the plane are
@@ -82,40 +121,30 @@ def remainder_compliance(
     if (np.abs(parities) != mirrored).any():
         msg = f"remainder: parities {parities} must all be 0 where the mesh has both sides, and only there"
         raise ValueError(msg)
-    basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
-    stiffness = stiffness_matrix(basis, 1.0, poisson, b_bar=True)
-    clamped = basis.get_dofs("base").all()
     mirror_planes = [plane for plane, has_plane in zip(PLANES, mirrored, strict=True) if has_plane]
-    side = _quadrature(basis, {name: normal for name, normal in SIDES.items() if name not in mirror_planes})
-    base = _quadrature(basis, BASE)
+    problem = _boundary_problem(mesh, poisson, mirror_planes)
+    side, base = problem.side, problem.base
 
     # Half-space fields of each load and of each of its mirror images, which are identified by the signs of x and y.
     signs = [(1, -1) if has_plane else (1,) for has_plane in mirrored]
     images = np.array(list(itertools.product(*signs)))
-    side_fields = [_half_space(loads * image, poisson, side) for image in images]
-    base_fields = [_half_space(loads * image, poisson, base) for image in images]
+    side_fields = [_half_space(load_points * image, poisson, side) for image in images]
+    base_fields = [_half_space(load_points * image, poisson, base) for image in images]
 
     compliances = []
     for parity in parities:
         image_signs = np.where(images < 0, parity, 1).prod(axis=1)
         side_u, side_t = _signed_sum(image_signs, side_fields)
         base_u, base_t = _signed_sum(image_signs, base_fields)
-
-        # Boundary conditions of v. `load` holds minus the half-space tractions on the sides, as nodal forces. `lift`
-        # holds minus the half-space displacements on the base.
-        mirror = mirror_dofs(basis, parity)
-        load = -_load_vector(side, side_t, basis.N)
-        lift = -_projection(base, base_u, np.setdiff1d(clamped, mirror), basis.N)
-        factor = factorise(stiffness, np.union1d(clamped, mirror))
-        v = factor.solve(load, lift[factor.fixed])
+        v, side_forces, base_v = problem.solve(side_t, base_u, mirror_dofs(problem.basis, parity))
 
         # Betti's theorem, with the four terms in the order of the module docstring. In the last term, the nodal
         # reactions of the base replace its tractions.
         half_space = _work(base, base_t, base_u) - _work(side, side_t, side_u).T
-        reaction = stiffness @ v - load
-        compliances.append(half_space + load.T @ v - lift.T @ reaction)
+        reactions = problem.stiffness @ v - side_forces
+        compliances.append(half_space + side_forces.T @ v - base_v.T @ reactions)
     _check_reciprocity(compliances)
-    return [0.5 * (each + each.T) for each in compliances], int(basis.N)
+    return [0.5 * (each + each.T) for each in compliances], int(problem.basis.N)
 
 
 def _signed_sum(signs: Ints, fields: Sequence[HalfSpaceFields]) -> HalfSpaceFields:
@@ -144,17 +173,14 @@ def remainder_field(mesh: Mesh, poisson: float, points: Floats, forces: Floats) 
     displacement basis, and the remainder v times E at its dofs (dofs,) [N/mm]. Raises SolveError if the solve does not
     converge.
     """
-    basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
-    side = _quadrature(basis, SIDES)
-    base = _quadrature(basis, BASE)
-    # v cancels the half-space tractions on the sides (`load`) and the half-space displacements on the base (`lift`).
-    _, traction = _half_space(points, poisson, side)
-    u, _ = _half_space(points, poisson, base)
-    clamped = basis.get_dofs("base").all()
-    load = -_load_vector(side, np.tensordot(forces, traction, 1)[None], basis.N)
-    lift = -_projection(base, np.tensordot(forces, u, 1)[None], clamped, basis.N)
-    factor = factorise(stiffness_matrix(basis, 1.0, poisson, b_bar=True), clamped)
-    return basis, factor.solve(load, lift[factor.fixed])[:, 0]
+    problem = _boundary_problem(mesh, poisson, mirror_planes=())
+    _, traction = _half_space(points, poisson, problem.side)
+    u, _ = _half_space(points, poisson, problem.base)
+    # One load case: the sum of the half-space fields of all forces.
+    side_traction = np.tensordot(forces, traction, 1)[None]
+    base_displacement = np.tensordot(forces, u, 1)[None]
+    v, _, _ = problem.solve(side_traction, base_displacement, mirror=np.zeros(0, dtype=np.int64))
+    return problem.basis, v[:, 0]
 
 
 def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
@@ -222,13 +248,13 @@ def _projection(faces: FaceQuadrature, field: Floats, kept: Ints, size: int) -> 
     Unlike interpolation, this projection leaves an error that does no work on tractions of the same smoothness.
     """
     mass = np.einsum("bfq,dfq,fq->fbd", faces.shapes, faces.shapes, faces.weights, optimize=True)
-    right = _load_vector(faces, field, size)
-    displacements = np.zeros_like(right)
+    right_side = _load_vector(faces, field, size)
+    displacements = np.zeros_like(right_side)
     for component in range(3):
         component_dofs = faces.dofs[:, component].T
         used = np.intersect1d(component_dofs, kept)
         matrix = assemble_elements(mass, component_dofs, size)[used][:, used].toarray()
-        displacements[used] = np.linalg.solve(matrix, right[used])
+        displacements[used] = np.linalg.solve(matrix, right_side[used])
     return displacements
 
 
