@@ -82,7 +82,7 @@ class SceneCells:
 
 
 @dataclass(frozen=True)
-class _Grid:
+class _GridLayout:
     """The layout of a grid of cells: its grid lines from -1/2 to 1/2, and whether only half of the cells are solved.
 
     `mesh` is the mesh grading for the remainder.
@@ -107,7 +107,7 @@ def scene_cells(
     layer = None if compliance.flesh_E is None else layer_on(scene.fruit, compliance.flesh_E)
     middle = np.mean(scene.centres, axis=0)
     solved = []
-    for grid in _grids(scene, compliance, scene.mirrored if is_half is None else is_half):
+    for grid in _grid_layouts(scene, compliance, scene.mirrored if is_half is None else is_half):
         cells = _cells(block, footprints, layer, grid)
         gap = initial_gap(scene, built=scene, cells=cells)
         correction = compliance.shape_change
@@ -120,7 +120,7 @@ def scene_cells(
     return coarse, fine
 
 
-def _grids(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_Grid]:
+def _grid_layouts(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_GridLayout]:
     """Return the layouts of the coarse and the fine grid of cells, which are the same for all tips."""
     shape = scene.tips.tip_shape
     grading = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
@@ -131,7 +131,7 @@ def _grids(scene: Scene, compliance: FruitCompliance, is_half: bool) -> list[_Gr
     if compliance.rough:
         counts = ROUGH_CELLS
         mesh = ROUGH
-    return [_Grid(tuple(graded_edges(count, grading).tolist()), is_half, mesh) for count in counts]
+    return [_GridLayout(tuple(graded_edges(count, grading).tolist()), is_half, mesh) for count in counts]
 
 
 def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
@@ -221,7 +221,7 @@ def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
 # A run presses a scene several times: on its own springs, on the paper's springs, and at full travel. The cells take 2
 # s.
 @functools.lru_cache(maxsize=8)
-def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None, grid: _Grid) -> ContactCells:
+def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None, grid: _GridLayout) -> ContactCells:
     """Return the cells of one grid on footprints of a block, with an optional layer of skin.
 
     Raises SolveError if the solve for the remainder does not converge.

@@ -76,10 +76,10 @@ def _lines_of_steps(
         lines.append(line)
     skin = fruit.skin_mm or 0.0
     step_size = _step_size(np.zeros(1), fruit.depth_mm, smallest_deviation, steps)
-    down = graded_line(skin, fruit.depth_mm, step_size, steps.fraction)
+    z_line = graded_line(skin, fruit.depth_mm, step_size, steps.fraction)
     if skin:
-        down = np.concatenate([[0.0], down])
-    return lines[0], lines[1], down
+        z_line = np.concatenate([[0.0], z_line])
+    return lines[0], lines[1], z_line
 
 
 def _drop_close_marks(marks: Sequence[float], distance: float) -> list[float]:

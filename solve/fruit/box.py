@@ -103,8 +103,8 @@ def block_lines(block: Fruit, points: Floats, mirrored: Sequence[bool], grading:
         if start < 0.0 and float(np.min(end + points[:, axis])) <= reach:
             line = -_with_layer(-line[::-1], grading.layer)[::-1]  # reversing the line adds the layer at its low end
         lines.append(line)
-    down = graded_line(0.0, block.height_mm, partial(step_size, axis=UP), grading.fraction)
-    return lines[0], lines[1], _with_layer(down, grading.layer)
+    z_line = graded_line(0.0, block.height_mm, partial(step_size, axis=UP), grading.fraction)
+    return lines[0], lines[1], _with_layer(z_line, grading.layer)
 
 
 def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Floats) -> Floats:
@@ -135,5 +135,5 @@ def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Fl
 
 def _with_layer(line: Floats, layer: tuple[float, ...]) -> Floats:
     """Return the line with its last step divided in the proportions of `layer`, whose sum is 1."""
-    added = line[-2] + (line[-1] - line[-2]) * np.cumsum(layer)[:-1]
-    return np.concatenate([line[:-1], added, line[-1:]])
+    layer_coordinates = line[-2] + (line[-1] - line[-2]) * np.cumsum(layer)[:-1]
+    return np.concatenate([line[:-1], layer_coordinates, line[-1:]])

@@ -131,11 +131,11 @@ def shape_change(
     coarse, _ = curvature_correction(fruit, footprints, loads, coarser, along_normals)
 
     # Only the compliance of a tip under its own load depends on how the load is distributed.
-    sharper = np.zeros(len(loads))
+    sharpness_changes = np.zeros(len(loads))
     bound = np.zeros(len(loads))
     for i, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
-        sharper[i], bound[i] = _sharpness_correction(fruit, footprint, load, along_normals)
-    return ShapeChange(fine + np.diag(sharper), fine - coarse, np.diag(bound), dofs)
+        sharpness_changes[i], bound[i] = _sharpness_correction(fruit, footprint, load, along_normals)
+    return ShapeChange(fine + np.diag(sharpness_changes), fine - coarse, np.diag(bound), dofs)
 
 
 def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
@@ -215,11 +215,12 @@ def curvature_correction(
     def change_of_parity(parity: Parity) -> Floats:
         fixed = body.fixed_dofs(parity)
         factor = factorise(block_matrix, fixed)
-        of_block = _compliance(body.forces(parity, upwards), factor.solve)
+        block_compliance = _compliance(body.forces(parity, upwards), factor.solve)
         # The matrix of the fruit is close to the matrix of the block, whose factor serves as preconditioner.
-        of_fruit = _compliance(body.forces(parity, body.normals), functools.partial(factor.solve_near, fruit_matrix))
+        solve_fruit = functools.partial(factor.solve_near, fruit_matrix)
+        fruit_compliance = _compliance(body.forces(parity, body.normals), solve_fruit)
         # A single load is the mean of its even and odd parts, hence a factor of one half for each mirror plane.
-        return np.asarray((of_fruit - of_block) / 2.0 ** np.abs(parity).sum())
+        return np.asarray((fruit_compliance - block_compliance) / 2.0 ** np.abs(parity).sum())
 
     # Factorisations release Python's global interpreter lock, so the parities can be solved in parallel.
     with ThreadPoolExecutor(len(body.parities)) as threads:
@@ -237,7 +238,7 @@ def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
     normalised = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
     representative = [normalised.index(column) for column in normalised]  # index of the first equal load
     solved = sorted(set(representative))
-    energy = forces[:, solved].T @ solve(forces[:, solved])
+    solved_compliance = forces[:, solved].T @ solve(forces[:, solved])
     row = [solved.index(load) for load in representative]
     relative_sign = signs * signs[representative]
-    return np.asarray(np.outer(relative_sign, relative_sign) * energy[np.ix_(row, row)])
+    return np.asarray(np.outer(relative_sign, relative_sign) * solved_compliance[np.ix_(row, row)])

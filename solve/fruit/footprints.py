@@ -190,16 +190,16 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     # Solve (I + Y G) F = Y d, as derived in the module docstring, for a unit indentation d of each footprint in turn.
     G = remainder + half_space_between(footprints, poisson, per_side)
     Y = block_diag(*(each.side * each.punch(per_side).stiffness for each in footprints)) / (1.0 - poisson**2)
-    level = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
+    unit_displacements = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
     system = np.eye(len(G)) + Y @ G
-    right = Y @ level
+    right_side = Y @ unit_displacements
     factor = lu_factor(system)
-    forces = lu_solve(factor, right)
-    forces += lu_solve(factor, right - system @ forces)  # one step of iterative refinement, which stiff skins need
-    residual = float(np.abs(system @ forces - right).max() / np.abs(right).max())
+    forces = lu_solve(factor, right_side)
+    forces += lu_solve(factor, right_side - system @ forces)  # one step of iterative refinement, which stiff skins need
+    residual = float(np.abs(system @ forces - right_side).max() / np.abs(right_side).max())
     if not residual <= RESIDUAL_LIMIT:
         msg = f"tip forces: relative residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the scene"
         raise SolveError(msg)
     # The nodal forces on each footprint add up to the stiffness matrix, whose inverse is the compliance.
-    S = np.linalg.inv(level.T @ forces)
+    S = np.linalg.inv(unit_displacements.T @ forces)
     return 0.5 * (S + S.T)  # S is symmetric by Betti's theorem; this makes it symmetric to the last bit

@@ -26,6 +26,7 @@ effect of other material laws is reported separately. Under a skin, N is the sma
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -177,6 +178,19 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     )
 
 
+class _LocalContact(NamedTuple):
+    """The contact of each dome at given local indentations; arrays are (poses, tips).
+
+    `N` [N] is the normal force, `stiffness` [N/mm] is dN/dq, and `radius` [mm] is Hertz's contact radius. `strain` has
+    the corrections for large strain.
+    """
+
+    N: Floats
+    stiffness: Floats
+    radius: Floats
+    strain: LargeStrain
+
+
 class _Law:
     """The equations of the dome law, whose unknowns are the local indentations q (poses, tips) [mm].
 
@@ -233,7 +247,7 @@ class _Law:
         compliance = np.einsum("pii->pi", self.normal_compliance(unmoved))
         q = unmoved.interference
         for _ in range(INITIAL_STEPS):
-            N, stiffness, _, _ = self._hertz(q, unmoved)
+            N, stiffness, _, _ = self._local_contact(q, unmoved)
             q = q - (q + compliance * N - unmoved.interference) / (1.0 + compliance * stiffness)
         return np.asarray(q)
 
@@ -260,10 +274,10 @@ class _Law:
         The residual is b_i - q_i - sum_j (B_ij + k_ij) N_j / E, as in the module docstring. The springs deflect under
         forces along the normals of the `previous` approach. At equilibrium, these normals agree with the new ones.
         """
-        N = self._hertz(q, previous)[0]
+        N = self._local_contact(q, previous).N
         displacements = np.tensordot(N[..., None] * previous.direction, self._C, axes=((1, 2), (1, 3)))
         approach = self._poses.approach(displacements)
-        N, stiffness, radius, strain = self._hertz(q, approach)
+        N, stiffness, radius, strain = self._local_contact(q, approach)
 
         # The other domes tilt the surface under a dome by `slope`. This moves the contact by `shift`, which is the
         # relative radius of curvature times the slope, and reduces the interference.
@@ -290,39 +304,37 @@ class _Law:
         along_normal = (normals.swapaxes(0, 1) @ matrices).reshape(len(self._C), len(normals), -1, 3)
         return np.asarray(np.einsum("ipjb,pjb->pij", along_normal, normals))
 
-    def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats, LargeStrain]:
-        """Return the normal forces N [N], dN/dq [N/mm], Hertz's contact radii [mm] and the large-strain corrections.
-
-        All of them are for the local indentations q (poses, tips) [mm].
-        """
-        depth = np.maximum(q, 0.0) / approach.depth_ratio  # depth of the round contact with the same force
+    def _local_contact(self, q: Floats, approach: DomeApproach) -> _LocalContact:
+        """Return the contacts at local indentations q (poses, tips) [mm], by Hertz's law with the factor g."""
+        depth = np.maximum(q, 0.0) / approach.depth_ratio  # depth of the circular contact with the same force
         if self._fruit.skinned is not None:
-            return self._layered_hertz(depth, approach, self._fruit.skinned)
-        contact = np.sqrt(approach.radius * depth)
-        strain = self._large_strain(contact, approach)
-        stiffness = 2.0 * self._E / (1.0 - self._fruit.poisson**2) * contact  # Hertz: force = stiffness * depth / 1.5
-        # The factor g depends on a, and a is proportional to sqrt(depth): dN/d(depth) = stiffness (g + dg/d(ln a) / 3).
-        slope = stiffness * (strain.factor + strain.slope / 3.0) / approach.depth_ratio
-        return strain.factor * stiffness * depth / 1.5, slope, contact, strain
+            return self._local_contact_under_skin(depth, approach, self._fruit.skinned)
+        radius = np.sqrt(approach.radius * depth)
+        strain = self._large_strain(radius, approach)
+        # Hertz's force is 4/3 E* a depth, and its derivative 2 E* a, because a is sqrt(R depth). Since g depends on a,
+        # dN/d(depth) is 2 E* a (g + dg/d(ln a) / 3).
+        hertz_stiffness = 2.0 * self._E / (1.0 - self._fruit.poisson**2) * radius
+        stiffness = hertz_stiffness * (strain.factor + strain.slope / 3.0) / approach.depth_ratio
+        return _LocalContact(strain.factor * hertz_stiffness * depth / 1.5, stiffness, radius, strain)
 
-    def _layered_hertz(
-        self, depth: Floats, approach: DomeApproach, skinned: RoundContact
-    ) -> tuple[Floats, Floats, Floats, LargeStrain]:
-        """Return the results of `_hertz` for flesh under a skin, at the given depths [mm].
+    def _local_contact_under_skin(self, depth: Floats, approach: DomeApproach, skinned: RoundContact) -> _LocalContact:
+        """Return the contacts on flesh under a skin, at the given depths (poses, tips) [mm].
 
         The layered half-space is solved at small strain. The large-strain correction of flesh without a skin is
         therefore not applied; all of it is counted as error.
         """
-        contact, force, stiffness = skinned.press(approach.radius * depth)
-        without_skin = self._large_strain(contact, approach)
-        one = np.ones_like(contact)
+        radius, force, stiffness = skinned.press(approach.radius * depth)
+        without_skin = self._large_strain(radius, approach)
+        one = np.ones_like(radius)
         error = np.abs(without_skin.factor - one)
         strain = replace(without_skin, error=error, edge=one, edge_error=np.abs(without_skin.edge - one))
-        return self._E * force / approach.radius, self._E * stiffness / approach.depth_ratio, contact, strain
+        return _LocalContact(
+            self._E * force / approach.radius, self._E * stiffness / approach.depth_ratio, radius, strain
+        )
 
-    def _large_strain(self, contact: Floats, approach: DomeApproach) -> LargeStrain:
+    def _large_strain(self, radius: Floats, approach: DomeApproach) -> LargeStrain:
         """Return the large-strain corrections of flesh without a skin, at contact radii (poses, tips) [mm]."""
-        return large_strain(contact, self._poses.dome_radius, self._fruit_curvature(approach), self._fruit.poisson)
+        return large_strain(radius, self._poses.dome_radius, self._fruit_curvature(approach), self._fruit.poisson)
 
     def jacobian(self, state: _DomeState) -> Floats:
         """Return minus the Jacobian of the residual [1], (poses, tips, tips), without small terms.
