@@ -132,19 +132,19 @@ def half_cells(cells: ContactCells) -> ContactCells:
     They are used if the contact is symmetric about y = 0. All footprints must be centred at y = 0, and the number of
     cells per side must be even.
     """
-    kept = cells.points[:, 1] > 0.0
+    is_kept = cells.points[:, 1] > 0.0
     # Cells are stored in rows along y, so reversing each row yields the mirror images.
     per_side = round((len(cells.owner) / len(cells.centres)) ** 0.5)
-    rows = np.arange(len(kept)).reshape(-1, per_side)
+    rows = np.arange(len(is_kept)).reshape(-1, per_side)
     image = rows[:, ::-1].ravel()
     # Half of each force acts on the cell, and half on its mirror image.
     pairs = 0.5 * (cells.compliance + cells.compliance[:, image])
     return replace(
         cells,
-        points=cells.points[kept],
-        areas=2.0 * cells.areas[kept],
-        owner=cells.owner[kept],
-        compliance=pairs[np.ix_(kept, kept)],
+        points=cells.points[is_kept],
+        areas=2.0 * cells.areas[is_kept],
+        owner=cells.owner[is_kept],
+        compliance=pairs[np.ix_(is_kept, is_kept)],
     )
 
 

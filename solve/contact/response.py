@@ -75,6 +75,7 @@ def _cell_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli:
     fine = _grid_response(scene, fine_grid, C, moduli, x)
 
     touching = fine.F > 0.0
+    # A tip out of contact has the difference -1, which the maximum over tips ignores.
     F_differences = np.divide(np.abs(fine.F - coarse.F), fine.F, out=np.full(fine.F.shape, -1.0), where=touching)
     # If a tip is out of contact only on the coarse grid, the coarse P is undefined. Twice the fine P is used, so that
     # the error is large.
@@ -114,8 +115,8 @@ def _cell_status(scene: Scene, cells: int) -> str:
 def _dome_response(scene: Scene, compliance: FruitCompliance, C: Floats, moduli: Floats, x: Floats) -> SensorResponse:
     """Return the response of domes by the dome law, with the error bounds of that law.
 
-    The relative error of P is the sum of the relative errors of both forces. Raises the same errors as
-    `scene_response`.
+    The relative error of P is twice the largest relative error of a force, because P is a ratio of two mean forces.
+    Raises the same errors as `scene_response`.
     """
     start = time.perf_counter()
     check_scene(scene)
@@ -171,7 +172,7 @@ def _grid_response(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x:
             # Contact is solved for forces divided by E [mm^2], so compliances are multiplied by E [1/mm].
             state = contact.solve(interference, modulus * C + grid.compliance_correction)
             F[i, j] = modulus * state.F
-            rates[i, j] = state.slope
+            rates[i, j] = state.slope  # divided by E; only ratios of these rates are used
             # The edge of the contact crosses cells only under tips whose face touches in part.
             tips = len(C)
             touching_cells = np.bincount(grid.cells.owner, state.pressure > 0.0, minlength=tips)

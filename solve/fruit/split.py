@@ -64,7 +64,7 @@ CLOSE_SPACING = 1.1
 CLOSE_SPACING_ERROR = 1.5e-3  # relative error added below this spacing
 # Height [sides] below which the remainder is as large as the half-space part, and needs smaller steps.
 LOW_HEIGHT = 3.0
-ROUNDING_FACTOR = 1.0 + 1e-9  # factor that admits scenes exactly on a bound
+ROUNDING_FACTOR = 1.0 + 1e-9  # factor that admits scenes exactly on a bound, despite rounding
 MIN_EDGE_GAP = 1.0  # smallest gap from the edge of a tip to a side face [sides]
 MIN_SPACING = 1.05  # smallest spacing of tips [sides]
 POISSON_RANGE = (-0.5, 0.4999)  # smallest and largest Poisson's ratio
@@ -87,6 +87,7 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     if tips.dome_radius_mm is None:
         punch = circle_punch if tips.tip_shape.is_round else square_punch
         return tuple(Footprint(x, y, tips.side_mm, punch) for x, y in tips.places_mm)
+    # A sphere of radius r touches a surface of radius R at R / (R + r) times the offset of its axis from the apex.
     radius_along, radius_across = fruit.radii_mm
     along = 1.0 / (1.0 + tips.dome_radius_mm / radius_along)
     across = 1.0 / (1.0 + tips.dome_radius_mm / radius_across)
@@ -197,6 +198,8 @@ def _grid_lines(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading)
     """Return the grid lines [mm] of the mesh of a grading, which start at the mirror planes of the footprints."""
     nodes = np.concatenate([footprint.nodes(nodes_within(fruit, footprints)) for footprint in footprints])
     widest = max(footprint.side for footprint in footprints)
+    # In a low block, the remainder is large relative to the compliance. Since the error is of fourth order in the step,
+    # this factor reduces it in proportion to the height.
     step = grading.step * min(1.0, fruit.height_mm / (LOW_HEIGHT * widest)) ** 0.25
     mirrored = [bool(images) for images in mirror_images(footprints)]
     return block_lines(fruit, nodes, mirrored, replace(grading, step=step))
@@ -255,9 +258,8 @@ def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     low, high = POISSON_RANGE
     if not low <= fruit.poisson <= high:
         bound = f"at least {low:g} and at most {high:g} for the contact"
-        raise validation_error(
-            "fruit.poisson", fruit.poisson, "1", bound, "Poisson's ratio of fruit flesh is 0.2 to 0.49"
-        )
+        hint = "Poisson's ratio of fruit flesh is 0.2 to 0.49"
+        raise validation_error("fruit.poisson", fruit.poisson, "1", bound, hint)
     for footprint in footprints:
         side = footprint.side
         if side > fruit.height_mm * ROUNDING_FACTOR:

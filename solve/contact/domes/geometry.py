@@ -176,15 +176,23 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     the axis of the sensor, and starts at the first touch in that pose. Raises SolveError if no first touch is found.
     """
     axis = _axes(np.array([scene.turn for scene in scenes]))
-    # Many scenes share the first touch that is the zero of their travel, so each first touch is computed only once.
-    touch_scenes = {id(scene): _touch_scene(scene) for scene in {id(scene): scene for scene in scenes}.values()}
-    distinct = {_touch_key(scene): scene for scene in touch_scenes.values()}
-    touches_by_key = dict(zip(distinct, _first_touches(list(distinct.values())), strict=True))
-    touches = np.array([touches_by_key[_touch_key(touch_scenes[id(scene)])] for scene in scenes])
+    touches = _zero_travel_touches(scenes)
     skin_points, lowering = touches[:, :3], touches[:, 3:]
     from_touch = np.array([scene.from_touch for scene in scenes])
     press_direction = np.where(from_touch[:, None], axis, np.array([0.0, 0.0, 1.0]))
     return _place_domes(scenes, axis, skin_points - (travel[:, None] + lowering) * press_direction)
+
+
+def _zero_travel_touches(scenes: Sequence[Scene]) -> Floats:
+    """Return the first touch at which the travel of each scene is 0, (scenes, 4) [mm], as in `_first_touches`.
+
+    Many poses share a scene, and many scenes share a first touch, so each first touch is computed only once.
+    """
+    scenes_by_id = {id(scene): scene for scene in scenes}
+    touch_scenes = {key: _touch_scene(scene) for key, scene in scenes_by_id.items()}
+    distinct = {_touch_key(scene): scene for scene in touch_scenes.values()}
+    touches = dict(zip(distinct, _first_touches(list(distinct.values())), strict=True))
+    return np.array([touches[_touch_key(touch_scenes[id(scene)])] for scene in scenes])
 
 
 def _touch_scene(scene: Scene) -> Scene:
@@ -221,7 +229,7 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
     for _ in range(TOUCH_STEPS):
         domes = _place_domes(scenes, axis, skin_points - lowering[:, None] * axis)
         approach = domes.approach(np.zeros(domes.centres.shape))
-        # The sensor is moved back along its axis by the largest overlap of a dome in this direction.
+        # Newton's method: the sensor is moved back along its axis by the largest overlap of a dome in this direction.
         overlap = (approach.interference / approach.cosine).max(axis=1)
         lowering = lowering - overlap
         if np.abs(overlap).max() <= TOUCH_LIMIT:
