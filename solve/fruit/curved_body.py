@@ -179,7 +179,8 @@ def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_
     slope = shape.slope(tip.x, tip.y)
     curvature = shape.mean_curvature(tip.x, tip.y)
     deviation = least_deviation(tip)
-    rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / deviation  # R
+    # R. A normal distribution with this standard deviation has the compliance of the rigid tip.
+    rigid = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / deviation
     ratio = deviation / load.deviation  # S / R
     if along_normals:
         smooth = rigid * ratio  # S

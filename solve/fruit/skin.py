@@ -80,17 +80,17 @@ def skin_compliance(
     deviation = least_deviation(footprints[0])
     # Wide loads need few elements, but must not reach the boundary of the fruit.
     loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, DEPTH_FRACTION * fruit.depth_mm / deviation)))
-    local = _local_change(fruit, footprints, loads, layers, along_normals)
+    local_change = _local_change(fruit, footprints, loads, layers, along_normals)
     fine_body = bent_block(fruit, footprints, loads, FINE, along_normals)
     coarse_body = bent_block(fruit, footprints, loads, COARSE, along_normals)
     fine = body_change(fine_body, layers, BASIS_SIZES[0])
     coarse = body_change(coarse_body, layers, BASIS_SIZES[1])
 
     # In the change from the mesh, the half-space part under smooth loads is replaced by the half-space part under tips.
-    table = flesh.S + fine + local.sharp - local.smooth - local.shell
+    table = flesh.S + fine + local_change.sharp - local_change.smooth - local_change.shell
     # Flesh softer than the design's range occurs only at the start of a curve of P; the error bars exclude it.
     is_in_range = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)
-    errors = _table_errors(table, fine - coarse, local, np.flatnonzero(is_in_range))
+    errors = _table_errors(table, fine - coarse, local_change, np.flatnonzero(is_in_range))
     skin = SkinTable(E=moduli, S=table)
     dofs = int(fine_body.flat.N)
     status = f"{flesh.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
@@ -155,20 +155,20 @@ def _local_change(
     return _LocalChange(sharp=sharp, fewer_nodes=fewer_nodes, smooth=smooth, shell=shell)
 
 
-def _table_errors(table: Floats, mesh_steps: Floats, local: _LocalChange, rows: Ints) -> Errors:
+def _table_errors(table: Floats, mesh_steps: Floats, local_change: _LocalChange, rows: Ints) -> Errors:
     """Return the largest relative errors [1] over some rows of a table (moduli, tips, tips) [1/mm].
 
     An error is the sum of a floor and of fractions of three differences. The first, `mesh_steps`, is the difference
     between two meshes. The second is the difference between two numbers of nodes, and the third is the shell effect.
     `rows` holds the indices of the rows.
     """
-    node_steps = local.sharp - local.fewer_nodes
+    node_steps = local_change.sharp - local_change.fewer_nodes
     pair = own = 0.0
     for row in rows:
         S = table[row]
         mesh = SAFETY * relative_changes(mesh_steps[row], S)
         nodes = NODE_SAFETY * relative_changes(node_steps[row], S)
-        shell = SHELL_SAFETY * relative_changes(local.shell[row], S)
+        shell = SHELL_SAFETY * relative_changes(local_change.shell[row], S)
         errors = largest_errors(FLOOR + mesh + nodes + shell, len(S))
         pair = max(pair, errors.pair)
         own = max(own, errors.own)
