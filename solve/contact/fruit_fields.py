@@ -26,7 +26,7 @@ from solve.surface import patch_inside
 
 FINEST = 0.125  # smallest mesh step, under a tip [sides of its contact]
 GROWTH = 0.4  # increase of the mesh step with the distance from a contact [mm per mm]
-COARSEST = 0.1  # largest mesh step [longest edges of the block]
+COARSEST = 0.1  # largest mesh step [longest edge of the block]
 # Distance [sides of a contact] within which the patches of a tip are used; farther away, point forces replace them.
 NEAR = 1.5
 PATCHES = 24  # maximum number of patches per side of a footprint

@@ -38,8 +38,8 @@ class Stand:
     """The position of a sensor on a fruit: its tilt [deg] and its offset from the apex [mm], along the tips and across.
 
     `radii_mm` are the principal radii of the fruit. `azimuth_deg` is the angle from the line along the tips to the
-    direction of the first one. `thickness_mm` is the thickness of the flesh. If one of them is None, the scene's fruit
-    keeps its own value.
+    direction of the first radius. `thickness_mm` is the thickness of the flesh. If one of them is None, the scene's
+    fruit keeps its own value.
 
     With `from_touch`, the sensor is pressed by hand. The tilt is then relative to the normal of the skin under the
     sensor, and the travel starts at the first touch. `turned_deg` is the change in tilt since the first touch.
@@ -73,8 +73,8 @@ class PoseForces(Record):
     """The tip forces in many poses, with their errors and contacts; arrays are (poses, tips) or (poses,).
 
     `F` [N] holds the forces. They are nan in a pose whose contact reaches the edge of a dome's face. `F_error` [N]
-    bounds the error of each force. `common_error` [N] is the error of all forces if it has the same sign under all
-    tips. Neither includes `F_flesh` [N], the effect of the material law on forces under domes. By this amount, the
+    bounds the error of each force. `common_error` [N] is the error of each force if the errors of all tips have the
+    same sign. Neither includes `F_flesh` [N], the effect of the material law on forces under domes. By this amount, the
     forces are larger with Hencky's law than with the neo-Hookean law, and smaller with Storakers's law. `error` [1] is
     the largest relative error of a nonzero force in a pose. `touching` is True for tips in contact. `contact_radius`
     [mm], `mean_pressure` [MPa] and its error `pressure_error` [MPa] describe a circular contact of the same area.
@@ -97,8 +97,9 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
     """Return the tip forces of a sensor in many poses.
 
     `compliance` is the compliance of the fruit in `scene`, and C (tips, tips) [mm/N] is the compliance of the springs.
-    A fruit with another radius is represented by the block of the scene's fruit. Raises InputError if a pose is too
-    steep or outside the domain of the contact solver. Raises SolveError if a solve does not converge.
+    A fruit with another radius is represented by the block of the scene's fruit. Raises InputError if a tip meets the
+    fruit at more than 20 deg, or a pose is outside the domain of the contact solver. Raises SolveError if a solve does
+    not converge.
     """
     # Many poses share a stand, so the scene of each stand is made only once.
     scenes_of_stands: dict[Stand, Scene] = {}

@@ -68,10 +68,10 @@ def contact_cells(
 ) -> ContactCells:
     """Return the cells of square footprints, and the compliance between them.
 
-    The footprints must contain all possible contact of each tip. `edges` [1] are the grid lines of the cells, in sides
-    of the footprint, from -1/2 to 1/2. If a `layer` is given, it covers the half-space under each tip. The effect of
-    the layer between different tips is a constant, which the caller adds. `grading` determines the mesh of the
-    remainder. Raises SolveError if a solve does not converge.
+    The footprints must contain all possible contact of each tip. `edges` [1] are the grid lines of the cells, as
+    fractions of the side of a footprint, from -1/2 to 1/2. If a `layer` is given, it covers the half-space under each
+    tip. The effect of the layer between different tips is a constant, which the caller adds. `grading` determines the
+    mesh of the remainder. Raises SolveError if a solve does not converge.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
@@ -100,7 +100,7 @@ def _compliance_within_tips(
 ) -> Floats:
     """Return the half-space compliance between cells under the same tip, times E [1/mm], shape (cells, cells).
 
-    `sides` (tips,) [mm] are the sides of the footprints. `edges` and `cell_centres` [1] are in sides of a footprint.
+    `sides` (tips,) [mm] are the sides of the footprints. `edges` and `cell_centres` [1] are fractions of a side.
     """
     # Galerkin's method: the mean displacement of one cell per force on another, for E* = 1 and side 1.
     area = np.outer(np.diff(edges), np.diff(edges)).ravel()

@@ -20,7 +20,7 @@ from solve.fruit.curved_shape import fruit_gap, fruit_slope
 
 Point = tuple[float, float]  # along the tips, across
 
-# Largest slope at which gaps and forces are treated as for small slopes. There, 1 / cos - 1 is 6 %.
+# Largest slope at which the small-slope approximation is used for gaps and forces. There, 1 / cos - 1 is 6 %.
 STEEPEST_DEG = 20.0
 
 
@@ -84,7 +84,7 @@ class Scene:
 
     @cached_property
     def height_offsets_mm(self) -> tuple[float, ...]:
-        """Return the height of each tip relative to the level plane of the sensor [mm], by design and by sag."""
+        """Return the height of each tip relative to the level plane of the sensor [mm]: the designed height plus sag."""
         sag = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
         return tuple(design + spring for design, spring in zip(self.tips.height_offset_mm, sag, strict=True))
 

@@ -99,8 +99,8 @@ def scene_cells(
     """Return a coarse and a fine grid of cells for travels up to `farthest` [mm].
 
     `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved. If it
-    is None, half the cells are solved for a mirror-symmetric scene. Raises InputError if the scene is too steep, or
-    outside the domain of the `split` method.
+    is None, half the cells are solved for a mirror-symmetric scene. Raises InputError if a tip meets the fruit at more
+    than 20 deg, or the scene is outside the domain of the `split` method.
     """
     footprints = scene_footprints(scene, farthest)
     block = scene.fruit.equivalent_block
@@ -144,10 +144,11 @@ def _level_compliance(cells: ContactCells, faces: Flags) -> Floats:
 
 @contextmanager
 def explain_skin_error(scene: Scene, compliance: FruitCompliance) -> Iterator[None]:
-    """Convert an IndefiniteCellsError from the block into an InputError if the modulus of the skin is the cause.
+    """Convert an IndefiniteCellsError into an InputError if the modulus of the skin is its cause.
 
-    The InputError states a bound on this modulus. The model places the skin under each tip on a half-space. It fails
-    for a very stiff or a very soft skin, where the compliance of the cells is no longer positive definite.
+    Use it as a context manager around a contact solve. The InputError states a bound on the modulus of the skin. The
+    model places the skin under each tip on a half-space. It fails for a very stiff or a very soft skin, where the
+    compliance of the cells is no longer positive definite.
     """
     try:
         yield
@@ -195,7 +196,8 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
 def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
     """Return square footprints that contain the contact of each tip at all travels up to `farthest` [mm].
 
-    No solve is needed. Raises InputError if the scene is too steep, or outside the domain of the `split` method.
+    No solve is needed. Raises InputError if a tip meets the fruit at more than 20 deg, or the scene is outside the
+    domain of the `split` method.
     """
     check_scene(scene)
     side = scene.tips.side_mm

@@ -12,7 +12,7 @@ from solve.fruit.box import Lines, graded_line
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import SmoothLoad
 
-LEAST_STEP = 0.5  # distance below which one of two marks is dropped [smallest standard deviation of a load]
+LEAST_STEP = 0.5  # smallest distance between required grid lines [smallest standard deviation of a load]
 SMALLER = 0.95  # factor by which the number of steps is reduced while a mesh has too many dofs
 
 
@@ -85,7 +85,7 @@ def _lines_of_steps(
 def _drop_close_marks(marks: Sequence[float], distance: float) -> list[float]:
     """Return increasing marks [mm] without those closer than `distance` [mm] to the previous mark or to the last one.
 
-    The first and the last mark are always kept.
+    Marks are coordinates at which a grid line is needed. The first and the last mark are always kept.
     """
     kept = [marks[0]]
     for mark in marks[1:-1]:

@@ -152,7 +152,7 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     shape = CurvedShape(fruit, core_of(smooth_loads(fruit, footprints)))
     for footprint in footprints:
         if not shape.slope(footprint.x, footprint.y) <= STEEPEST:
-            bound = f"where the skin falls by at most {math.degrees(math.atan(STEEPEST)):.0f} deg"
+            bound = f"where the skin slopes by at most {math.degrees(math.atan(STEEPEST)):.0f} deg"
             raise validation_error("centre of a tip, x", footprint.x, "mm", bound, NEARER_HINT)
     if fruit.whole:
         for axis, core, cap in zip("xy", shape.core, shape.cap, strict=True):

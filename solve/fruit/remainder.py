@@ -119,7 +119,7 @@ def remainder_compliance(
     """
     mirrored = np.abs(parities[0])
     if (np.abs(parities) != mirrored).any():
-        msg = f"remainder: parities {parities} must all be 0 where the mesh has both sides, and only there"
+        msg = f"remainder: parities {parities} must be 0 exactly for those planes of which both sides are meshed"
         raise ValueError(msg)
     mirror_planes = [plane for plane, has_plane in zip(PLANES, mirrored, strict=True) if has_plane]
     problem = _boundary_problem(mesh, poisson, mirror_planes)

@@ -33,8 +33,8 @@ from solve.linear import factorise
 
 FINE = BodySteps(most_dofs=6000)
 COARSE = BodySteps(fraction=0.7, most_dofs=3500)
-# Ratio of the error bar to the difference between both meshes; it is 0.03 to 0.1 if a pair and a square are solved on
-# finer meshes.
+# Ratio of the error bar to the difference between both meshes. Finer meshes for a pair and a square of tips show an
+# error of 0.03 to 0.1 times this difference.
 SAFETY = 0.15
 FLOOR = 2e-4  # smallest relative error bar, because wider smooth loads change the result by this fraction
 # Largest standard deviation of a smooth load. A wider load would act on the boundary of the fruit differently from the

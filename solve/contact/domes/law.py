@@ -66,8 +66,8 @@ class DomeForces:
     """The forces F of the domes along their springs [N], with their errors and contacts; all arrays are (poses, tips).
 
     `rates` [N/mm] are the derivatives of F with respect to the travel. `error` [N] bounds the error of each force on
-    neo-Hookean flesh. `common_error` [N] is the error of all forces if it has the same sign under all domes, as for a
-    softer fruit. `flesh` [N] is the increase of F if the flesh obeys Hencky's law, and the decrease if it obeys
+    neo-Hookean flesh. `common_error` [N] is the error of each force if the errors of all domes have the same sign, as
+    on a softer fruit. `flesh` [N] is the increase of F if the flesh obeys Hencky's law, and the decrease if it obeys
     Storakers's law. `contact_radius` [mm] and `mean_pressure` [MPa] describe the deformed contacts. `pressure_error`
     [1] is the relative error of the pressure that the error of the contact radius causes. `face` [mm] is the diameter
     of the smallest tip face that contains the contact.
@@ -239,7 +239,7 @@ class _Law:
         return max(RESIDUAL_LIMIT * float(np.abs(self._poses.centres).max()), float(round_off))
 
     def _independent_indentations(self, unmoved: DomeApproach) -> Floats:
-        """Return approximate indentations q [mm], each for a dome that presses on the fruit without the other domes.
+        """Return approximate indentations q [mm] for domes that do not interact.
 
         Newton's method starts from the undeformed fruit. It converges monotonically, because the force is a convex
         function of the indentation.
@@ -254,8 +254,8 @@ class _Law:
     def _take_halved_step(self, state: _DomeState, step: Floats, increased: Ints, largest: Floats) -> _DomeState:
         """Return the state after a step (poses, tips) [mm] that is halved in some poses.
 
-        `increased` holds the indices of the poses whose residual the full step increases. There, the step is halved
-        until the residual is at most `largest` (poses,) [mm], at most HALVINGS times. `step` is modified in place.
+        `increased` holds the indices of the poses whose residual the full step increases. In these poses, the step is
+        halved up to HALVINGS times, until the residual is at most `largest` (poses,) [mm]. `step` is modified in place.
         """
         for _ in range(HALVINGS):
             step[increased] *= 0.5
