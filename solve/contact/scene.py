@@ -84,7 +84,7 @@ class Scene:
 
     @cached_property
     def height_offsets_mm(self) -> tuple[float, ...]:
-        """Return the height of each tip relative to the level plane of the sensor [mm]: the designed height plus sag."""
+        """Return the height of each tip relative to the level plane of the sensor [mm], including its sag."""
         sag = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
         return tuple(design + spring for design, spring in zip(self.tips.height_offset_mm, sag, strict=True))
 
