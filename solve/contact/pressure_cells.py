@@ -19,7 +19,7 @@ from solve.fruit.box import Grading, block_lines
 from solve.fruit.footprints import (
     Footprint,
     NodeCounts,
-    half_space_between,
+    half_space_coupling,
     node_remainder,
     nodes_between,
     nodes_within,
@@ -168,7 +168,7 @@ def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: 
     signs_y = (1, -1) if mirror_y else (0,)
     parities = list(itertools.product(signs_x, signs_y))
     remainder, _ = node_remainder(fruit, footprints, lines, parities, counts)
-    return remainder + half_space_between(footprints, fruit.poisson, counts.between)
+    return remainder + half_space_coupling(footprints, fruit.poisson, counts.between)
 
 
 def _interaction_nodes(footprints: Sequence[Footprint]) -> int:

@@ -52,17 +52,17 @@ def timed_forces(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Flo
     return TimedForces(F=fine + correction, error=np.abs(correction))
 
 
-def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Floats | float = 0.0) -> Floats:
+def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, travel_reduction: Floats | float = 0.0) -> Floats:
     """Return the forces F (presses, tips) [N] on elastic flesh, at moduli E [MPa] and travels [mm], both (presses,).
 
     For every tip in contact, x_i - gap_i = h (F_i / E)^(2/3) + ((C + S / E) F)_i. A tip out of contact has no force.
-    `held_back` (presses, tips) [mm] is subtracted from the travel of each tip. Raises SolveError if Newton's method
-    does not converge.
+    `travel_reduction` (presses, tips) [mm] is subtracted from the travel of each tip. Raises SolveError if Newton's
+    method does not converge.
     """
     modulus = E[:, None]
     compliance = np.array(law.C) + np.array(law.S) / modulus[..., None]
     hertz = law.hertz * modulus ** (-2.0 / 3.0)
-    overlap = travel[:, None] - np.array(law.gaps) - held_back  # overlap of the undeformed tips with the fruit
+    overlap = travel[:, None] - np.array(law.gaps) - travel_reduction  # overlap of the undeformed tips with the fruit
     touches = overlap > 0.0
     tolerance = RESIDUAL_LIMIT * np.abs(travel).max()
 
@@ -89,27 +89,27 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Float
 
 
 def forces_over_time(
-    law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, lowered: Floats
+    law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, tip_travel: Floats
 ) -> tuple[Floats, Floats]:
     """Return the forces F [N] on flesh that relaxes, and the elastic forces n [N], both (presses, times, tips).
 
-    E (presses,) [MPa] holds the instantaneous moduli. `times` (presses, times) [s] begin at the first touch. `lowered`
-    (presses, times, tips) [mm] is the travel of each tip since its own first touch. The result is valid only if
-    contacts grow, which the caller must check. Raises SolveError if no equilibrium is found.
+    E (presses,) [MPa] holds the instantaneous moduli. `times` (presses, times) [s] begin at the first touch.
+    `tip_travel` (presses, times, tips) [mm] is the travel of each tip since its own first touch. The result is valid
+    only if contacts grow, which the caller must check. Raises SolveError if no equilibrium is found.
     """
     C = np.array(law.C)
-    F, elastic = np.zeros_like(lowered), np.zeros_like(lowered)
+    F, elastic = np.zeros_like(tip_travel), np.zeros_like(tip_travel)
     memory = Memory(relaxation)
     # At the end of a step, F = factor * n - relaxed, where `relaxed` is known from the previous steps. So factor * n is
     # the force of an elastic press on flesh of modulus factor * E. The springs deflect less, by C times `relaxed`,
     # which adds to the travel of that press.
     for k in range(1, times.shape[1]):
         factor, relaxed = memory.step(times[:, k] - times[:, k - 1])
-        largest_travel = lowered[:, k].max(axis=-1)
-        # `elastic_forces` expects one travel per press, from which it subtracts the gaps and `held_back`.
-        held_back = largest_travel[:, None] - np.array(law.gaps) - lowered[:, k]
-        recovered = np.broadcast_to(relaxed, held_back.shape) @ C.T
-        elastic_part = elastic_forces(law, E * factor[:, 0], largest_travel, held_back - recovered)
+        largest_travel = tip_travel[:, k].max(axis=-1)
+        # `elastic_forces` expects one travel per press, from which it subtracts the gaps and `travel_reduction`.
+        travel_reduction = largest_travel[:, None] - np.array(law.gaps) - tip_travel[:, k]
+        spring_recovery = np.broadcast_to(relaxed, travel_reduction.shape) @ C.T
+        elastic_part = elastic_forces(law, E * factor[:, 0], largest_travel, travel_reduction - spring_recovery)
         elastic[:, k] = elastic_part / factor
         memory.keep(elastic[:, k])
         F[:, k] = elastic_part - np.where(elastic_part > 0.0, relaxed, 0.0)

@@ -51,7 +51,7 @@ class Footprint:
         """Return the positions of the nodes on the top of the block [mm], shape (nodes, 2)."""
         return np.asarray(self.side * self.punch(per_side).nodes + np.array([self.x, self.y]))
 
-    def room(self, fruit: Fruit) -> float:
+    def distance_to_edge(self, fruit: Fruit) -> float:
         """Return the distance from the centre to the nearest side face of a block [mm]."""
         return min(0.5 * fruit.length_mm - abs(self.x), 0.5 * fruit.width_mm - abs(self.y))
 
@@ -83,8 +83,8 @@ def nodes_between(footprints: Sequence[Footprint]) -> int:
 
 def nodes_within(fruit: Fruit, footprints: Sequence[Footprint]) -> int:
     """Return the number of nodes per side that the loads of the remainder require."""
-    room = min(min(footprint.room(fruit), fruit.height_mm) / footprint.side for footprint in footprints)
-    return next(nodes for smallest_room, nodes in NODES_WITHIN if room >= smallest_room)
+    distance = min(min(footprint.distance_to_edge(fruit), fruit.height_mm) / footprint.side for footprint in footprints)
+    return next(nodes for smallest_distance, nodes in NODES_WITHIN if distance >= smallest_distance)
 
 
 def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]]:
@@ -116,7 +116,7 @@ def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
     return [(x, y) for x in signs[0] for y in signs[1]]
 
 
-def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side: int) -> Floats:
+def half_space_coupling(footprints: Sequence[Footprint], poisson: float, per_side: int) -> Floats:
     """Return the compliance matrix of a half-space that couples the nodes of different footprints, times E [1/mm].
 
     It has shape (nodes, nodes), with zeros between nodes of the same footprint. The entries are Boussinesq
@@ -188,7 +188,7 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     a large residual, which indicates an invalid scene.
     """
     # Solve (I + Y G) F = Y d, as derived in the module docstring, for a unit indentation d of each footprint in turn.
-    G = remainder + half_space_between(footprints, poisson, per_side)
+    G = remainder + half_space_coupling(footprints, poisson, per_side)
     Y = block_diag(*(each.side * each.punch(per_side).stiffness for each in footprints)) / (1.0 - poisson**2)
     unit_displacements = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
     system = np.eye(len(G)) + Y @ G

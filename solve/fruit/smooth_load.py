@@ -36,10 +36,9 @@ def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], ratio: float = W
     loads = []
     for footprint in footprints:
         widest = ratio * least_deviation(footprint)
-        deviation = min(
-            widest, footprint.room(fruit) / DEVIATIONS_TO_FACE, closest * footprint.side / DEVIATIONS_BETWEEN
-        )
-        loads.append(SmoothLoad(footprint.x, footprint.y, deviation))
+        to_face = footprint.distance_to_edge(fruit) / DEVIATIONS_TO_FACE
+        to_neighbour = closest * footprint.side / DEVIATIONS_BETWEEN
+        loads.append(SmoothLoad(footprint.x, footprint.y, min(widest, to_face, to_neighbour)))
     return tuple(loads)
 
 

@@ -265,7 +265,7 @@ def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
         if side > fruit.height_mm * ROUNDING_FACTOR:
             bound = f"at most fruit.height_mm = {fruit.height_mm:g} mm"
             raise validation_error("tips.side_mm", side, "mm", bound, "use smaller tips or a taller fruit")
-        gap = footprint.room(fruit) - 0.5 * side
+        gap = footprint.distance_to_edge(fruit) - 0.5 * side
         if gap * ROUNDING_FACTOR < MIN_EDGE_GAP * side:
             bound = f"at least one side of the tip, {MIN_EDGE_GAP * side:g} mm"
             hint = "move the tips inwards, or use smaller tips or a larger fruit"

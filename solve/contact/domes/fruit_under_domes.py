@@ -73,7 +73,7 @@ def fruit_under_domes(scene: Scene, compliance: FruitCompliance, fruits: Sequenc
         poisson=block.poisson,
         remainder=compliance.S - half_space + change,
         bound=error * np.abs(compliance.S) + change_bound,
-        size=min(block.height_mm, *(footprint.room(block) for footprint in footprints)),
+        size=min(block.height_mm, *(footprint.distance_to_edge(block) for footprint in footprints)),
         feet=feet,
         skinned=skinned,
     )

@@ -100,7 +100,7 @@ class DomePoses:
             depth_ratio=1.0 - np.log(larger / smaller) ** 2 / 72.0,
         )
 
-    def from_face_middle(self, approach: DomeApproach) -> Floats:
+    def distance_from_face_middle(self, approach: DomeApproach) -> Floats:
         """Return the distance of each contact from the middle of its tip face [mm], (poses, tips).
 
         The middle of the face lies on the axis of the dome.

@@ -123,7 +123,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, fruit: FruitUnderDomes) 
     gain = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
     bound = law.bound_interference_error(state)
     flesh = law.depth_change(state, state.strain.law_spread)
-    face = 2.0 * (poses.from_face_middle(state.approach) + law.rim_radius(state))
+    face = 2.0 * (poses.distance_from_face_middle(state.approach) + law.rim_radius(state))
     return DomeForces(
         F=cosine * state.N,
         rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),

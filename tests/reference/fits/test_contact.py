@@ -19,7 +19,7 @@ def test_what_a_block_adds_changes_where_domes_touch_elsewhere_as_the_square_of_
     fruit = Fruit()
     tips = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=4.6, spacing_mm=4.8)
     feet = contact_footprints(fruit, tips)
-    size = min(fruit.height_mm, *(each.room(fruit) for each in feet))
+    size = min(fruit.height_mm, *(each.distance_to_edge(fruit) for each in feet))
 
     def added(footprints):
         half_space = level_compliance(footprints, fruit.poisson, np.zeros(()), nodes_between(footprints))

@@ -69,7 +69,7 @@ def test_level_domes_touch_a_ball_on_the_line_of_both_centres():
     places = np.array(scene.tips.places_mm)
     np.testing.assert_allclose(found.foot[0, :, :2], 35.0 / (35.0 + DOME) * places, rtol=1e-12)
     beside = DOME / (35.0 + DOME) * np.linalg.norm(places, axis=1)
-    np.testing.assert_allclose(poses.from_face_middle(found)[0], beside, rtol=1e-9)
+    np.testing.assert_allclose(poses.distance_from_face_middle(found)[0], beside, rtol=1e-9)
 
 
 def test_each_of_many_scenes_has_its_own_first_touch():
