@@ -202,11 +202,11 @@ def _cell_forces(
     There is one scene for each of the poses. The grid is made for the steepest pose, and all poses share it. Only some
     of the poses are solved on the finer grid.
     """
-    farthest = max(pose.travel for pose in poses)
+    largest_travel = max(pose.travel for pose in poses)
     slopes = [float(np.hypot(*each.turn)) for each in scenes]
     steepest = scenes[slopes.index(max(slopes))]
     built = dataclasses.replace(scene, press=steepest.press)
-    coarse, fine = scene_cells(built, compliance, farthest, all(each.mirrored for each in scenes))
+    coarse, fine = scene_cells(built, compliance, largest_travel, all(each.mirrored for each in scenes))
     F, area = _grid_forces(built, coarse, C, poses, scenes)
 
     # About COMPARED_POSES poses, spread evenly from the most to the least tilted one, are solved on the finer grid too.

@@ -40,7 +40,7 @@ MARGIN = 1.02  # ratio of the side of a footprint to the width that it must cont
 # Ratio of the side of a dome's footprint to the width of its undeformed overlap with the fruit. The ratio for Hertz's
 # contact is 0.707.
 OVERLAP_FRACTION = 0.75
-HALVINGS = 6  # number of bisections in ln E between a skin that can be solved and one that cannot
+HALVINGS = 6  # number of bisections between the moduli of a skin that can be solved and one that cannot
 # Safety factor on the bound for a skin. The bound is computed on rough cells, and is tighter on finer cells.
 BOUND_MARGIN = 1.5
 
@@ -94,15 +94,15 @@ class _GridLayout:
 
 
 def scene_cells(
-    scene: Scene, compliance: FruitCompliance, farthest: float, is_half: bool | None = None
+    scene: Scene, compliance: FruitCompliance, largest_travel: float, is_half: bool | None = None
 ) -> tuple[SceneCells, SceneCells]:
-    """Return a coarse and a fine grid of cells for travels up to `farthest` [mm].
+    """Return a coarse and a fine grid of cells for travels up to `largest_travel` [mm].
 
     `compliance` is the compliance of the fruit under flat tips. With `is_half`, only cells at y > 0 are solved. If it
     is None, half the cells are solved for a mirror-symmetric scene. Raises InputError if a tip meets the fruit at more
     than 20 deg, or the scene is outside the domain of the `split` method.
     """
-    footprints = scene_footprints(scene, farthest)
+    footprints = scene_footprints(scene, largest_travel)
     block = scene.fruit.equivalent_block
     layer = None if compliance.flesh_E is None else layer_on(scene.fruit, compliance.flesh_E)
     middle = np.mean(scene.centres, axis=0)
@@ -178,7 +178,8 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
         cells = contact_cells(fruit.equivalent_block, footprints, edges, replace(layer, modulus=modulus), ROUGH)
         return bool(np.linalg.eigvalsh(cells.compliance)[0] > 0.0)
 
-    # Ratios of skin modulus to flesh modulus: one that can be solved and one that cannot.
+    # Ratios of skin modulus to flesh modulus: one that can be solved and one that cannot. The first is for a skin with
+    # the shear modulus of the flesh, where the modulus is proportional to 1 + nu.
     solvable = (1.0 + layer.poisson) / (1.0 + layer.poisson_below)
     unsolvable = layer.modulus
     if not is_solvable(solvable):
@@ -193,8 +194,8 @@ def _skin_bound(scene: Scene, E: float) -> str | None:
     return f"at least {solvable * BOUND_MARGIN * moduli[-1]:.2g} MPa on flesh of {moduli[-1]:.3g} MPa under these tips"
 
 
-def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
-    """Return square footprints that contain the contact of each tip at all travels up to `farthest` [mm].
+def scene_footprints(scene: Scene, largest_travel: float) -> tuple[Footprint, ...]:
+    """Return square footprints that contain the contact of each tip at all travels up to `largest_travel` [mm].
 
     No solve is needed. Raises InputError if a tip meets the fruit at more than 20 deg, or the scene is outside the
     domain of the `split` method.
@@ -203,7 +204,7 @@ def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
     side = scene.tips.side_mm
     centres: Sequence[Point] = scene.centres
     if not scene.tips.tip_shape.has_flat_face:
-        side, centres = _contact_squares(scene, farthest)
+        side, centres = _contact_squares(scene, largest_travel)
     footprints = tuple(Footprint(x, y, side) for x, y in centres)
     check_domain(scene.fruit.equivalent_block, footprints)
     return footprints
@@ -232,10 +233,10 @@ def _cells(block: Fruit, footprints: tuple[Footprint, ...], layer: Layer | None,
     return half_cells(cells) if grid.is_half else cells
 
 
-def _contact_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]:
+def _contact_squares(scene: Scene, largest_travel: float) -> tuple[float, list[Point]]:
     """Return the side [mm] and the centres [mm] of squares that contain the contact of each curved tip.
 
-    The contact is smaller than the overlap between the undeformed tip and the undeformed fruit at the travel `farthest`
+    The contact is smaller than the overlap between the undeformed tip and the undeformed fruit at the largest travel
     [mm]. The overlap is sampled on a grid of points over the face of each tip.
     """
     side = scene.tips.side_mm
@@ -248,7 +249,8 @@ def _contact_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]
     width = step  # largest width of an overlap along x or y
     overlap_centres = []
     for along, across in scene.centres:
-        travel = farthest + (along - middle[0] + x) * scene.turn[0] + (across - middle[1] + y) * scene.turn[1]
+        # Travel of each point of the face, which depends on its position because the sensor is tilted.
+        travel = largest_travel + (along - middle[0] + x) * scene.turn[0] + (across - middle[1] + y) * scene.turn[1]
         overlaps = travel > scene.gap_under((along, across), x, y) - scene.first_touch_mm
         if not overlaps.any():
             overlap_centres.append((along, across))

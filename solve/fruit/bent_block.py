@@ -60,10 +60,12 @@ class BentBlock:
             for number, load in enumerate(self.loads):
                 nodal_forces = np.full(len(top), -normals[number][component])
                 for axis, centre in enumerate((load.x, load.y)):
+                    # The mirror image of the component normal to the plane has the opposite sign.
                     sign = -parity[axis] if axis == component else parity[axis]
                     nodes, fractions = line_forces(self.lines[axis], centre, load.deviation, sign)
-                    nearest = np.abs(self.flat.doflocs[axis, top, None] - nodes).argmin(axis=1)
-                    nodal_forces *= fractions[nearest]
+                    # Each dof on the top face is at the coordinate of one node of the line.
+                    node_of_dof = np.abs(self.flat.doflocs[axis, top, None] - nodes).argmin(axis=1)
+                    nodal_forces *= fractions[node_of_dof]
                 forces[top, number] = nodal_forces
         return forces
 

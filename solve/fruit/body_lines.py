@@ -40,6 +40,7 @@ def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequen
     mesh has at most `steps.most_dofs` dofs.
     """
     lines = _lines_of_steps(shape, loads, mirrored, steps)
+    # Quadratic elements have 2 n - 1 nodes on n grid lines, and three dofs per node.
     while 3 * math.prod(2 * len(line) - 1 for line in lines) > steps.most_dofs:
         steps = replace(steps, fraction=SMALLER * steps.fraction)
         lines = _lines_of_steps(shape, loads, mirrored, steps)
@@ -77,7 +78,7 @@ def _lines_of_steps(
     skin = fruit.skin_mm or 0.0
     step_size = _step_size(np.zeros(1), fruit.depth_mm, smallest_deviation, steps)
     z_line = graded_line(skin, fruit.depth_mm, step_size, steps.fraction)
-    if skin:
+    if skin:  # the skin is one layer of elements
         z_line = np.concatenate([[0.0], z_line])
     return lines[0], lines[1], z_line
 
