@@ -59,9 +59,9 @@ class UnilateralContact:
     def __init__(self, cells: ContactCells) -> None:
         """Store the cells. Initially, none of them is in contact."""
         self._cells = cells
-        self._tips = cells.tips
+        self._tips = cells.tips  # the incidence matrix T (cells, tips)
         self._touching = np.zeros(len(cells.owner), dtype=bool)
-        # Cholesky factor of the touching cells, and their forces under a unit rigid indentation of each tip.
+        # Cholesky factor of A for the touching cells, and their forces A^-1 T under a unit indentation of each tip.
         self._cholesky: tuple[Floats, bool] = (np.zeros((0, 0)), True)
         self._rigid_forces = np.zeros((0, self._tips.shape[1]))
 
@@ -72,36 +72,40 @@ class UnilateralContact:
         compliance of the springs times E. Raises SolveError if the solution violates complementarity by more than 1e-8.
         Raises IndefiniteCellsError if the compliance of the cells is not positive definite.
         """
-        faces = np.isfinite(interference)
-        b = np.where(faces, interference, -1.0)
+        is_on_face = np.isfinite(interference)
+        b = np.where(is_on_face, interference, -1.0)  # cells outside the faces never touch, so any value below 0 serves
         try:
-            f = self._active_set(faces, b, compliance)
+            f = self._active_set(is_on_face, b, compliance)
             if f is None:
-                f = self._least_squares(faces, b, compliance)
+                f = self._least_squares(is_on_face, b, compliance)
         except np.linalg.LinAlgError as error:
             raise IndefiniteCellsError from error
         gap = self._gap(f, b, compliance)
-        _check_complementarity(f, np.where(faces, gap, 0.0), b)
+        _check_complementarity(f, np.where(is_on_face, gap, 0.0), b)
         return ContactState(
             F=self._tips.T @ f,
+            # Per unit travel, the interference of each touching cell increases by 1.
             slope=self._tips.T @ self._forces(f > 0.0, np.ones(len(f)), compliance),
             pressure=f / self._cells.areas,
-            gap=np.where(faces, gap, np.inf),
+            gap=np.where(is_on_face, gap, np.inf),
         )
 
-    def _active_set(self, faces: Flags, b: Floats, compliance: Floats) -> Floats | None:
+    def _active_set(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats | None:
         """Return the forces of the cells divided by E, from the active-set method, or None if it cycles.
 
-        It starts from the cells that touched in the last solve. `faces` (cells,) marks the cells on the faces of tips.
+        It starts from the cells that touched in the last solve. `is_on_face` (cells,) marks the cells on the faces of
+        tips.
         """
-        overlaps = faces & (b > 0.0)
+        overlaps = is_on_face & (b > 0.0)
         active = self._touching & overlaps
         if not active.any():
             active = overlaps
         for _ in range(MOST_STEPS):
             f = self._forces(active, b, compliance)
             gap = self._gap(f, b, compliance)
-            touching = faces & np.where(active, f > 0.0, gap < -COMPLEMENTARITY * np.abs(b))
+            # An active cell stays in contact if its force is compressive. Another cell comes into contact if its gap is
+            # negative.
+            touching = is_on_face & np.where(active, f > 0.0, gap < -COMPLEMENTARITY * np.abs(b))
             if np.array_equal(touching, active):
                 return f
             active = touching
@@ -133,7 +137,7 @@ class UnilateralContact:
         """Return the gap A f + E C F - b of all cells [mm]; `compliance` is E C."""
         return self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b
 
-    def _least_squares(self, faces: Flags, b: Floats, compliance: Floats) -> Floats:
+    def _least_squares(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return the forces f >= 0, divided by E, that minimise f.M f / 2 - b.f.
 
         M is the compliance of cells and springs. With its Cholesky factor, M = L L^T, the problem is to minimise |L^T f
@@ -141,11 +145,11 @@ class UnilateralContact:
         """
         from scipy.optimize import nnls  # rarely needed, and slow to load
 
-        tips = self._tips[faces]
-        matrix = self._cells.compliance[np.ix_(faces, faces)] + tips @ compliance @ tips.T
+        tips = self._tips[is_on_face]
+        matrix = self._cells.compliance[np.ix_(is_on_face, is_on_face)] + tips @ compliance @ tips.T
         lower = cholesky(matrix, lower=True)
         f = np.zeros(len(b))
-        f[faces] = nnls(lower.T, solve_triangular(lower, b[faces], lower=True), maxiter=50 * len(matrix))[0]
+        f[is_on_face] = nnls(lower.T, solve_triangular(lower, b[is_on_face], lower=True), maxiter=50 * len(matrix))[0]
         return f
 
 

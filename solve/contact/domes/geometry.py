@@ -110,7 +110,7 @@ class DomePoses:
 
     def _nearest_points(self, centres: Floats) -> tuple[Floats, Floats]:
         """Return the points of the fruit nearest to `centres` [mm] and its unit normals there, (poses, tips, 3)."""
-        if np.isinf(self.semi_axes).any():
+        if np.isinf(self.semi_axes).any():  # the fruit is flat: the plane z = 0
             return centres * np.array([1.0, 1.0, 0.0]), np.broadcast_to([0.0, 0.0, 1.0], centres.shape)
         squares = self.semi_axes[:, None] ** 2
         fruit_centre = np.zeros_like(squares)
@@ -136,6 +136,7 @@ class DomePoses:
         axes = self.semi_axes[:, None]
         from_centre = foot + np.concatenate([np.zeros_like(axes[..., :2]), axes[..., 2:]], axis=-1)
         mean, gauss = ellipsoid_curvatures(axes, self._to_principal(from_centre))
+        # The principal curvatures are the roots k of k^2 - 2 mean k + gauss = 0.
         half_difference = np.sqrt(np.maximum(mean**2 - gauss, 0.0))
         return mean - half_difference, mean + half_difference
 
