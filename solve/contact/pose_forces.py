@@ -203,14 +203,14 @@ def _cell_forces(
     of the poses are solved on the finer grid.
     """
     largest_travel = max(pose.travel for pose in poses)
-    slopes = [float(np.hypot(*each.turn)) for each in scenes]
-    steepest = scenes[slopes.index(max(slopes))]
+    tilts = [float(np.hypot(*each.turn)) for each in scenes]
+    steepest = scenes[tilts.index(max(tilts))]
     built = dataclasses.replace(scene, press=steepest.press)
     coarse, fine = scene_cells(built, compliance, largest_travel, all(each.mirrored for each in scenes))
     F, area = _grid_forces(built, coarse, C, poses, scenes)
 
     # About COMPARED_POSES poses, spread evenly from the most to the least tilted one, are solved on the finer grid too.
-    order = np.argsort(slopes)[::-1]
+    order = np.argsort(tilts)[::-1]
     compared = order[:: max(1, len(order) // COMPARED_POSES)]
     fine_F, _ = _grid_forces(built, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
 
@@ -252,11 +252,12 @@ def _grid_differences(F: Floats, fine_F: Floats, compared: Ints, moduli: Floats)
 def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Floats, F: Floats) -> Floats:
     """Return the decrease of the forces F (poses, tips) [N] that a common relative error of 1 causes.
 
-    A common error of all forces acts like flesh that is softer than assumed. An error of 1 means flesh so soft that, to
-    first order, the total force of a level press vanishes. The caller multiplies the result by the actual error.
-    `moduli` (poses,) [MPa] are the moduli of the poses.
+    A common error of all forces acts like flesh that is softer than assumed. The forces obey (C + s) F = x, where s = S
+    / E is the compliance of the flesh. A relative increase e of s changes them by -e (C + s)^-1 s F. An error of 1
+    corresponds to the increase e at which, to first order, the total force of a level press vanishes. The caller
+    multiplies the result by the actual error. `moduli` (poses,) [MPa] are the moduli of the poses.
     """
-    softening = {}  # for each modulus, the relative increase in the compliance of the flesh at which the force vanishes
+    softening = {}  # the increase e at which the total force of a level press vanishes, for each modulus
     for E in np.unique(moduli).tolist():
         flesh_compliance = compliance.S / E
         level_forces = np.linalg.solve(C + flesh_compliance, np.ones(len(C)))  # forces per unit travel
@@ -289,6 +290,7 @@ def _grid_forces(
     area = np.zeros_like(F)
     for i, (pose, scene) in enumerate(zip(poses, scenes, strict=True)):
         interference = grids[scene].interference(scene, pose.travel)
+        # Contact is solved for forces divided by E [mm^2], so compliances are multiplied by E [1/mm].
         state = contact.solve(interference, pose.E * C + grid.compliance_correction)
         F[i] = pose.E * state.F
         area[i] = cells.tips.T @ (cells.areas * (state.pressure > 0.0))

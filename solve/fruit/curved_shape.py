@@ -139,17 +139,17 @@ class CurvedShape:
             return self._bend_whole(points)
         x, y, z = points
         skin_depth = self._skin_depth(x, y)
-        thickness = self.fruit.skin_mm
+        skin_thickness = self.fruit.skin_mm
         depth = self.fruit.depth_mm
-        if thickness is None:
+        if skin_thickness is None:
             return np.stack([x, y, skin_depth + z * (1.0 - skin_depth / depth)])
         a, b, c = self.semi_axes
         u, v = self.fruit.to_principal(x, y)
         # 1 / cos(slope), the ratio of vertical thickness to normal thickness of the skin.
         secant = np.hypot(np.hypot(u / a**2, v / b**2) * c**2 / (c - skin_depth), 1.0)
-        skin_base = skin_depth + thickness * secant
-        flesh_fraction = np.maximum(0.0, z - thickness) / (depth - thickness)
-        in_skin = np.minimum(z, thickness) * secant
+        skin_base = skin_depth + skin_thickness * secant
+        flesh_fraction = np.maximum(0.0, z - skin_thickness) / (depth - skin_thickness)  # 0 at the skin, 1 at the base
+        in_skin = np.minimum(z, skin_thickness) * secant
         return np.stack([x, y, skin_depth + in_skin + flesh_fraction * (depth - skin_base)])
 
     def _skin_depth(self, x: Floats, y: Floats) -> Floats:
