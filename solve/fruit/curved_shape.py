@@ -29,21 +29,21 @@ def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats
     """Return the depth [mm] of a fruit's skin below the plane at its apex; it is infinite outside the fruit's plan.
 
     The fruit is an ellipsoid whose vertical semi-axis is `radius` [mm]. Its principal radii at the apex are `radius`
-    along x and `radius_across` along y. Its skin is at the height h above its centre, with (h / radius)^2 = 1 - (x /
-    radius)^2 - y^2 / (radius radius_across). If both radii are equal, it is a sphere.
+    along x and `radius_across` along y. If both are equal, it is a sphere. The height h of the skin above the centre
+    follows from
+
+        (h / radius)^2 = 1 - (x / radius)^2 - y^2 / (radius radius_across).
     """
-    relative_height_squared = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
-    return np.where(
-        relative_height_squared >= 0.0, radius * (1.0 - np.sqrt(np.maximum(relative_height_squared, 0.0))), np.inf
-    )
+    relative_h_squared = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
+    return np.where(relative_h_squared >= 0.0, radius * (1.0 - np.sqrt(np.maximum(relative_h_squared, 0.0))), np.inf)
 
 
 def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[float, float]:
     """Return the downward slopes [1] of the skin of `cap_gap` along x and y; infinite at the rim and beyond."""
-    relative_height_squared = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
-    if not relative_height_squared > 0.0:
+    relative_h_squared = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
+    if not relative_h_squared > 0.0:
         return math.inf, math.inf
-    relative_height = math.sqrt(relative_height_squared)  # height above the centre divided by the vertical semi-axis
+    relative_height = math.sqrt(relative_h_squared)  # height above the centre divided by the vertical semi-axis
     return x / radius / relative_height, y / radius_across / relative_height
 
 
@@ -61,8 +61,8 @@ def fruit_slope(fruit: Fruit, x: float, y: float) -> tuple[float, float]:
 def ellipsoid_curvatures(semi_axes: Floats, from_centre: Floats) -> tuple[Floats, Floats]:
     """Return the mean curvature [1/mm] and the Gaussian curvature [1/mm^2] of ellipsoids at points on their surfaces.
 
-    `semi_axes` [mm] and the positions `from_centre` [mm] of the points have shape (..., 3). With the semi-axes a, b and
-    c, the distance r from the centre, and g = (x / a^2, y / b^2, z / c^2), the curvatures are
+    `semi_axes` [mm] and the positions `from_centre` [mm] of the points have shape (..., 3). Let a, b and c be the
+    semi-axes, and r the distance from the centre. With g = (x / a^2, y / b^2, z / c^2), the curvatures are
 
         H = (a^2 + b^2 + c^2 - r^2) / (2 (a b c)^2 |g|^3),    K = 1 / ((a b c)^2 |g|^4).
     """

@@ -150,14 +150,14 @@ def node_remainder(
     # Nodes that coincide to SAME_POINT decimals form one load. Adding 0 converts -0 to 0.
     side = max(footprint.side for footprint in footprints)
     rounded = np.round(nodes / side, SAME_POINT) + 0.0
-    _, first, load = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
-    load_compliances, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first], parities)
+    _, first_node, load_of_node = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    load_compliances, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first_node], parities)
 
     # A single force is the mean of an even and an odd pair of forces about each mirror plane.
     compliance = np.zeros((len(nodes), len(nodes)))
     for parity, load_compliance in zip(parities, load_compliances, strict=True):
         sign = np.where(is_beyond, parity, 1).prod(axis=1)
-        compliance += np.outer(sign, sign) * load_compliance[np.ix_(load, load)]
+        compliance += np.outer(sign, sign) * load_compliance[np.ix_(load_of_node, load_of_node)]
     compliance /= 2 ** mirrored.sum()
 
     # The nodal polynomials of each footprint interpolate from the few loaded nodes to all nodes.
