@@ -107,7 +107,7 @@ class Scene:
         return np.asarray(np.tan(tilt + np.radians(self.turned_deg)))
 
     @cached_property
-    def turn_at_touch(self) -> Floats:
+    def tilt_tangents_at_touch(self) -> Floats:
         """Return the tangents of tilt and roll at the first touch [1], shape (2,)."""
         return np.tan(np.radians([self.press.tilt_deg, self.press.roll_deg]))
 

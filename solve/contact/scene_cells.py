@@ -69,16 +69,16 @@ class SceneCells:
         It is -inf for a cell outside the face of its tip.
         """
         if scene.from_touch:  # the first touch of the tilted sensor is the zero of the travel
-            x -= float(self._overlap(scene, scene.turn_at_touch, 0.0).max())
+            x -= float(self._overlap(scene, scene.tilt_tangents_at_touch, 0.0).max())
         return self._overlap(scene, scene.turn, x)
 
-    def _overlap(self, scene: Scene, turn: Floats, x: float) -> Floats:
+    def _overlap(self, scene: Scene, tilt_tangents: Floats, x: float) -> Floats:
         """Return the overlap (cells,) [mm] after the middle of the tips has moved down by x [mm].
 
-        `turn` (2,) [1] holds the tangents of tilt and roll.
+        `tilt_tangents` (2,) [1] are the tangents of tilt and roll.
         """
-        lever = (self.cells.points - self.middle) @ turn
-        return np.asarray(x + lever - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
+        lowering = (self.cells.points - self.middle) @ tilt_tangents  # caused by tilt and roll
+        return np.asarray(x + lowering - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
 
 
 @dataclass(frozen=True)

@@ -222,7 +222,7 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
     along the axis from this point down to the middle of the level faces. Raises SolveError if Newton's method does not
     converge.
     """
-    axis = _axes(np.array([scene.turn_at_touch for scene in scenes]))
+    axis = _axes(np.array([scene.tilt_tangents_at_touch for scene in scenes]))
     middle = np.array([scene.centres for scene in scenes]).mean(axis=1)
     skin_depth = np.array([scene.fruit.fall_mm(x, y) for scene, (x, y) in zip(scenes, middle.tolist(), strict=True)])
     skin_points = np.column_stack([middle, -skin_depth])
