@@ -36,8 +36,8 @@ class SensorResponse(Record):
     derivatives of the forces with respect to the travel [1]. Both are nan if any tip is out of contact. `F_error` [1]
     is the relative error of the nonzero forces, nan if there are none. `P_error` [1] is the relative error of P.
     `P_step` [1] is the relative increase of P from a coarser grid of cells. `cells` is the number of contact cells.
-    `cells` and `P_step` are 0 if no cells are needed. `mean_pressure` [MPa], in the shape of F, is the mean pressure
-    under each dome; for other tips, it is None.
+    `cells` and `P_step` are 0 if no cells are needed. `mean_pressure` [MPa] is the mean pressure under each dome, with
+    the same shape as F. For other tips, it is None.
     """
 
     E: Floats

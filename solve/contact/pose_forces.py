@@ -237,7 +237,7 @@ def _grid_differences(F: Floats, fine_F: Floats, compared: Ints, moduli: Floats)
     """Return the largest relative difference between the grids [1], first in a single force, then in the total force.
 
     F (poses, tips) holds the forces on the coarse grid. `fine_F` holds the forces on the fine grid, in the poses with
-    the indices `compared`. `moduli` (poses,) [MPa] are the moduli of all poses.
+    the indices `compared`. `moduli` (poses,) [MPa] holds the modulus of the fruit in each pose.
     """
     differences = np.divide(np.abs(fine_F - F[compared]), fine_F, out=np.zeros_like(fine_F), where=fine_F > 0.0)
 
@@ -255,7 +255,7 @@ def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Fl
     A common error of all forces acts like flesh that is softer than assumed. The forces obey (C + s) F = x, where s = S
     / E is the compliance of the flesh. A relative increase e of s changes them by -e (C + s)^-1 s F. An error of 1
     corresponds to the increase e at which, to first order, the total force of a level press vanishes. The caller
-    multiplies the result by the actual error. `moduli` (poses,) [MPa] are the moduli of the poses.
+    multiplies the result by the actual error. `moduli` (poses,) [MPa] holds the modulus of the fruit in each pose.
     """
     softening = {}  # the increase e at which the total force of a level press vanishes, for each modulus
     for E in np.unique(moduli).tolist():

@@ -68,7 +68,7 @@ class SceneCells:
 
         It is -inf for a cell outside the face of its tip.
         """
-        if scene.from_touch:  # the first touch of the tilted sensor is the zero of the travel
+        if scene.from_touch:  # travel is measured from the first touch of the tilted sensor
             x -= float(self._overlap(scene, scene.tilt_tangents_at_touch, 0.0).max())
         return self._overlap(scene, scene.turn, x)
 

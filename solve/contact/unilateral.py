@@ -140,8 +140,8 @@ class UnilateralContact:
     def _least_squares(self, is_on_face: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return the forces f >= 0, divided by E, that minimise f.M f / 2 - b.f.
 
-        M is the compliance of cells and springs. With its Cholesky factor, M = L L^T, the problem is to minimise |L^T f
-        - L^-1 b| by nonnegative least squares.
+        M is the combined compliance of cells and springs. With its Cholesky factor, M = L L^T, the problem is to
+        minimise |L^T f - L^-1 b| by nonnegative least squares.
         """
         from scipy.optimize import nnls  # rarely needed, and slow to load
 

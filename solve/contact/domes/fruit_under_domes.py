@@ -28,10 +28,10 @@ THICKNESS_SCALING_ERROR = 0.25
 class FruitUnderDomes:
     """The fruit under the domes: its Poisson's ratio, and the compliance that it adds to a half-space.
 
-    `remainder` (poses, tips, tips) [1/mm] is the added compliance times E, and `bound` its error bound in the same
-    shape. `size` [mm] is the smallest distance from a contact to the boundary of the fruit. `feet` (tips, 2) [mm] are
-    the contact points for which the compliance was solved. `skinned` describes the contact of one dome on a half-space
-    of flesh under a skin; without a skin, it is None.
+    `remainder` (poses, tips, tips) [1/mm] is the added compliance times E, and `bound` is its error bound, with the
+    same shape. `size` [mm] is the smallest distance from a contact to the boundary of the fruit. `feet` (tips, 2) [mm]
+    are the contact points for which the compliance was solved. `skinned` describes the contact of one dome on a
+    half-space of flesh under a skin; without a skin, it is None.
     """
 
     poisson: float

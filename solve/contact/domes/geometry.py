@@ -185,9 +185,10 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
 
 
 def _zero_travel_touches(scenes: Sequence[Scene]) -> Floats:
-    """Return the first touch at which the travel of each scene is 0, (scenes, 4) [mm], as in `_first_touches`.
+    """Return the first touch from which the travel of each scene is measured, (scenes, 4) [mm].
 
-    Many poses share a scene, and many scenes share a first touch, so each first touch is computed only once.
+    The columns are as in `_first_touches`. Many poses share a scene, and many scenes share a first touch, so each first
+    touch is computed only once.
     """
     scenes_by_id = {id(scene): scene for scene in scenes}
     touch_scenes = {key: _touch_scene(scene) for key, scene in scenes_by_id.items()}
@@ -197,7 +198,7 @@ def _zero_travel_touches(scenes: Sequence[Scene]) -> Floats:
 
 
 def _touch_scene(scene: Scene) -> Scene:
-    """Return the scene whose first touch is the zero of the travel: this scene, or its level version without sag."""
+    """Return the scene from whose first touch the travel is measured: this scene, or its level version without sag."""
     if scene.from_touch:
         return scene
     level = replace(scene.press, tilt_deg=0.0, roll_deg=0.0)
@@ -242,7 +243,7 @@ def _first_touches(scenes: Sequence[Scene]) -> Floats:
 def _place_domes(scenes: Sequence[Scene], axis: Floats, origin: Floats) -> DomePoses:
     """Return the domes of sensors with the given axes [1] and origins [mm], both (poses, 3).
 
-    The origin of a sensor is the middle of its tip faces, without the height offsets of the tips.
+    The origin of a sensor is the middle of its tip faces, ignoring the height offsets of the tips.
     """
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
     # Many poses share a scene, so the properties of each scene are computed only once.

@@ -21,7 +21,7 @@ _SERIES = 1.0 / np.arange(2 * TERMS + 1, 2, -2)  # coefficients of x^(2 n + 1), 
 
 
 def sphere_contact_radius(depth: Floats, sphere_radius: float, curvature: Floats) -> Floats:
-    """Return the contact radii [mm] of a sphere at given depths >= 0 [mm], in the shape of `depth`.
+    """Return the contact radii [mm] of a sphere at given depths >= 0 [mm], with the same shape as `depth`.
 
     Newton's method solves depth = a artanh(a / r) + a^2 / R for the contact radius a. `sphere_radius` [mm] is r, and
     `curvature` [1/mm] is 1 / R.
