@@ -33,7 +33,8 @@ def graded_line(start: float, end: float, size: Callable[[Floats], Floats], frac
     """
     samples = np.linspace(start, end, SAMPLES + 1)
     density = 1.0 / size(0.5 * (samples[1:] + samples[:-1]))
-    step_count = np.concatenate([[0.0], np.cumsum(density)]) * (end - start) / SAMPLES  # from `start` to each sample
+    # Number of steps from `start` to each sample.
+    step_count = np.concatenate([[0.0], np.cumsum(density)]) * (end - start) / SAMPLES
     # The margin makes the number of elements independent of rounding, so that scaled and mirrored boxes agree.
     elements = max(1, int(fraction * np.ceil(step_count[-1] - 1e-6)))
     line = np.interp(np.linspace(0.0, step_count[-1], elements + 1), step_count, samples)

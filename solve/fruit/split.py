@@ -36,7 +36,7 @@ from solve.fruit.footprints import (
 from solve.halfspace.punch import circle_punch, square_punch
 from solve.linear import SolveError
 
-# Diameter of the circle that represents a dome, divided by the side of its face. It is typical of the contact.
+# Diameter of the circle that represents a dome, divided by the side of its face. It is a typical contact diameter.
 DOME_CIRCLE = 0.5
 # Mesh gradings of the levels, from coarse to fine.
 LEVELS = (
