@@ -1,4 +1,4 @@
-"""A faster version of scikit-fem's basis for displacements. It computes data only when they are first used."""
+"""A faster version of scikit-fem's basis for displacements, which computes data only when they are first used."""
 
 import functools
 
@@ -11,11 +11,11 @@ from sensor.arrays import Floats, Ints
 
 
 class DisplacementBasis(CellBasis):  # type: ignore[misc]
-    """The basis of displacements whose three components each have the shape functions of a scalar element."""
+    """The finite-element basis of displacements, whose components each have the shape functions of a scalar element."""
 
     def __init__(self, mesh: Mesh, element: Element, order: int) -> None:
-        """Set the numbers of the dofs; `order` is the polynomial degree that the quadrature integrates exactly."""
-        # Skip the constructor of CellBasis, which computes the fields of every vector component separately.
+        """Set the numbers of the dofs. `order` is the polynomial degree that the quadrature integrates exactly."""
+        # Skip the constructor of CellBasis, because it computes the fields of each vector component separately.
         super(CellBasis, self).__init__(
             mesh, ElementVector(element), intorder=order, refdom=mesh.refdom, disable_doflocs=True
         )
@@ -24,12 +24,12 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
 
     @functools.cached_property
     def basis(self) -> list[tuple[DiscreteField, ...]]:
-        """Return scikit-fem's data of each vector shape function at the quadrature points, for its own assembly."""
+        """Return each vector shape function at the quadrature points, in the form that scikit-fem's assembly uses."""
         return [self.elem.gbasis(self.mapping, self.X, i) for i in range(self.Nbfun)]
 
     @functools.cached_property
     def dx(self) -> Floats:
-        """Return the weights of the quadrature [mm^3], shape (elements, points)."""
+        """Return the quadrature weights [mm^3], shape (elements, points)."""
         return np.asarray(np.abs(determinant(cell_jacobian(self.mesh, self.X))) * self.W)
 
     @functools.cached_property

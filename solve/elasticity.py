@@ -1,4 +1,4 @@
-"""Small-strain isotropic elasticity on any scikit-fem mesh: the stiffness matrix, and fields from a solution."""
+"""Small-strain isotropic elasticity on any scikit-fem mesh: the stiffness matrix, stress and strain."""
 
 from dataclasses import dataclass
 
@@ -10,18 +10,18 @@ from sensor.arrays import Floats, Ints
 from sensor.float_or_array import FloatOrArray
 from solve.displacement_basis import DisplacementBasis, scalar_gradients
 
-_GROUP = 32  # elements whose matrices are formed at once; more would not fit into the CPU cache
+_GROUP = 32  # number of elements whose matrices are formed at once; more would not fit into the CPU cache
 
 
 def lame_parameters(E: FloatOrArray, poisson: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-    """Return Lame's constants lambda and mu [unit of E]."""
+    """Return Lame's constants lambda and mu, in the unit of E."""
     return E * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), 0.5 * E / (1.0 + poisson)
 
 
 def stress(gradient: Floats, E: FloatOrArray, poisson: FloatOrArray) -> Floats:
     """Return the stress [unit of E] by Hooke's law for a displacement gradient [1], both (3, 3, ...).
 
-    E and Poisson's ratio are numbers, or arrays with an entry for each gradient.
+    E and Poisson's ratio are each a number, or an array with one entry per gradient.
     """
     lam, mu = lame_parameters(E, poisson)
     dilatation = np.multiply.outer(np.eye(3), np.trace(gradient))
@@ -41,9 +41,9 @@ def von_mises(sigma: Floats) -> Floats:
 
 
 def vector_basis(mesh: Mesh, element: Element, order: int) -> CellBasis:
-    """Return the basis of displacements whose three components each have the shape functions of a scalar element.
+    """Return the basis of displacements, each component of which has the shape functions of a scalar element.
 
-    `order` is the polynomial degree that its quadrature integrates exactly.
+    `order` is the polynomial degree that the quadrature integrates exactly.
     """
     return DisplacementBasis(mesh, element, order)
 
@@ -53,22 +53,22 @@ def stiffness_matrix(
 ) -> csc_matrix:
     """Return the stiffness matrix of isotropic elasticity, shape (dofs, dofs) [E times mm].
 
-    The weak form is a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). E and Poisson's ratio are each a number, or
-    an array with an entry for each element.
+    The bilinear form is a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v). E and Poisson's ratio are each a number,
+    or an array with one entry per element.
 
-    `skfem.models.elasticity.linear_elasticity` assembles the same matrix, but ten times slower. Here the products of
-    scalar gradients are formed for many elements at once. They are P_abij = int d_a N_i d_b N_j, with nodes i, j and
-    axes a, b. The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
+    `skfem.models.elasticity.linear_elasticity` assembles the same matrix, but takes ten times as long. Here the
+    products of scalar gradients, P_abij = int d_a N_i d_b N_j with nodes i, j and axes a, b, are formed for many
+    elements at once. The element matrix is lambda P_abij + mu P_baij + mu delta_ab sum_c P_ccij.
 
-    With `b_bar` the dilatation div u is projected onto linear functions within each element (the B-bar method).
-    Hexahedra then do not lock as nu tends to 0.5. With 27-node hexahedra this is the Q2 / P1 pair with the pressure
-    condensed, stable for every nu < 0.5. See Boffi, Brezzi, Fortin, Mixed Finite Element Methods (2013), chapter 8,
-    doi:10.1007/978-3-642-36519-5.
+    With `b_bar`, the dilatation div u is projected onto linear functions within each element (the B-bar method).
+    Hexahedra then do not lock as nu tends to 0.5. For 27-node hexahedra, this is the Q2 / P1 pair with the pressure
+    eliminated, which is stable for every nu < 0.5. See Boffi, Brezzi, Fortin, Mixed Finite Element Methods (2013),
+    chapter 8, doi:10.1007/978-3-642-36519-5.
     """
     gradients = scalar_gradients(basis).transpose(1, 2, 0, 3)  # (dim, elements, nodes, points)
     dim, elements, nodes, _ = gradients.shape
     lam, mu = lame_parameters(_broadcast(E, elements), _broadcast(poisson, elements))
-    columns = np.empty((elements, nodes, dim, nodes, dim))  # the element matrices, stored column by column
+    columns = np.empty((elements, nodes, dim, nodes, dim))  # the element matrices in column-major order
     for start in range(0, elements, _GROUP):
         group = slice(start, start + _GROUP)
         G = np.ascontiguousarray(gradients[:, group])
@@ -84,20 +84,22 @@ def stiffness_matrix(
 
 
 def _broadcast(value: float | Floats, elements: int) -> Floats:
-    """Return a number, or an array (elements,), as an array (elements, 1, 1) that multiplies element matrices."""
+    """Return a number or an array (elements,) as an array (elements, 1, 1), which can multiply element matrices."""
     return np.broadcast_to(np.reshape(np.asarray(value, dtype=np.float64), (-1, 1, 1)), (elements, 1, 1))
 
 
 def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
-    """Return the integrals of products of projected gradients: P of `stiffness_matrix` for its lambda term [mm].
+    """Return the integrals of products of projected gradients [mm], which replace P_abij in the lambda term.
 
-    Each derivative d_a N_i is projected onto the functions 1, X, Y, Z of the unit cube by least squares. `G` (dim,
-    elements, nodes, points) [1/mm] are the gradients at quadrature points with weights `dx` (elements, points) [mm^3].
-    `points` (dim, points) are their coordinates in the unit cube. The result is (dim, dim, elements, nodes, nodes).
+    Each derivative d_a N_i is projected by least squares onto the functions 1, X, Y, Z of the unit cube. `G` (dim,
+    elements, nodes, points) [1/mm] are the gradients at the quadrature points, whose weights are `dx` (elements,
+    points) [mm^3]. `points` (dim, points) are their coordinates in the unit cube. The result has the shape (dim, dim,
+    elements, nodes, nodes).
     """
     linear = np.concatenate([np.ones((1, points.shape[1])), 2.0 * points - 1.0])
     weighted = linear[None] * dx[:, None]  # (elements, 4, points)
-    # The coefficients of the projections are mass^-1 moments, and the integrals moments.T mass^-1 moments.
+    # The coefficients of the projections are mass^-1 moments. The integrals of their products are therefore
+    # moments^T mass^-1 moments.
     moments = weighted @ G.swapaxes(2, 3)
     mass = weighted @ linear.T
     return np.asarray(moments.swapaxes(2, 3)[:, None] @ np.linalg.solve(mass, moments))
@@ -106,12 +108,12 @@ def _projected_dilatation(G: Floats, dx: Floats, points: Floats) -> Floats:
 def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
     """Assemble the element matrices `blocks` (elements, n, n) into a sparse matrix (size, size).
 
-    `dofs` (elements, n) are the rows and columns of each block. Whole columns of the blocks are sorted by their dof,
-    and SciPy sums equal entries within each column. This is faster than assembly from triplets, whose entries SciPy
-    moves one by one.
+    `dofs` (elements, n) are the indices of the rows and columns of each block. The columns of all blocks are sorted by
+    dof, and SciPy then sums duplicate entries within each column of the matrix. This is faster than assembly from
+    triplets, whose entries SciPy moves one by one.
     """
     n = dofs.shape[1]
-    order = np.argsort(dofs, axis=None, kind="stable")  # order of the columns of all elements
+    order = np.argsort(dofs, axis=None, kind="stable")  # sorts the columns of all elements by dof
     columns = blocks.swapaxes(1, 2).reshape(-1, n)[order]
     rows = dofs[order // n]
     ends = np.cumsum(n * np.bincount(dofs.ravel(), minlength=size))
@@ -122,7 +124,7 @@ def assemble_elements(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NodalFields:
-    """Fields at the nodes of a mesh: displacement (nodes, 3) [mm], stress [MPa] and strain [1], both (3, 3, nodes)."""
+    """Displacement (nodes, 3) [mm], stress (3, 3, nodes) [MPa] and strain (3, 3, nodes) [1] at the nodes of a mesh."""
 
     displacement: Floats
     stress: Floats
@@ -135,6 +137,6 @@ class NodalFields:
 
     @property
     def largest_principal_strain(self) -> Floats:
-        """Return the largest magnitude of the principal strains at each node [1], shape (nodes,)."""
+        """Return the largest absolute value of the principal strains at each node [1], shape (nodes,)."""
         principal = np.linalg.eigvalsh(self.strain.transpose(2, 0, 1))
         return np.asarray(np.abs(principal).max(axis=1))

@@ -1,4 +1,4 @@
-"""What a result reports on its solution, and the propagation of errors through a function."""
+"""A record of how a result was computed, and the propagation of errors through a function."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class SolveInfo:
-    """How a result was computed: the method, the number of unknowns, the wall-clock time [s], and a status sentence."""
+    """How a result was computed: the method, the number of unknowns, the wall-clock time [s] and a status message."""
 
     method: str
     dofs: int
@@ -17,8 +17,9 @@ class SolveInfo:
 def propagate_errors(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
     """Return the half width of the error bar of function(*values), given the half widths `errors` of its arguments.
 
-    It is the sum, over the arguments, of half the change from value - error to value + error. This is the worst case
-    for errors that occur together, if the function is nearly linear over the error bars.
+    For each argument, the function changes by some amount from value - error to value + error. The result is half the
+    sum of these changes. It is the worst case of simultaneous errors if the function is nearly linear over the error
+    bars.
     """
     total = 0.0
     for i, error in enumerate(errors):

@@ -1,7 +1,7 @@
-"""Direct solution of sparse symmetric systems with prescribed dofs, by SciPy's SuperLU.
+"""Direct solution of sparse symmetric linear systems with prescribed dofs, by SciPy's SuperLU.
 
-One factor serves many loads, and the residual of each solution is checked. A matrix close to a factorised one is solved
-by conjugate gradients, with the factor as preconditioner.
+One factorisation serves many loads, and the residual of each solution is checked. A system whose matrix is close to a
+factorised one is solved by conjugate gradients, with the factorisation as preconditioner.
 """
 
 import math
@@ -18,25 +18,26 @@ from sensor.machine_error import MachineError
 from solve.solve_error import SolveError as SolveError
 
 RESIDUAL_LIMIT = 1e-9  # largest relative residual
-CG_TOLERANCE = 1e-9  # residual over the norm of the load; the error of a compliance is of the order of its square
-MOST_CG_STEPS = 200  # maximum number of steps; a bent mesh usually takes 20
-DIGITS = 1e-4  # largest allowed round-off over the largest displacement
+CG_TOLERANCE = 1e-9  # residual divided by the norm of the load; the error of a compliance is of the order of its square
+MOST_CG_STEPS = 200  # maximum number of iterations; a bent mesh usually takes 20
+DIGITS = 1e-4  # largest allowed round-off error divided by the largest displacement
 EPSILON = float(np.finfo(np.float64).eps)
-MOST_BYTES = 4.0 * 2**30  # largest allowed memory of a factor; a larger one would take minutes
-# Bytes of a factor over n^(4/3) for n unknowns: 14 per nonzero, and about 31 n^(4/3) nonzeros. This is for hexahedra of
-# a housing with 1e5 unknowns. Tetrahedra of a fruit have 19 n^(4/3) nonzeros for 2e5 unknowns. They have 50 n^(4/3) for
-# 3e4 unknowns, but these need little memory.
+MOST_BYTES = 4.0 * 2**30  # largest allowed memory of a factorisation; a larger one would take minutes
+# Bytes of a factorisation divided by n^(4/3), where n is the number of unknowns. Each nonzero takes 14 bytes. A housing
+# of hexahedra with 1e5 unknowns has about 31 n^(4/3) nonzeros. A fruit of tetrahedra has 19 n^(4/3) for 2e5 unknowns,
+# and 50 n^(4/3) for 3e4 unknowns, which need little memory.
 FACTOR_BYTES = 14.0 * 31.0
-# Number of columns at the bottom of the elimination tree that SuperLU merges. 1 merges none, and was fastest.
+# Number of columns at the bottom of the elimination tree that SuperLU merges. The value 1, which merges none, was
+# fastest.
 _RELAXED = 1
 
 
 @dataclass(frozen=True)
 class Factor:
-    """A factorised stiffness matrix K, `matrix`, with the dofs `fixed` prescribed and the dofs `free` unknown.
+    """A factorised stiffness matrix K, with the displacements of the dofs `fixed` prescribed and of `free` unknown.
 
-    `block` is the submatrix of K for the free dofs, in the order of `free`. `back_substitute` applies the inverse of
-    `block` to right-hand sides of shape (free,) or (free, loads).
+    `matrix` is K, and `block` is its submatrix for the free dofs, in the order of `free`. `back_substitute` applies the
+    inverse of `block` to right-hand sides of shape (free,) or (free, loads).
     """
 
     matrix: csc_matrix
@@ -46,55 +47,56 @@ class Factor:
     back_substitute: Callable[[Floats], Floats]
 
     def solve(self, load: Floats, prescribed: Floats | None = None) -> Floats:
-        """Return the displacements u for which K u = load on the free dofs, shape (dofs,) or (dofs, loads).
+        """Solve K u = load on the free dofs, and return the displacements u, shape (dofs,) or (dofs, loads).
 
-        `load` has the shape of u. `prescribed` has the displacements of the fixed dofs, by default 0. Raises SolveError
+        `load` has the shape of u. `prescribed` are the displacements of the fixed dofs, by default 0. Raises SolveError
         if the relative residual on the free dofs exceeds 1e-9.
         """
         u = np.zeros_like(load, dtype=np.float64)
-        right = load[self.free]
+        right_side = load[self.free]
         if prescribed is not None:
             u[self.fixed] = prescribed
-            right = right - (self.matrix @ u)[self.free]
-        solution = self.back_substitute(right)
-        solution = solution + self.back_substitute(right - self.block @ solution)  # one step of iterative refinement
-        _check_residual(self.block, solution, right)
+            right_side = right_side - (self.matrix @ u)[self.free]
+        solution = self.back_substitute(right_side)
+        solution = solution + self.back_substitute(right_side - self.block @ solution)  # iterative refinement
+        _check_residual(self.block, solution, right_side)
         u[self.free] = solution
         return u
 
     def solve_near(self, matrix: csc_matrix, load: Floats) -> Floats:
-        """Return the displacements u (dofs, loads) for another matrix near K, with the same fixed dofs held at 0.
+        """Return the displacements u (dofs, loads) for another matrix close to K, with the same fixed dofs held at 0.
 
-        The method is conjugate gradients with the factor of K as preconditioner: the nearer the matrix, the fewer the
-        steps. Raises SolveError if the relative residual on the free dofs exceeds 1e-9.
+        The method is conjugate gradients, preconditioned by the factorisation of K: the closer the matrix is to K, the
+        fewer iterations it takes. Raises SolveError if the relative residual on the free dofs exceeds 1e-9.
         """
         block = csc_matrix(matrix[:, self.free][self.free])
         preconditioner = LinearOperator(block.shape, matvec=self.back_substitute, dtype=np.float64)
-        right = load[self.free]
+        right_sides = load[self.free]
         columns = []
-        for column in right.T:
+        for column in right_sides.T:
+            # The status that SciPy returns is not needed, because the residual is checked below.
             solution_column, _ = cg(block, column, rtol=CG_TOLERANCE, atol=0.0, maxiter=MOST_CG_STEPS, M=preconditioner)
             columns.append(solution_column)
         solution = np.column_stack(columns)
-        _check_residual(block, solution, right)
+        _check_residual(block, solution, right_sides)
         u = np.zeros_like(load, dtype=np.float64)
         u[self.free] = solution
         return u
 
 
 def magnitude(matrix: csc_matrix) -> csc_matrix:
-    """Return the matrix of the absolute values. It shares the index arrays of `matrix`, which abs() would copy."""
+    """Return the matrix of absolute values. It shares the index arrays of `matrix`, which abs() would copy."""
     return csc_matrix((np.abs(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape)
 
 
-def _check_residual(block: csc_matrix, solution: Floats, right: Floats) -> None:
-    """Raise SolveError if the residual of a solution exceeds 1e-9 of the largest sum of |K_ij u_j| over a row."""
-    residual = float(np.abs(block @ solution - right).max(initial=0.0))
+def _check_residual(block: csc_matrix, solution: Floats, right_side: Floats) -> None:
+    """Raise SolveError if the largest residual of a solution u exceeds 1e-9 times the largest row sum of |K_ij u_j|."""
+    residual = float(np.abs(block @ solution - right_side).max(initial=0.0))
     scale = float((magnitude(block) @ np.abs(solution)).max(initial=0.0)) or 1.0
     if not residual <= RESIDUAL_LIMIT * scale:
         msg = (
-            f"linear solve: relative residual {residual / scale:.1e} must be at most {RESIDUAL_LIMIT:.0e}; "
-            "check the clamp and the mesh"
+            f"linear solve: relative residual {residual / scale:.1e} must be at most {RESIDUAL_LIMIT:.0e}. "
+            "Check the clamp and the mesh."
         )
         raise SolveError(msg)
 
@@ -102,14 +104,15 @@ def _check_residual(block: csc_matrix, solution: Floats, right: Floats) -> None:
 def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
     """Factorise a symmetric positive definite matrix (dofs, dofs), with the dofs `fixed` (n,) prescribed.
 
-    Raises SolveError if the matrix is singular, as for a part that is not clamped, and the errors of `check_cost`.
+    Raises SolveError if the matrix is singular, for example because the part is not clamped. Also raises the errors of
+    `check_cost`.
     """
     check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
     free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
     ascending = csc_matrix(matrix[:, free][free])
-    # With the dofs in descending order, the factor has 5 % fewer nonzeros. Row and column i of n become n - 1 - i.
-    # Reversing the arrays of the sparse matrix does this and keeps its indices sorted.
+    # With the dofs in descending order, the factorisation has 5 % fewer nonzeros. Row and column i become n - 1 - i.
+    # Reversing the arrays of the sparse matrix has this effect, and keeps the indices sorted.
     data, indices, pointers = ascending.data, ascending.indices, ascending.indptr
     reversed_arrays = (data[::-1].copy(), len(free) - 1 - indices[::-1], ascending.nnz - pointers[::-1])
     block = csc_matrix(reversed_arrays, shape=ascending.shape)
@@ -118,8 +121,8 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
         return Factor(matrix, block, free, fixed, np.copy)
     back_substitute = _back_substitution(block)
 
-    # An estimate of the condition number |K^-1| |K|, from one right-hand side without zeros. Above the limit, round-off
-    # would destroy too many digits of the displacements.
+    # Estimate the condition number |K^-1| |K| from one right-hand side without zeros. Above the limit, round-off would
+    # leave too few correct digits in the displacements.
     probe = np.cos(np.arange(len(free), dtype=np.float64))
     condition = float(np.abs(back_substitute(probe)).max()) * float(magnitude(block).sum(axis=0).max())
     limit = DIGITS / EPSILON
@@ -129,9 +132,9 @@ def factorise(matrix: csc_matrix, fixed: Ints) -> Factor:
 
 
 def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
-    """Factorise a matrix by SuperLU, and return the function that applies its inverse to right-hand sides.
+    """Factorise a matrix with SuperLU, and return a function that applies its inverse to right-hand sides.
 
-    Raises SolveError if the matrix is singular, and MemoryError if memory is short.
+    Raises SolveError if the matrix is singular, and MemoryError if there is not enough memory.
     """
     symmetric = {"SymmetricMode": True}
     try:
@@ -145,15 +148,15 @@ def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
 
 
 def factor_bytes(unknowns: int) -> float:
-    """Return the approximate memory of a factorised matrix with this number of unknowns [byte]."""
+    """Return the approximate memory of a factorised matrix [byte] with this number of unknowns."""
     return FACTOR_BYTES * math.pow(unknowns, 4.0 / 3.0)
 
 
 def check_cost(unknowns: int) -> None:
-    """Raise an error, before memory is allocated, if the factor of a matrix with this many unknowns is too large.
+    """Check that the factorisation of a matrix with this many unknowns fits into memory, before any is allocated.
 
-    It is SolveError if the factor needs more than 4 GiB. It is MachineError if the factor needs less, but more than the
-    memory of the machine.
+    Raises SolveError if the factorisation needs more than 4 GiB. Raises MachineError if it needs less than that, but
+    more than the memory of the machine.
     """
     machine_bytes = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     if factor_bytes(unknowns) > MOST_BYTES:
@@ -165,7 +168,7 @@ def check_cost(unknowns: int) -> None:
 
 
 def _memory_message(unknowns: int, limit: float, hint: str) -> str:
-    """Return the message of the error for a factor that needs more memory than `limit` [byte]."""
+    """Return the error message for a factorisation that needs more memory than `limit` [byte]."""
     needed = factor_bytes(unknowns) / 2**30
     return (
         f"linear solve: memory for {unknowns} unknowns = {needed:.3g} GiB: must be at most {limit / 2**30:.3g} GiB; "
@@ -174,5 +177,5 @@ def _memory_message(unknowns: int, limit: float, hint: str) -> str:
 
 
 def _singular(error: Exception | str) -> str:
-    """Return the message of the error for a singular matrix."""
+    """Return the error message for a singular matrix; `error` says how this was found."""
     return f"linear solve: {error}; the matrix must be positive definite; clamp the part so that it cannot move freely"

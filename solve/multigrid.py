@@ -1,6 +1,7 @@
 """Conjugate gradients for quadratic tetrahedra, preconditioned by linear elements on the same mesh (two-grid method).
 
-A direct factor of tetrahedra has many more nonzeros: see the curve of error against cost in docs/your-own-part.md.
+Factorising the matrix of quadratic tetrahedra would cost much more: docs/your-own-part.md shows the error as a function
+of the cost.
 """
 
 from dataclasses import dataclass
@@ -13,20 +14,20 @@ from skfem import CellBasis
 from sensor.arrays import Floats, Ints
 from solve.linear import Factor, SolveError, factorise
 
-_TOLERANCE = 1e-8  # residual over the norm of the load at which the iteration stops
-_MOST_STEPS = 300  # maximum number of steps
-_SMOOTHING = 4  # steps of Chebyshev's iteration before and after the coarse solve
-_LOWEST = 0.08  # smallest eigenvalue that is smoothed, over the largest; the coarse solve covers smaller ones
-_LARGEST = 1.1  # upper bound of the largest eigenvalue over its estimate
+_TOLERANCE = 1e-8  # residual, relative to the norm of the load, at which the iteration stops
+_MOST_STEPS = 300  # maximum number of iterations
+_SMOOTHING = 4  # number of Chebyshev iterations before and after the coarse solve
+_LOWEST = 0.08  # smallest eigenvalue that is smoothed, relative to the largest; the coarse solve reduces the others
+_LARGEST = 1.1  # upper bound of the largest eigenvalue divided by its estimate
 
 
 @dataclass(frozen=True, eq=False)
 class TwoGrid:
-    """A stiffness matrix of quadratic tetrahedra with some dofs held at 0, and its two-grid preconditioner.
+    """The stiffness matrix of quadratic tetrahedra with some dofs held at 0, and its two-grid preconditioner.
 
-    `block` is the submatrix for the dofs `free`, and `diagonal` its diagonal. `prolongation` interpolates displacements
-    of the linear elements to the free dofs, and `coarse` is the factor of the linear elements. `largest` estimates the
-    largest eigenvalue of `block` scaled by its diagonal.
+    `block` is the submatrix for the dofs `free`, and `diagonal` is its diagonal. `prolongation` interpolates
+    displacements of the linear elements to the free dofs. `coarse` is the factorised matrix of the linear elements.
+    `largest` is an estimate of the largest eigenvalue of `block` scaled by its diagonal.
     """
 
     block: csr_matrix
@@ -39,7 +40,7 @@ class TwoGrid:
     def solve(self, load: Floats) -> Floats:
         """Return the displacements (dofs, loads) under loads (dofs, loads), with the held dofs at 0.
 
-        Raises SolveError if conjugate gradients do not converge.
+        Raises SolveError if the conjugate-gradient iteration does not converge.
         """
         preconditioner = LinearOperator(self.block.shape, matvec=self._precondition, dtype=np.float64)
         u = np.zeros_like(load)
@@ -47,30 +48,31 @@ class TwoGrid:
             solution, steps = cg(
                 self.block, load[self.free, column], rtol=_TOLERANCE, atol=0.0, maxiter=_MOST_STEPS, M=preconditioner
             )
-            if steps:  # SciPy returns the number of steps if it did not converge, and 0 if it did
+            if steps:  # SciPy returns 0 after convergence, and the number of iterations otherwise
                 msg = f"conjugate gradients: no convergence in {steps} steps; check the mesh and what holds the part"
                 raise SolveError(msg)
             u[self.free, column] = solution
         return u
 
-    def _precondition(self, right: Floats) -> Floats:
-        """Return the approximate solution x of block x = right by one two-grid cycle: smooth, correct, smooth."""
-        x = self._smooth(right, np.zeros_like(right))
-        coarse_residual = self.prolongation.T @ (right - self.block @ x)
+    def _precondition(self, right_side: Floats) -> Floats:
+        """Solve block x = right_side approximately by one two-grid cycle: smoothing, coarse correction, smoothing."""
+        x = self._smooth(right_side, np.zeros_like(right_side))
+        coarse_residual = self.prolongation.T @ (right_side - self.block @ x)
         x = x + self.prolongation @ self.coarse.back_substitute(coarse_residual)
-        return self._smooth(right, x)
+        return self._smooth(right_side, x)
 
-    def _smooth(self, right: Floats, x: Floats) -> Floats:
-        """Return the approximate solution x of block x = right, improved by steps of Chebyshev's iteration.
+    def _smooth(self, right_side: Floats, x: Floats) -> Floats:
+        """Improve an approximate solution x of block x = right_side by a few Chebyshev iterations, and return it.
 
-        The matrix is scaled by its diagonal. The iteration is tuned to the upper part of its spectrum, where the coarse
-        solve does not help. The names are those of Y. Saad, Iterative Methods for Sparse Linear Systems (2003), 12.1.
+        The matrix is scaled by its diagonal. The iteration is tuned to the upper part of the spectrum, where the coarse
+        solve does not help. The names of the variables are those of Y. Saad, Iterative Methods for Sparse Linear
+        Systems (2003), section 12.1.
         """
         high, low = _LARGEST * self.largest, _LOWEST * self.largest
         theta, delta = 0.5 * (high + low), 0.5 * (high - low)
         sigma = theta / delta
         rho = 1.0 / sigma
-        residual = (right - self.block @ x if x.any() else right) / self.diagonal
+        residual = (right_side - self.block @ x if x.any() else right_side) / self.diagonal
         step = residual / theta
         for _ in range(_SMOOTHING - 1):
             x = x + step
@@ -84,14 +86,15 @@ class TwoGrid:
 def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     """Return the two-grid solver for a stiffness matrix of quadratic tetrahedra, with the dofs `held` (n,) at 0.
 
-    The coarse space consists of the linear functions on the same mesh. At the middle of an edge, such a function is the
-    mean of its values at both ends; this defines the prolongation. The coarse matrix is the Galerkin product of the
-    fine matrix with the prolongation. Raises SolveError if the coarse matrix is singular or too large to factorise.
+    The coarse space consists of the piecewise linear functions on the same mesh. At the midpoint of an edge, such a
+    function is the mean of its values at the two ends. This defines the prolongation P, and the coarse matrix is the
+    Galerkin product P^T A P of the fine matrix A. Raises SolveError if the coarse matrix is singular or too large to
+    factorise.
     """
     mesh = basis.mesh
     corner_count = int(mesh.t.max()) + 1
     edges = mesh.edges
-    # Interpolate one component from the corners to all nodes, which are the corners and then the middles of the edges.
+    # Interpolate one component from the corners to all nodes: first the corners, then the midpoints of the edges.
     edge_count = edges.shape[1]
     rows = np.repeat(np.arange(edge_count), 2)
     to_middles = csr_matrix((np.full(2 * edge_count, 0.5), (rows, edges.T.ravel())), shape=(edge_count, corner_count))
@@ -99,17 +102,17 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     to_dofs = csr_matrix(kron(to_nodes, csr_matrix(np.eye(3))))
     free = np.setdiff1d(np.arange(matrix.shape[0]), held, assume_unique=False)
     block = csr_matrix(matrix[:, free][free])
-    # The dofs of the corners have the lowest numbers, so these are both coarse and fine dofs.
+    # The dofs of the corners come first, so the coarse dofs have the same numbers in the fine matrix.
     coarse_free = np.setdiff1d(np.arange(3 * corner_count), held)
     prolongation = csr_matrix(to_dofs[:, coarse_free][free])
     coarse = factorise(csc_matrix(prolongation.T @ block @ prolongation), np.zeros(0, dtype=np.int64))
-    # `factorise` reorders its unknowns. This factor takes and returns vectors in the order of the coarse dofs.
+    # `factorise` reorders its unknowns. The reordered factor takes and returns vectors in the order of the coarse dofs.
     reordered = Factor(
         coarse.matrix,
         coarse.block,
         coarse.free,
         coarse.fixed,
-        lambda right: coarse.back_substitute(right[coarse.free])[np.argsort(coarse.free)],
+        lambda right_side: coarse.back_substitute(right_side[coarse.free])[np.argsort(coarse.free)],
     )
     # The smoother needs the largest eigenvalue of the matrix scaled by its diagonal, to about 1 %.
     diagonal = block.diagonal()

@@ -1,5 +1,5 @@
-"""The error of a solve, which loads no solver."""
+"""The error that all solvers raise, in a module that does not load any solver."""
 
 
 class SolveError(RuntimeError):
-    """A solve whose result must not be used; the message gives the reason."""
+    """The result of a solve must not be used; the message gives the reason."""

@@ -1,7 +1,7 @@
-"""Quadrature on the named surfaces of a mesh, from the shape functions of the elements that lie on them.
+"""Quadrature on the named surfaces of a mesh, with the shape functions of the elements at these surfaces.
 
-scikit-fem's own facet basis finds the position of a point in its element by Newton's method with an absolute tolerance.
-This fails in long elements and in thin layers.
+It replaces scikit-fem's facet basis, which locates points in their elements by Newton's method with an absolute
+tolerance. That method fails in long elements and in thin layers.
 """
 
 from collections.abc import Iterator
@@ -16,11 +16,11 @@ from sensor.arrays import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class SurfacePatch:
-    """Quadrature with q points on each of some facets, and the shape functions of their elements at these points.
+    """The q quadrature points on each facet of a group, and the shape functions of the elements at these points.
 
-    `points` (3, facets, q) [mm] and `weights` (facets, q) [mm^2] are the quadrature. `dofs` (nodes, 3, facets) are the
-    dofs of the nodes of the elements. The scalar shape functions have the values `shapes` (nodes, facets, q) [1] and
-    the `gradients` (nodes, 3, facets, q) [1/mm].
+    `points` (3, facets, q) [mm] and `weights` (facets, q) [mm^2] are the quadrature rule. `dofs` (nodes, 3, facets) are
+    the displacement dofs at the nodes of the elements. The scalar shape functions have the values `shapes` (nodes,
+    facets, q) [1] and the gradients `gradients` (nodes, 3, facets, q) [1/mm].
     """
 
     points: Floats
@@ -31,7 +31,7 @@ class SurfacePatch:
 
 
 def surface_facets(basis: CellBasis, name: str) -> Iterator[ReferenceFacet]:
-    """Yield the elements on a named surface, in groups with the same local facet on the surface."""
+    """Yield the elements on a named surface in groups, in each of which the same local facet lies on the surface."""
     return reference_facets(basis.mesh, basis.mesh.boundaries[name])
 
 
@@ -41,9 +41,9 @@ def nodal_dofs(basis: CellBasis, elements: Ints) -> Ints:
 
 
 def patch_inside(basis: CellBasis, elements: Ints, points: Floats, weights: Floats) -> SurfacePatch:
-    """Return the quadrature at points of the unit cell of some elements (e,), with weights (e, q) [mm^2].
+    """Return the quadrature at given points of the reference cell, in the elements (e,), with weights (e, q) [mm^2].
 
-    The points (3, q) [1] are the same for all elements; points (3, e, q) differ between elements.
+    Points of shape (3, q) [1] are the same in all elements; points of shape (3, e, q) [1] differ between elements.
     """
     table = shape_table(basis.elem.elem, points)
     values = table.values.reshape(len(table.values), -1, weights.shape[1])
@@ -57,9 +57,9 @@ def patch_inside(basis: CellBasis, elements: Ints, points: Floats, weights: Floa
 
 
 def surface_patches(basis: CellBasis, name: str, points: Floats, weights: Floats) -> Iterator[SurfacePatch]:
-    """Yield the quadrature on a named surface, one patch for each group of `surface_facets`.
+    """Yield one patch of quadrature points for each group of facets on a named surface.
 
-    `points` (2, q) and `weights` (q,) are the quadrature rule on the reference facet [1].
+    `points` (2, q) [1] and `weights` (q,) [1] are the quadrature rule on the reference facet.
     """
     for facet in surface_facets(basis, name):
         area = np.linalg.norm(facet.normals(basis.mesh, points), axis=0)

@@ -2,10 +2,9 @@
 
     W = phi(l1) + phi(l2) + phi(l3) + U(theta),    theta = ln(l1 l2 l3)
 
-W is the strain energy per undeformed volume for E = 1. The l are the principal stretches, the singular values of the
-deformation gradient F, and J = l1 l2 l3 is the volume ratio. mu and lambda are Lame's constants for small strain, in
-which all laws agree. The law of Saint-Venant and Kirchhoff is not offered: it softens in compression until it
-collapses.
+W is the strain energy per undeformed volume for E = 1. The l are the principal stretches, which are the singular values
+of the deformation gradient F. J = l1 l2 l3 is the volume ratio. mu and lambda are Lame's constants. All laws agree for
+small strain. The Saint-Venant-Kirchhoff law is not offered, because it softens in compression until it collapses.
 """
 
 from dataclasses import dataclass
@@ -22,20 +21,20 @@ FOAM_EXPONENT = 4.0  # exponent of the stretches in the foam law
 
 @dataclass(frozen=True, kw_only=True)
 class FleshLaw:
-    """A law of flesh with Young's modulus 1 and a Poisson's ratio from 0 to 0.49 [1], chosen by `name`.
+    """A law of flesh, chosen by `name`, with Young's modulus 1 and a Poisson's ratio from 0 to 0.49.
 
-    - neo-hooke: W = mu/2 (I1 - 3 - 2 ln J) + lambda/2 ln^2 J, with I1 the sum of l^2. J. C. Simo, K. S. Pister, Comput.
-      Methods Appl. Mech. Eng. 46, 1984, doi 10.1016/0045-7825(84)90062-8.
+    - neo-hooke: W = mu/2 (I1 - 3 - 2 ln J) + lambda/2 ln^2 J, where I1 is the sum of l^2. J. C. Simo, K. S. Pister,
+      Comput. Methods Appl. Mech. Eng. 46, 1984, doi 10.1016/0045-7825(84)90062-8.
     - hencky: W = mu sum ln^2 l + lambda/2 ln^2 J. H. Hencky, 1928.
-    - foam: W = mu/8 (sum (l^4 - 1) + (J^(-4 b) - 1) / b) with b = nu / (1 - 2 nu). B. Storakers, J. Mech. Phys. Solids
-      34, 1986, doi 10.1016/0022-5096(86)90033-5, with exponent 4.
+    - foam: W = mu/8 (sum (l^4 - 1) + (J^(-4 b) - 1) / b), where b = nu / (1 - 2 nu). B. Storakers, J. Mech. Phys.
+      Solids 34, 1986, doi 10.1016/0022-5096(86)90033-5, with exponent 4.
     """
 
     name: FleshLawName = "neo-hooke"
     poisson: float = 0.3
 
     def __post_init__(self) -> None:
-        """Raise InputError for an unknown name, or for a Poisson's ratio outside the range."""
+        """Raise InputError for an unknown name or a Poisson's ratio outside the range."""
         if self.name not in FLESH_LAWS:
             raise validation_error("name", self.name, "", f"one of {', '.join(FLESH_LAWS)}", "take neo-hooke")
         if not 0.0 <= self.poisson <= LARGEST_POISSON:
@@ -45,7 +44,7 @@ class FleshLaw:
     def phi(self, stretch: Floats) -> tuple[Floats, Floats, Floats]:
         """Return phi, the strain-energy term of one principal stretch, and its first and second derivatives.
 
-        `stretch` [1] is an array of any shape, which the three results share. Young's modulus is 1.
+        `stretch` [1] is an array of any shape, and the three results have the same shape. Young's modulus is 1.
         """
         _, mu = lame_parameters(1.0, self.poisson)
         if self.name == "neo-hooke":
@@ -61,7 +60,7 @@ class FleshLaw:
     def U(self, theta: Floats) -> tuple[Floats, Floats, Floats]:
         """Return U, the strain-energy term of the volume, and its first and second derivatives by theta = ln J.
 
-        `theta` [1] is an array of any shape, which the three results share. Young's modulus is 1.
+        `theta` [1] is an array of any shape, and the three results have the same shape. Young's modulus is 1.
         """
         lam, mu = lame_parameters(1.0, self.poisson)
         if self.name == "neo-hooke":
@@ -70,7 +69,7 @@ class FleshLaw:
             return 0.5 * lam * theta**2, lam * theta, np.full_like(theta, lam)
         n = FOAM_EXPONENT  # the foam law
         b = self.poisson / (1.0 - 2.0 * self.poisson)
-        if b == 0.0:  # the limit of the formulas below for b to 0
+        if b == 0.0:  # the limit of the formulas below as b tends to 0
             return -2.0 * mu / n * theta, np.full_like(theta, -2.0 * mu / n), np.zeros_like(theta)
         power = np.exp(-n * b * theta)
         return 2.0 * mu / (n**2 * b) * (power - 1.0), -2.0 * mu / n * power, 2.0 * mu * b * power

@@ -1,4 +1,4 @@
-"""The force on a compressed body as a smooth function of the travel, with its error from two meshes."""
+"""The force on a compressed body as a smooth function of the travel, with an error estimated from two meshes."""
 
 import functools
 import math
@@ -14,20 +14,23 @@ from solve.compression.tool_press import press_forces
 
 COARSE = 1.0  # refinement of the coarse mesh
 FINE = 1.5  # refinement of the fine mesh
-_LEAST_TRAVEL = 0.01  # travel of the first solve over the maximum travel
+_LEAST_TRAVEL = 0.01  # travel of the first solve divided by the maximum travel
 _SOLVES = 16  # number of travels at which the force is solved
-# Number of terms of the fit. It has half powers of the travel, because the contact radius of round bodies grows with
-# the square root of the travel. Surface nodes come into contact one by one, so the forces scatter about a smooth curve.
+# Number of terms of the fit. The terms are half powers of the travel, because the contact radius of a round body grows
+# with the square root of the travel. Fewer terms than solves smooth the forces, which scatter because surface nodes
+# come into contact one by one.
 _TERMS = 5
-_COUNTED = 0.1  # smallest travel over the maximum travel that the error covers; lower forces do not affect a modulus
+# Smallest travel, as a fraction of the maximum travel, at which the error is evaluated. Smaller travels do not affect
+# the modulus.
+_COUNTED = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class CompressionPress:
-    """A tool that compresses a body up to the travel `deepest` [mm], where the contact radius is about `contact` [mm].
+    """The compression of a body by a tool, up to the travel `deepest` [mm].
 
-    At small travels the force is proportional to travel^`exponent`. The tool is frictionless or, with `grips`, holds
-    the surface nodes that it has touched.
+    `contact` [mm] is the approximate contact radius at this travel. At small travels the force is proportional to
+    travel^`exponent`. The tool is frictionless or, with `grips`, holds the surface nodes that it has touched.
     """
 
     section: Section
@@ -41,10 +44,10 @@ class CompressionPress:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceCurve:
-    """The force against the travel, F = E travel^exponent sum_k coefficients_k (travel / deepest)^(k/2) [N].
+    """The force as a function of the travel, F = E travel^exponent sum_k coefficients_k (travel / deepest)^(k/2) [N].
 
-    E is in MPa. The travel [mm] is the motion of one tool towards the middle of the body, from the first touch up to
-    `deepest`. `error` [1] is the relative error of the force.
+    E is in MPa. The travel [mm] is the displacement of one tool towards the middle of the body since the first touch,
+    at most `deepest`. `error` [1] is the relative error of the force.
     """
 
     exponent: float
@@ -62,7 +65,7 @@ def force_curve(press: CompressionPress) -> ForceCurve:
     """Return the force curve of a compression on a fine mesh, with its error.
 
     The error is the largest relative difference from the curve on a coarser mesh, plus the scatter on the fine mesh.
-    Raises SolveError if no equilibrium is found.
+    Travels below a tenth of the maximum are not compared. Raises SolveError if no equilibrium is found.
     """
     coarse = fit_force_curve(press)
     fine = fit_force_curve(press, FINE)
@@ -78,16 +81,17 @@ def force_curve(press: CompressionPress) -> ForceCurve:
 
 @functools.lru_cache(maxsize=256)  # the analysis of a test requests the same presses again
 def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> ForceCurve:
-    """Fit a force curve to the forces solved on one mesh. Its error [1] is their root-mean-square scatter about it.
+    """Fit a force curve to the forces solved on one mesh.
 
-    Doubling the `refinement` halves the elements. Raises SolveError if no equilibrium is found.
+    The error of the curve [1] is the root-mean-square scatter of the forces about it. Doubling the `refinement` halves
+    the element size. Raises SolveError if no equilibrium is found.
     """
     travels = _travels(press.deepest)
-    edge = math.inf if press.tool.curvature else press.tool.edge  # the edge of a ball does not touch the body
+    edge = math.inf if press.tool.curvature else press.tool.edge  # the edge of a spherical face does not touch the body
     body = HalfBody(press.section, press.law, press.contact, refinement, edge)
     forces = press_forces(body, travels.tolist(), tool=press.tool, grips=press.grips)
     ratios = forces / travels**press.exponent
-    # Least squares of the relative differences: the ratio of fit to force should be 1 at each travel.
+    # Minimise the squares of the relative differences: the ratio of fit to force should be 1 at each travel.
     powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERMS)
     coefficients, *_ = np.linalg.lstsq(powers / ratios[:, None], np.ones_like(ratios))
     scatter = (powers @ coefficients / ratios - 1.0)[travels >= _COUNTED * press.deepest]
@@ -100,5 +104,5 @@ def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> Forc
 
 
 def _travels(deepest: float) -> Floats:
-    """Return the travels [mm] at which the force is solved. They are dense near the first touch."""
+    """Return the travels [mm] at which the force is solved; they are closer together near the first touch."""
     return deepest * np.linspace(_LEAST_TRAVEL**0.5, 1.0, _SOLVES) ** 2

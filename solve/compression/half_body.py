@@ -1,7 +1,7 @@
-"""The upper half of a body that is compressed along z: its section in quadratic elements, and its strain energy.
+"""Finite elements of the upper half of a body that is compressed along z, and the strain energy of the body.
 
-The body is axisymmetric about z, or in plane strain: it is long normal to the section, and its strain in this direction
-is zero. Its lower half is the mirror image of the upper half.
+The body is axisymmetric about z, or in plane strain because it is long in the direction normal to its section. The
+lower half is the mirror image of the upper half.
 """
 
 import math
@@ -15,26 +15,27 @@ from solve.compression.flesh_law import FleshLaw
 from solve.compression.quadratic import quadratic, quadratic_slope, tensor_product
 from solve.compression.stretch import mode_stiffness, principal_modes, principal_stretches
 
-# Two Gauss points per direction; with three, quadratic elements lock as nu tends to 0.5. O. C. Zienkiewicz, R. L.
+# Gauss points per direction. With three points, quadratic elements lock as nu tends to 0.5. O. C. Zienkiewicz, R. L.
 # Taylor, The Finite Element Method (2000), volume 1, section 12.5.
-_POINTS = 2  # Gauss points per direction
+_POINTS = 2
 _DOFS = 18  # dofs of an element with nine nodes
-_REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])  # F_rr, F_rz, F_zr, F_zz, F_tt without displacement
-_FIRST_ELEMENT = 0.08  # size of the element at the axis and under the plate, over the largest contact radius
-_AT_EDGE = 0.03  # size of the elements at the edge of a flat plunger, over its radius
-_GROWTH_FROM_EDGE = 1.6  # size ratio of successive elements away from this edge
+_REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])  # F_rr, F_rz, F_zr, F_zz and F_tt of the undeformed body
+_FIRST_ELEMENT = 0.08  # size of the element on the axis under the plate, divided by the largest contact radius
+_AT_EDGE = 0.03  # size of the elements at the edge of a flat plunger, divided by the radius of the plunger
+_GROWTH_FROM_EDGE = 1.6  # size ratio of successive elements away from the edge of a plunger
 _GROWTH = 1.2  # size ratio elsewhere; contacts of all sizes then span similar numbers of elements
-_LARGEST_ELEMENT = 0.15  # size of the largest element over the extent of the section along r or z
+_LARGEST_ELEMENT = 0.15  # size of the largest element divided by the extent of the section along r or z
 
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
     """The upper half of the section of a body along the direction of compression; lengths in mm.
 
-    With `is_round`, the section is an ellipse whose radius of curvature at the top is `radius`. The body is then a ball
-    or an ellipsoid of revolution or, with a `length`, a cylinder that lies on its side. Otherwise the section is a
-    rectangle, and the body a cylinder of this `radius` that stands on its end. `half_height` is the height above the
-    middle plane. With `on_table`, the middle plane is the base of the body, and a gripping tool also holds the base.
+    With `is_round`, the section is an ellipse whose radius of curvature at the top is `radius`. The body is a ball or
+    an ellipsoid of revolution or, with a `length`, a cylinder lying on its side. Without `is_round`, the section is a
+    rectangle and the body is an upright cylinder of this `radius`. `half_height` is the height of the body above its
+    middle plane. With `on_table`, the middle plane is instead the base of the body, and a tool that grips holds the
+    nodes of the base too.
     """
 
     half_height: float
@@ -44,9 +45,9 @@ class Section:
     on_table: bool = False
 
     def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
-        """Map points of the unit square to the section, and return their r and z [mm].
+        """Map points of the unit square to the section, and return their coordinates r and z [mm].
 
-        `across` is 0 on the axis and 1 on the side; `up` is 0 on the middle plane and 1 on the top.
+        `across` is 0 on the axis and 1 on the side; `up` is 0 on the middle plane and 1 at the top.
         """
         if not self.is_round:
             return self.radius * across, self.half_height * up
@@ -55,20 +56,21 @@ class Section:
 
 
 class HalfBody:
-    """The upper half of a body in finite elements, with a law of flesh for E = 1 MPa.
+    """The finite-element model of the upper half of a body, with a law of flesh for E = 1 MPa.
 
-    Displacements (nodes, 2) [mm] are along r and z. `x` (nodes, 2) [mm] are the positions of the nodes at rest.
-    `surface` are the indices of the nodes that a tool may touch, outwards from the axis, and `area` [mm^2] the area of
-    each. `held` (2 nodes,) marks the dofs that symmetry holds. `on_table` are the indices of the nodes on a table.
+    Displacements (nodes, 2) [mm] are along r and z. `x` (nodes, 2) [mm] are the positions of the nodes of the
+    undeformed body. `surface` are the indices of the nodes that a tool may touch, outwards from the axis. `area` [mm^2]
+    is the surface area of each of these nodes. `held` (2 nodes,) marks the dofs that are fixed by symmetry. `on_table`
+    are the indices of the nodes on a table.
     """
 
     def __init__(
         self, section: Section, law: FleshLaw, contact: float, refinement: float = 1.0, edge: float = math.inf
     ) -> None:
-        """Place the nodes, and compute the matrices from displacements to deformation gradients.
+        """Place the nodes, and compute the matrices that map displacements to deformation gradients.
 
         `contact` [mm] is the approximate radius of the largest contact. `edge` [mm] is the radius of a flat plunger,
-        infinite for other tools. Doubling the `refinement` halves the elements.
+        and infinite for other tools. Doubling the `refinement` halves the element size.
         """
         self.law = law
         lines, lines_down = _section_lines(section, contact, refinement, edge)
@@ -80,14 +82,14 @@ class HalfBody:
         self.x = np.stack([r.ravel(), z.ravel()], axis=1)
         self.count = len(self.x)
 
-        # Nodes are numbered upwards, column by column from the axis. An element has 3 x 3 nodes.
+        # Nodes are numbered upwards in columns, which begin at the axis. An element has 3 x 3 nodes.
         index = np.arange(self.count).reshape(columns, rows)
         corners = index[:-1:2, :-1:2].reshape(-1, 1)
         nodes = corners + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
         self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _DOFS)
         held = np.zeros((self.count, 2), dtype=bool)
-        held[index[0], 0] = True  # on the axis, r does not change
-        held[index[:, 0], 1] = True  # on the middle plane, z does not change
+        held[index[0], 0] = True  # nodes on the axis cannot move along r
+        held[index[:, 0], 1] = True  # nodes on the middle plane cannot move along z
         self.held = held.ravel()
         self.surface: Ints = np.concatenate([index[:, -1], index[-1, -2::-1]])  # along the top, then down the side
         self.on_table: Ints = index[:, 0] if section.on_table else index[:0, 0]
@@ -100,7 +102,7 @@ class HalfBody:
         return float(self._volumes.sum())
 
     def deformed(self, u: Floats) -> "Deformed":
-        """Return the deformation and the strain energy for displacements u (nodes, 2) [mm]."""
+        """Return the deformed body with its strain energy, for displacements u (nodes, 2) [mm]."""
         F = np.einsum("eqid,ed->ieq", self._strain, u.ravel()[self.dofs], optimize=True)
         F = F + _REST[:, None, None]
         stretches = principal_stretches(F)
@@ -112,10 +114,9 @@ class HalfBody:
     def tangent(self, deformed: "Deformed", *, convex: bool) -> tuple[Floats, csc_matrix]:
         """Return the internal nodal forces (2 nodes,) [N] and the tangent stiffness (2 nodes, 2 nodes) [N/mm].
 
-        `deformed` is the state at which they are evaluated.
-        They are the first and the second derivatives of the strain energy by the displacements. With `convex`, negative
-        stiffnesses of the modes at the Gauss points are set to 0. The energy is then more nearly convex, and a Newton
-        step lowers it.
+        They are the first and second derivatives of the strain energy by the displacements in the state `deformed`.
+        With `convex`, negative stiffnesses of the modes at the Gauss points are set to 0. The matrix is then positive
+        semidefinite, so that a Newton step lowers the energy.
         """
         _, slope, curvature = self.law.phi(deformed.stretches)
         _, pressure, bulk = self.law.U(np.log(deformed.stretches.prod(axis=0)))
@@ -124,15 +125,15 @@ class HalfBody:
         if convex:
             stiffness = np.maximum(stiffness, 0.0)
 
-        # Second derivatives of the energy density by the components i and j of F: of U by way of theta, then of phi in
-        # the modes.
+        # `moduli` are the second derivatives of the energy density by the components i and j of F. The outer product is
+        # the part of U that is due to its curvature in theta; the modes contribute all other terms.
         theta_gradient = _gradient_by_F(modes, 1.0 / deformed.stretches)
         moduli = bulk * theta_gradient[:, None] * theta_gradient[None, :]
         moduli[:4, :4] += np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
         moduli[4, 4] += stiffness[4]
         stress = _gradient_by_F(modes, slope + pressure / deformed.stretches)  # first Piola-Kirchhoff stress
 
-        # Integrals over the elements. Indices: element e, point q, dofs d and f.
+        # Integrate over the elements. The indices are element e, Gauss point q, dofs d and f.
         matrices = np.einsum("eqid,ijeq,eqjf->edf", self._strain, self._volumes * moduli, self._strain, optimize=True)
         forces = np.einsum("ieq,eqid->ed", self._volumes * stress, self._strain, optimize=True)
         size = 2 * self.count
@@ -145,10 +146,11 @@ class HalfBody:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Deformed:
-    """A deformed half body: displacements u (nodes, 2) [mm], and what follows from them at the Gauss points.
+    """A deformed half body with displacements u (nodes, 2) [mm].
 
-    `F` (5, elements, points) [1] is the deformation gradient, and `stretches` (3, elements, points) [1] its principal
-    stretches. `energy` [N mm] is the strain energy for E = 1 MPa; it is infinite if an element is inverted.
+    `F` (5, elements, points) [1] is the deformation gradient at the Gauss points. `stretches` (3, elements, points) [1]
+    are its principal stretches. `energy` [N mm] is the strain energy for E = 1 MPa; it is infinite if an element is
+    inverted.
     """
 
     u: Floats
@@ -160,13 +162,13 @@ class Deformed:
 def _section_lines(section: Section, contact: float, refinement: float, edge: float) -> tuple[Floats, Floats]:
     """Return the coordinates of the element boundaries in the unit square of a section, across and downwards.
 
-    Each array increases from 0 to 1. Elements are small at the axis and under the top or, for a plunger, at its `edge`
-    [mm]. `contact` and `refinement` are as in `HalfBody`.
+    Each array increases from 0 to 1. Elements are small near the axis and the top or, for a plunger, near its `edge`
+    [mm]. `contact` [mm] and `refinement` are the arguments of `HalfBody`.
     """
     half_width = float(section.place(np.array(1.0), np.array(0.0))[0])
     top_width = float(section.place(np.array(1.0), np.array(1.0))[0])
     if edge < top_width:
-        # Elements grow from the edge in both directions, inwards to the axis and outwards to the side.
+        # Elements grow in both directions from the edge of the plunger, towards the axis and towards the side.
         edge_share = edge / top_width
         inner = edge_share * (1.0 - _graded_lines(_AT_EDGE, refinement, _GROWTH_FROM_EDGE)[::-1])
         outer_share = 1.0 - edge_share
@@ -180,10 +182,10 @@ def _section_lines(section: Section, contact: float, refinement: float, edge: fl
 
 
 def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
-    """Return the matrices from displacements of an element to the change of F, and the volumes of the Gauss points.
+    """Return the matrices that map the displacements of an element to the change in F, and the Gauss-point volumes.
 
-    The elements have nodes at x (elements, 9, 2) [mm]. The matrices have shape (elements, points, 5, 18) [1/mm], the
-    volumes (elements, points) [mm^3]. With a `length` [mm] the body is in plane strain, otherwise it is axisymmetric.
+    The nodes of the elements are at x (elements, 9, 2) [mm]. The matrices have shape (elements, points, 5, 18) [1/mm],
+    the volumes (elements, points) [mm^3]. With a `length` [mm] the body is in plane strain; without, axisymmetric.
     """
     points, weights = np.polynomial.legendre.leggauss(_POINTS)
     along = np.repeat(points, _POINTS)
@@ -199,7 +201,8 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     jacobian = np.einsum("qnk,eni->eqik", slope, x)
     gradient = np.einsum("qnk,eqki->eqni", slope, np.linalg.inv(jacobian))
     r = np.einsum("qn,en->eq", value, x[:, :, 0])
-    # The circumference or, for the two sides of the section at r and -r, twice the length.
+    # The extent normal to the section is the circumference or, in plane strain, twice the length: the section is
+    # modelled only for r >= 0.
     extent = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
     volumes = np.linalg.det(jacobian) * np.outer(weights, weights).ravel() * extent
 
@@ -214,9 +217,9 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
 
 
 def _nodal_areas(x: Floats, length: float | None) -> Floats:
-    """Return the surface area [mm^2] of each node, for a row of nodes at x (nodes, 2) [mm], by Simpson's rule.
+    """Return the surface area of each node [mm^2] by Simpson's rule, for a line of nodes at x (nodes, 2) [mm].
 
-    `length` [mm] is the length of a body in plane strain, None for an axisymmetric body.
+    `length` [mm] is the length of a body in plane strain, or None for an axisymmetric body.
     """
     edges = np.linalg.norm(x[2::2] - x[:-2:2], axis=1)
     area = np.zeros(len(x))
@@ -226,20 +229,20 @@ def _nodal_areas(x: Floats, length: float | None) -> Floats:
 
 
 def _gradient_by_F(modes: Floats, principal: Floats) -> Floats:
-    """Return the derivatives of a quantity by the components of F (5, ...), by the chain rule.
+    """Return the derivatives of a quantity by the components of F, shape (5, ...), by the chain rule.
 
-    `principal` (3, ...) are its derivatives by the principal stretches. The first two `modes` are the derivatives of
-    the in-plane stretches by F.
+    `principal` (3, ...) are the derivatives of the quantity by the principal stretches. The first two `modes` are the
+    derivatives of the in-plane stretches by F.
     """
     in_plane = principal[0] * modes[0] + principal[1] * modes[1]
     return np.concatenate([in_plane, principal[2:]])
 
 
 def _graded_lines(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
-    """Return the boundaries of elements from 0 to 1, each element `growth` times as large as the previous one.
+    """Return the boundaries of elements from 0 to 1, each `growth` times as large as the previous one.
 
-    The first element is about `first` / `refinement` long, and none is longer than _LARGEST_ELEMENT / `refinement`. The
-    boundaries are scaled so that the last one is 1. Refinement also reduces the growth.
+    The first element is about `first` / `refinement` long, and none is longer than _LARGEST_ELEMENT / `refinement`.
+    Refinement also reduces the growth. The boundaries are finally scaled so that the last one is 1.
     """
     growth = 1.0 + (growth - 1.0) / refinement
     lines = [0.0]
@@ -251,5 +254,5 @@ def _graded_lines(first: float, refinement: float, growth: float = _GROWTH) -> F
 
 
 def _with_midpoints(lines: Floats) -> Floats:
-    """Return increasing coordinates together with the middle of each interval."""
+    """Return the coordinates `lines` together with the midpoint of each interval, in increasing order."""
     return np.sort(np.concatenate([lines, 0.5 * (lines[1:] + lines[:-1])]))

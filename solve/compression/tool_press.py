@@ -1,8 +1,8 @@
-"""A half body that a rigid tool compresses step by step: the force at each travel of the tool.
+"""Stepwise compression of a half body by a rigid tool: the force at each travel of the tool.
 
 Contact is enforced by a penalty on the penetration of surface nodes into the tool. Equilibrium is a minimum of the
-total energy, found by Newton's method with a line search. The tool is frictionless, or grips the nodes that it has
-touched.
+total energy, which Newton's method with a line search finds. The tool is frictionless, or it grips the nodes that it
+has touched.
 """
 
 import math
@@ -17,11 +17,11 @@ from solve.compression.half_body import Deformed, HalfBody
 from solve.compression.tool import Tool
 from solve.linear import SolveError, factorise
 
-_PENALTY = 1e5  # pressure over penetration [E / half height]; the penetration is 2e-4 of the smallest travel
-_RESIDUAL_LIMIT = 1e-8  # largest allowed residual over the force on the tool
+_PENALTY = 1e5  # pressure per penetration [E / half height]; the penetration is then 2e-4 of the smallest travel
+_RESIDUAL_LIMIT = 1e-8  # largest allowed residual divided by the force on the tool
 _MOST_ITERATIONS = 60  # maximum number of Newton steps
 _HALVINGS = 14  # number of step lengths that the line search tries, each half of the previous one
-_SUFFICIENT = 1e-4  # smallest decrease of energy over its linear prediction, L. Armijo, Pacific J. Math. 16, 1966
+_SUFFICIENT = 1e-4  # smallest energy decrease divided by its linear prediction; L. Armijo, Pacific J. Math. 16, 1966
 _SAME = 1e-9  # relative tolerance of a radius, so that nodes on the edge of a plunger touch it
 _STARTS = (1, 2, 3)  # numbers of previous equilibria from which initial guesses are extrapolated
 
@@ -30,9 +30,9 @@ _STARTS = (1, 2, 3)  # numbers of previous equilibria from which initial guesses
 class _ToolState:
     """A deformed body under a tool, and its contact; arrays are (surface nodes,).
 
-    `height` [mm] is the height of a surface node above the tool's face, which is its penetration. `slope` [1] and
-    `slope_rate` [1/mm] are the slope of the face there and its derivative by the radius. `touches` marks the nodes in
-    contact. `energy` [N mm] is the strain energy plus the penalty.
+    `height` [mm] is the height of each surface node above the face of the tool; where positive, it is the penetration.
+    `slope` [1] and `slope_rate` [1/mm] are the slope of the face at the node and its derivative by the radius.
+    `touches` marks the nodes in contact. `energy` [N mm] is the strain energy plus the energy of the penalty.
     """
 
     body: Deformed
@@ -53,13 +53,13 @@ class _ToolPress:
 
     @property
     def penalty(self) -> float:
-        """Return the pressure of the tool over its penetration [MPa/mm], for E = 1 MPa."""
+        """Return the pressure of the tool per penetration [MPa/mm], for E = 1 MPa."""
         half_height = float(self.body.x[self.body.surface[0], 1])
         return _PENALTY / half_height
 
     @property
     def round_off(self) -> float:
-        """Return the round-off of the energy [N mm]. Divided by 1 mm, it also bounds the round-off of a force [N]."""
+        """Return the round-off of the energy [N mm]; divided by 1 mm, it also bounds the round-off of a force [N]."""
         return float(np.finfo(np.float64).eps) * self.body.volume
 
     def state(self, u: Floats) -> _ToolState:
@@ -80,13 +80,13 @@ class _ToolPress:
     def equilibrium(self, start: _ToolState, held: Flags) -> tuple[_ToolState, float]:
         """Return the state of minimum energy and the force on the tool [N], by Newton's method from `start`.
 
-        The dofs marked in `held` (2 nodes,) keep their displacements of the start. Raises SolveError if the method does
+        The dofs marked in `held` (2 nodes,) keep their displacements in `start`. Raises SolveError if the method does
         not converge.
         """
         state = start
         fixed = np.flatnonzero(held)
         for _ in range(_MOST_ITERATIONS):
-            # If the energy does not decrease along the Newton step, the step of a more convex energy is tried.
+            # If the Newton step does not lower the energy, try the Newton step of a convex approximation of the energy.
             for convex in (False, True):
                 residual, matrix, force = self._linearise(state, held, convex=convex)
                 if np.linalg.norm(residual) <= max(_RESIDUAL_LIMIT * force, self.round_off):
@@ -98,22 +98,23 @@ class _ToolPress:
             if lower is None:
                 break
             state = lower
-        msg = f"compression: no equilibrium at a travel of {self.travel:.3g} mm; press less deep"
+        msg = f"compression: no equilibrium was found at a travel of {self.travel:.3g} mm. Reduce the travel."
         raise SolveError(msg)
 
     def _linearise(self, state: _ToolState, held: Flags, *, convex: bool) -> tuple[Floats, csc_matrix, float]:
         """Return the residual (2 nodes,) [N], its derivative (2 nodes, 2 nodes) [N/mm], and the force on the tool [N].
 
-        They are derivatives of the total energy by the displacements. The penalty of a touching node is
-        1/2 k height^2. Its height increases by 1 per upward displacement, and decreases by the slope of the face per
-        outward displacement. With `convex`, negative curvatures of the energy are set to 0. The residual is 0 at the
-        dofs that are `held`.
+        The residual and its derivative are the first and second derivatives of the total energy by the displacements.
+        The penalty energy of a node in contact is 1/2 k height^2, where k is the penalty stiffness [N/mm]. The height
+        increases by 1 per unit upward displacement, and decreases by the slope of the face per unit outward
+        displacement. With `convex`, negative curvatures of the energy are set to 0. The residual is set to 0 at the
+        dofs marked in `held`.
         """
         body = self.body
         stiffness = self.penalty * body.area
         contact_force = stiffness * np.where(state.touches, state.height, 0.0)
         outward = 2 * body.surface  # dofs of the surface nodes along r
-        upward = outward + 1  # and along z
+        upward = outward + 1  # dofs of the surface nodes along z
         forces, matrix = body.tangent(state.body, convex=convex)
         forces[upward] += contact_force
         forces[outward] -= contact_force * state.slope
@@ -128,10 +129,10 @@ class _ToolPress:
         return np.where(held, 0.0, forces), csc_matrix(matrix), float(contact_force.sum())
 
     def _line_search(self, state: _ToolState, step: Floats, slope: float) -> _ToolState | None:
-        """Return the state after a fraction of `step` (2 nodes,) [mm] that lowers the energy enough, or None.
+        """Return the state after a fraction of `step` (2 nodes,) [mm] that lowers the energy sufficiently.
 
-        The fraction is 1, 1/2, 1/4 and so on; the first that lowers the energy enough is taken. `slope` is the
-        derivative of the energy along the step [N mm].
+        The fractions 1, 1/2, 1/4 and so on are tried, and the first that satisfies Armijo's condition is taken. The
+        result is None if no fraction does. `slope` is the derivative of the energy along the step [N mm].
         """
         for halvings in range(_HALVINGS):
             fraction = 0.5**halvings
@@ -142,10 +143,10 @@ class _ToolPress:
 
 
 def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None = None, grips: bool = False) -> Floats:
-    """Return the force on the tool [N], for E = 1 MPa, at increasing travels after the first touch [mm], (travels,).
+    """Return the force on the tool [N], shape (travels,), at increasing travels since the first touch [mm].
 
-    The default tool is a plate. With `grips`, surface nodes that the tool has touched cannot move along r any more, and
-    nodes on a table cannot either. Raises SolveError if no equilibrium is found.
+    Young's modulus is 1 MPa. The default tool is a plate. With `grips`, surface nodes that the tool has touched can no
+    longer move along r, nor can nodes on a table. Raises SolveError if no equilibrium is found.
     """
     tool = tool or Tool()
     held = body.held.copy()
@@ -158,11 +159,11 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
     forces = []
     for travel in travels:
         press = _ToolPress(body, tool, travel)
-        # Of several extrapolations through previous equilibria, the one with the smallest energy is the initial guess.
+        # Extrapolate through one, two and three previous equilibria. The guess with the smallest energy is used.
         guesses = []
         for count in _STARTS:
             guess = _extrapolate(solutions[-count:], solved_travels[-count:], travel)
-            guess = np.where(held.reshape(-1, 2), solutions[-1], guess)  # held dofs do not change
+            guess = np.where(held.reshape(-1, 2), solutions[-1], guess)  # held dofs keep their displacements
             guesses.append(press.state(guess))
         state, force = press.equilibrium(min(guesses, key=lambda candidate: candidate.energy), held)
         forces.append(force)
@@ -174,9 +175,9 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
 
 
 def _extrapolate(solutions: Sequence[Floats], solved_travels: Sequence[float], travel: float) -> Floats:
-    """Return displacements (nodes, 2) [mm] at a travel, from the Lagrange polynomial through `solutions`.
+    """Return the displacements (nodes, 2) [mm] at a travel [mm], by the Lagrange polynomial through `solutions`.
 
-    `solved_travels` [mm] are the travels of the solutions.
+    `solved_travels` [mm] are the travels of these solutions.
     """
     weights = np.ones(len(solutions))
     for i, node in enumerate(solved_travels):

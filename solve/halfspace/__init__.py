@@ -1,1 +1,1 @@
-"""The elastic half-space in closed form: potentials, and rigid punches on it."""
+"""The elastic half-space, homogeneous or layered: fields of given loads, and rigid punches."""

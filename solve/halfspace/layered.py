@@ -1,15 +1,15 @@
-"""A half-space under a bonded layer of another modulus: the displacement of its surface under normal loads.
+"""An elastic half-space with a bonded layer of another modulus: the surface displacement under normal loads.
 
 Under a pressure of wave number k, the surface displacement per unit pressure is 2 (1 - nu_s^2) / (E_s k) T(k h). T is
 given by D. M. Burmister, J. Appl. Phys. 16 (1945) 89, doi:10.1063/1.1707558, in the form of K. L. Johnson, Contact
-Mechanics (1985), 5.8 and T. C. O'Sullivan, R. B. King, J. Tribol. 110 (1988) 235, doi:10.1115/1.3261591. T is 1 for
-short waves, which act only in the layer. So the compliance under a point load is the compliance of a half-space of the
-layer's material, plus the smooth term
+Mechanics (1985), 5.8 and T. C. O'Sullivan, R. B. King, J. Tribol. 110 (1988) 235, doi:10.1115/1.3261591. T tends to 1
+for short waves, because they deform only the layer. The compliance under a point load is therefore the compliance of a
+half-space of the layer's material, plus the smooth term
 
     (1 - nu_s^2) / (pi E_s) l(r),    l(r) = int_0^inf (T(k h) - 1) J_0(k r) dk.
 
-Here nu_s and E_s are the constants of the layer, h is its thickness and r the distance from the load. Moduli are
-relative to the modulus of the half-space below the layer.
+Here nu_s and E_s are the elastic constants of the layer, h is its thickness and r the distance from the load. Moduli
+are relative to the modulus of the half-space below the layer.
 """
 
 import functools
@@ -23,21 +23,22 @@ from scipy.special import j0
 
 from sensor.arrays import Floats
 
-DEEPEST = 25.0  # largest k h in integrals; beyond it T is 1 to rounding
-POINTS = 12  # Gauss points on a panel, which is at most as long as a period of the fastest oscillation
-SHORTEST = 30.0  # largest k a in the integral of the shell effect; shorter waves add 1e-4 of it
-NEXT_TO_RIGID = 1e-7  # modulus of a layer over the modulus of its base that represents a rigid base
+DEEPEST = 25.0  # largest k h in integrals; above it T is 1 to machine precision
+POINTS = 12  # Gauss points per panel; a panel is at most as long as a period of the fastest oscillation
+SHORTEST = 30.0  # largest k a in the integral of the shell effect; shorter waves contribute 1e-4 of the effect
+NEXT_TO_RIGID = 1e-7  # modulus of a layer relative to a base that is practically rigid
 DISTANCES = 160  # number of distances in the table of l(r)
 EQUATIONS = 40  # Gauss points of the integral equation along a radius
 RADII = 48  # number of contact radii in the table of a round contact
-LEAST_RADIUS = 0.01  # smallest contact radius in the table over the thickness; there only the layer deforms
+LEAST_RADIUS = 0.01  # smallest contact radius in the table divided by the thickness; there only the layer deforms
 
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer bonded to a half-space: its thickness [mm], and its modulus over the modulus of the half-space [1].
+    """A layer of the given `thickness` [mm] bonded to a half-space.
 
-    `poisson` and `poisson_below` are the Poisson's ratios of the layer and of the half-space.
+    `modulus` [1] is the modulus of the layer divided by the modulus of the half-space. `poisson` and `poisson_below`
+    are the Poisson's ratios of the layer and of the half-space.
     """
 
     thickness: float
@@ -47,14 +48,14 @@ class Layer:
 
     @property
     def surface(self) -> float:
-        """Return (1 - nu_s^2) / E_s, with the modulus below equal to 1 [1]."""
+        """Return (1 - nu_s^2) / E_s [1], relative to a half-space of modulus 1."""
         return (1.0 - self.poisson**2) / self.modulus
 
     def softening(self, kh: Floats) -> Floats:
         """Return T - 1 [1], the relative change in compliance due to the half-space below the layer.
 
-        T is Burmister's function of the module docstring. `kh` > 0 [1] is the wave number times the thickness, an array
-        of any shape.
+        T is Burmister's function, as in the docstring of this module. `kh` > 0 [1] is the wave number times the
+        thickness, an array of any shape.
         """
         shear = self.modulus * (1.0 + self.poisson_below) / (1.0 + self.poisson)
         lower = 1.0 - 4.0 * (1.0 - self.poisson) / (1.0 + shear * (3.0 - 4.0 * self.poisson_below))
@@ -65,10 +66,10 @@ class Layer:
         return np.asarray(numerator / denominator - 1.0)
 
     def smooth_compliance(self, deviations: Sequence[float], distance: float) -> float:
-        """Return the mean displacement under one smooth load per force of another, times the modulus below [1/mm].
+        """Return the mean displacement under one smooth load per unit force of another, times the modulus below [1/mm].
 
-        The loads are normal distributions with the two standard deviations `deviations` [mm]. Their centres have a
-        `distance` [mm]. The mean displacement is weighted by the density of the first load.
+        The pressures are normal distributions with the standard deviations `deviations` [mm], and `distance` [mm] is
+        the distance between their centres. The mean displacement is weighted by the pressure of the first load.
         """
         width = math.hypot(*deviations)
         k, weight = _panels(9.0 / width, 2.0 * math.pi / max(distance, width))
@@ -79,41 +80,44 @@ class Layer:
         """Return the decrease in compliance due to the shell stiffness of a curved layer, times the modulus below.
 
         The result [1/mm] is the decrease under a flat circular punch of `radius` [mm], minus the decrease under a
-        normal distribution. `deviation` [mm] is the standard deviation of the latter. `curvatures` [1/mm] are the two
-        principal curvatures. A shallow shell has the additional normal stiffness (E_s - E) h (kappa_y k_x^2 + kappa_x
-        k_y^2)^2 / k^4 at the wave vector (k_x, k_y), here averaged over all its directions. See E. Reissner, J. Math.
-        Phys. 25 (1946) 80, doi:10.1002/sapm194625180. Its effect on the compliance is taken to first order.
+        normally distributed pressure of standard deviation `deviation` [mm]. `curvatures` [1/mm] are the two principal
+        curvatures kappa_x and kappa_y of the layer.
+
+        At the wave vector (k_x, k_y), a shallow shell has the additional normal stiffness per area
+        (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4. It is averaged over all directions of the wave vector. Its
+        effect on the compliance is computed to first order. See E. Reissner, J. Math. Phys. 25 (1946) 80,
+        doi:10.1002/sapm194625180.
         """
         kappa_x, kappa_y = curvatures
-        # Divided by 8, it is the mean of (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 over all directions.
+        # The mean of (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 over all directions is `squares` / 8.
         squares = 3.0 * kappa_x**2 + 3.0 * kappa_y**2 + 2.0 * kappa_x * kappa_y
         shell_stiffness = (self.modulus - 1.0) * self.thickness * squares / 8.0
         k, weight = _panels(SHORTEST / radius, 2.0 * math.pi / max(radius, deviation))
         compliance = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
-        # Squares of the Fourier transforms of both pressures: the circular punch minus the normal distribution.
+        # Squared Fourier transforms of the two pressures: the circular punch minus the normal distribution.
         spectrum = (np.sin(k * radius) / (k * radius)) ** 2 - np.exp(-((deviation * k) ** 2))
         return shell_stiffness * float(weight @ (k * compliance**2 * spectrum)) / (2.0 * math.pi)
 
 
 def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
-    """Return the change in compliance due to the half-space below each layer, times its modulus [1/mm].
+    """Return the change in compliance due to the half-space below each layer, times the modulus below [1/mm].
 
-    It is the term (1 - nu_s^2) / (pi E_s) l(r) of the module docstring at `distances` r [mm] of any shape (...). The
-    result has shape (layers, ...). All layers must have the same thickness. Values are interpolated in a table, so any
-    number of distances is cheap.
+    The change is the term (1 - nu_s^2) / (pi E_s) l(r) in the docstring of this module. `distances` r [mm] may have any
+    shape (...), and the result has the shape (layers, ...). All layers must have the same thickness. The values are
+    interpolated in a table, so that many distances cost little.
     """
     h = layers[0].thickness
     largest = max(float(distances.max(initial=0.0)), h)
-    # Distances of the table: equal steps up to about the thickness, and equal ratios beyond.
+    # The distances of the table have equal steps up to about the thickness, and equal ratios beyond.
     table = h * np.sinh(np.linspace(0.0, math.asinh(largest / h), DISTANCES))
     table[-1] = largest
     return np.asarray(_spline(table, _added_at(layers, table), axis=1)(distances))
 
 
 def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
-    """Return `added_compliances` at distances (n,) [mm] by integration, shape (layers, n).
+    """Return `added_compliances` at distances (n,) [mm] by direct integration, shape (layers, n).
 
-    Each distance takes an integral, so there should be few.
+    The cost is one integral per distance and layer.
     """
     h = layers[0].thickness
     k, weight = _panels(DEEPEST / h, 2.0 * math.pi / max(float(distances.max(initial=0.0)), h))
@@ -122,10 +126,10 @@ def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
 
 
 def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floats:
-    """Return the change in a half-space's compliance if it ends at a rigid base, times E [1/mm].
+    """Return the change in the compliance of a half-space due to a rigid base, times E [1/mm].
 
-    The base lies at the depth `thickness` [mm]. The change is negative, and has the shape of `distances` [mm] between
-    point loads, which should be few.
+    The base lies at the depth `thickness` [mm]. The change is negative and has the shape of `distances` [mm], the
+    distances between load and displacement. The cost is one integral per distance.
     """
     layer = Layer(thickness=thickness, modulus=NEXT_TO_RIGID, poisson=poisson, poisson_below=poisson)
     return NEXT_TO_RIGID * _added_at([layer], distances.ravel()).reshape(distances.shape)
@@ -135,9 +139,10 @@ def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floa
 class RoundContact:
     """A table of rigid axisymmetric punches on a layered half-space, at increasing contact radii; all arrays are (n,).
 
-    `radius` [mm] is the contact radius. `depth` is the indentation of a paraboloid times its radius of curvature
-    [mm^2], and `force` its force times this radius over the modulus below [mm^3]. `stiffness` is the stiffness of a
-    flat circular punch over the modulus below [mm], which is also d force / d depth.
+    `radius` [mm] is the contact radius. `depth` [mm^2] is the indentation of a paraboloid times its radius of
+    curvature. `force` [mm^3] is the force on the paraboloid times its radius of curvature, divided by the modulus
+    below. `stiffness` [mm] is the stiffness of a flat circular punch divided by the modulus below. It is also equal to
+    d force / d depth.
     """
 
     radius: Floats
@@ -146,7 +151,7 @@ class RoundContact:
     stiffness: Floats
 
     def flat_stiffness(self, radius: float) -> float:
-        """Return the stiffness of a flat circular punch of this radius [mm], over the modulus below [mm]."""
+        """Return the stiffness of a flat circular punch of this `radius` [mm], divided by the modulus below [mm]."""
         return float(_interpolate(self.radius, self.stiffness, np.array(radius), 1.0))
 
     def press(self, depth: Floats) -> tuple[Floats, Floats, Floats]:
@@ -154,7 +159,7 @@ class RoundContact:
 
         `depth` [mm^2] is the indentation times the radius of curvature.
         """
-        # For contacts smaller than those in the table, the powers are those of Hertz.
+        # Contacts smaller than those in the table follow the power laws of Hertz.
         radius = _interpolate(self.depth, self.radius, depth, 0.5)
         force = _interpolate(self.radius, self.force, radius, 3.0)
         return radius, force, _interpolate(self.radius, self.stiffness, radius, 1.0)
@@ -168,12 +173,13 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
 
         phi(t) + int_0^a M(t, s) phi(s) ds = (d - t^2 / R) / (pi (1 - nu_s^2) / E_s),
 
-    is solved at Gauss points, with M(t, s) = 2 / pi int_0^inf (T(k h) - 1) cos k t cos k s dk. Here d is the
-    indentation and R the radius of curvature. The force is 2 pi int_0^a phi. See J. Appl. Math. Mech. 22 (1958) 442,
-    doi:10.1016/0021-8928(58)90063-5. For a paraboloid, d follows from phi(a) = 0.
+    is solved at Gauss points, where M(t, s) = 2 / pi int_0^inf (T(k h) - 1) cos k t cos k s dk. Here d is the
+    indentation and R the radius of curvature. The force is 2 pi int_0^a phi. For a paraboloid, the condition phi(a) = 0
+    determines d. See J. Appl. Math. Mech. 22 (1958) 442, doi:10.1016/0021-8928(58)90063-5.
     """
     h = layer.thickness
-    # `cosine_transform` is int (T - 1) cos(k t) dk as a function of t. M is its sum at |t - s| and at t + s, over pi.
+    # `cosine_transform` is c(t) = int (T - 1) cos(k t) dk. Since 2 cos k t cos k s = cos k (t - s) + cos k (t + s), M
+    # is (c(|t - s|) + c(t + s)) / pi.
     table = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), DISTANCES))
     k, weight = _panels(DEEPEST / h, math.pi / largest)
     cosine_transform = _spline(table, np.cos(np.outer(table, k)) @ (weight * layer.softening(k * h)))
@@ -185,11 +191,11 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
         s = t[:-1]
         weights = 0.5 * a * gauss_weights
         kernel = (cosine_transform(np.abs(t[:, None] - s)) + cosine_transform(t[:, None] + s)) / math.pi * weights
-        # Right-hand sides for d = 1 and, with opposite sign, for 1 / R = 1.
-        right = np.stack([np.ones(len(t)), t**2], axis=1) / (math.pi * layer.surface)
-        phi = np.linalg.solve(np.eye(len(s)) + kernel[:-1], right[:-1])
+        # The right-hand sides are those for d = 1 and, with the opposite sign, for 1 / R = 1.
+        right_sides = np.stack([np.ones(len(t)), t**2], axis=1) / (math.pi * layer.surface)
+        phi = np.linalg.solve(np.eye(len(s)) + kernel[:-1], right_sides[:-1])
         # For a paraboloid with R = 1, the condition phi(a) = 0 determines the depth.
-        flat_at_edge, parabola_at_edge = right[-1] - kernel[-1] @ phi
+        flat_at_edge, parabola_at_edge = right_sides[-1] - kernel[-1] @ phi
         depth = parabola_at_edge / flat_at_edge
         stiffness, parabola_force = 2.0 * math.pi * weights @ phi
         rows.append((depth, depth * stiffness - parabola_force, stiffness))
@@ -197,17 +203,17 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
 
 
 def _spline(x: Floats, y: Floats, axis: int = 0) -> Callable[[Floats], Floats]:
-    """Return the cubic spline through the values y at x, which are along `axis` of y."""
-    from scipy.interpolate import CubicSpline  # rarely needed, and slow to load
+    """Return the cubic spline through the values y at the points x, which run along `axis` of y."""
+    from scipy.interpolate import CubicSpline  # slow to load, and rarely needed
 
     spline: Callable[[Floats], Floats] = CubicSpline(x, y, axis=axis)
     return spline
 
 
 def _interpolate(x: Floats, y: Floats, points: Floats, power: float) -> Floats:
-    """Return y at points >= 0 by a cubic spline of ln y against ln x.
+    """Return y at points >= 0 by a cubic spline of ln y as a function of ln x.
 
-    Outside the table, y is continued in proportion to x ** power.
+    Outside the table, y is extrapolated in proportion to x ** power.
     """
     clipped = np.clip(points, x[0], x[-1])
     values = np.exp(_spline(np.log(x), np.log(y))(np.log(clipped)))
@@ -215,7 +221,7 @@ def _interpolate(x: Floats, y: Floats, points: Floats, power: float) -> Floats:
 
 
 def _panels(end: float, longest: float) -> tuple[Floats, Floats]:
-    """Return points and weights of Gauss's rule on equal panels from 0 to `end`, none longer than `longest`."""
+    """Return the points and weights of Gauss quadrature on equal panels from 0 to `end`, none longer than `longest`."""
     point, weight = legendre.leggauss(POINTS)
     edges = np.linspace(0.0, end, math.ceil(end / longest) + 4)
     half = 0.5 * np.diff(edges)

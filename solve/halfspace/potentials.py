@@ -1,6 +1,6 @@
-"""Elastic half-space z >= 0 under normal pressure on z = 0: displacements and stresses in closed form.
+"""Displacements and stresses in an elastic half-space z >= 0 under normal pressure on z = 0, in closed form.
 
-Every field follows from one harmonic potential phi. For a unit point load, phi is ln(R + z) (Boussinesq). For a
+All fields follow from one harmonic potential phi. For a unit point load, phi is ln(R + z) (Boussinesq). For a uniform
 pressure, phi is the integral of this function over the loaded area (Love). With psi = d phi/dz and
 c = (1 + nu) / (2 pi E):
 
@@ -8,8 +8,8 @@ c = (1 + nu) / (2 pi E):
     2 pi sigma_xx = -z psi,xx - (1 - 2 nu) phi,xx + 2 nu psi,z      2 pi sigma_xy = -z psi,xy - (1 - 2 nu) phi,xy
     2 pi sigma_zz = psi,z - z psi,zz                                2 pi sigma_xz = -z psi,xz
 
-Coordinates are in mm, with z into the body; a load pushes along +z. Sources: A. E. H. Love, Phil. Trans. R. Soc. A 228
-(1929) 377, doi:10.1098/rsta.1929.0009; K. L. Johnson, Contact Mechanics (1985), sections 3.2 to 3.4,
+Coordinates are in mm. The z axis points into the body, and a load pushes along +z. Sources: A. E. H. Love, Phil. Trans.
+R. Soc. A 228 (1929) 377, doi:10.1098/rsta.1929.0009; K. L. Johnson, Contact Mechanics (1985), sections 3.2 to 3.4,
 doi:10.1017/CBO9781139171731.
 """
 
@@ -24,7 +24,7 @@ TINY = 1e-150  # added to lengths and to their squares to avoid 0 / 0
 
 @dataclass(frozen=True)
 class Potentials:
-    """The depth z [mm], and derivatives of phi and of psi = phi,z at some points; all arrays have the same shape."""
+    """The depth z [mm], and the derivatives of phi and psi = phi,z, at points; all arrays have the same shape."""
 
     z: Floats
     phi_x: Floats
@@ -43,7 +43,10 @@ class Potentials:
 
 
 def displacement(f: Potentials, E: float, poisson: float) -> Floats:
-    """Return the displacement u = (u_x, u_y, u_z) [mm], shape (3, ...), for E in MPa and the load in N or MPa."""
+    """Return the displacement u = (u_x, u_y, u_z) [mm], shape (3, ...).
+
+    E is in MPa. The potentials are those of a unit load, a force of 1 N or a pressure of 1 MPa.
+    """
     c = (1.0 + poisson) / (2.0 * np.pi * E)
     kappa = 1.0 - 2.0 * poisson
     psi_z = -(f.phi_xx + f.phi_yy)  # because phi is harmonic
@@ -57,7 +60,7 @@ def displacement(f: Potentials, E: float, poisson: float) -> Floats:
 
 
 def stress(f: Potentials, poisson: float) -> Floats:
-    """Return the stress sigma [MPa], shape (3, 3, ...), for the load in N or MPa; tension is positive."""
+    """Return the stress sigma [MPa], shape (3, 3, ...), under a load of 1 N or 1 MPa; tension is positive."""
     kappa = 1.0 - 2.0 * poisson
     psi_z = -(f.phi_xx + f.phi_yy)  # because phi is harmonic
     xx = -f.z * f.psi_xx - kappa * f.phi_xx + 2.0 * poisson * psi_z
@@ -71,15 +74,15 @@ def stress(f: Potentials, poisson: float) -> Floats:
 
 
 def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
-    """Return the potentials of a unit normal force at the origin (Boussinesq) at points x, y, z [mm] of any shape.
+    """Return the potentials of a unit normal force at the origin (Boussinesq), at points x, y, z [mm] of any shape.
 
-    With R the distance from the force, phi = ln(R + z) and psi = 1 / R. The fields are infinite at the origin.
+    R is the distance from the force, phi = ln(R + z) and psi = 1 / R. The fields are infinite at the origin.
     """
     R = np.sqrt(x * x + y * y + z * z)
     S = R + z
     phi_x_over_x = 1.0 / (R * S)
     inverse_cube = phi_x_over_x * S / R**2  # 1 / R^3
-    second = (R + S) * inverse_cube / S**2  # minus d(phi_x_over_x)/dx, over x
+    second = (R + S) * inverse_cube / S**2  # -d(phi_x_over_x)/dx divided by x
     inverse_fifth = 3.0 / R**5
     return Potentials(
         z=z,
@@ -100,11 +103,13 @@ def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
 
 
 def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float) -> Potentials:
-    """Return the potentials of a unit pressure on a rectangle around the origin (Love), at points of any shape [mm].
+    """Return the potentials of a unit pressure on a rectangle centred at the origin (Love), at points x, y, z [mm].
 
-    `length` is the side along x, `width` along y [mm]. Second derivatives are infinite on the edges of the rectangle.
+    The points may have any shape. `length` [mm] is the side of the rectangle along x, and `width` [mm] the side along
+    y. Second derivatives are infinite on the edges of the rectangle.
     """
-    # The corners at (-x, -y), (x, -y), (-x, y) and (x, y) of the rectangle, with alternating signs.
+    # Terms of the four corners; "low_high" is the corner at -length / 2, +width / 2. They are summed with alternating
+    # signs.
     low_low = _corner_terms(x + 0.5 * length, y + 0.5 * width, z)
     high_low = _corner_terms(x - 0.5 * length, y + 0.5 * width, z)
     low_high = _corner_terms(x + 0.5 * length, y - 0.5 * width, z)
@@ -114,15 +119,15 @@ def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float)
 
 
 def _corner_terms(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
-    """Return the contributions of one corner of a rectangle to the potentials under unit pressure, without z.
+    """Return the contribution of one corner of a rectangle to each field of `Potentials` except z, for unit pressure.
 
-    X and Y [mm] are the coordinates of points relative to this corner. Each function F in the list satisfies F,XY = f,
-    where f is the derivative of phi at this position in `Potentials`, for a point load. So the sum of F over the four
-    corners, with alternating signs, is the integral of f over the rectangle. Terms that depend only on X or only on Y
-    cancel in this sum, and are omitted.
+    X and Y [mm] are the coordinates of points relative to this corner. The functions are in the order of the fields of
+    `Potentials`. Each function F satisfies F,XY = f, where f is the same field for a unit point load. The sum of F over
+    the four corners, with alternating signs, is therefore the integral of f over the rectangle. Terms that depend only
+    on X or only on Y cancel in this sum and are omitted.
     """
-    # TINY keeps the terms finite on the line X = z = 0, where each tends to zero or cancels in the sum over the
-    # corners.
+    # TINY keeps the terms finite on the lines X = z = 0 and Y = z = 0. There the infinite terms tend to zero or cancel
+    # in the sum over the corners.
     R = np.sqrt(X**2 + Y**2 + z**2)
     over_R = 1.0 / (R + TINY)
     xz = X**2 + z**2 + TINY

@@ -1,10 +1,12 @@
 """Rigid frictionless flat punches on a half-space: nodal forces for a given displacement under the punch.
 
-A punch table is for a footprint of unit size and E* = E / (1 - nu^2) = 1. It does not depend on E or nu. It has the
-symmetric matrix Y in F = Y U, where U are nodal displacements and F nodal forces. The displacement under the punch is
-the polynomial through the nodal values U. The nodal forces are the moments F_k = int p l_k of the pressure p with the
-nodal polynomials l_k. The nodes are the Gauss points of the pressure under a flat punch. So three nodes per side
-represent its moments exactly up to the fifth order.
+A punch table holds the symmetric matrix Y in F = Y U, where U are nodal displacements and F nodal forces. It applies to
+a footprint of unit size and E* = E / (1 - nu^2) = 1, so it does not depend on E or nu. The displacement under the punch
+is the polynomial through the nodal values U. The nodal forces are the moments F_k = int p l_k of the pressure p with
+the nodal polynomials l_k.
+
+The nodes are the Gauss points of the pressure under a flat punch. Three nodes per side therefore represent its moments
+exactly up to the fifth order.
 """
 
 import functools
@@ -20,15 +22,15 @@ from scipy.special import gamma, lpmv
 
 from sensor.arrays import Floats, Ints
 
-CELLS = (16, 32)  # boundary elements per side of the coarse and of the fine grid
-GRADING = 4.0  # exponent of the grading of cells towards the edges of the square
+CELLS = (16, 32)  # boundary elements per side of the coarse grid and of the fine grid
+GRADING = 4.0  # exponent with which the cells become smaller towards the edges of the square
 ORDER = 3.0  # order of convergence in the number of cells, for a pressure that is singular along the edges
 ROUND_OFF = 1e-12  # relative error of a table that is exact except for rounding
 
 
 @dataclass(frozen=True)
 class Punch:
-    """A punch table: the matrix Y, `stiffness` (n, n) [E* side], with its relative error, and the nodes.
+    """A punch table: the matrix Y, called `stiffness` (n, n) [E* side], and its relative `error` [1].
 
     `x` and `y` are the coordinates of the nodes along each axis [side].
     """
@@ -49,19 +51,19 @@ class Punch:
 
     @property
     def flat_stiffness(self) -> float:
-        """Return F / (E* d side) [1] for a flat punch that indents by d under the force F without tilt."""
+        """Return F / (E* d side) [1] for a flat punch without tilt, where d is its indentation under the force F."""
         return float(self.stiffness.sum())
 
 
 def _products(along_x: NDArray[Any], along_y: NDArray[Any]) -> Floats:
-    """Return the products of each function of x with each function of y, both (points, n), shape (points, n^2)."""
+    """Return the products of each function of x with each function of y, shape (points, n^2); both are (points, n)."""
     return np.asarray(along_x[:, :, None] * along_y[:, None, :]).reshape(len(along_x), -1)
 
 
 def lagrange(nodes: Floats, x: Floats) -> Floats:
-    """Return the Lagrange polynomials of nodes (n,) between -1/2 and 1/2 at coordinates x (m,), shape (m, n).
+    """Return the Lagrange polynomials of nodes (n,) between -1/2 and 1/2, at coordinates x (m,), shape (m, n).
 
-    Each polynomial is 1 at its own node and 0 at the others. Legendre polynomials are the basis of the computation,
+    Each polynomial is 1 at its own node and 0 at the others. They are computed in the basis of Legendre polynomials,
     because powers of x would be ill-conditioned.
     """
     degree = len(nodes) - 1
@@ -69,14 +71,14 @@ def lagrange(nodes: Floats, x: Floats) -> Floats:
     return np.asarray(values.T, dtype=np.float64)
 
 
-# A scene uses three tables, with 1 to 25 nodes per side, hundreds of times; each takes 0.1 s to compute.
+# Cached, because a scene uses three tables hundreds of times, with 1 to 25 nodes per side. Each takes 0.1 s.
 @functools.lru_cache(maxsize=16)
 def square_punch(nodes_per_side: int) -> Punch:
-    """Return the punch table of a square of side 1, by Galerkin boundary elements that are graded to its edges.
+    """Return the punch table of a square of side 1, by Galerkin boundary elements graded towards its edges.
 
-    Pressure is constant in each cell. The results of two grids are extrapolated with order 3, and a tenth of the
-    extrapolation is the error estimate. The exact F / (E* d) is 1.15230, which follows from the capacity 0.36679 pi of
-    an electrified square plate (Read 1997).
+    The pressure is constant in each cell. The results of two grids are extrapolated with convergence order 3, and a
+    tenth of the extrapolation is the error estimate. The exact F / (E* d) is 1.15230: pi times 0.36679, the capacitance
+    of a square plate of side 1 in units of 4 pi epsilon_0 (Read 1997).
     """
     coarse, _ = _square_moments(CELLS[0], nodes_per_side)
     fine, flat_forces = _square_moments(CELLS[1], nodes_per_side)
@@ -97,8 +99,8 @@ def circle_punch(nodes_per_side: int) -> Punch:
     J. Boersma and E. Danicki, SIAM J. Appl. Math. 53 (1993) 925.
     """
     n = nodes_per_side
-    # Integrals with the weight 1 / sqrt(1 - r^2) over the disc are integrals over the half-sphere above it, where the
-    # integrands are smooth. The quadrature has Gauss points in height and equal steps of the angle.
+    # Integrals over the disc with the weight 1 / sqrt(1 - r^2) are integrals over the hemisphere above it, where the
+    # integrands are smooth. The quadrature has Gauss points along the height and equal steps of the angle.
     height, weight = legendre.leggauss(2 * n)
     radius = np.sqrt(1.0 - 0.25 * (height + 1.0) ** 2)
     angle = np.pi / (2 * n) * np.arange(4 * n)
@@ -107,22 +109,25 @@ def circle_punch(nodes_per_side: int) -> Punch:
     weights = np.repeat(0.5 * np.pi / (2 * n) * weight, 4 * n)
     polynomials = _products(legendre.legvander(x, n - 1), legendre.legvander(y, n - 1))
 
-    # A polynomial displacement is the sum of its projections on the harmonics. Each projection adds the work of its
-    # pressure: the outer product of the moments, over eigenvalue times norm.
+    # A polynomial displacement is the sum of its projections onto the harmonics. Each projection contributes the work
+    # of its pressure: the outer product of the moments, divided by the eigenvalue and the squared norm.
     work = np.zeros((n * n, n * n))
     for eigenvalue, harmonic in _disc_harmonics(x, y, 2 * n - 1):
         moments = polynomials.T @ (weights * harmonic)
         work += np.outer(moments, moments) / eigenvalue / (weights @ harmonic**2)
-    # The nodes lie on a square grid, as for a square, and some of them outside the disc. The factor is from the
-    # displacement 1 / (pi r) under a unit force, and from scaling the disc of radius 1 to diameter 1.
-    line = 0.5 * legendre.leggauss(n)[0]
-    return Punch(_nodal_stiffness(0.5 * np.pi * work, line, line), ROUND_OFF, line, line)
+    # The nodes lie on a square grid, as for a square punch, so some are outside the disc. The factor 0.5 pi comes from
+    # the displacement 1 / (pi r) under a unit force, and from scaling the disc of radius 1 to diameter 1.
+    node_coordinates = 0.5 * legendre.leggauss(n)[0]
+    stiffness = _nodal_stiffness(0.5 * np.pi * work, node_coordinates, node_coordinates)
+    return Punch(stiffness, ROUND_OFF, node_coordinates, node_coordinates)
 
 
 def _disc_harmonics(x: Floats, y: Floats, degrees: int) -> Iterator[tuple[float, Floats]]:
-    """Yield the eigenvalue and the values at points x, y (n,) of each harmonic of the unit disc below degree `degrees`.
+    """Yield the eigenvalue of each harmonic of the unit disc, and its values at points x, y (n,).
 
-    See `circle_punch`.
+    The harmonics P_l^m(sqrt(1 - r^2)) cos m phi and sin m phi have degrees l below `degrees` and even l - m. With the
+    gamma function G, the eigenvalue is pi G((l + m + 1) / 2) G((l - m + 1) / 2) / (G((l + m + 2) / 2) G((l - m + 2) /
+    2)).
     """
     cosine = np.sqrt(1.0 - (x**2 + y**2))
     phi = np.arctan2(y, x)
@@ -137,9 +142,10 @@ def _disc_harmonics(x: Floats, y: Floats, degrees: int) -> Iterator[tuple[float,
 
 
 def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Floats:
-    """Convert `moments`, the work between products of Legendre polynomials, to the matrix Y of nodal forces.
+    """Return the matrix Y of nodal forces, given the work of products of Legendre polynomials on one another.
 
-    Both matrices are (n^2, n^2). `along_x` and `along_y` (n,) are the nodes, between -1/2 and 1/2.
+    Y and the work, `moments`, have the shape (n^2, n^2). `along_x` and `along_y` (n,) are the coordinates of the nodes,
+    between -1/2 and 1/2. If the columns of V are the products at the nodes, Y = V^-T moments V^-1.
     """
     degree = len(along_x) - 1
     values = np.kron(legendre.legvander(2.0 * along_x, degree), legendre.legvander(2.0 * along_y, degree))
@@ -149,9 +155,9 @@ def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Float
 
 
 def graded_edges(cells: int, grading: float = GRADING) -> Floats:
-    """Return the boundaries (cells + 1,) of cells from -1/2 to 1/2, which are small at both ends.
+    """Return the boundaries (cells + 1,) of cells from -1/2 to 1/2, which are smaller towards both ends.
 
-    The size of a cell is proportional to its distance from the nearer end to the power 1 - 1 / grading.
+    The size of a cell is proportional to the power 1 - 1 / grading of its distance from the nearer end.
     """
     line = np.linspace(-1.0, 1.0, cells + 1)
     t = 0.5 * (line - line[::-1])  # symmetric to the last bit, so that mirrored scenes have mirrored matrices
@@ -159,12 +165,13 @@ def graded_edges(cells: int, grading: float = GRADING) -> Floats:
 
 
 def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
-    """Return the work between polynomial displacements of a square, and the cell forces of a flat punch.
+    """Return the work of polynomial displacements of a square on one another, and the cell forces under a flat punch.
 
     The work int P_a A^-1 P_b has shape (n^2, n^2). The P_a are the products of the first n Legendre polynomials in x
-    and in y. A is the displacement due to uniform pressures on `cells` x `cells` cells. The forces are (cells, cells).
+    with those in y. A maps uniform pressures on `cells` x `cells` cells to displacements. The forces are (cells,
+    cells).
     """
-    # The integrals of P_0(2 x) to P_n-1(2 x) over each cell, by the recurrence of their antiderivatives.
+    # Integrate P_0(2 x) to P_n-1(2 x) over each cell, by the recurrence relation of their antiderivatives.
     polynomials = legendre.legvander(2.0 * graded_edges(cells), n).T
     antiderivatives = [polynomials[1]]
     for k in range(1, n):
@@ -178,9 +185,9 @@ def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
 
 @functools.lru_cache(maxsize=2)
 def _influence_factor(cells: int) -> tuple[Floats, Ints]:
-    """Return the LU factors of `influence` between the cells of a square, cached for both grids.
+    """Return the LU factors of the matrix `influence` between the cells of a square, cached for both grids.
 
-    The cells at an edge are so small that, on a fine grid, round-off prevents a Cholesky factorisation.
+    On a fine grid, the cells at the edges are so small that round-off prevents a Cholesky factorisation.
     """
     edges = graded_edges(cells)
     matrix = influence(edges, edges).transpose(0, 2, 1, 3).reshape(cells**2, cells**2)
@@ -191,27 +198,28 @@ def _influence_factor(cells: int) -> tuple[Floats, Ints]:
 def influence(x: Floats, y: Floats) -> Floats:
     """Return the influence int int 1 / (pi r) between all pairs of cells, shape (n_x, n_x, n_y, n_y).
 
-    r is the distance between a point of one cell and a point of the other. The n_x times n_y cells lie between the
-    coordinates `x` and `y` [any length]. The double integral over two rectangles is the fourth difference of a function
-    G with G,xxyy = 1 / r.
+    r is the distance between a point of one cell and a point of the other. `x` (n_x + 1,) and `y` (n_y + 1,) are the
+    boundaries of the cells, in any unit of length. The double integral over two rectangles is the fourth difference of
+    a function G with G,xxyy = 1 / r.
     """
     dx = np.abs(x[:, None] - x)[:, :, None, None]
     dy = np.abs(y[:, None] - y)[None, None]
     r = np.hypot(dx, dy)
-    # Where dx or dy is 0, its logarithm has the factor 0 in G, and may have any finite value.
+    # If dx or dy is 0, G multiplies its logarithm by 0, so the logarithm may have any finite value.
     log_x = np.where(dx > 0.0, np.arcsinh(dy / np.where(dx > 0.0, dx, 1.0)), 0.0)
     log_y = np.where(dy > 0.0, np.arcsinh(dx / np.where(dy > 0.0, dy, 1.0)), 0.0)
     G = 0.5 * dx * dy * (dx * log_x + dy * log_y) - r**3 / 6.0
-    for axis in range(4):  # between the two edges of each cell of a pair, in x and in y
+    for axis in range(4):  # difference between the two edges of each cell in the pair, along x and along y
         G = np.diff(G, axis=axis)
     return np.asarray(G / np.pi)
 
 
 def _gauss_points(weight: Floats, n: int) -> Floats:
-    """Return the n Gauss points, between -1/2 and 1/2, of a symmetric measure that is given as weights of graded cells.
+    """Return the n Gauss points between -1/2 and 1/2 of a symmetric measure, given by the weights of graded cells.
 
-    They are the eigenvalues of the measure's Jacobi matrix (Golub and Welsch). The Lanczos recurrence constructs this
-    matrix, by making each power of x orthogonal to the previous ones. Its diagonal is 0 because of the symmetry.
+    The points are the eigenvalues of the measure's Jacobi matrix (Golub and Welsch). The Lanczos recurrence constructs
+    this matrix by making each power of x orthogonal to the previous ones. The diagonal is 0 because the measure is
+    symmetric.
     """
     edges = graded_edges(len(weight))
     points = 0.5 * (edges[1:] + edges[:-1])

@@ -1,8 +1,8 @@
 """Grids of cells with uniform pressure on an elastic half-space, one grid under each dome.
 
-Within a grid, the compliance is Love's solution for a rectangle (K. L. Johnson, Contact Mechanics (1985), equation
-(3.25)), applied as a convolution. Between grids, it is Boussinesq's 1 / r, evaluated at Chebyshev nodes of both grids.
-E* is E / (1 - nu^2).
+Within a grid, the compliance is Love's solution for a uniformly loaded rectangle, applied as a convolution (K. L.
+Johnson, Contact Mechanics (1985), equation (3.25)). Between grids, it is Boussinesq's 1 / r, evaluated between the
+Chebyshev nodes of both grids. E* is E / (1 - nu^2).
 """
 
 import math
@@ -16,15 +16,16 @@ from solve.presses.pressed_bodies import EllipsoidFruit
 
 Complexes = NDArray[np.complex128]
 
-NODES = 8  # Chebyshev nodes per side; for a contact of 2 mm radius at a distance of 5 mm the error is 1e-5
+NODES = 8  # Chebyshev nodes per side; the error is 1e-5 for a contact of 2 mm radius at a distance of 5 mm
 
 
 def love(cells: int) -> Complexes:
     """Return the Fourier transform of Love's kernel: the deflection of cells under a unit pressure on one cell.
 
-    Cells have unit size, and the deflection is times pi E*. Love's closed form is a sum over the four corners of the
-    loaded cell. Offsets run from -cells to cells, so that a product of transforms is the convolution on a grid with
-    `cells` per side.
+    Cells have unit size, and the deflection is multiplied by pi E*. Love's closed form is a sum over the four corners
+    of the loaded cell, whose terms are a arsinh(b / |a|) + b arsinh(a / |b|) with alternating signs. Here (a, b) is the
+    position of the point relative to the corner. Offsets between cells run from -cells to cells - 1. A product of
+    transforms is then the convolution on a grid with `cells` cells per side, without wrapping around.
     """
     offsets = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
     x, y = np.meshgrid(offsets, offsets, indexing="ij")
@@ -36,22 +37,22 @@ def love(cells: int) -> Complexes:
 
 
 class Grids:
-    """One square grid of cells for each dome, and the deflection of all cells under forces on cells.
+    """One square grid of cells for each dome, and the deflection of all cells under forces on the cells.
 
-    Grids have their centres at `middles` (tips, 2) [mm] and half widths `reach` (tips,) [mm]. Arrays over cells are
-    (tips, cells, cells).
+    The grids have the centres `middles` (tips, 2) [mm] and the half widths `reach` (tips,) [mm]. Arrays over cells have
+    the shape (tips, cells, cells).
     """
 
     def __init__(
         self, middles: Floats, reach: Floats, cells: int, kernel: Complexes, fruit: EllipsoidFruit | None = None
     ) -> None:
-        """Compute what `deflection` needs: interpolation between cells and Chebyshev nodes, and 1 / r between nodes.
+        """Prepare the interpolation between cells and Chebyshev nodes, and the compliance between nodes of two grids.
 
-        `kernel` is `love(cells)`. `fruit` provides the local compliance under each dome, and a layer. Without it, the
-        flesh is a homogeneous half-space.
+        `kernel` is `love(cells)`. `fruit` provides the local compliance under each dome, and its layer if it has one.
+        Without `fruit`, the flesh is a homogeneous half-space.
         """
         self.middles, self.reach, self.cells, self.kernel = middles, reach, cells, kernel
-        self.coordinates = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # of cells along a grid, from -1 to 1
+        self.coordinates = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # centres of cells along a grid, from -1 to 1
         self.size = 2.0 * reach / cells
         nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
         polynomials = []
@@ -61,13 +62,13 @@ class Grids:
         square = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1)
         node_positions = (middles[:, None, None] + reach[:, None, None, None] * square).reshape(len(middles), -1, 2)
         distance = np.linalg.norm(node_positions[:, None, :, None] - node_positions[None, :, None, :], axis=-1)
-        distance[range(len(middles)), range(len(middles))] = np.inf  # a grid acts on itself by its convolution
+        distance[range(len(middles)), range(len(middles))] = np.inf  # within a grid, the convolution is used instead
         self.node_compliance = 1.0 / distance
         fruit = fruit or EllipsoidFruit(E=1.0, R1=math.inf, R2=math.inf)
-        self.softness, self.constant = (np.broadcast_to(of_tips, len(middles)) for of_tips in fruit.local_compliance)
+        self.softness, self.constant = (np.broadcast_to(row, len(middles)) for row in fruit.local_compliance)
         self.layer_kernel: Complexes | None = None
         if fruit.layer is not None:
-            # In a layer, the compliance is that of its material, plus the effect of the base.
+            # The compliance of a layer is the compliance of its material plus the effect of the base.
             offsets = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
             cell_distances = self.size[:, None, None] * np.hypot(offsets[:, None], offsets)
             self.layer_kernel = rfft2(fruit.layer.base_effect(cell_distances))
@@ -77,21 +78,23 @@ class Grids:
             self.node_compliance[is_between_grids] += fruit.layer.base_effect(distance[is_between_grids])
 
     def positions(self) -> tuple[Floats, Floats]:
-        """Return x and y of the centres of all cells [mm], each (tips, cells, cells)."""
+        """Return the coordinates x and y of the centres of all cells [mm], each (tips, cells, cells)."""
         x = self.middles[:, 0, None] + self.reach[:, None] * self.coordinates
         y = self.middles[:, 1, None] + self.reach[:, None] * self.coordinates
         shape = (len(x), self.cells, self.cells)
         return np.broadcast_to(x[:, :, None], shape), np.broadcast_to(y[:, None, :], shape)
 
     def transfer(self, middles: Floats, reach: Floats, forces: Floats) -> Floats:
-        """Return approximately the same pressure as forces [N] of the cells of other grids, from the nearest cells.
+        """Transfer the pressure on these grids to new grids, and return the forces on the cells of the new grids [N].
 
-        The other grids have the centres `middles` (tips, 2) [mm] and the half widths `reach` (tips,) [mm].
+        Each new cell takes the pressure of the cell in which its centre lies, or 0 outside the old grid. `forces` [N]
+        act on the cells of these grids. The new grids have the centres `middles` (tips, 2) [mm] and the half widths
+        `reach` (tips,) [mm].
         """
         transferred: Floats = np.zeros_like(forces)
         for tip in range(len(forces)):
             offset = (middles - self.middles)[tip, :, None]
-            # Row and column in this grid of the cell that contains the centre of each cell of the other grid.
+            # Find the row and column of the old cell that contains the centre of each new cell.
             cell_index = (self.coordinates * reach[tip] + offset + self.reach[tip]) / self.size[tip]
             row, column = np.floor(cell_index).astype(int)
             is_inside = [(index >= 0) & (index < self.cells) for index in (row, column)]
@@ -101,9 +104,9 @@ class Grids:
         return transferred
 
     def precondition(self, deflections: Floats) -> Floats:
-        """Return approximate forces of cells for given deflections, up to a common factor.
+        """Return approximate forces on the cells for given deflections, up to a common factor.
 
-        It inverts the convolution of each grid, and neglects the interaction between grids.
+        The convolution of each grid is inverted, and the interaction between grids is neglected.
         """
         padded = (2 * self.cells, 2 * self.cells)
         forces = irfft2(rfft2(deflections, padded) / self.kernel.real, padded)[:, : self.cells, : self.cells]
@@ -111,11 +114,12 @@ class Grids:
         return scaled
 
     def deflection(self, forces: Floats) -> Floats:
-        """Return pi E* times the deflection of all cells [N/mm] under forces of cells [N], both (tips, cells, cells).
+        """Return pi E* times the deflection of all cells [N/mm] under forces on the cells [N].
 
-        Within a grid it is a convolution, on a grid padded to twice the size so that it does not wrap around. Between
-        grids, forces are collected at Chebyshev nodes and act there by 1 / r. The deflection is then interpolated from
-        nodes to cells.
+        Both arrays are (tips, cells, cells). The deflection due to the forces on the same grid is a convolution, which
+        is computed on a grid padded to twice the size so that it does not wrap around. For the forces on other grids,
+        the forces are collected at Chebyshev nodes, and the deflection of the nodes under them is interpolated to the
+        cells.
         """
         padded = (2 * self.cells, 2 * self.cells)
         force_transform = rfft2(forces, padded)

@@ -1,12 +1,12 @@
-"""Presses over time, on viscoelastic flesh that relaxes and with springs that creep.
+"""Presses as a function of time, on viscoelastic flesh that relaxes, with springs that creep.
 
-**Flesh.** While contacts grow, forces follow from presses on elastic flesh: E. H. Lee, J. R. M. Radok, J. Appl. Mech.
-27 (1960) 438. Let n be the forces that elastic flesh would need for the same indentations. Then the forces are F = n -
-sum g_i m_i, where tau_i dm_i/dt = n - m_i.
+**Flesh.** While contacts grow, the forces follow from presses on elastic flesh: E. H. Lee, J. R. M. Radok, J. Appl.
+Mech. 27 (1960) 438. Let n be the forces that elastic flesh would require for the same indentations. Then the forces are
+F = n - sum g_i m_i, where tau_i dm_i/dt = n - m_i.
 
 **Springs.** A spring of Kelvin elements deflects by d = (a_0 F + sum a_i m_i) / K, where tau_i dm_i/dt = F - m_i.
 
-The loads n and F are linear between samples, so that the memory variables m_i are integrated exactly.
+The loads n and F are assumed to be linear between samples, so that the memory variables m_i are integrated exactly.
 """
 
 from collections.abc import Sequence
@@ -20,27 +20,31 @@ from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 from solve.presses.pressing import CELLS, Pressing, Slope
 
 Arms = Sequence[tuple[float, float]]
-"""The arms of a viscoelastic law: pairs of a share g_i or a_i [1] and a time constant tau_i [s]."""
+"""The arms of a viscoelastic law: pairs of a coefficient g_i or a_i [1] and a time constant tau_i [s]."""
 
 _DECADES = np.arange(-3.0, 6.5, 0.5)  # log10 of the time constants of Kelvin elements [s]
-_SHRINKS = 1e-3  # relative decrease of an elastic force up to which its contact is treated as growing
+_SHRINKS = 1e-3  # relative decrease of an elastic force up to which the contact is still treated as growing
 
 
 class _Memory:
-    """The memory variables m_i of arms under the forces of tips [N], which are linear from one sample to the next.
+    """The memory variables m_i of the arms of a viscoelastic law, under forces [N] that are linear between samples.
 
-    At the end of a time step, sum g_i m_i is a known part plus a factor times the forces, which are still unknown.
-    `begin_step` returns both; once the forces are solved, `end_step` updates m_i.
+    At the end of a time step, sum g_i m_i is a known part plus a factor times the forces, which are not yet known.
+    `begin_step` returns the factor and the known part. Once the forces are solved, `end_step` updates m_i.
     """
 
     def __init__(self, arms: Arms, tips: int) -> None:
-        """Start at rest: m_i and forces are 0."""
+        """Start with all m_i and all forces equal to 0."""
         self.shares, self.times = np.array(arms, dtype=np.float64).reshape(-1, 2).T
         self.variables = np.zeros((len(self.times), tips))  # m_i
         self.last_forces = np.zeros(tips)
 
     def begin_step(self, step: float) -> tuple[float, Floats]:
-        """Return the factor [1] of the forces at the end of a step [s] in sum g_i m_i, and the known part [N]."""
+        """Return a factor c [1] and a known part k (tips,) [N], so that sum g_i m_i = c F + k at the end of a step [s].
+
+        F are the forces at the end of the step. An arm with x = step / tau decays by exp(-x), and its mean decay over
+        the step is (1 - exp(-x)) / x.
+        """
         decay = np.exp(-step / self.times)
         mean_decay = np.where(step > 0.0, (1.0 - decay) / np.maximum(step / self.times, 1e-12), 1.0)
         self._known = decay[:, None] * self.variables + (mean_decay - decay)[:, None] * self.last_forces
@@ -48,15 +52,16 @@ class _Memory:
         return float(self.shares @ self._factors), np.asarray(self.shares @ self._known)
 
     def end_step(self, forces: Floats) -> None:
-        """Update m_i with the forces (tips,) [N] at the end of the step."""
+        """Update m_i, given the forces (tips,) [N] at the end of the step."""
         self.variables = self._known + self._factors[:, None] * forces
         self.last_forces = forces
 
 
 def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
-    """Return Kelvin elements, a_0 and arms (a_i, tau_i), whose creep compliance is (t / at_s) ** exponent [1].
+    """Return Kelvin elements, a_0 and arms (a_i, tau_i), with the creep compliance (t / at_s) ** exponent [1].
 
-    They are fitted to times t from a millisecond to a week. For PETG, with the exponent 0.01, the error is below 0.1 %.
+    They are fitted to this power law for times t from a millisecond to a week. For PETG, whose exponent is 0.01, the
+    error of the fit is below 0.1 %.
     """
     if exponent == 0.0:
         return 1.0, ()
@@ -83,23 +88,24 @@ class PressMotionOverTime:
 def press_with_creep(
     pressing: Pressing, way: PressMotionOverTime, flesh: Arms = (), creep: tuple[float, Arms] = (1.0, ())
 ) -> tuple[Floats, Floats]:
-    """Return the forces of the domes [N] and the deflections of their springs [mm], both (samples, tips).
+    """Return the forces on the domes [N] and the deflections of their springs [mm], both (samples, tips).
 
-    `flesh` has the arms (g_i, tau_i) of the flesh, and `creep` the Kelvin elements of the springs from `creep_of`.
-    Raises ArithmeticError if elastic forces decrease on flesh that relaxes, because the law does not hold for shrinking
-    contacts.
+    `way` is the motion of the sensor. `flesh` holds the arms (g_i, tau_i) of the flesh. `creep` holds the Kelvin
+    elements of the springs, as returned by `creep_of`. Raises ArithmeticError if the elastic forces decrease on flesh
+    that relaxes, because the law of Lee and Radok does not hold for shrinking contacts.
     """
     K = pressing.sensor.K
     flesh_memory, spring_memory = _Memory(flesh, len(K)), _Memory(creep[1], len(K))
     last_travel = max(way.travels)
     forces, deflections = [], []
-    elastic = np.zeros(len(K))  # the forces n that elastic flesh would need
+    elastic = np.zeros(len(K))  # the forces n that elastic flesh would require
     for travel, step in zip(way.travels, np.diff(way.times, prepend=way.times[0]), strict=True):
         # At the end of this step, F = force_factor n - relaxed and d = (compliance_factor F + crept) / K.
         relaxation_factor, relaxed = flesh_memory.begin_step(step)
         creep_factor, crept = spring_memory.begin_step(step)
         force_factor, compliance_factor = 1.0 - relaxation_factor, creep[0] + creep_factor
-        # As a function of n, d is an elastic spring with another compliance, minus a recovered deflection.
+        # So d is the deflection of an elastic spring under the force n with a modified compliance, minus a deflection
+        # that has recovered. An elastic solve with such springs therefore gives n.
         pressing.spring_compliance = compliance_factor * force_factor / K
         pressing.recovered = (compliance_factor * relaxed - crept) / K
         previous, elastic = elastic, pressing.forces(travel, np.multiply(way.drift, travel / last_travel))
@@ -121,8 +127,9 @@ def press_over_time(
     arms: Arms,
     cells: int = CELLS,
 ) -> Floats:
-    """Return the forces of the domes [N] on flesh that relaxes, at the given travels [mm] and times [s].
+    """Return the forces on the domes [N], shape (samples, tips), on flesh that relaxes, with elastic springs.
 
-    The shape is (samples, tips). `arms` are the arms (g_i, tau_i) of the flesh. The springs are elastic.
+    `travels` [mm] and `times` [s] are those of the samples. `arms` are the arms (g_i, tau_i) of the flesh. `cells` is
+    the number of cells per side of the contact grid under each dome.
     """
     return press_with_creep(Pressing(sensor, fruit, cells), PressMotionOverTime(travels=travels, times=times), arms)[0]

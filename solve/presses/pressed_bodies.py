@@ -1,11 +1,14 @@
-"""The sensor and the fruit of a press: domes on springs, and an ellipsoid that may be uneven, bruised or layered.
+"""The two bodies in a press: a sensor with domes on springs, and an ellipsoidal fruit.
 
-**Deviations from a smooth, homogeneous ellipsoid.** A height map may be added to the skin, and a form to the domes. An
-outer layer bonded to the flesh is treated exactly: Burmister's transform of its compliance replaces 1 / r. So is flesh
-on a rigid stone. Flesh may be softer within a hemisphere under a dome. The compliance of this dome is then that of the
-softer flesh, minus a constant `BRUISE` / radius because the flesh outside is stiffer. The compliance between domes is
-that of the flesh outside. The contact is assumed to be small compared with the hemisphere. Flesh that yields carries at
-most its yield pressure.
+The fruit may deviate from a smooth, homogeneous ellipsoid in four ways:
+
+- A height map may be added to the skin. A form error may be added to the domes in the same way.
+- The flesh may have a bonded outer layer, or may be bonded to a rigid stone. Both cases are treated exactly: the kernel
+  1 / r is replaced by the kernel that follows from Burmister's transform.
+- The flesh may be softer within a hemisphere under a dome, as in a bruise. The dome then has the compliance of the
+  softer flesh, corrected by the constant `BRUISE` / radius because the flesh outside the hemisphere is stiffer. The
+  compliance between domes is not affected. The contact is assumed to be small compared with the hemisphere.
+- The flesh may yield. It then carries at most its yield pressure.
 
 Lengths are in mm, forces in N, moduli in MPa. E* is E / (1 - nu^2).
 """
@@ -23,10 +26,10 @@ from scipy.special import j0
 from sensor.arrays import Floats
 
 BRUISE = (1.52, 2.3)
-"""Deflection of a point per force due to the flesh outside a hemisphere around it, times the radius and pi E* [1].
+"""Deflection of a point per unit force due to the flesh outside a hemisphere around it, times the radius and pi E* [1].
 
-The first number is the value at a Poisson's ratio of 0.3, the second its derivative by Poisson's ratio. Both are from
-finite elements, within 3 % (`tests/solve/presses`).
+The first number is the value at a Poisson's ratio of 0.3. The second is its derivative with respect to Poisson's ratio.
+Both were computed by finite elements and are accurate to 3 % (`tests/solve/presses`).
 """
 
 
@@ -34,8 +37,8 @@ finite elements, within 3 % (`tests/solve/presses`).
 class SprungDomes:
     """Spherical domes at `positions` (tips, 2) [mm], each on a spring of stiffness `K` (tips,) [N/mm].
 
-    `form` returns the height of the domes above the ideal spheres [mm] at distances from their axes [mm]. The domes end
-    at the distance `rim` [mm] from their axes.
+    `form` maps the distance from the axis of a dome [mm] to the height of its surface above the ideal sphere [mm]. The
+    domes end at the distance `rim` [mm] from their axes.
     """
 
     dome_radius: float
@@ -47,9 +50,9 @@ class SprungDomes:
 
 @dataclass(frozen=True)
 class OuterLayer:
-    """An outer layer of flesh that is bonded to the flesh below, and `stiffness` [1] times as stiff.
+    """An outer layer bonded to the flesh below, with a modulus `stiffness` [1] times as large.
 
-    The `thickness` [mm] must be larger than the cells of the grids. See D. M. Burmister, J. Appl. Phys. 16 (1945) 89;
+    Its `thickness` [mm] must be larger than the cells of the grids. See D. M. Burmister, J. Appl. Phys. 16 (1945) 89;
     T. C. O'Sullivan, R. B. King, J. Tribol. 110 (1988) 235.
     """
 
@@ -58,7 +61,7 @@ class OuterLayer:
     poisson: float = 0.3
 
     def compliance(self, t: Floats) -> Floats:
-        """Return the compliance over the compliance of a half-space of the layer's material [1].
+        """Return the compliance divided by the compliance of a half-space of the layer's material [1].
 
         `t` [1] is the wave number of the pressure times the thickness.
         """
@@ -66,18 +69,19 @@ class OuterLayer:
 
     @cached_property
     def base_effect(self) -> CubicSpline:
-        """Return, as a function of distance [mm], the change in deflection due to the flesh below the layer.
+        """Return the change in deflection due to the flesh below the layer, as a function of distance [mm].
 
-        It is the deflection per force, times pi E* of the flesh below, minus 1 / (stiffness r) [1/mm].
+        The change is the deflection per unit force, times pi E* of the flesh below, minus 1 / (stiffness r) [1/mm].
         """
         return _base_effect(self.compliance, self.thickness, self.stiffness)
 
 
 @dataclass(frozen=True)
 class FleshOnStone:
-    """Flesh of a `thickness` [mm] that is bonded to a rigid stone; see K. L. Johnson, Contact Mechanics (1985), 5.8.
+    """Flesh of the given `thickness` [mm], bonded to a rigid stone.
 
-    `stiffness` is the modulus of the layer over the modulus of the fruit [1]: 1, because the layer is the flesh.
+    `stiffness` [1] is the modulus of the layer divided by the modulus of the fruit. It is 1, because the layer is the
+    flesh itself. See K. L. Johnson, Contact Mechanics (1985), section 5.8.
     """
 
     thickness: float
@@ -85,26 +89,30 @@ class FleshOnStone:
     stiffness: ClassVar[float] = 1.0
 
     def compliance(self, t: Floats) -> Floats:
-        """Return the compliance over the compliance of flesh without a stone [1].
+        """Return the compliance divided by the compliance of flesh without a stone [1].
 
         `t` [1] is the wave number of the pressure times the thickness.
         """
-        return _burmister(t, 0.0, self.poisson)  # 0 is the code for a rigid base
+        return _burmister(t, 0.0, self.poisson)  # a stiffness ratio of 0 means a rigid base
 
     @cached_property
     def base_effect(self) -> CubicSpline:
-        """Return, as a function of distance [mm], the change in deflection due to the stone.
+        """Return the change in deflection due to the stone, as a function of distance [mm].
 
-        It is the deflection per force, times pi E*, minus 1 / r [1/mm].
+        The change is the deflection per unit force, times pi E*, minus 1 / r [1/mm].
         """
         return _base_effect(self.compliance, self.thickness, self.stiffness)
 
 
 def _burmister(t: Floats, stiffness: float, poisson: float) -> Floats:
-    """Return Burmister's transform: the compliance of a layer on a base over that of a half-space of its material [1].
+    """Return the compliance of a layer on a base, divided by that of a half-space of the layer's material [1].
 
-    `t` [1] is the wave number times the thickness of the layer. The layer is `stiffness` times as stiff as its base; 0
-    means a rigid base. Layer and base have the same Poisson's ratio.
+    With the argument t, the wave number times the thickness of the layer [1], Burmister's transform is
+
+        (1 + 4 b t exp(-2 t) - a b exp(-4 t)) / (1 - (a + b + 4 b t^2) exp(-2 t) + a b exp(-4 t)),
+
+    where b = (s - 1) / (s + k), a = k (s - 1) / (1 + k s) and k = 3 - 4 nu. The modulus of the layer divided by the
+    modulus of the base is s, the argument `stiffness`; s = 0 is a rigid base. Both have the same Poisson's ratio nu.
     """
     k = 3.0 - 4.0 * poisson
     upper = (stiffness - 1.0) / (stiffness + k)
@@ -115,26 +123,29 @@ def _burmister(t: Floats, stiffness: float, poisson: float) -> Floats:
 
 
 def _base_effect(compliance: Callable[[Floats], Floats], thickness: float, stiffness: float) -> CubicSpline:
-    """Return the change in deflection per force due to a base below a layer, times pi E* [1/mm], against distance [mm].
+    """Return the change in deflection due to a base below a layer, as a spline in the distance r from the load [mm].
 
-    It is the inverse Hankel transform of `compliance` - 1.
+    The change is the deflection per unit force times pi E* [1/mm]. With the `thickness` h [mm] and the relative
+    `stiffness` s [1] of the layer, it is the inverse Hankel transform 1 / (s h) int_0^inf (T(t) - 1) J_0(t r / h) dt.
+    T is the function `compliance`.
     """
-    t = np.linspace(0.0, 15.0, 3001)
+    t = np.linspace(0.0, 15.0, 3001)  # T - 1 decays like t^2 exp(-2 t), so the integral may end at 15
     r = thickness * np.concatenate([np.linspace(0.0, 4.0, 81), np.geomspace(4.0, 40.0, 60)[1:]])
-    waves = (compliance(t) - 1.0) * j0(t * r[:, None] / thickness)
-    return CubicSpline(r, np.asarray(np.trapezoid(waves, t, axis=-1)) / (stiffness * thickness))
+    integrand = (compliance(t) - 1.0) * j0(t * r[:, None] / thickness)
+    return CubicSpline(r, np.asarray(np.trapezoid(integrand, t, axis=-1)) / (stiffness * thickness))
 
 
 @dataclass(frozen=True, kw_only=True)
 class EllipsoidFruit:
-    """An ellipsoidal fruit in the frame of the sensor, with optional deviations of its skin and its flesh.
+    """An ellipsoidal fruit in the frame of the sensor, with optional unevenness, soft spots, layer and yield pressure.
 
-    `E` [MPa] and `poisson` are the elastic constants. `R1` and `R2` [mm] are the principal radii, the first in the
-    direction `azimuth` [deg] from +x. The side of the sensor at `tilt_azimuth` is lowered by `tilt` [deg], and the apex
-    of the fruit lies at `apex` [mm]. `heights` (tips,) [mm] is the protrusion of each dome.
+    `E` [MPa] and `poisson` are the elastic constants. `R1` and `R2` [mm] are the principal radii of the skin at the
+    apex; `R1` is measured in the direction `azimuth` [deg] from +x. The apex of the fruit lies at `apex` [mm]. The
+    sensor is tilted by `tilt` [deg], so that its side in the direction `tilt_azimuth` [deg] is lower. `heights` (tips,)
+    [mm] is the protrusion of each dome.
 
-    `bumps` returns the height added to the skin [mm] at x, y [mm]. Under each dome, within a hemisphere of
-    `soft_radius` (tips,) [mm], the flesh is `softness` (tips,) times as soft as elsewhere [1]. Flesh yields at the
+    `bumps` maps x, y [mm] to the height added to the skin [mm]. Under each dome, within a hemisphere of radius
+    `soft_radius` (tips,) [mm], the flesh is `softness` (tips,) [1] times as compliant as elsewhere. Flesh yields at the
     pressure `yields` [MPa].
     """
 
@@ -155,10 +166,10 @@ class EllipsoidFruit:
 
     @property
     def local_compliance(self) -> Floats:
-        """Return two numbers for each dome, shape (2, tips), that describe soft flesh under it.
+        """Return the effect of soft flesh under each dome as a factor and a constant, shape (2, tips).
 
-        The first is the compliance of the soft flesh over the compliance of the flesh elsewhere [1]. The second is a
-        constant that is added to the deflection per force, times pi E* [1/mm].
+        The factor is the compliance of the soft flesh divided by the compliance of the flesh elsewhere [1]. The
+        constant is added to the deflection per unit force times pi E* [1/mm].
         """
         softness, radius = np.broadcast_arrays(self.softness, self.soft_radius)
         constant = BRUISE[0] + BRUISE[1] * (self.poisson - 0.3)
@@ -174,11 +185,11 @@ class EllipsoidFruit:
 
     @property
     def slope(self) -> Floats:
-        """Return the slope of the skin at the apex along x and y, in the frame of the sensor [1], shape (2,)."""
+        """Return the slope of the skin at the apex along x and y [1], shape (2,), in the frame of the sensor."""
         angle = math.radians(self.tilt_azimuth)
         return math.tan(math.radians(self.tilt)) * np.array([math.cos(angle), math.sin(angle)])
 
     @property
     def compliance(self) -> float:
-        """Return (1 - nu^2) / (pi E), the deflection under a point load times the distance over the load [mm^2/N]."""
+        """Return (1 - nu^2) / (pi E) [mm^2/N]: the deflection due to a unit point load, times the distance from it."""
         return (1.0 - self.poisson**2) / (math.pi * self.E)

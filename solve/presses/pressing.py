@@ -1,12 +1,12 @@
-"""Presses of a sensor with sprung domes on an ellipsoidal fruit: the forces at travels from the first touch.
+"""Forces on the sprung domes of a sensor that is pressed on an ellipsoidal fruit, at given travels.
 
-The gap is between true spheres and the skin z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2. Slopes are small, so forces
-and displacements are taken along the axis of the sensor. Contact is unilateral and frictionless.
+The gap is measured between true spheres and the skin z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2. Slopes are small, so
+forces and displacements are taken along the axis of the sensor. Contact is unilateral and frictionless.
 
 The cells in contact are found by an active-set method: cells in tension leave the set, and cells that penetrate join
-it. A step is shortened until it lowers the energy. The forces of a set are found by conjugate gradients, preconditioned
-by the inverse of each grid's convolution. Each grid follows its contact from sample to sample, so that the
-discretisation error is nearly the same factor for all forces.
+it. A step is shortened until it lowers the energy. The forces of the active cells are found by conjugate gradients,
+preconditioned by the inverse of each grid's convolution. Each grid is moved and resized with its contact from travel to
+travel. The discretisation error is then nearly the same factor for all forces.
 """
 
 import math
@@ -24,33 +24,33 @@ Slope = tuple[float, float] | Floats
 CELLS = 32  # cells per side of a grid
 MOST_STEPS = 400  # maximum number of steps of conjugate gradients
 MOST_SETS = 100  # maximum number of active sets
-LEAST_PART = 1e-3  # smallest fraction of a step to the forces of an active set
-SETTLED = 1e-7  # tolerance of the gap in contact, over the largest interference
-NEARLY_FULL = 0.9  # width over the grid from which a contact at its edge may be much wider than the grid
-FILLED = (0.72, 0.94)  # smallest and largest allowed width of a contact over the width of its grid
+LEAST_PART = 1e-3  # smallest fraction of a step towards the forces of an active set
+SETTLED = 1e-7  # tolerance of the gap in contact, as a fraction of the largest interference
+NEARLY_FULL = 0.9  # a contact that touches the edge and fills this fraction of its grid may be much wider than the grid
+FILLED = (0.72, 0.94)  # smallest and largest allowed width of a contact, as a fraction of the width of its grid
 TOUCH_STEPS = 20  # Newton steps to a point of first contact on a smooth ellipsoid
-MOST_GRIDS = 12  # maximum number of times that grids are fitted to their contacts
-BEYOND_RIM = 1.1  # largest half width of the first grid over the rim of a dome
-WIDEN = 0.8  # factor on the smallest fill of a grid, and on 1 / its width, if a bump touches outside the grid
-CUT_OFF_GROWTH = 1.5  # growth of a grid whose contact is cut off at its edge
-AIM = 0.83  # width of a contact over its new grid, the middle of FILLED
+MOST_GRIDS = 12  # maximum number of attempts to fit the grids to their contacts
+BEYOND_RIM = 1.1  # largest half width of the first grid divided by the radius of the dome's rim
+WIDEN = 0.8  # if a bump touches outside a grid, factor on the grid's smallest fill and on the inverse of its width
+CUT_OFF_GROWTH = 1.5  # growth factor of a grid whose edge cuts off the contact
+AIM = 0.83  # width of a contact as a fraction of its new grid, the middle of FILLED
 SOUGHT = 3.0  # largest distance between a dome's points of first contact with and without the height map [mm]
 
 
 class Pressing:
     """A sensor that is pressed on a fruit to increasing travels.
 
-    `touch` (tips, 2) [mm] are the points of first contact, and `nearest` (tips,) [mm] the gaps there.
-    `spring_compliance` (tips,) [mm/N] is the compliance of the springs, and `recovered` (tips,) [mm] the part of their
-    deflection that has recovered. Presses over time change both before each sample. `grids` and `cell_forces` [N] are
-    the last solution, from which the next one starts.
+    `touch` (tips, 2) [mm] are the points of first contact, and `nearest` (tips,) [mm] are the gaps there.
+    `spring_compliance` (tips,) [mm/N] is the compliance of the springs. `recovered` (tips,) [mm] is the part of their
+    deflection that has recovered. Presses over time change both before each sample. `grids` and `cell_forces` [N] hold
+    the previous solution, which is the initial guess of the next one.
     """
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
         """Find the point of first contact under each dome.
 
-        On a smooth ellipsoid it is found by Newton's method. If the skin or the domes have a height map, or the domes a
-        rim, it is then searched for in three successively smaller squares.
+        Newton's method finds it for ideal spheres on a smooth ellipsoid. If the skin has bumps, or if the domes have a
+        form error or a rim, three successively finer grids are then searched around that point.
         """
         self.sensor, self.fruit, self.cells = sensor, fruit, cells
         self.kernel = love(cells)
@@ -63,7 +63,7 @@ class Pressing:
                 self.touch = self._smallest_gaps(half_side)
         self.spring_compliance = 1.0 / sensor.K
         self.recovered = np.zeros(len(self.touch))  # recovery of the springs due to relaxation of the flesh [mm]
-        self.smallest_fill = np.full(len(self.touch), FILLED[0])  # smallest allowed width of a contact over its grid
+        self.smallest_fill = np.full(len(self.touch), FILLED[0])  # smallest allowed fraction of a grid in contact
         self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
         smaller_curvature = np.linalg.eigvalsh(fruit.curvature)[0]
         self.relative_radius = 1.0 / (1.0 / sensor.dome_radius + smaller_curvature)  # in the flatter direction [mm]
@@ -71,17 +71,17 @@ class Pressing:
         self.cell_forces = np.zeros((len(self.touch), cells, cells))
 
     def _gap_derivatives(self, tip: int) -> tuple[Floats, Floats]:
-        """Return the Hessian (2, 2) [1/mm] and the gradient (2,) [1] of a dome's gap at the estimate of its touch."""
+        """Return the Hessian (2, 2) [1/mm] and the gradient (2,) [1] of a dome's gap at its estimated touch point."""
         r = self.sensor.dome_radius
         from_axis = self.touch[tip] - self.sensor.positions[tip]
-        height = math.sqrt(r**2 - from_axis @ from_axis)  # of the centre of the sphere above the point of the dome
+        height = math.sqrt(r**2 - from_axis @ from_axis)  # height of the sphere's centre above this point of the dome
         dome_hessian = np.eye(2) / height + np.outer(from_axis, from_axis) / height**3
         from_apex = self.touch[tip] - self.fruit.apex
         gradient = from_axis / height + self.fruit.curvature @ from_apex - self.fruit.slope
         return dome_hessian + self.fruit.curvature, gradient
 
     def _smallest_gaps(self, half_side: float) -> Floats:
-        """Return the points (tips, 2) [mm] of smallest gap in squares of this half side [mm] around `touch`."""
+        """Return the points of smallest gap (tips, 2) [mm] within squares of this half side [mm] around `touch`."""
         offsets = np.linspace(-half_side, half_side, 161)
         x = self.touch[:, 0, None, None] + offsets[:, None]
         y = self.touch[:, 1, None, None] + offsets
@@ -99,7 +99,7 @@ class Pressing:
     def gap(self, x: Floats, y: Floats) -> Floats:
         """Return the gap between each dome and the skin [mm] at points x, y (tips, ...) [mm].
 
-        The sensor is at height 0, and neither the skin nor the springs are deformed.
+        The sensor is at height 0, and both the skin and the springs are undeformed.
         """
         r = self.sensor.dome_radius
         dx = x - self.sensor.positions[:, 0, None, None]
@@ -117,16 +117,16 @@ class Pressing:
         return gap
 
     def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
-        """Return the forces of the domes [N], shape (tips,), at a travel [mm] from the first touch.
+        """Return the forces on the domes [N], shape (tips,), at a travel [mm] from the first touch.
 
-        The sensor has turned by `changed_slope` [1] along x and y since then. Contact is first solved on the grids of
-        the previous travel. Grids that do not fit their contacts are replaced, and the contact is solved again. Raises
-        ArithmeticError if the grids still do not fit after twelve attempts.
+        The slope of the sensor along x and y has changed by `changed_slope` [1] since the first touch. Contact is first
+        solved on the grids of the previous travel. Grids that do not fit their contacts are replaced, and the contact
+        is solved again. Raises ArithmeticError if the grids still do not fit after twelve attempts.
         """
         lowering = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
         interference = lowering - self.nearest
-        # The first grid covers the overlap of the undeformed bodies, which are paraboloids, up to a little beyond the
-        # rim. A dome out of contact gets the grid of an interference of 1e-4 mm.
+        # The first grid covers the overlap of the undeformed bodies, approximated by paraboloids, but reaches only a
+        # little beyond the rim. A dome out of contact gets the grid of an interference of 1e-4 mm.
         overlap_radius = np.sqrt(2.0 * self.relative_radius * np.maximum(interference, 1e-4))
         reach = np.minimum(overlap_radius, BEYOND_RIM * self.sensor.rim) if self.grids is None else self.grids.reach
         middles = self.touch if self.grids is None else self.grids.middles
@@ -153,15 +153,16 @@ class Pressing:
     def _fit_grids(self, grids: Grids, cell_forces: Floats, interference: Floats) -> tuple[Floats, Floats, bool]:
         """Return centres and half widths of grids that fit the contacts, and whether the given grids already fit.
 
-        The width of a contact must be between `smallest_fill` and FILLED[1] of the width of its grid. The contact must
-        not touch the edge of the grid. `cell_forces` [N] are the forces of the cells. `interference` (tips,) [mm] is
-        the depth of the undeformed domes below the skin.
+        A grid fits if its contact does not touch its edge, and if the width of the contact is between `smallest_fill`
+        and FILLED[1] times the width of the grid. `cell_forces` (tips, cells, cells) [N] are the forces on the cells.
+        `interference` (tips,) [mm] is the depth of the undeformed domes below the undeformed skin.
         """
         middles, reach = grids.middles.copy(), grids.reach.copy()
         fits = True
         for tip, forces in enumerate(cell_forces):
             rows, columns = np.flatnonzero(forces.any(axis=1)), np.flatnonzero(forces.any(axis=0))
-            # A dome out of contact keeps a small grid where it will touch: 1.2 contact radii at 2 % of its distance.
+            # A dome out of contact keeps a small grid where it will touch. Its half width is 1.2 contact radii for an
+            # interference of 2 % of the present gap.
             if not len(rows):
                 reach[tip] = 1.2 * math.sqrt(self.relative_radius * max(0.02 * abs(interference[tip]), 1e-3))
                 middles[tip] = self.touch[tip]
@@ -171,8 +172,9 @@ class Pressing:
             width = (last - first + 1).max() / grids.cells
             is_at_edge = first.min() == 0 or last.max() == grids.cells - 1
             if is_at_edge or not self.smallest_fill[tip] <= width <= FILLED[1]:
-                # A contact cut off by the edge may be much wider. Otherwise it will fill the new grid to AIM. A contact
-                # of one or two cells counts as 2.5 cells wide.
+                # A contact that the edge cuts off may be much wider than the grid, so the grid grows by a fixed factor.
+                # Any other contact will fill the fraction AIM of the new grid. A contact of one or two cells is treated
+                # as 2.5 cells wide, so that the grid does not shrink too fast.
                 fits = False
                 middles[tip] = grids.middles[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.size[tip]
                 reach[tip] = grids.reach[tip] * (
@@ -181,9 +183,9 @@ class Pressing:
         return middles, reach, fits
 
     def _touches_outside(self, grids: Grids, dome_forces: Floats, lowering: Floats) -> Flags:
-        """Return for each dome whether a bump of the skin would touch it outside its grid, shape (tips,).
+        """Return whether a bump of the skin would touch each dome outside its grid, shape (tips,).
 
-        Outside the grids, the deflection of the skin is approximated by point forces at the centres of the grids.
+        The deflection of the skin outside a grid is computed as if the forces acted at the centres of the grids.
         """
         coordinates = np.linspace(-2.0, 2.0, 81)
         is_outside = np.maximum(np.abs(coordinates[:, None]), np.abs(coordinates)) > 1.0
@@ -201,11 +203,12 @@ class Pressing:
         return touches
 
     def _cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
-        """Return the forces of all cells [N], each capped at the force at which the flesh yields.
+        """Return the forces on all cells [N], each capped at the force at which the flesh yields.
 
-        `lowering` (tips,) [mm] is the displacement of the domes, and `start` the initial guess of the forces. Yielded
-        cells carry their largest force. They are determined by iteration, until they do not change. A yielded cell
-        stays so as long as the skin under it is deflected less than the dome requires.
+        `lowering` (tips,) [mm] is the displacement of the domes. `start` is the initial guess of the forces, or None.
+        Yielded cells carry their yield force. The set of yielded cells is found by iteration. A yielded cell remains
+        yielded as long as the skin under it is deflected by less than the dome requires. Raises ArithmeticError if the
+        set of yielded cells does not settle.
         """
         x, y = grids.positions()
         required = lowering[:, None, None] - self.gap(x, y)
@@ -230,24 +233,23 @@ class Pressing:
         raise ArithmeticError(self.fruit.yields)
 
     def _deflection(self, grids: Grids, forces: Floats) -> Floats:
-        """Return the deflection of fruit and springs together [mm] under forces of cells [N], for each cell."""
+        """Return the total deflection of fruit and springs at each cell [mm], under forces on the cells [N]."""
         springs: Floats = self.spring_compliance[:, None, None] * forces.sum(axis=(1, 2), keepdims=True)
         return self.fruit.compliance * grids.deflection(forces) + springs
 
     def _contact_forces(self, grids: Grids, required: Floats, start: Floats | None, free: Flags) -> Floats:
-        """Return the nonnegative forces f of the cells [N] that minimise the energy, by an active-set method.
+        """Return the nonnegative forces f on the cells [N] that minimise the energy, by an active-set method.
 
-        The energy is f.(A f) / 2 - f.required, with the deflection A f. `required` [mm] is the deflection of each cell
-        if it is in contact. Only cells marked in `free` may carry a force. `start` is the initial guess of the forces,
-        or None. Raises ArithmeticError if the active set does not settle.
+        The energy is f.(A f) / 2 - f.required, where A f is the deflection of the cells under f. `required` [mm] is the
+        deflection of each cell if it is in contact. Only cells marked in `free` may carry a force. `start` is the
+        initial guess of the forces, or None. Raises ArithmeticError if the active set does not settle.
         """
 
         def deflection(forces: Floats) -> Floats:
-            """Return the deflection of all cells under forces of cells [mm]."""
             return self._deflection(grids, forces)
 
         tolerance = SETTLED * max(required.max(), 1e-6)
-        # Tension that would move a cell by only a few tolerances is ignored.
+        # Ignore tension that would move a cell by only a few tolerances.
         ignored_tension = (tolerance * grids.size / self.fruit.compliance)[:, None, None]
         active = free & (required > 0.0 if start is None else start > 0.0)
         f = np.zeros_like(required) if start is None else start
@@ -274,7 +276,7 @@ class Pressing:
 
 @dataclass(frozen=True)
 class _System:
-    """The linear system of the cells in contact, whose `deflection` must be `required` within `tolerance` [mm]."""
+    """The linear system of the cells in contact: their `deflection` must equal `required` within `tolerance` [mm]."""
 
     grids: Grids
     deflection: Callable[[Floats], Floats]
@@ -282,10 +284,10 @@ class _System:
     tolerance: float
 
     def solve(self, f: Floats, active: Flags) -> tuple[Floats, Floats]:
-        """Return the forces of the active cells [N] that give the required deflection, and the gaps of all cells [mm].
+        """Return the forces on the active cells [N] that give the required deflection, and the gaps of all cells [mm].
 
-        The method is conjugate gradients from the initial guess `f`, preconditioned by the inverse of each grid's
-        convolution. Raises ArithmeticError if it does not converge.
+        The method is conjugate gradients, preconditioned by the inverse of each grid's convolution. `f` [N] is the
+        initial guess of the forces. Raises ArithmeticError if the iteration does not converge.
         """
         gaps = self.deflection(f) - self.required
         direction, previous_product = np.zeros_like(f), 1.0
@@ -311,11 +313,11 @@ def press(
     cells: int = CELLS,
     drift: Slope = (0.0, 0.0),
 ) -> Floats:
-    """Return the forces of the domes [N], shape (samples, tips), at increasing travels [mm] from the first touch.
+    """Return the forces on the domes [N], shape (samples, tips), at increasing travels [mm] from the first touch.
 
-    `cells` is the number of cells per side of a grid. The slope of the sensor changes by `drift` [1] along x and y, in
-    proportion to the travel.
+    `cells` is the number of cells per side of the contact grid under each dome. The slope of the sensor changes in
+    proportion to the travel. At the last travel it has changed by `drift` [1] along x and y.
     """
     pressing = Pressing(sensor, fruit, cells)
-    last = max(travels)
-    return np.array([pressing.forces(x, np.multiply(drift, x / last)) for x in travels])
+    last_travel = max(travels)
+    return np.array([pressing.forces(x, np.multiply(drift, x / last_travel)) for x in travels])
