@@ -1,6 +1,6 @@
-"""The compliance of a part of any shape, some faces of which are held and others pressed by a uniform load.
+"""The compliance of a part of any shape, with some faces held and a uniform load on others.
 
-The caller obtains error bars from two or more meshes. A swept mesh may neglect features of the part. Their effect is
+The caller obtains error bars from two or more meshes. A swept mesh may neglect features of the part; their effect is
 bounded by the strain energy of the neglected material.
 """
 
@@ -23,29 +23,30 @@ from solve.linear import SolveError
 from solve.multigrid import two_grid
 
 Direction = tuple[float, float, float]
-# Increase in compliance due to removed material, over the strain energy that the material would carry. It is 2 for a
-# round hole under tension, and more for a slender hole. See J. D. Eshelby, Proc. R. Soc. A 241 (1957) 376,
+# Increase in compliance due to removed material, divided by the strain energy that the material would carry. It is 2
+# for a round hole under tension, and larger for a slender hole. See J. D. Eshelby, Proc. R. Soc. A 241 (1957) 376,
 # doi:10.1098/rspa.1957.0133.
 VOID_FACTOR = 4.0
-# The error bar over the difference between two meshes, and the smallest relative error bar.
-ERROR_SHARE = 1.0
-ERROR_FLOOR = 1e-3
-# Elements at sharp inner corners are refined if they have more than this share of the strain energy. Coarse elements
-# miss at most a twelfth of it, which is 0.16 %. The smallest error bar covers 0.1 %, the difference of meshes the rest.
+ERROR_SHARE = 1.0  # error bar divided by the difference between two meshes
+ERROR_FLOOR = 1e-3  # smallest relative error bar
+# Elements at sharp inner corners are refined if they hold more than this fraction of the strain energy. Coarse elements
+# miss at most a twelfth of that energy, which is 0.16 % of the total. The error floor covers 0.1 % of this, and the
+# difference between the meshes covers the rest.
 CORNER_SHARE = 0.02
-_TETRAHEDRA_ORDER = 4  # polynomial degree of the quadrature; it is high enough for cells with curved edges
-_SHARP = 1.2  # strain at walls over strain at round inner corners above which the walls have a sharp corner
+_TETRAHEDRA_ORDER = 4  # polynomial degree of the quadrature, high enough for cells with curved edges
+_SHARP = 1.2  # ratio of the strain at walls to that at round inner corners above which a wall has a sharp corner
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PartCompliance:
     """The solution on one mesh: C[i, j] is the displacement of face i along its load per force on face j [mm/N].
 
-    All other fields have an entry for each load, for 1 N. `strain_per_N` is the largest principal strain at round inner
-    corners, extrapolated to the edges of elements [1/N]. `strain_inside_per_N` is the largest at points inside elements
-    [1/N]. Both are nan if there is no such corner or strain is larger elsewhere. `density` is twice the density of
-    strain energy in each element [N/mm^2]. `at_corners` (loads, corners) is the share of the strain energy in the
-    elements at each sharp inner corner [1].
+    The strains, `density` and `at_corners` have one entry per load, for a load of 1 N. `strain_per_N` [1/N] is the
+    largest principal strain at round inner corners, extrapolated to element edges. `strain_inside_per_N` [1/N] is the
+    largest one at points inside elements. Both are nan if the part has no round inner corner, or if the strain is
+    larger elsewhere. `density` [N/mm^2] is twice the strain energy density in each element. `at_corners` (loads,
+    corners) [1] is the fraction of the strain energy in the elements at each sharp inner corner. `seconds` is the
+    wall-clock time.
     """
 
     C: Floats
@@ -71,21 +72,21 @@ def swept_compliance(
     """Return the compliance of the pressed faces of a swept part.
 
     `material` is Young's modulus [MPa] and Poisson's ratio. `presses` maps the name of each pressed face to the unit
-    direction of its load. The part is supported by elastic `layers`; without layers, its held faces do not move. Raises
-    SolveError if nothing holds the part, or if the solution or its reciprocity is inaccurate.
+    vector along its load. The part is supported by the elastic `layers`; without layers, its held faces cannot move.
+    Raises SolveError if nothing holds the part, or if the solution is inaccurate or not reciprocal.
     """
     start = time.perf_counter()
     half = clamped_half(part.mesh, *material, layers)
     means = np.column_stack([press_mean(half.basis, name, direction) for name, direction in presses.items()])
-    u = half.factor.solve(part.share * means)  # on half a part, half of each newton acts
+    u = half.factor.solve(part.share * means)  # if only half the part is meshed, half of each load acts on it
     C = means.T @ u
     _check_reciprocal(C)
-    corners = [_corner_strain(half.basis, column) for column in u.T]
+    strains = [_corner_strain(half.basis, column) for column in u.T]
     energies = [_energy(half, material, column) for column in u.T]
     return PartCompliance(
         C=0.5 * (C + C.T),
-        strain_per_N=tuple(corner for corner, _ in corners),
-        strain_inside_per_N=tuple(inside for _, inside in corners),
+        strain_per_N=tuple(at_edges for at_edges, _ in strains),
+        strain_inside_per_N=tuple(inside for _, inside in strains),
         density=tuple(density for density, _ in energies),
         at_corners=np.array([_corner_shares(part, energy) for _, energy in energies]),
         dofs=int(half.basis.N),
@@ -94,11 +95,11 @@ def swept_compliance(
 
 
 def strained_corners(solution: PartCompliance) -> tuple[int, ...]:
-    """Return the numbers of the sharp inner corners with enough strain energy to need refinement.
+    """Return the indices of the sharp inner corners that hold enough strain energy to need refinement.
 
-    The corners that are not returned together have at most `CORNER_SHARE` of the strain energy of any load.
+    The other corners together hold at most the fraction `CORNER_SHARE` of the strain energy of each load.
     """
-    order = np.argsort(solution.at_corners.max(axis=0))  # least strained first
+    order = np.argsort(solution.at_corners.max(axis=0))  # in order of increasing strain energy
     is_small = np.cumsum(solution.at_corners[:, order], axis=1).max(axis=0) <= CORNER_SHARE
     return tuple(sorted(order[~is_small].tolist()))
 
@@ -107,21 +108,23 @@ def _check_reciprocal(C: Floats) -> None:
     """Raise SolveError unless C (loads, loads) [mm/N] is symmetric, as Betti's theorem requires."""
     skew = float(np.abs(C - C.T).max())
     if not skew <= BALANCE_LIMIT * float(np.abs(C).max()):
-        msg = f"own part: compliances of two loads differ by {skew:.1e} mm/N: must be equal; check the solid"
+        msg = f"own part: mutual compliances of two loads differ by {skew:.1e} mm/N: must be equal. Check the solid."
         raise SolveError(msg)
 
 
 def _corner_strain(basis: CellBasis, u: Floats) -> tuple[float, float]:
-    """Return the largest strains [1] at round inner corners: extrapolated to element edges, and inside elements.
+    """Return the largest strain at round inner corners [1], extrapolated to element edges and inside elements.
 
-    Both are nan if there is no round inner corner, or if the strain is clearly larger at another wall. Such a maximum
-    is at a sharp corner, where the strain grows with every refinement of the mesh.
+    `u` (dofs,) [mm] are the displacements. Both values are nan if there is no round inner corner, or if the strain is
+    much larger at another wall. Such a maximum lies at a sharp corner, where the strain increases with every refinement
+    of the mesh.
     """
     if FILLETS not in basis.mesh.boundaries:
         return np.nan, np.nan
     at_fillets, inside = largest_strain(basis, FILLETS, u)
     at_walls, _ = largest_strain(basis, WALLS, u)
-    # Next to a wide fillet, the strain of the straight wall may be slightly larger; at a sharp corner it is far larger.
+    # In the straight wall next to a wide fillet the strain may be slightly larger than in the fillet. At a sharp corner
+    # it is far larger.
     return (max(at_fillets, at_walls), inside) if _SHARP * at_fillets >= at_walls else (np.nan, np.nan)
 
 
@@ -131,10 +134,11 @@ def tetrahedral_compliance(
     presses: Mapping[str, Direction],
     layers: Sequence[ElasticLayer] = (),
 ) -> PartCompliance:
-    """Return the compliance of the pressed faces of a part in quadratic tetrahedra, without strains and energies.
+    """Return the compliance of the pressed faces of a part, solved with quadratic tetrahedra.
 
-    `material`, `presses` and `layers` are as in `swept_compliance`. Raises SolveError if nothing holds the part, if
-    conjugate gradients do not converge, or if the compliance is not symmetric.
+    Strains and energies are not computed. `material`, `presses` and `layers` are the arguments of `swept_compliance`.
+    Raises SolveError if nothing holds the part, if conjugate gradients do not converge, or if the compliance is not
+    symmetric.
     """
     start = time.perf_counter()
     basis = vector_basis(mesh, ElementTetP2(), _TETRAHEDRA_ORDER)
@@ -159,12 +163,12 @@ def tetrahedral_compliance(
 
 
 def extrapolate_to_size_zero(sizes: Sequence[float], values: Sequence[float]) -> tuple[float, float]:
-    """Extrapolate values on three or more meshes to element size 0; return the limit and its error.
+    """Extrapolate values on three or more meshes to element size 0, and return the limit and its error.
 
-    `sizes` decrease. The error of a value is assumed to be proportional to the size, because the error at a sharp
-    corner decreases at least at this rate. A rate observed on unstructured meshes would mainly be scatter. The error of
-    the limit is the larger of the last two steps, each converted to the last size. A single step can be small by
-    accident.
+    `sizes` are the element sizes in decreasing order. The error of a value is assumed to be proportional to the size,
+    because the error at a sharp corner decreases at least at this rate. A convergence rate estimated on unstructured
+    meshes would mainly reflect scatter. The error of the limit is the larger of the last two extrapolation steps, each
+    scaled to the last size. Two steps are used because a single one may be small by chance.
     """
     slopes = np.diff(values[-3:]) / np.diff(sizes[-3:])
     steps = slopes * sizes[-1]
@@ -172,17 +176,19 @@ def extrapolate_to_size_zero(sizes: Sequence[float], values: Sequence[float]) ->
 
 
 def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
-    """Return the vector (dofs,) whose product with displacements is their mean over a face, along a direction.
+    """Return the vector (dofs,) whose product with displacements is their mean component along a direction over a face.
 
-    `direction` is a unit vector. The vector is also the uniform load of 1 N on the face.
+    `direction` is a unit vector. The returned vector is also the uniform load of 1 N on the face in this direction.
     """
-    return np.asarray(sum(share * face_mean(basis, name, axis) for axis, share in enumerate(direction) if share != 0.0))
+    components = enumerate(direction)
+    return np.asarray(sum(share * face_mean(basis, name, axis) for axis, share in components if share != 0.0))
 
 
 def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tuple[Floats, Floats]:
-    """Return twice the strain energy of each element for displacements u (dofs,) [mm].
+    """Return twice the strain energy density and twice the strain energy of each element.
 
-    The first array is the mean density over the quadrature points [N/mm^2], the second the integral [N mm].
+    The first array is the mean density over the quadrature points [N/mm^2], the second is the integral [N mm]. `u`
+    (dofs,) [mm] are the displacements.
     """
     basis = half.basis
     dofs = np.asarray(basis.element_dofs).reshape(-1, 3, basis.element_dofs.shape[1])
@@ -192,10 +198,10 @@ def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tupl
 
 
 def left_out(part: SweptPart, solution: PartCompliance) -> tuple[float, ...]:
-    """Return upper bounds of the relative error of each C[i, i] due to features that the swept mesh neglects [1].
+    """Return an upper bound of the relative error of each C[i, i] [1] due to features that the swept mesh neglects.
 
-    Each column of cells is too long or too short by some volume. This volume is assumed to have the strain energy
-    density of the most strained cell of the column.
+    In each column of cells, the mesh has too much or too little material. This material is assumed to have the strain
+    energy density of the most strained cell of the column.
     """
     neglected_volume = VOID_FACTOR * part.effect * part.area
     largest_density = (density[part.cells].max(axis=0) for density in solution.density)
@@ -203,9 +209,9 @@ def left_out(part: SweptPart, solution: PartCompliance) -> tuple[float, ...]:
 
 
 def _corner_shares(part: SweptPart, energy: Floats) -> Floats:
-    """Return the share of the strain energy in the elements at each sharp inner corner [1], shape (corners,).
+    """Return the fraction of the strain energy in the elements at each sharp inner corner [1], shape (corners,).
 
-    `energy` (elements,) is the strain energy of each element.
+    `energy` (elements,) is the strain energy of each element, in any unit.
     """
     energy_of_columns = energy[part.cells].sum(axis=0)
     is_at_corner = part.corner >= 0

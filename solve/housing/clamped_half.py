@@ -1,4 +1,4 @@
-"""Half a housing in its mount: the displacement basis and the factorised stiffness matrix, and checks of a solution."""
+"""One half of a housing in its mount: its displacement basis, its factorised stiffness matrix and solution checks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,10 +18,9 @@ from solve.surface import surface_patches
 
 HOLES = "mounting_holes"
 SIDES = "side_faces"
-BALANCE_LIMIT = (
-    1e-5  # largest asymmetry of the work over the largest work [1], and largest error of a support force [N]
-)
-REDUCED = 3  # polynomial degree of reduced integration, with 2^3 Gauss points
+# Largest asymmetry of the mutual work divided by the largest work [1], and largest error of a support force [N].
+BALANCE_LIMIT = 1e-5
+REDUCED = 3  # polynomial degree of the reduced integration, which has 2^3 Gauss points
 _GAUSS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
 POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])  # 2^2 Gauss points of the unit square
 WEIGHTS = np.full(4, 0.25)
@@ -32,17 +31,17 @@ _TRIANGLE_ORDER = 4  # polynomial degree of the quadrature on triangular facets
 LENGTHWISE = 0
 ACROSS = 1
 PRESS = 2
-# The displacement components that are 0 on the plane of symmetry y = 0, for a load along PRESS or ACROSS.
+# The displacement components that are 0 on the plane of symmetry y = 0, under a load along PRESS or ACROSS.
 SYMMETRY = {PRESS: ("u^2",), ACROSS: ("u^1", "u^3")}
 
 
 @dataclass(frozen=True, eq=False)
 class ClampedHalf:
-    """The half y >= 0 of a housing in its mount: either elastic layers on a rigid ground, or clamped mounting holes.
+    """The half y >= 0 of a housing, mounted on elastic layers on a rigid ground or by clamped mounting holes.
 
-    `matrix` [N/mm] is the stiffness matrix, of which `ground` is the contribution of the layers, None without layers.
-    `clamped` are the dofs of the mounting holes, empty with layers. `factor` is the matrix factorised with these dofs
-    and those of the plane of symmetry held at 0.
+    `matrix` [N/mm] is the stiffness matrix. `ground` is the contribution of the layers to it, or None without layers.
+    `clamped` are the dofs of the mounting holes; it is empty if there are layers. `factor` is the matrix factorised
+    with these dofs and those of the plane of symmetry held at 0.
     """
 
     basis: CellBasis
@@ -52,32 +51,35 @@ class ClampedHalf:
     factor: Factor
 
     def support(self, u: Floats) -> Floats:
-        """Return the vertical force of the mount on the half [N], shape (loads,), for displacements u (dofs, loads)."""
+        """Return the force of the mount on the half along the press [N], shape (loads,).
+
+        `u` (dofs, loads) [mm] are the displacements.
+        """
         if self.ground is not None:
             return -np.asarray((self.ground @ u)[self._vertical].sum(axis=0))
         held = np.intersect1d(self.clamped, self._vertical)
         return np.asarray((self.matrix @ u)[held].sum(axis=0))
 
     def round_off(self, u: Floats) -> float:
-        """Return the round-off error of `support` [N] for displacements u (dofs, loads) [mm].
+        """Return the round-off error of `support` [N], for displacements u (dofs, loads) [mm].
 
-        The support is a small sum of large nodal forces, so its relative error can be large.
+        The support force is a small sum of large nodal forces, so its relative error can be large.
         """
         magnitudes = (magnitude(self.matrix) @ np.abs(u))[self._vertical].sum(axis=0)
         return float(np.finfo(np.float64).eps * magnitudes.max())
 
     @property
     def _vertical(self) -> Ints:
-        """Return the dofs of displacement along the press, at corners and at the middles of edges."""
+        """Return the dofs of the displacement along the press, at corners and at midpoints of edges."""
         return np.concatenate([self.basis.nodal_dofs[PRESS], self.basis.edge_dofs[PRESS]])
 
 
 def clamped_half(
     mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = (), axis: int = PRESS
 ) -> ClampedHalf:
-    """Return the half housing with the material constants E [MPa] and Poisson's ratio, for loads along an axis.
+    """Assemble and factorise half a housing with modulus E [MPa] and Poisson's ratio, for loads along an axis.
 
-    `mesh` [mm] is the half y >= 0, or a whole part without a boundary "symmetry". `axis` is PRESS or ACROSS. The
+    `mesh` [mm] is the half y >= 0, or a whole part without a boundary named "symmetry". `axis` is PRESS or ACROSS. The
     housing rests on the `layers`; without layers, its mounting holes are clamped. Raises SolveError if nothing holds
     the housing, or if its matrix is too large.
     """
@@ -95,9 +97,9 @@ def clamped_half(
 
 
 def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
-    """Return the dofs that are 0 on the plane of symmetry under a load along `axis`, PRESS or ACROSS.
+    """Return the dofs that are 0 on the plane of symmetry, under a load along `axis`, PRESS or ACROSS.
 
-    There are none if the whole part is meshed.
+    The result is empty if the whole part is meshed.
     """
     if "symmetry" not in (basis.mesh.boundaries or {}):
         return np.zeros(0, dtype=np.int64)
@@ -106,13 +108,16 @@ def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
 
 
 def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
-    """Return the same half, factorised for loads along another axis, which change what the plane of symmetry holds."""
+    """Return the same half, factorised for loads along another axis.
+
+    The symmetry of the load decides which components are 0 on the plane of symmetry, so the matrix is factorised again.
+    """
     held = np.union1d(half.clamped, _symmetry_dofs(half.basis, axis))
     return replace(half, factor=factorise(half.matrix, held))
 
 
 def facet_rule(mesh: Mesh) -> tuple[Floats, Floats]:
-    """Return the points (2, q) and weights (q,) [1] of a quadrature on the facets of hexahedra or tetrahedra."""
+    """Return the points (2, q) and weights (q,) [1] of a quadrature rule on the facets of hexahedra or tetrahedra."""
     if mesh.refdom is RefTet:
         points, weights = get_quadrature(RefTri, _TRIANGLE_ORDER)
         return points, weights
@@ -122,18 +127,18 @@ def facet_rule(mesh: Mesh) -> tuple[Floats, Floats]:
 def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:
     """Return the vector (dofs,) whose product with displacements is the mean over a face of their component `axis`.
 
-    With `slope`, LENGTHWISE or ACROSS, the product is instead the slope of the component along this axis, by least
-    squares. Half of the vector is also a load on the half mesh. It represents 1 N, or a moment of 1 N mm, on the whole
-    face.
+    With `slope`, LENGTHWISE or ACROSS, the product is instead the least-squares slope of the component along this axis.
+    Half of the vector is also a load on the half mesh: it represents 1 N on the whole face or, with `slope`, a moment
+    of 1 N mm.
     """
     patches = list(surface_patches(basis, name, *facet_rule(basis.mesh)))
-    # Across, the centre of the whole face is y = 0: its other half lies beyond the plane of symmetry.
+    # Along y, the centre of the whole face is y = 0, because its other half lies beyond the plane of symmetry.
     centre = 0.0
     if slope == LENGTHWISE:
         area = sum(float(patch.weights.sum()) for patch in patches)
         centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
 
-    # The mean is int u / int 1, the slope int u (x - centre) / int (x - centre)^2.
+    # The mean is int u / int 1. The slope is int u (x - centre) / int (x - centre)^2.
     integral = np.zeros(basis.N)
     norm = 0.0
     for patch in patches:
@@ -153,24 +158,25 @@ def weight_load(half: ClampedHalf, axis: int) -> Floats:
 
 
 def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> None:
-    """Raise SolveError unless the loads on tips satisfy Betti's theorem, and the mount carries the whole of each load.
+    """Raise SolveError unless the loads on tips satisfy Betti's theorem and the mount carries each load completely.
 
-    `work` (loads, loads) [N mm] is the work of one load on the displacements due to another. `support` (loads,) [N] is
-    the force of the mount under half a newton, which acts on the half mesh for 1 N on the whole tip. It is None if the
-    plane of symmetry carries a part of the load. `round_off` [N] is the numerical error of `support`.
+    `work` (loads, loads) [N mm] is the work of each load on the displacements due to each other load. `support`
+    (loads,) [N] is the force of the mount. It must balance 0.5 N, the load on the half mesh for 1 N on the whole tip.
+    `support` is None if the plane of symmetry carries a part of the load. `round_off` [N] is the numerical error of
+    `support`.
     """
     asymmetry = float(np.abs(work - work.T).max())
     if not asymmetry <= BALANCE_LIMIT * float(np.abs(work).max()):
         msg = (
-            f"flexure: the work of two loads, each on the displacement by the other, differs by {asymmetry:.1e} mm N: "
-            "must be equal. Check that the matrix is symmetric."
+            f"flexure: the work of each of two loads on the displacement due to the other differs by {asymmetry:.1e} "
+            "mm N: must be equal. Check that the matrix is symmetric."
         )
         raise SolveError(msg)
     imbalance = 0.0 if support is None else float(np.abs(support + 0.5).max())
     tolerance = max(BALANCE_LIMIT, round_off)
     if not imbalance <= tolerance:
         msg = (
-            f"flexure: the force of the mount and the half newton on a tip differ by {imbalance:.1e} N: must be at "
-            f"most {tolerance:.0e} N; check what holds the housing"
+            f"flexure: the force of the mount and the load of 0.5 N on half a tip differ by {imbalance:.1e} N: must be "
+            f"at most {tolerance:.0e} N. Check what holds the housing."
         )
         raise SolveError(msg)

@@ -1,7 +1,7 @@
 """Elastic layers between a housing and a rigid ground: a cover, or the outer layer of a print under a washer.
 
-A thin layer bonded to the ground acts like a bed of springs. Its stiffness per area is G / thickness parallel to the
-layer, and E / thickness normal to it.
+A thin layer bonded to the ground acts like an elastic foundation. Its stiffness per area is G / thickness parallel to
+the layer and E / thickness normal to it.
 """
 
 from collections.abc import Sequence
@@ -18,15 +18,16 @@ from solve.displacement_basis import cell_nodes
 from solve.elasticity import assemble_elements, lame_parameters
 from solve.surface import surface_facets
 
-Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in z [mm]
-Disc = tuple[float, float, float]  # centre x, z and radius [mm]
+Rectangle = tuple[tuple[float, float], tuple[float, float]]  # limits of x and limits of z [mm]
+Disc = tuple[float, float, float]  # coordinates x and z of the centre, and radius [mm]
 
 _ACROSS = 1  # the axis y, normal to the layer
-# The edge of a layer may cut a facet, so each facet is sampled at 8 x 8 points of equal weight.
+# The edge of a layer may cut through a facet, so each facet is sampled at 8 x 8 points of equal weight.
 _SIDE = (np.arange(8) + 0.5) / 8
 _POINTS = np.array([np.repeat(_SIDE, 8), np.tile(_SIDE, 8)])
 _WEIGHT = 1.0 / 64
-# The centroids of 64 equal triangles, eight along each side: 36 point the same way as the facet, 28 the opposite way.
+# A triangular facet is sampled at the centroids of 64 equal triangles, eight along each side. Of these, 36 point the
+# same way as the facet and 28 the opposite way.
 _TRIANGLE_POINTS = np.array(
     [((i + t) / 8, (j + t) / 8) for t, n in ((1 / 3, 8), (2 / 3, 7)) for i in range(n) for j in range(n - i)]
 ).T
@@ -34,10 +35,11 @@ _TRIANGLE_POINTS = np.array(
 
 @dataclass(frozen=True, kw_only=True)
 class ElasticLayer:
-    """A layer of the housing's own material, of a thickness [mm], between its surface `name` and the ground.
+    """A layer of the same material as the housing, between the housing's surface `name` and the ground.
 
-    The layer covers the points inside any rectangle; without rectangles, the whole surface. If there are discs, it
-    covers only points that are also inside a disc. It covers no point inside a hole.
+    The layer has the given `thickness` [mm]. It covers the points inside any of the rectangles or, without rectangles,
+    the whole surface. If there are discs, it covers only points that are also inside a disc. It covers no point inside
+    a hole.
     """
 
     name: str
@@ -47,7 +49,7 @@ class ElasticLayer:
     holes: tuple[Disc, ...] = ()
 
     def covers(self, x: Floats, z: Floats) -> Floats:
-        """Return 1 at points (x, z) [mm] that the layer covers, and 0 at others, in the shape of x."""
+        """Return 1 at points (x, z) [mm] that the layer covers and 0 at other points, in the shape of x."""
         covered = np.full(x.shape, not self.rectangles)
         for (x0, x1), (z0, z1) in self.rectangles:
             covered |= (x0 <= x) & (x <= x1) & (z0 <= z) & (z <= z1)
@@ -67,15 +69,15 @@ def _in_disc(x: Floats, z: Floats, disc: Disc) -> Flags:
 def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poisson: float) -> csc_matrix:
     """Return the contribution of elastic layers to the stiffness matrix [N/mm], shape (dofs, dofs).
 
-    It is int N_a N_b times the stiffness per area, over the covered part of each facet. The stiffness per area is
-    G / thickness for components parallel to the layer, and E / thickness for the normal component. E [MPa] and
-    Poisson's ratio are those of the layers, which have the material of the housing.
+    An entry is the stiffness per area times int N_a N_b over the covered part of each facet. The stiffness per area is
+    G / thickness for the components parallel to the layer, and E / thickness for the normal component. E [MPa] and
+    Poisson's ratio are those of the housing, because the layers have the same material.
     """
     _, shear = lame_parameters(E, poisson)
     nodes = cell_nodes(basis)
     count = basis.N // 3
-    tangential = csc_matrix((count, count))  # for each of the two components parallel to the layer
-    normal = csc_matrix((count, count))  # for the normal component
+    tangential = csc_matrix((count, count))  # entries for each of the two components parallel to the layer
+    normal = csc_matrix((count, count))  # entries for the normal component
     for layer in layers:
         points = _TRIANGLE_POINTS if basis.mesh.refdom is RefTet else _POINTS
         for facet in surface_facets(basis, layer.name):

@@ -2,8 +2,8 @@
 
 Strain is extrapolated from the points where it is most accurate: the 2^3 Gauss points of a cell or, on an unloaded
 surface, the 2^2 Gauss points of a facet. See J. Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243,
-doi:10.1002/nme.1620100202. The extrapolation is linear along each axis of the cell or facet. At a node it is averaged
-over the adjacent cells or facets.
+doi:10.1002/nme.1620100202. The extrapolation is linear along each axis of the cell or facet. The values at a node are
+averaged over the adjacent cells or facets.
 """
 
 import numpy as np
@@ -17,15 +17,15 @@ from solve.housing.stiffness import SPRINGS, leaf_faces
 from solve.surface import nodal_dofs, patch_inside, surface_facets
 
 _FREE = "free"
-_NEAR = 1e-9  # distance from the plane of a facet below which a node lies in it, over the side of the unit cube
+_NEAR = 1e-9  # a node of the unit cube closer than this to the plane of a facet lies in that plane
 
 
 def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
     """Return displacement, stress and strain at the nodes, for displacements u (dofs,) [mm] of 20-node hexahedra.
 
-    The nodes are the corners and then the middles of edges, which are the first nodes in `mesh.doflocs`. A named
-    boundary other than the leaves carries a load or a support; the rest of the surface is unloaded. E [MPa] and
-    Poisson's ratio are those of the housing.
+    The nodes are the corners, followed by the midpoints of edges; they are the first nodes in `mesh.doflocs`. All named
+    boundaries except the leaves carry a load or a support. All other surfaces are unloaded. E [MPa] and Poisson's ratio
+    are those of the housing.
     """
     leaves = [leaf_faces(spring) for spring in SPRINGS]
     loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
@@ -38,12 +38,15 @@ def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
 
 
 def nodes_of_cells(mesh: Mesh) -> Ints:
-    """Return the indices of the 20 nodes of each cell that the solve uses, the first of the mesh's 27, (20, cells)."""
+    """Return the indices of the nodes of each cell that the solver uses, shape (20, cells).
+
+    They are the first 20 of the 27 nodes that the mesh has in each cell.
+    """
     return np.asarray(mesh.dofs.element_dofs[: len(ElementHexS2().doflocs)])
 
 
 def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
-    """Return the index of the node on a named surface at which the magnitude of principal strain is largest."""
+    """Return the index of the node on a named surface with the largest absolute principal strain."""
     dofs = mesh.dofs.get_facet_dofs((mesh.boundaries or {})[surface])
     nodes = np.unique(np.concatenate([dofs.nodal["u"], dofs.edge["u"]]))
     return int(nodes[fields.largest_principal_strain[nodes].argmax()])
@@ -53,13 +56,13 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> 
     """Return the strain [1] at the nodes, shape (3, 3, nodes), for displacements u (dofs,) [mm].
 
     `basis` has 20-node cells with 2^3 Gauss points, and `unloaded` is the name of the unloaded boundary. At nodes on
-    this boundary, the strain is extrapolated only within its facets. At a fillet, strain varies nonlinearly through the
-    thickness of a leaf, so linear extrapolation from two points in a cell would miss the peak strain.
+    this boundary, the strain is extrapolated only within facets of the boundary. At a fillet, strain varies nonlinearly
+    through the thickness of a leaf, so linear extrapolation from two points in a cell would miss the peak strain.
     """
     reference_nodes = basis.elem.elem.doflocs  # nodes of the unit cube
     nodes = nodes_of_cells(basis.mesh)
     count = 1 + int(nodes.max())
-    # Extrapolation in a small cell has a smaller error, and therefore gets a larger weight in the average.
+    # The extrapolation is more accurate in a small cell, so small cells get a larger weight in the average.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
 
     total, weight = _cell_strain(basis, u, nodes, weights)
@@ -71,7 +74,7 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> 
         gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
         strain = _unloaded_strain(gradient, facet.normals(basis.mesh, POINTS), poisson)
 
-        # The nodes of the unit cube in the plane of this facet, and their coordinates along its two edges.
+        # Find the nodes of the unit cube in the plane of this facet, and their coordinates along its two edges.
         from_corner = reference_nodes - facet.corner
         on_facet = np.flatnonzero(np.abs(from_corner @ np.cross(facet.along, facet.across)) < _NEAR)
         facet_coordinates = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
@@ -89,9 +92,9 @@ def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> t
     """Return the weighted sum of strains at each node (nodes, 3, 3), and the sum of the weights (nodes,).
 
     The strains are extrapolated from the Gauss points of each cell, for displacements u (dofs,) [mm]. `nodes` and
-    `weights` (20, cells) are the node indices and weights of each cell.
+    `weights` (20, cells) are the indices of the nodes of each cell, and their weights in the average.
     """
-    # indices: node n, axes i and j, cell c, Gauss point q
+    # The indices are node n, axes i and j, cell c and Gauss point q.
     cells = np.arange(basis.mesh.nelements)
     gradient = np.einsum("nic,njcq->ijcq", u[nodal_dofs(basis, cells)], scalar_gradients(basis))
     strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
@@ -104,9 +107,10 @@ def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> t
 
 
 def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, weights: Floats) -> None:
-    """Add strains (n, cells, 3, 3) with weights (n, cells) to the sums at their nodes, whose indices are (n, cells).
+    """Add weighted strains to the sums at their nodes.
 
-    The sums `total` (nodes, 3, 3) of weighted strains and `weight` (nodes,) of weights are changed in place.
+    `strain` (n, cells, 3, 3) has the weights `weights` (n, cells) and belongs to the node indices `nodes` (n, cells).
+    The sum of weighted strains `total` (nodes, 3, 3) and the sum of weights `weight` (nodes,) are changed in place.
     """
     np.add.at(total, nodes, strain * weights[..., None, None])
     np.add.at(weight, nodes, weights)
@@ -115,9 +119,9 @@ def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, we
 def _unloaded_strain(gradient: Floats, normal: Floats, poisson: float) -> Floats:
     """Return the strain on an unloaded surface, shape (3, 3, facets, points), from the displacement gradient there.
 
-    The in-plane strain of the gradient is kept. The stress on the surface is zero. So the normal strain is -nu / (1 -
-    nu) (e_1 + e_2), with the in-plane strains e_1 and e_2, and the transverse shear strain is zero. `normal` (3,
-    facets, points) may have any length.
+    Only the in-plane strain is taken from the gradient. Because the traction on the surface is zero, the transverse
+    shear strain is zero. The normal strain is -nu / (1 - nu) (e_1 + e_2), where e_1 and e_2 are the in-plane normal
+    strains. `gradient` has the shape of the result. `normal` (3, facets, points) need not be a unit vector.
     """
     n = normal / np.linalg.norm(normal, axis=0)
     normal_projector = np.einsum("i...,j...->ij...", n, n)
@@ -131,8 +135,8 @@ def _extrapolation(nodes: Floats, gauss: Floats) -> Floats:
     """Return the matrix (n, q) that extrapolates values at Gauss points (d, q) to nodes (d, n) of the unit cube.
 
     There are q = 2^d Gauss points. Along one axis, the linear function that is 1 at one Gauss point and 0 at the other
-    is (1 + 3 X X') / 2. X is the coordinate of the node, from -1 to 1. X' is the coordinate of the Gauss point, -1 /
-    sqrt(3) or 1 / sqrt(3).
+    is (1 + 3 X X') / 2. Here X is the coordinate of the node, scaled to the range -1 to 1. X' = -1 / sqrt(3) or
+    1 / sqrt(3) is the coordinate of the Gauss point at which the function is 1.
     """
     X = 2.0 * nodes - 1.0
     X_gauss = 2.0 * gauss - 1.0

@@ -1,7 +1,8 @@
-"""The stiffness of both flexures of a printed housing in its mount, from the displacement of a tip per force on it.
+"""The stiffness of both flexures of a printed housing in its mount, from the displacement of each tip per force on it.
 
-The mesh is the half y >= 0, but all forces are forces on the whole part. Arrays over tips have the order of `SPRINGS`.
-Elements are 20-node hexahedra with 2^3 Gauss points; with full integration, a leaf would need eight times as many.
+The mesh is the half y >= 0, but all forces are forces on the whole part. Arrays over tips are in the order of
+`SPRINGS`. The elements are 20-node hexahedra with 2^3 Gauss points; with full integration, a leaf would need eight
+times as many elements.
 """
 
 import time
@@ -31,26 +32,27 @@ from solve.surface import surface_patches
 
 PerTip = tuple[float, ...]
 
-SPRINGS = ("low", "high")  # names of the springs, in the order of all results
+SPRINGS = ("low", "high")  # names of the springs; all results are in this order
 
-# Error bar over the difference from the coarse mesh. Compared with a mesh of 4.5 times as many dofs, the error is at
-# most 0.23 of this difference for designs in all print processes, with a median of 0.07
-# (tests/reference/fits/test_housing.py). The fit of the springs adds a floor, and more for leaves of unusual shape.
+# Error bar of the stiffness divided by the difference between the meshes. For designs in all print processes, the
+# error was found with a mesh of 4.5 times as many dofs: it is at most 0.23 times this difference, and 0.07 times in the
+# median (tests/reference/fits/test_housing.py). The fit of the springs adds a floor, and more for leaves of unusual
+# shape.
 ERROR_SHARE = 0.2
-# Error bar over the increase in strain due to its extrapolation to element edges. The largest ratio found is 1.1,
-# and 0.85 in tests/reference/fits/test_housing.py.
+# Error bar of the strain divided by the increase in strain that results from extrapolation to element edges. The
+# largest ratio found is 1.1, and 0.85 in tests/reference/fits/test_housing.py.
 STRAIN_ERROR_SHARE = 1.5
-# Linear extrapolation from the two Gauss points of an edge to its ends.
+# Matrix that linearly extrapolates values at the two Gauss points of an edge to the ends of the edge.
 _EXTRAPOLATION = 0.5 * np.array([[1.0 + np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [1.0 - np.sqrt(3.0), 1.0 + np.sqrt(3.0)]])
 
 
 def tip_face(spring: str) -> str:
-    """Return the name of the face of a spring's tip in the mesh."""
+    """Return the name that the face of a spring's tip has in the mesh."""
     return f"{spring}_tip"
 
 
 def leaf_faces(spring: str) -> str:
-    """Return the name of the faces of a spring's leaves in the mesh."""
+    """Return the name that the faces of a spring's leaves have in the mesh."""
     return f"{spring}_leaves"
 
 
@@ -58,11 +60,11 @@ def leaf_faces(spring: str) -> str:
 class TipCompliance:
     """The solution on one mesh: C[i, j] is the displacement of tip i along the press per force on tip j [mm/N].
 
-    All other fields have a value for each tip. `strain_per_N` is the largest principal strain on a flexure's leaves per
-    force on its tip [1/N], extrapolated to the edges of elements. `strain_inside_per_N` is the same at the Gauss
-    points. `tilt_per_N` is the rotation of a tip's face in the plane of the plate [rad/N]. `weight_sag` [mm^4/N] is the
-    displacement of a tip along the press per body force along the press, and `weight_sag_lengthwise` per body force
-    along x.
+    The fields of type `PerTip` have one value per tip. `strain_per_N` [1/N] is the largest principal strain on the
+    leaves of a flexure per force on its tip, extrapolated to element edges. `strain_inside_per_N` [1/N] is the largest
+    one at the Gauss points. `tilt_per_N` [rad/N] is the rotation of a tip's face in the plane of the plate.
+    `weight_sag` [mm^4/N] is the displacement of a tip along the press per body force along the press.
+    `weight_sag_lengthwise` [mm^4/N] is the same displacement per body force along x.
     """
 
     C: Floats
@@ -76,15 +78,16 @@ class TipCompliance:
 
     @property
     def K(self) -> PerTip:
-        """Return the stiffness of each tip with the other tips unloaded [N/mm]."""
+        """Return the stiffness of each flexure [N/mm], with the other tips unloaded."""
         return tip_stiffnesses(self.C)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HousingStiffness:
-    """The solution on the fine mesh with relative errors [1]: `error` of the stiffness K, and errors of other fields.
+    """The solution on the fine mesh, with the relative errors of its values [1].
 
-    The other fields are as in `TipCompliance`.
+    `error` is the relative error of the stiffness K. `strain_error` and `weight_sag_error` are the relative errors of
+    `strain_per_N` and `weight_sag`. The other fields are those of `TipCompliance`.
     """
 
     C: Floats
@@ -99,19 +102,19 @@ class HousingStiffness:
 
     @property
     def K(self) -> PerTip:
-        """Return the stiffness of each flexure with the other tips unloaded [N/mm]."""
+        """Return the stiffness of each flexure on the fine mesh [N/mm], with the other tips unloaded."""
         return tip_stiffnesses(self.C)
 
 
 def tip_stiffnesses(C: Floats) -> PerTip:
-    """Return the stiffness of each tip with the others unloaded [N/mm], from the compliance (tips, tips) [mm/N]."""
+    """Return the stiffness of each flexure [N/mm], with the other tips unloaded, from C (tips, tips) [mm/N]."""
     return tuple(1.0 / float(compliance) for compliance in np.diag(C))
 
 
 def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
-    """Return the solution on the fine mesh, with errors estimated from the difference between both meshes.
+    """Return the solution on the fine mesh, with errors estimated from the difference between the two meshes.
 
-    The error of the strain is estimated from the increase due to its extrapolation to element edges.
+    The strain error is instead estimated from the increase in strain that results from extrapolation to element edges.
     """
     return HousingStiffness(
         C=fine.C,
@@ -132,31 +135,33 @@ def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStif
 
 
 def _relative_errors(fine: PerTip, coarse: PerTip, fraction: float) -> PerTip:
-    """Return the relative errors [1] of fine values: `fraction` times their relative difference from coarse ones."""
+    """Return `fraction` times the relative difference [1] between the values on the fine and the coarse mesh."""
     return tuple(fraction * abs(b / a - 1.0) for a, b in zip(fine, coarse, strict=True))
 
 
 def tip_compliance(mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = ()) -> TipCompliance:
-    """Return the compliance of all tips along the press, on one mesh [mm] of the half y >= 0.
+    """Return the compliance of all tips along the press, solved on one mesh [mm] of the half y >= 0.
 
-    E is in MPa. The load is uniform over the face of a tip, and its displacement is the mean over the face. The housing
-    rests on the `layers`; without layers, its mounting holes are clamped. Raises SolveError if the linear solve, the
-    balance of forces or the reciprocity of the loads fails.
+    E [MPa] and Poisson's ratio are those of the housing. The load is uniform over the face of a tip, and the
+    displacement is the mean over the face. The housing rests on the `layers`; without layers, its mounting holes are
+    clamped. Raises SolveError if the linear solve fails, or if the balance of forces or the reciprocity of the loads is
+    violated.
     """
     start = time.perf_counter()
     return compliance_of(clamped_half(mesh, E, poisson, layers), start)
 
 
 def compliance_of(half: ClampedHalf, start: float | None = None) -> TipCompliance:
-    """Return the compliance, strains and sags of all tips of a half housing, whose matrix is already factorised.
+    """Return the compliance, strains and sags of a half housing whose matrix is already factorised.
 
-    `start` is the time at which the caller began to assemble the half, so that `seconds` includes this; by default it
-    is now. Raises the SolveErrors of `tip_compliance`.
+    `start` is the value of `time.perf_counter` at which the caller began to assemble the half, by default now. The
+    reported `seconds` count from it. Raises SolveError like `tip_compliance`.
     """
     start = time.perf_counter() if start is None else start
     basis = half.basis
     mean = tip_means(basis, PRESS)
-    # Loads on the half: 0.5 `mean` is 1 N on a whole tip. The other two are body forces along the press and along x.
+    # The loads act on half the housing, so 1 N on a whole tip is 0.5 `mean`. The other two loads are body forces along
+    # the press and along x.
     loads = [0.5 * mean, weight_load(half, PRESS), weight_load(half, LENGTHWISE)]
     solution = half.factor.solve(np.column_stack(loads))
     u = solution[:, : len(SPRINGS)]
@@ -185,15 +190,15 @@ def compliance_of(half: ClampedHalf, start: float | None = None) -> TipComplianc
 
 
 def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float]:
-    """Return two values of the largest principal strain magnitude [1] on a named surface, for displacements u (dofs,).
+    """Return the largest absolute principal strain on a named surface [1], at facet corners and at Gauss points.
 
-    The first is extrapolated bilinearly to the corners of the facets, the second is at their Gauss points. Strain is
-    most accurate at the Gauss points, but its peak may lie between them and the edges of a facet.
+    `u` (dofs,) [mm] are the displacements. The value at the corners is extrapolated bilinearly from the Gauss points.
+    Strain is most accurate at the Gauss points, but its peak may lie between them and the edges of a facet.
     """
     at_corners = 0.0
     at_points = 0.0
     for patch in surface_patches(basis, name, POINTS, WEIGHTS):
-        # indices: node n, axes i and j, facet e, Gauss point p, corner q
+        # The indices are node n, axes i and j, facet e, Gauss point p and corner q.
         gradient = np.einsum("nie,njep->epij", u[patch.dofs], patch.gradients)
         strain = 0.5 * (gradient + gradient.swapaxes(2, 3))
         corners = np.einsum("qp,epij->eqij", np.kron(_EXTRAPOLATION, _EXTRAPOLATION), strain)
@@ -203,9 +208,10 @@ def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float
 
 
 def sideways_stiffness(mesh: Mesh, E: float, poisson: float, layers: Sequence[ElasticLayer] = ()) -> PerTip:
-    """Return the lateral stiffness of each tip [N/mm]: force over displacement along y, normal to the plate.
+    """Return the lateral stiffness of each tip [N/mm]: force divided by displacement along y, normal to the plate.
 
-    The arguments and errors are those of `tip_compliance`, but the balance of forces is not checked.
+    The arguments and exceptions are those of `tip_compliance`. The balance of forces is not checked, because the plane
+    of symmetry carries a part of the load.
     """
     half = clamped_half(mesh, E, poisson, layers, ACROSS)
     mean = tip_means(half.basis, ACROSS)
@@ -215,28 +221,28 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float, layers: Sequence[El
 
 
 def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
-    """Return the compliance [mm/N] of points at a distance from the tips, shape (tips, tips, 3, 3).
+    """Return the compliance of points at a distance from the tips [mm/N], shape (tips, tips, 3, 3).
 
     Each point moves rigidly with the face of its tip, at a distance `lever` [mm] along the press from the middle of the
     face. Entry (i, j, a, b) is the displacement of point i along axis a per force along axis b at point j. Rotation of
-    a face about the press is neglected. `half` is factorised for loads along the press. Raises SolveError if the linear
-    solve or the reciprocity of the loads fails.
+    a face about the press axis is neglected. `half` is factorised for loads along the press. Raises SolveError if the
+    linear solve fails or the reciprocity of the loads is violated.
     """
     compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
-    # Loads along x and along the press are symmetric about y = 0; loads along y are antisymmetric. So they are solved
-    # separately, with what the plane of symmetry holds in each case. `level` is the lateral axis, x or y.
-    for part, level in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
-        slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=level) for spring in SPRINGS]
+    # Loads along x and along the press are symmetric about y = 0, and loads along y are antisymmetric. They need
+    # different boundary conditions on the plane of symmetry, so they are solved separately.
+    for part, lateral_axis in ((half, LENGTHWISE), (with_symmetry(half, ACROSS), ACROSS)):
+        slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=lateral_axis) for spring in SPRINGS]
         tilts = np.column_stack(slopes)
-        # The displacement of a point is that of its face, minus the rotation of the face times the lever.
-        displacement = {level: tip_means(part.basis, level) - lever * tilts}
-        if level == LENGTHWISE:
+        # The point moves by the displacement of its face, minus the rotation of the face times the lever.
+        displacement = {lateral_axis: tip_means(part.basis, lateral_axis) - lever * tilts}
+        if lateral_axis == LENGTHWISE:
             displacement[PRESS] = tip_means(part.basis, PRESS)
         axes = tuple(displacement)
         vectors = np.column_stack(list(displacement.values()))  # (dofs, axes times tips)
         u = part.factor.solve(0.5 * vectors)
         check_tips(0.5 * vectors.T @ u, None)
-        # Reorder from (axis, tip, axis, tip) to (tip, tip, axis, axis).
+        # Reorder the axes from (axis, tip, axis, tip) to (tip, tip, axis, axis).
         shape = (len(axes), len(SPRINGS))
         entries = np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)
         compliance[entries] += (vectors.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
@@ -244,9 +250,9 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
 
 
 def displacements(half: ClampedHalf) -> Floats:
-    """Return the displacements [mm] due to 1 N along the press on each tip, shape (dofs, tips).
+    """Return the displacements due to 1 N along the press on each tip [mm], shape (dofs, tips).
 
-    Raises SolveError if the linear solve, the balance of forces or the reciprocity of the loads fails.
+    Raises SolveError like `tip_compliance`.
     """
     mean = tip_means(half.basis, PRESS)
     u = half.factor.solve(0.5 * mean)
@@ -255,5 +261,8 @@ def displacements(half: ClampedHalf) -> Floats:
 
 
 def tip_means(basis: CellBasis, axis: int) -> Floats:
-    """Return the vectors (dofs, tips) whose products with displacements are the means over tips of a component."""
+    """Return vectors (dofs, tips) whose products with displacements are the mean displacement of each tip along `axis`.
+
+    The mean is taken over the face of the tip.
+    """
     return np.column_stack([face_mean(basis, tip_face(spring), axis) for spring in SPRINGS])
