@@ -1,1 +1,1 @@
-"""The inputs of a sensor that a person chooses, and its closed forms: no CAD, no finite elements."""
+"""The inputs of a sensor that a person chooses, and closed-form theory; no CAD and no finite elements."""

@@ -1,4 +1,4 @@
-"""Types of NumPy arrays, and their conversion to tuples."""
+"""Type aliases for NumPy arrays, and the conversion of a matrix to tuples."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,5 +12,5 @@ Flags = NDArray[np.bool_]
 
 
 def rows_of(matrix: Floats | Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
-    """Return a matrix as a tuple of its rows, each of them a tuple of floats."""
+    """Return a matrix as a tuple of rows, each a tuple of floats."""
     return tuple(tuple(row) for row in np.asarray(matrix, dtype=np.float64).tolist())

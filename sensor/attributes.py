@@ -1,4 +1,4 @@
-"""The section Attributes of a docstring in numpydoc format, from the units and meanings that fields declare."""
+"""The Attributes section of numpydoc docstrings, generated from the units and meanings that fields declare."""
 
 import dataclasses
 import inspect
@@ -19,12 +19,12 @@ _MODULE = re.compile(r"\b(?:\w+\.)+(?=\w)")
 
 
 def with_attributes(kind: Kind) -> Kind:
-    """Add the section Attributes to the docstring of a record class, in front of its examples; a class decorator.
+    """Add an Attributes section to the docstring of a record class, before its examples. This is a class decorator.
 
-    Each attribute has its type, and the unit and meaning of its field. The name of its key in JSON follows, if that
-    differs.
+    Each attribute is described by its type and by the unit and meaning of its field. If the key in JSON has another
+    name, that name follows.
     """
-    if kind.__doc__ is not None:  # with the option -OO, Python removes all docstrings
+    if kind.__doc__ is not None:  # the option -OO of Python removes all docstrings
         description, title, examples = inspect.cleandoc(kind.__doc__).partition(_EXAMPLES)
         lines = [line for item in dataclasses.fields(kind) for line in _attribute_lines(item)]
         kind.__doc__ = "\n".join([description, "", "Attributes", "----------", *lines]) + title + examples
@@ -32,7 +32,7 @@ def with_attributes(kind: Kind) -> Kind:
 
 
 def _attribute_lines(item: dataclasses.Field[Any]) -> Iterator[str]:
-    """Yield the lines of one attribute: its name and type, and below them its unit and meaning."""
+    """Yield the lines that describe one attribute: its name and type, followed by its meaning and unit."""
     data = item.metadata
     kind = _type_name(item.type)
     meaning = re.sub(r"\bnull\b", "None", _LINK.sub(r"\1", data["meaning"]))
@@ -48,7 +48,7 @@ def _attribute_lines(item: dataclasses.Field[Any]) -> Iterator[str]:
 
 
 def _type_name(kind: object) -> str:
-    """Return the annotation of a field as text for readers, without the modules of its types."""
+    """Return the type annotation of a field in a readable form, without the names of modules."""
     text = kind.__name__ if isinstance(kind, type) else str(kind)
     text = _MODULE.sub("", text).replace(" | ", " or ")
     text = re.sub(r"dict\[(\w+), (.+)\]", r"dict of \1 to \2", text)

@@ -1,4 +1,7 @@
-"""The type of a function that takes a number or an array and returns the same; this module does not load NumPy."""
+"""A type variable for functions that return a number for a number and an array for an array.
+
+This module does not load NumPy.
+"""
 
 from typing import TYPE_CHECKING, TypeVar
 

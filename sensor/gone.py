@@ -1,4 +1,7 @@
-"""Keys, flags and files of 0.2 that were removed, with their replacements, as refusals and the changelog state them."""
+"""Keys, flags and presets of version 0.2 that were removed, with their replacements.
+
+Error messages and the changelog use the same sentences.
+"""
 
 from collections.abc import Mapping
 
@@ -35,9 +38,12 @@ GONE = {
     "verdicts.geometry.same_volume": _SURFACE,
     "preset fruit": "Take the preset of one fruit, or find a design by pipeline suggest --fruit.",
 }
-"""Removed names, each with the sentence that says what to use instead."""
+"""Removed names, each with a sentence that says what to use instead."""
 INEFFECTIVE_VALUES = {"print.leaves": "printed", "print.gauges": "none", "readout.transducer": "displacement"}
-"""Removed keys of a design file, each with the value that had no effect in 0.2: it is read, but not written again."""
+"""Removed keys of a design file, each with the value that had no effect in 0.2.
+
+A key with this value is accepted in a design file, but it is not written again.
+"""
 REPORT_KEYS = (
     *("behaviour.modes", "stale"),
     *(name for name in GONE if name.startswith("verdicts.")),
@@ -45,11 +51,11 @@ REPORT_KEYS = (
     *(f"behaviour.{arm}.bridge_{key}" for arm in ("low", "high") for key in ("mV_per_V", "error_percent")),
     *(f"read_out.signal.{key}" for key in ("transducer", "mV_per_V", "self_heating_K", "self_heating_percent")),
 )
-"""Keys of report.json of 0.2 that were removed; they are ignored in a report that is read."""
+"""Removed keys of report.json in version 0.2. They are ignored when a report is read."""
 
 
 def refuse_gone(*names: str) -> None:
-    """Raise InputError for the first of these names that was removed; the message says what to use instead."""
+    """Raise InputError if one of these names was removed; the message says what to use instead."""
     for name in names:
         if name in GONE:
             msg = f"{name} was removed in 0.3. {GONE[name]}"
@@ -57,7 +63,7 @@ def refuse_gone(*names: str) -> None:
 
 
 def refuse_gone_key(key: str) -> None:
-    """Raise InputError for a removed key of report.json, or a key inside a removed one.
+    """Raise InputError if a key of report.json, or a table that contains it, was removed.
 
     The message says what to use instead.
     """
@@ -67,5 +73,5 @@ def refuse_gone_key(key: str) -> None:
 
 
 def drop_ineffective_keys(table: str, values: Mapping[str, object]) -> Mapping[str, object]:
-    """Return a table of a design without removed keys whose value had no effect in 0.2."""
+    """Return the keys of a table of a design, without removed keys whose value had no effect in 0.2."""
     return {key: value for key, value in values.items() if value != INEFFECTIVE_VALUES.get(f"{table}.{key}", ...)}

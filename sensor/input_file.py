@@ -1,4 +1,4 @@
-"""The reader of all files that a user gives: regular files of at most 16 MiB, and TOML in UTF-8 or UTF-16."""
+"""The reader of all input files: regular files of at most 16 MiB, and TOML files in UTF-8 or UTF-16."""
 
 import codecs
 import re
@@ -10,16 +10,17 @@ from typing import Any
 from sensor.quantity import validation_error
 
 MOST_BYTES = 16 * 2**20
-MOST_LEVELS = 16  # maximum nesting of tables and lists; a design file has four levels
-# A dotted key of more than MOST_LEVELS names. The time of Python's parser grows with the square of their number.
+MOST_LEVELS = 16  # maximum nesting depth of tables and lists; a design file has four levels
+# A dotted key with more than MOST_LEVELS names is refused, because the time that Python's parser takes for it grows
+# with the square of their number.
 _NAME = r"""(?:"[^"\n]*"|'[^'\n]*'|[^\s.,=#"']+)[ \t]*"""
 _DEEP_KEY = re.compile(rf"(?<![^\s\[{{,])(?:{_NAME}\.[ \t]*){{{MOST_LEVELS}}}")
 
 
 def read_bytes(path: Path | str, name: str) -> bytes:
-    """Return the bytes of a file that the key or flag `name` gives.
+    """Return the content of a file as bytes. `name` is the key or flag that specifies the file.
 
-    Raises InputError for a missing or unreadable file, a pipe, a device, and a file that is too large.
+    Raises InputError if the file is missing, unreadable or too large, or if it is a folder, a pipe or a device.
     """
     content = b""
     try:
@@ -30,7 +31,7 @@ def read_bytes(path: Path | str, name: str) -> bytes:
                 content = file.read(MOST_BYTES + 1)
     except FileNotFoundError as error:
         raise validation_error(name, str(path), "", "a file that exists", "check the path") from error
-    except (OSError, ValueError) as error:  # ValueError: no file can have such a name
+    except (OSError, ValueError) as error:  # ValueError: the name is invalid, for instance because it has a null byte
         reason = getattr(error, "strerror", None) or str(error)
         bound = f"a file that can be read ({reason})"
         raise validation_error(name, str(path), "", bound, "check its name and permissions") from error
@@ -43,27 +44,27 @@ def read_bytes(path: Path | str, name: str) -> bytes:
 
 
 def read_toml(path: Path, name: str) -> dict[str, Any]:
-    """Return the tables of a TOML file that the key or flag `name` gives.
+    """Return the tables of a TOML file. `name` is the key or flag that specifies the file.
 
-    Raises InputError like `read_bytes`, and for a file that is not valid TOML.
+    Raises InputError like `read_bytes`, and if the file is not valid TOML.
     """
     content = read_bytes(path, name)
-    # Some editors write UTF-16, which begins with a byte order mark.
-    in_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    hint = "correct the file at that place"
+    # Some editors write UTF-16 files, which begin with a byte order mark.
+    is_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    hint = "correct the file at that position"
     try:
-        return parse_toml(content.decode("utf-16" if in_utf16 else "utf-8-sig"))
+        return parse_toml(content.decode("utf-16" if is_utf16 else "utf-8-sig"))
     except UnicodeDecodeError as error:
         line = 1 + error.object.count(b"\n", 0, error.start)
-        reason = f"line {line} is not text in UTF-8"
-        hint = "save the file as UTF-8"
+        reason = f"line {line} is not UTF-8 text"
+        hint = "save the file in UTF-8"
     except ValueError as error:
         reason = str(error).splitlines()[0]
     raise validation_error(name, str(path), "", f"valid TOML ({reason})", hint)
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text; raises ValueError for invalid TOML and for nesting that is too deep."""
+    """Return the tables of a TOML document. Raises ValueError if it is invalid or nested too deeply."""
     too_deep = f"nested deeper than {MOST_LEVELS} levels"
     if _DEEP_KEY.search(text):
         raise ValueError(too_deep)
@@ -79,13 +80,13 @@ def parse_toml(text: str) -> dict[str, Any]:
 def _is_deeper(tables: dict[str, Any], levels: int) -> bool:
     """Return whether tables and lists are nested deeper than `levels`.
 
-    The levels are searched one after another, because a hostile file could exhaust the stack of a recursion.
+    The search is not recursive but goes level by level, because a malicious file could exhaust the stack.
     """
     containers: list[dict[str, Any] | list[Any]] = [tables]
     for _ in range(levels):
-        inside = []
+        next_level = []
         for container in containers:
             values = container.values() if isinstance(container, dict) else container
-            inside += [value for value in values if isinstance(value, dict | list)]
-        containers = inside
+            next_level += [value for value in values if isinstance(value, dict | list)]
+        containers = next_level
     return len(containers) > 0

@@ -1,5 +1,5 @@
-"""The error for a fault of the machine, which is never a verdict on a design."""
+"""The error for a fault of the machine, as opposed to a fault of the design."""
 
 
 class MachineError(OSError):
-    """A fault of this machine or of a library on it, which says nothing about the design, like any OSError."""
+    """A fault of this machine or of a library on it, such as too little memory. It says nothing about the design."""

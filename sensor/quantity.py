@@ -1,6 +1,6 @@
-"""Unit and meaning of a number, declared once at its field: for numbers that a person chooses and for reported ones.
+"""Declarations of the fields of records: the unit and meaning of each number, and the checks of input values.
 
-A number that a person chooses also has bounds and a hint.
+A field that a person sets also declares its bounds, and a hint that says what to do if a value is outside them.
 """
 
 import dataclasses
@@ -17,16 +17,16 @@ _MAX_VALUE_LENGTH = 500  # maximum number of characters of a value in a message;
 
 
 class InputError(ValueError):
-    """An input that cannot be used: one line with the value, its bound, and what to do.
+    """An input that cannot be used. The message is one line with the value, its bound and what to do.
 
     Attributes
     ----------
     field : str
-        Name of the key or argument; empty if the error is not about a single one.
+        Name of the key or argument; empty if the error concerns several of them.
     value : object
-        The value that was given.
+        The invalid value.
     bound : str
-        What the value must be.
+        The condition that a valid value satisfies, as text.
 
     Examples
     --------
@@ -38,7 +38,7 @@ class InputError(ValueError):
     """
 
     def __init__(self, message: str, *, field: str = "", value: object = None, bound: str = "") -> None:
-        """Store the message, and the field, value and bound that it is about."""
+        """Store the message, and the field, value and bound that it describes."""
         super().__init__(message)
         self.field = field
         self.value = value
@@ -47,7 +47,10 @@ class InputError(ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """The range of a number: `above` and `below` are open ends, `at_least` and `at_most` closed ones."""
+    """The allowed range of a number.
+
+    The ends `above` and `below` are not part of the range, while `at_least` and `at_most` are.
+    """
 
     above: float | None = None
     at_least: float | None = None
@@ -55,7 +58,7 @@ class Bounds:
     at_most: float | None = None
 
     def hold(self, value: float) -> bool:
-        """Return whether a value [unit of the bounds] lies within the range; False for nan and infinity."""
+        """Return whether a value, in the unit of the bounds, lies within the range; False for nan and infinity."""
         return (
             math.isfinite(value)
             and (self.above is None or value > self.above)
@@ -65,7 +68,7 @@ class Bounds:
         )
 
     def __str__(self) -> str:
-        """Return the bounds as text."""
+        """Return the bounds as text for messages, for example "greater than 0 and at most 1"."""
         limits = {
             "greater than": self.above,
             "at least": self.at_least,
@@ -78,7 +81,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with the half width of its error bar, both in one unit."""
+    """A number with the half width of its error bar, both in the same unit."""
 
     value: float
     error: float
@@ -86,7 +89,7 @@ class Estimate:
 
     @property
     def relative(self) -> float:
-        """Return the error as a fraction of the value [1]; infinite for a value of 0 with an error."""
+        """Return the error as a fraction of the value [1]; infinite for a value of 0 with a nonzero error."""
         if self.error == 0.0:
             return 0.0
         return self.error / abs(self.value) if self.value != 0.0 else math.inf
@@ -97,15 +100,15 @@ class Estimate:
         return 100.0 * self.relative
 
     def times(self, factor: float, unit: str) -> "Estimate":
-        """Return the estimate in another unit; `factor` is the number of new units per present unit."""
+        """Return the estimate in another unit; `factor` is the number of new units per old unit."""
         return Estimate(factor * self.value, factor * self.error, unit)
 
 
 COVERAGE = 2.0
-"""Half width of the central 95 % of a normal distribution in standard deviations, rounded: JCGM 100:2008, 6.3.3."""
+"""Coverage factor for 95 %: half width of the interval in standard deviations, rounded (JCGM 100:2008, 6.3.3)."""
 BOUNDED = 1.0 / math.sqrt(3.0)
-"""Standard deviation of a uniform distribution within plus and minus a bound, over the bound (JCGM 100:2008, 4.3.7)."""
-# The models do not hold below the lower ends: such lengths are atomic, and such moduli are those of gases.
+"""Standard deviation of a uniform distribution between -b and b, divided by b (JCGM 100:2008, 4.3.7)."""
+# The lower limits exclude atomic lengths and the moduli of gases, for which the models do not hold.
 LENGTH = Bounds(at_least=1e-6, at_most=1000.0)
 MODULUS = Bounds(at_least=1e-6, at_most=1e6)
 DURATION = Bounds(at_least=1e-3, at_most=1e6)
@@ -119,12 +122,12 @@ def quantity(
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
     **notes: object,
-) -> Any:  # noqa: ANN401 - takes the place of the field's value
-    """Declare a field of a record that holds a number or several numbers, with its unit, bounds, hint and meaning.
+) -> Any:  # noqa: ANN401 - stands for the value of the field
+    """Declare a field of a record that holds one number or several, with its unit, bounds, hint and meaning.
 
-    `hint` says what to do if a number is outside the bounds; if it is empty, the `HINT` of the record is used, as in
-    `Sourced`. `notes` are further metadata: `key`, if the field has another name in a file, or `flag`, if error
-    messages name the field by a flag.
+    `hint` says what to do if a number is outside the bounds. If it is empty, the `HINT` of the record is used, as in
+    `Sourced`. `notes` are further metadata. The note `key` is the name of the field in files, if it differs. The note
+    `flag` is the command-line flag by which error messages name the field.
     """
     metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning, **notes}
     return field(default=default, metadata=metadata)
@@ -138,7 +141,10 @@ def choice(
     meaning: str = "",
     flag: str = "",
 ) -> Any:  # noqa: ANN401 - as above
-    """Declare a field of a record that holds one of the texts in `options`; `flag` is as in `quantity`."""
+    """Declare a field of a record that holds one of the strings in `options`.
+
+    `flag` is the command-line flag by which error messages name the field, if it has one.
+    """
     return field(default=default, metadata={"options": tuple(options), "hint": hint, "meaning": meaning, "flag": flag})
 
 
@@ -148,7 +154,7 @@ def text_field(
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - as above
 ) -> Any:  # noqa: ANN401 - as above
-    """Declare a field of a record that holds free text on one line, or a tuple of such texts."""
+    """Declare a field of a record that holds one line of text, or a tuple of such lines."""
     return field(default=default, metadata={"text": "a line of text", "hint": hint, "meaning": meaning})
 
 
@@ -160,10 +166,10 @@ def report_field(
     default_factory: Any = MISSING,  # noqa: ANN401 - as above
     **notes: object,
 ) -> Any:  # noqa: ANN401 - as above
-    """Declare a field of a record that is a key of report.json, with its unit and meaning; its value is not checked.
+    """Declare a field of a record that is a key of report.json, with its unit and meaning.
 
-    The unit is "1" for a number without a unit, and empty for a text, a truth value or a table. `notes` are further
-    metadata, as `pipeline/storage/record_data.py` lists them.
+    The value of the field is not checked. The unit is "1" for a dimensionless number, and empty for a string, a Boolean
+    or a table. `notes` are further metadata, which `pipeline/storage/record_data.py` lists.
     """
     metadata = {"unit": unit, "meaning": meaning, **notes}
     options: dict[str, Any] = {"default": default, "default_factory": default_factory, "metadata": metadata}
@@ -171,16 +177,16 @@ def report_field(
 
 
 def key_of(item: Field[Any]) -> str:
-    """Return the key of a field in a file or in JSON data: its declared `key`, or else the name of the field."""
+    """Return the key of a field in files and JSON data: its declared `key`, or else the name of the field."""
     key: str = item.metadata.get("key", item.name)
     return key
 
 
 def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:
-    """Return the error for an invalid value: a sentence that states what is wrong, and one that says what to do.
+    """Return an InputError whose message is a sentence on what is wrong, and a sentence on what to do.
 
     `bound` completes the sentence "NAME = VALUE UNIT must be ...". `hint` is a clause that begins with a verb or states
-    a usual value. A value of None means that the input is missing.
+    a typical value. A value of None means that the input is missing.
     """
     unit_suffix = "" if unit in ("", "1") else f" {unit}"
     subject = f"{name} = {_format_value(value)}{unit_suffix}"
@@ -191,18 +197,18 @@ def validation_error(name: str, value: object, unit: str, bound: str, hint: str)
 
 
 def _end_sentence(text: str) -> str:
-    """Return a text with a full stop, unless it is empty or ends like a sentence already."""
+    """Return a text with a full stop, unless it is empty or already ends like a sentence."""
     return text if not text or text.endswith((".", "?", "!")) else f"{text}."
 
 
 def _capitalise(clause: str) -> str:
-    """Return a clause with a capital first letter, unless it begins with a key, a flag, a number or a command."""
+    """Return a clause with a capital first letter, unless its first word is a key, a flag, a number or a command."""
     first_word = clause.partition(" ")[0].rstrip(",:;")
     return clause[:1].upper() + clause[1:] if first_word.isalpha() and first_word != "pipeline" else clause
 
 
 def _format_value(value: object) -> str:
-    """Return a number with enough digits to distinguish it from its bound, or any other value as one line of text."""
+    """Return a value as one line of text; a number has enough digits to distinguish it from its bound."""
     if isinstance(value, float):
         short = f"{value:g}"
         return short if float(short) == value else repr(float(value))
@@ -211,16 +217,16 @@ def _format_value(value: object) -> str:
 
 
 def nearest(word: str, names: Sequence[str]) -> str:
-    """Return the name that is most similar to a word, ignoring case."""
+    """Return the one of `names` that is most similar to a word, ignoring case."""
     by_lower_case = {name.lower(): name for name in names}
     match = difflib.get_close_matches(word.lower(), list(by_lower_case), n=1, cutoff=0.0)
     return by_lower_case[match[0]]
 
 
 def unknown_name(kind: str, name: str, names: Sequence[str], word: str | None = None) -> InputError:
-    """Return the error for an unknown name, with the known `names` and the most similar one of them.
+    """Return an InputError for an unknown name, which lists the known `names` and suggests the most similar one.
 
-    `kind` is the noun for such a name, as "key". `word` is the unknown part of the name, if it is not the whole name.
+    `kind` is the noun for such a name, for example "key". `word` is the unknown part of the name, by default all of it.
     """
     unknown = name if word is None else word
     printable_name = name if name.isprintable() else repr(name)
@@ -230,7 +236,7 @@ def unknown_name(kind: str, name: str, names: Sequence[str], word: str | None = 
 
 
 def as_float(number: float) -> float:
-    """Return a number as a float; an integer that is too large becomes plus or minus infinity."""
+    """Convert a number to a float; an integer that is too large becomes plus or minus infinity."""
     try:
         return float(number)
     except OverflowError:
@@ -241,42 +247,48 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,4})?")  
 
 
 def parse_number(text: str) -> float | None:
-    """Return the number in a text, such as .03, 3e-2 or +1; None for any other text."""
+    """Return the number that a string such as ".03", "3e-2" or "+1" represents, or None for any other string."""
     return float(text) if _NUMBER.fullmatch(text.strip()) else None
 
 
 def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
-    """Raise InputError for the first field of a record whose value contradicts its declaration.
+    """Raise InputError for the first field of a record whose value does not satisfy its declaration.
 
     `table` is the name of the table that holds the keys of the record, or "". The fields in `but` are not checked.
     """
     for item, key, flag in _declared_fields(record.__class__):
         value = getattr(record, item.name)
-        is_left_out = value is None and item.default is None
-        if item.name not in but and not is_left_out:
+        is_omitted = value is None and item.default is None
+        if item.name not in but and not is_omitted:
             hint = item.metadata["hint"] or record.HINT
             _check_field(flag or (f"{table}.{key}" if table else key), value, item, hint)
 
 
 @functools.cache
 def _declared_fields(kind: type) -> tuple[tuple[Field[Any], str, str], ...]:
-    """Return the fields of a record type that are checked, each with its key in a file and its flag.
+    """Return the fields of a record type that are to be checked, each with its key in files and its flag.
 
-    The result is cached, because studies check millions of records.
+    The result is cached, because a study checks millions of records.
     """
     checked = (item for item in dataclasses.fields(kind) if "hint" in item.metadata)
     return tuple((item, key_of(item), item.metadata.get("flag", "")) for item in checked)
 
 
 def check_choice(name: str, value: object, kind: type[Any]) -> None:
-    """Raise InputError unless a value is one of the options of a field; `name` is TABLE.KEY, and `kind` its record."""
+    """Raise InputError unless a value is one of the options of a field.
+
+    `name` is TABLE.KEY, and `kind` is the record type that declares the field.
+    """
     key = name.rpartition(".")[2]
     item = kind.__dataclass_fields__[key]
     _check_field(name, value, item, item.metadata["hint"])
 
 
 def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Raise InputError if a value contradicts the declaration of its field; `name` is its name in messages."""
+    """Raise InputError if a value does not satisfy the declaration of its field `item`.
+
+    `name` is the name of the field in the error message.
+    """
     if "text" in item.metadata:
         _check_texts(name, value, item, hint)
     elif "options" in item.metadata:
@@ -289,7 +301,7 @@ def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
 
 
 def _check_texts(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Raise InputError unless a value is text on one line, or a tuple of such texts if the annotation says so."""
+    """Raise InputError unless a value is one line of text or, for a field annotated as tuple, a tuple of such lines."""
     bound = item.metadata["text"]
     texts: tuple[object, ...] = (value,)
     if str(item.type).startswith("tuple"):
@@ -301,10 +313,10 @@ def _check_texts(name: str, value: object, item: Field[Any], hint: str) -> None:
 
 
 def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> None:
-    """Raise InputError for the first number of a field that is outside its bounds, or is no number.
+    """Raise InputError for the first value of a field that is not a number or is outside its bounds.
 
-    The annotation of the field says whether it holds a list: a field "tuple[float, ...]" must, and a field
-    "float | tuple[float, ...]" may.
+    The annotation of the field decides whether the value is a list: "tuple[float, ...]" requires one, and
+    "float | tuple[float, ...]" allows one. A Boolean is refused, although Python treats it as an integer.
     """
     unit = item.metadata["unit"]
     bounds = item.metadata["bounds"]
@@ -325,32 +337,32 @@ def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> Non
 
 @dataclass(frozen=True, kw_only=True)
 class Sourced:
-    """A record of named data, such as a process or a fruit, in which every given number has exactly one source."""
+    """A record of published data, such as a print process or a fruit, in which each number has exactly one source."""
 
     LABEL: ClassVar[str]
-    """The noun for such a record in messages."""
+    """The noun for such a record in error messages."""
     HINT: ClassVar[str] = "correct its entry among the data"
 
     name: str
-    sources: tuple[tuple[str, str], ...] = dataclasses.field(repr=False)  # sentences
+    sources: tuple[tuple[str, str], ...] = dataclasses.field(repr=False)  # pairs of a field name and its source
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid field, a number without a source, and a source without a number."""
+        """Raise InputError for an invalid field, a number without a source or a source without a number."""
         table = f"{self.LABEL} {self.name}"
         check_fields(self, table)
         names = [item.name for item in dataclasses.fields(self) if "unit" in item.metadata]
         set_names = {name for name in names if getattr(self, name) is not None}
-        for key in sorted(set_names ^ dict(self.sources).keys()):
+        for key in sorted(set_names ^ dict(self.sources).keys()):  # names in only one of the two sets
             name = f"{table}.{key}"
             raise validation_error(name, getattr(self, key, None), "", "a number with one source", self.HINT)
 
     @classmethod
     def from_table(cls, name: str, table: object) -> Self:
-        """Return the record with this name from a table of its numbers, which has a table `sources` inside it.
+        """Return the record with this name, given a table of its numbers that contains a table `sources`.
 
-        Raises InputError for an unknown key, an invalid value, or a number without a source.
+        Raises InputError for an unknown key, an invalid value or a number without a source.
         """
-        record = f"{cls.LABEL} {name}"  # the name of the record in messages
+        record = f"{cls.LABEL} {name}"  # how messages name the record
         if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
             bound = "a table of numbers with a table of their sources"
             raise validation_error(record, str(table), "", bound, cls.HINT)
@@ -360,7 +372,7 @@ class Sourced:
             unknown = f"{record}.{key}"
             hint = f"{cls.HINT}. Did you mean {nearest(key, keys)}?"
             raise validation_error(unknown, table[key], "", "left out", hint)
-        # A missing number becomes None, so that the check of its field names it.
+        # A missing number is set to None, so that the check of its field reports it by name.
         missing = dict.fromkeys(item.name for item in fields if item.default is MISSING)
         sources = tuple(table.get("sources", {}).items())
         values: dict[str, Any] = {
@@ -370,5 +382,5 @@ class Sourced:
 
     @classmethod
     def from_tables(cls, tables: Mapping[str, object]) -> dict[str, Self]:
-        """Return the records of several tables by name; raises InputError like `from_table`."""
+        """Return a mapping from name to record, given a mapping from name to table. Raises like `from_table`."""
         return {name: cls.from_table(name, table) for name, table in tables.items()}

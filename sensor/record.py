@@ -1,4 +1,4 @@
-"""A base class for records with arrays, which are shown as one short line, or as a table in a notebook."""
+"""A base class for records with arrays. A record prints as one short line, and as a table in a notebook."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -8,34 +8,35 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-_MAX_ENTRIES = 4  # maximum number of entries that are listed one by one
-_MAX_LENGTH = 80  # maximum number of characters of a value
+_MAX_ENTRIES = 4  # maximum number of entries of an array or list that are shown one by one
+_MAX_LENGTH = 80  # maximum number of characters that are shown of a value
 
 
 class Record:
-    """The base class of the frozen dataclasses of results, which are declared with repr=False."""
+    """The base class of frozen dataclasses that hold results; they are declared with repr=False."""
 
     def __repr__(self) -> str:
-        """Return the name of the record and its fields, with arrays as their shape and range."""
+        """Return the name of the class and its fields; an array is shown by its shape and range."""
         fields = ", ".join(f"{name}={text}" for name, text in _fields(self))
         return f"{type(self).__name__}({fields})"
 
     def _repr_html_(self) -> str:
-        """Return the fields as an HTML table, which notebooks show."""
+        """Return the fields as an HTML table for notebooks."""
         rows = [f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _fields(self)]
         return f"<table><caption>{escape(type(self).__name__)}</caption>{''.join(rows)}</table>"
 
 
 def _fields(record: object) -> Iterator[tuple[str, str]]:
-    """Yield the name of each field of a dataclass, with its value as short text."""
+    """Yield the name of each field of a dataclass, and its value as short text."""
     for field in dataclasses.fields(record):  # type: ignore[arg-type]  # every record is a dataclass
         yield field.name, short_text(getattr(record, field.name))
 
 
 def short_text(value: object) -> str:
-    """Return a value as short text: a number with six digits, the shape and range of an array, the class of a record.
+    """Return a value as short text: a float with six digits, an array by its shape and range, a record by its class.
 
-    A long tuple or list is shown by its length and the type of its entries, and a mapping by its number of keys.
+    A long tuple or list is represented by its length and the type of its first entry. A mapping is represented by its
+    number of keys.
     """
     if isinstance(value, float):
         return f"{value:.6g}"

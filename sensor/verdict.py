@@ -1,4 +1,4 @@
-"""Verdicts on values: the table of verdicts, their type, and the function that judges."""
+"""Verdicts on values: the table of all verdicts, the record of one verdict, and the function that decides it."""
 
 import tomllib
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ from sensor.attributes import with_attributes
 from sensor.quantity import Estimate, report_field
 
 Sense = Literal["at most", "at least"]
-"""The side on which a limit bounds a value."""
+"""Whether a limit is an upper or a lower bound of the value."""
 Group = Literal["target", "print", "solid", "files"]
 Level = Literal["contact", "flexures"]
 ByTravel = Literal["pressure", "distance", "strain"]
@@ -22,7 +22,10 @@ _NO_TOLERANCE = "none"
 
 @dataclass(frozen=True, kw_only=True)
 class VerdictRow:
-    """The properties of a verdict that do not depend on its value; the head of `verdicts.toml` explains the columns."""
+    """The properties of a verdict that do not depend on its value.
+
+    The comment at the top of `verdicts.toml` explains the fields.
+    """
 
     name: str
     group: Group
@@ -52,13 +55,13 @@ class VerdictRow:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the verdicts that the row describes."""
+        """Return the names of all verdicts that this row describes."""
         return self.each or (self.name,)
 
 
 @cache
 def verdict_rows() -> tuple[VerdictRow, ...]:
-    """Return all rows of the table of verdicts."""
+    """Read and return all rows of the table of verdicts, `verdicts.toml`."""
     rows = []
     text = (Path(__file__).parent / "verdicts.toml").read_text(encoding="utf-8")
     for name, columns in tomllib.loads(text).items():
@@ -77,16 +80,16 @@ def _rows_by_name() -> dict[str, VerdictRow]:
 
 
 def row_of(name: str) -> VerdictRow:
-    """Return the row of a verdict in the table of verdicts, or an empty row if its name is not in the table."""
+    """Return the row of a verdict in the table of verdicts, or a row of defaults if its name is not in the table."""
     return _rows_by_name().get(name) or VerdictRow(name=name, group="files")
 
 
 @with_attributes
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One verdict: a target or a limit, the value that was found, and whether it passed.
+    """One verdict: a value, its target or limit, and whether the value passed.
 
-    A verdict is undecided if its error bar includes the limit, or if an earlier check failed.
+    A verdict is undecided if the error bar of the value includes the limit, or if an earlier check failed.
 
     Examples
     --------
@@ -119,24 +122,24 @@ class Verdict:
 
     @property
     def row(self) -> VerdictRow:
-        """Return the row of this verdict in the table of verdicts."""
+        """Return the properties of this verdict from the table of verdicts."""
         return row_of(self.name)
 
     @property
     def sense(self) -> Sense | None:
-        """Return the side on which the limit bounds the value; None for a target, which bounds both sides."""
+        """Return whether the limit is an upper or a lower bound; None for a target, which the value must match."""
         return self.row.sense
 
     @property
     def allowed_miss(self) -> float:
-        """Return the maximum distance of a passing value beyond its limit [unit]; 0 for a limit that is a text."""
+        """Return how far a value may lie beyond the limit and still pass [unit]; 0 if the limit is a string."""
         if not isinstance(self.limit, int | float) or not isinstance(self.tolerance, int | float):
             return 0.0
         return self.tolerance * self.limit if self.relative else self.tolerance
 
     @property
     def limit_sense(self) -> Sense | None:
-        """Return the sense if the limit is a number; None for a limit that is a text."""
+        """Return `sense`, or None if the limit is a string."""
         return self.sense if isinstance(self.limit, int | float) else None
 
 
@@ -149,27 +152,27 @@ def judge(
     tolerance: float | None = None,
     passed: bool | None = False,
 ) -> Verdict:
-    """Return the verdict `name` on a value; its limit and tolerance come from the table of verdicts unless given.
+    """Return the verdict `name` on a value. By default its limit and tolerance are those of the table of verdicts.
 
-    A value must agree with a target within the tolerance, or stay on one side of a limit. If its error bar crosses the
-    limit, the verdict is undecided. With a target, it is undecided if the error bar is wider than the tolerance, unless
-    the whole error bar is outside the tolerance. A value without an error bar is always decided, and nan fails.
+    A value must agree with a target within the tolerance, or stay on one side of a limit. If the error bar of the value
+    crosses the limit, the verdict is undecided. With a target, the verdict is undecided if the error bar is wider than
+    the tolerance, unless the whole error bar lies outside the tolerance. A value without an error bar is always
+    decided, and nan fails.
 
     `reference` says what the value was compared with. `passed` is the outcome if the value or the limit is not a
-    number. Raises ValueError for a name that is not in the table, a verdict without a limit, and an estimate in another
-    unit.
+    number. Raises ValueError if the name is not in the table, if there is no limit, or if an estimate has another unit.
     """
     row = _rows_by_name().get(name)
     if row is None:
-        msg = f"verdict {name}: it has no row in sensor/verdicts.toml; add one"
+        msg = f"verdict {name} has no row in sensor/verdicts.toml. Add one."
         raise ValueError(msg)
     limit = row.limit if limit is None else limit
     if limit is None:
-        msg = f"verdict {name}: it must have a limit; give one, here or in sensor/verdicts.toml"
+        msg = f"verdict {name} must have a limit. Pass one to `judge`, or add it to sensor/verdicts.toml."
         raise ValueError(msg)
     number, error = (value.value, value.error) if isinstance(value, Estimate) else (value, None)
     if isinstance(value, Estimate) and value.unit != row.unit:
-        msg = f"verdict {name}: its value in {value.unit} must be in {row.unit}, the unit of sensor/verdicts.toml"
+        msg = f"verdict {name}: the value in {value.unit} must be in {row.unit}, its unit in sensor/verdicts.toml"
         raise ValueError(msg)
     verdict = Verdict(
         name=name,
@@ -188,9 +191,9 @@ def judge(
 
 
 def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
-    """Return whether a value satisfies the limit of its verdict; None if the error bar prevents a decision."""
+    """Return whether a value satisfies the limit of its verdict, or None if the error bar prevents a decision."""
     allowed, error = verdict.allowed_miss, verdict.error
-    if verdict.sense is None:  # a target
+    if verdict.sense is None:  # the limit is a target
         distance = abs(value - limit)
         if error is not None and error > allowed:
             return False if distance > allowed + error else None
@@ -202,7 +205,10 @@ def _outcome(verdict: Verdict, value: float, limit: float) -> bool | None:
 
 
 def all_passed(verdicts: Iterable[Verdict]) -> bool | None:
-    """Return the outcome of several verdicts: False if one failed, or else None if one is undecided, or else True."""
+    """Return the combined outcome of verdicts: False if any failed, otherwise None if any is undecided, otherwise True.
+
+    Without verdicts the outcome is True.
+    """
     outcomes = {verdict.passed for verdict in verdicts}
     if False in outcomes:
         return False

@@ -1,18 +1,19 @@
-"""Numbers and outcomes as text for readers, in terminals, on pages and on sheets."""
+"""Formatting of numbers and outcomes as text for the terminal, pages and sheets."""
 
 import math
 
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
-"""Outcomes of a verdict as text."""
+"""The text for each outcome of a verdict."""
 ROUND_OFF = 1e-12
-"""Magnitude below which a number is shown as 0, in all units that are used: mm, N, MPa, N/m, %, and 1."""
-_MAX_DECIMALS = 9  # maximum number of decimals; a number whose error bar needs more may be in scientific notation
+"""Magnitude below which a number is shown as 0. It suits all units in use: mm, N, MPa, N/m, % and 1."""
+_MAX_DECIMALS = 9  # maximum number of decimal places; beyond it, a number may be written in scientific notation
 
 
 def shown(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -> str:
-    """Return a value as text: a number with `digits` significant digits and its unit, or an outcome of a verdict.
+    """Return a value as text: a number with `digits` significant digits and its unit, or a Boolean as an outcome.
 
-    Round-off is shown as 0. A missing value, nan or infinity is shown as `absent`, and any other value as its text.
+    A float smaller than the round-off is shown as 0. None, nan and infinity are shown as `absent`. Any other value is
+    converted to a string.
     """
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return absent
@@ -24,20 +25,21 @@ def shown(value: object, unit: str = "", digits: int = 5, *, absent: str = "") -
 
 
 def value_with_bar(value: float, bar: float | None, unit: str = "", *, in_percent: bool = False) -> str:
-    """Return a number with its error bar and its unit, as in 1.23 ± 0.45 N; `bar` is the half width of 95 % coverage.
+    """Return a number with its error bar and its unit, as in 1.23 ± 0.45 N.
 
-    The error bar has two digits, and the number ends at the same decimal. With `in_percent` the error bar is shown as a
-    percentage of the number. A number without an error bar has five digits.
+    `bar` is the half width of the error bar for 95 % coverage. It is shown with two significant digits, and the number
+    with as many decimal places as the error bar. With `in_percent`, the error bar is shown as a percentage of the
+    number. A number without an error bar is shown with five digits.
     """
     unit_suffix = _unit_suffix(unit)
     if not bar or not math.isfinite(bar):
         return f"{value:.5g}{unit_suffix}"
-    two_digits = float(f"{bar:.1e}")
-    decimals = 1 - math.floor(math.log10(two_digits))
+    rounded_bar = float(f"{bar:.1e}")  # two significant digits
+    decimals = 1 - math.floor(math.log10(rounded_bar))
     if decimals > _MAX_DECIMALS:
-        number, half_width = f"{value:.5g}", f"{two_digits:.2g}"
+        number, half_width = f"{value:.5g}", f"{rounded_bar:.2g}"
     else:
-        number, half_width = (f"{round(each, decimals):.{max(decimals, 0)}f}" for each in (value, two_digits))
+        number, half_width = (f"{round(each, decimals):.{max(decimals, 0)}f}" for each in (value, rounded_bar))
     if in_percent:
         if not value:
             return f"{number}{unit_suffix}"
@@ -53,24 +55,25 @@ def _unit_suffix(unit: str) -> str:
 def rounded(value: float, digits: int = 3, *, towards: float | None = None) -> float:
     """Return a value rounded to `digits` significant digits.
 
-    It is rounded to the nearest number with these digits, or with `towards` in the direction of that number.
+    It is rounded to the nearest such number or, if `towards` is given, in the direction of that number.
     """
     multiple = value if value == 0.0 or towards is None else next_multiple(value, digits, towards)
     return float(f"{multiple:.{digits}g}")
 
 
 def next_multiple(value: float, digits: int, towards: float) -> float:
-    """Return the next number with `digits` significant digits, from a value in the direction of `towards`.
+    """Return the next number with `digits` significant digits, starting from a value in the direction of `towards`.
 
-    It is computed as a product, so its last bits may differ from those of the decimal number. A value within a
-    millionth of the last digit from such a number counts as that number. Raises ValueError for 0.
+    If the value differs from such a number by less than a millionth of the last digit, that number is returned. The
+    result is computed as a product, so its last bits may differ from those of the decimal number. Raises ValueError if
+    the value is 0.
     """
-    step = 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1)  # value of the last digit
+    step = 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1)  # place value of the last significant digit
     round_to_whole = math.ceil if towards > value else math.floor
     return round_to_whole(round(value / step, 6)) * step
 
 
 def round_below(value: float) -> float:
-    """Return the largest number of the form 1, 2 or 5 times a power of ten that is not above a positive value."""
+    """Return the largest number 1, 2 or 5 times a power of ten that does not exceed a positive value."""
     power = 10.0 ** math.floor(math.log10(value))
     return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12))

@@ -1,1 +1,1 @@
-"""The rigid tips that touch the fruit: one file for each shape, all of them in `shapes.py`."""
+"""The rigid tips that touch the fruit. Each kind of shape has its own file, and `shapes.py` lists all shapes."""

@@ -1,4 +1,4 @@
-"""Tips that end in a spherical surface: a half ball, and a dome, which is a shallow spherical cap."""
+"""Tips that end in a spherical surface: a hemisphere, and a dome, which is a shallow spherical cap."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from sensor.tips.tip_shape import Meridian, TipShape, arc
 
 @dataclass(frozen=True, kw_only=True)
 class DomeKeys:
-    """Keys in [tips] of domes."""
+    """The keys in [tips] that only domes have."""
 
     dome_radius_mm: float | None = quantity(
         "mm", LENGTH, default=None, hint="a gentle dome has 10", meaning="radius of the cap of a dome"
@@ -20,7 +20,7 @@ class DomeKeys:
 
 @dataclass(frozen=True, kw_only=True)
 class Sphere(TipShape):
-    """A half ball of diameter `side_mm`; it indents deeply for its size, so its contact is solved on cells."""
+    """A hemisphere of diameter `side_mm`. Its contact is solved on cells, because it indents deeply for its size."""
 
     name: ClassVar[str] = "sphere"
 
@@ -31,18 +31,18 @@ class Sphere(TipShape):
 
     @property
     def meridian(self) -> Meridian:
-        """Return the arc of the sphere, from the axis to the rim."""
+        """Return the arc of the hemisphere, from the axis to the rim."""
         return (arc(0.0, 0.5 * self.side_mm, 0.0, self.radius_mm),)
 
     @property
     def sized_as(self) -> str:
-        """Return the name of the cylinder, whose face has the same outline."""
+        """Return the name of the cylinder, because its face has the same outline."""
         return "cylinder"
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the area of the contact circle [mm^2] by Hertz, under `force` [N].
+        """Return the area of the contact circle under `force` [N] according to Hertz [mm^2].
 
-        `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` its radius [mm].
+        `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` is its radius [mm].
         """
         radius = relative_radius(self.radius_mm, fruit_radius)
         return math.pi * contact_radius(force, reduced_modulus, 0.0, radius) ** 2
@@ -50,17 +50,17 @@ class Sphere(TipShape):
 
 @dataclass(frozen=True, kw_only=True)
 class Dome(Sphere):
-    """A cap of a sphere of radius `dome_radius_mm` over a round face of diameter `side_mm`."""
+    """A cap with a base of diameter `side_mm`, cut from a sphere of radius `dome_radius_mm`."""
 
     name: ClassVar[str] = "dome"
     obeys_hertz: ClassVar[bool] = True
     touches_beside_centre: ClassVar[bool] = True
-    pressure_exponent: ClassVar[float] = 0.5  # Hertz: force ~ travel^1.5, area ~ travel
+    pressure_exponent: ClassVar[float] = 0.5  # by Hertz, force ~ travel^1.5 and contact area ~ travel
 
     dome_radius_mm: float
 
     def __post_init__(self) -> None:
-        """Raise InputError for a face that is wider than the sphere."""
+        """Raise InputError if the face is wider than the sphere."""
         if self.side_mm > 2.0 * self.dome_radius_mm:
             bound = f"at most 2 tips.dome_radius_mm = {2.0 * self.dome_radius_mm:g} mm"
             raise validation_error(
@@ -74,5 +74,5 @@ class Dome(Sphere):
 
     @property
     def is_printed(self) -> bool:
-        """Return True: domes are printed with the housing."""
+        """Whether the tip is printed with the housing: a dome always is."""
         return True

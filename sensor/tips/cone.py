@@ -1,4 +1,4 @@
-"""A tip that ends in a cone, with a sharp or a spherical point."""
+"""A tip that ends in a cone, whose apex is sharp or rounded."""
 
 import math
 from dataclasses import dataclass
@@ -9,13 +9,14 @@ from sensor.theory.hertz import contact_radius, relative_radius
 from sensor.theory.sneddon_cone import cone_mean_pressure
 from sensor.tips.tip_shape import LEAST_PIECE_MM, Meridian, MeridianPoint, Straight, TipShape, arc
 
-# Contact is solved for small slopes, so the flank must not be steeper. A flatter cone is a flat face.
+# Contact is solved for small slopes, so the flank must not be steeper than 45 deg. A cone flatter than 89 deg would be
+# practically a flat face.
 _HALF_ANGLE = Bounds(at_least=45.0, at_most=89.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ConeKeys:
-    """Keys in [tips] of cones."""
+    """The keys in [tips] that only cones have."""
 
     half_angle_deg: float | None = quantity(
         "deg",
@@ -35,9 +36,9 @@ class ConeKeys:
 
 @dataclass(frozen=True, kw_only=True)
 class Cone(TipShape):
-    """A cone of diameter `side_mm`, with `half_angle_deg` between axis and flank and a point of radius `blunt_mm`.
+    """A cone of diameter `side_mm`, with the angle `half_angle_deg` between its axis and its flank.
 
-    The point is a ball that meets the flank without an edge.
+    The apex is rounded to a sphere of radius `blunt_mm` that is tangent to the flank.
     """
 
     name: ClassVar[str] = "cone"
@@ -46,7 +47,7 @@ class Cone(TipShape):
     blunt_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Raise InputError for a spherical point so large that no flank remains."""
+        """Raise InputError if the spherical point is so large that no flank remains."""
         if self._ball_edge_mm > 0.5 * self.side_mm - LEAST_PIECE_MM:
             largest = 0.5 * self.side_mm / math.cos(math.radians(self.half_angle_deg))
             bound = f"less than tips.side_mm / (2 cos(tips.half_angle_deg)) = {largest:g} mm"
@@ -54,12 +55,12 @@ class Cone(TipShape):
 
     @property
     def _ball_edge_mm(self) -> float:
-        """Return the distance from the axis at which the ball meets the flank [mm]."""
+        """Return the distance from the axis at which the sphere meets the flank [mm]."""
         return self.blunt_mm * math.cos(math.radians(self.half_angle_deg))
 
     @property
     def meridian(self) -> Meridian:
-        """Return the arc of the spherical point, if there is one, and the flank."""
+        """Return the arc of the spherical point, unless the cone is sharp, and the flank."""
         half = 0.5 * self.side_mm
         ball = (arc(0.0, self._ball_edge_mm, 0.0, self.blunt_mm),) if self.blunt_mm > 0.0 else ()
         start = ball[-1].end if ball else MeridianPoint(0.0, 0.0)
@@ -68,14 +69,15 @@ class Cone(TipShape):
 
     @property
     def sized_as(self) -> str:
-        """Return the name of the cylinder, whose face has the same outline."""
+        """Return the name of the cylinder, because its face has the same outline."""
         return "cylinder"
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the contact area [mm^2] under `force` [N].
+        """Return the contact area under `force` [N] in mm^2.
 
-        It is the contact circle by Hertz if only the spherical point touches, or else the contact area of a sharp cone
-        by Sneddon. `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` its radius [mm].
+        If only the spherical point touches, it is the contact circle according to Hertz. Otherwise it is the contact
+        area of a sharp cone according to Sneddon. `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and
+        `fruit_radius` is its radius [mm].
         """
         if self.blunt_mm > 0.0:
             radius = contact_radius(force, reduced_modulus, 0.0, relative_radius(self.blunt_mm, fruit_radius))

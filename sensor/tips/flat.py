@@ -9,7 +9,7 @@ from sensor.tips.tip_shape import LEAST_PIECE_MM, Meridian, MeridianPoint, Strai
 
 @dataclass(frozen=True, kw_only=True)
 class FlatKeys:
-    """Keys in [tips] of flat tips."""
+    """The keys in [tips] that only flat tips have."""
 
     fillet_mm: float = quantity(
         "mm",
@@ -22,14 +22,14 @@ class FlatKeys:
 
 @dataclass(frozen=True, kw_only=True)
 class FlatTip(TipShape):
-    """A flat face with an edge rounded by `fillet_mm`."""
+    """A tip with a flat face, whose edge has a fillet of radius `fillet_mm`."""
 
     has_flat_face: ClassVar[bool] = True
 
     fillet_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Raise InputError if the fillet, or the flat face that it leaves, is too small to be made."""
+        """Raise InputError if the fillet, or the flat face inside it, is too small to be modelled."""
         largest = 0.5 * self.side_mm - LEAST_PIECE_MM
         if self.fillet_mm and not LEAST_PIECE_MM <= self.fillet_mm <= largest:
             half = f"tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
@@ -38,7 +38,7 @@ class FlatTip(TipShape):
 
     @property
     def meridian(self) -> Meridian:
-        """Return the flat face, and the quarter circle of a rounded edge if there is one."""
+        """Return the flat face and, if the edge is rounded, its quarter circle."""
         half = 0.5 * self.side_mm
         fillet = self.fillet_mm
         face = Straight(MeridianPoint(0.0, 0.0), MeridianPoint(half - fillet, 0.0))
@@ -46,29 +46,29 @@ class FlatTip(TipShape):
 
     @property
     def sized_as(self) -> str:
-        """Return the name of the shape itself."""
+        """Return the name of this shape, because its sharp version is flat."""
         return self.name
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:  # noqa: ARG002
-        """Return the area of the whole face [mm^2], which does not depend on the force."""
+        """Return the area of the whole face [mm^2]; a flat face touches completely under any force."""
         return self.area_mm2
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cube(FlatTip):
-    """A square face."""
+    """A flat tip with a square face."""
 
     name: ClassVar[str] = "cube"
     is_round: ClassVar[bool] = False
 
     @property
     def is_printed(self) -> bool:
-        """Return whether its edges are sharp, because a housing can only be printed with sharp tips."""
+        """Whether the edges are sharp: only sharp tips can be printed with the housing."""
         return self.is_flat
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cylinder(FlatTip):
-    """A round face."""
+    """A flat tip with a round face."""
 
     name: ClassVar[str] = "cylinder"

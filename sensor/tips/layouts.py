@@ -1,4 +1,7 @@
-"""Layouts: positions of the tips, their springs and the plates that carry them. A new one is an entry in LAYOUTS."""
+"""Layouts: the positions of the tips, their springs and the plates that carry them.
+
+To add a layout, add an entry to LAYOUTS.
+"""
 
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -8,14 +11,14 @@ SPRINGS: dict[str, Spring] = {"L": "low", "H": "high"}
 
 
 class Position(NamedTuple):
-    """Position of a tip, x along the tips and y across [mm; in a layout, spacings]."""
+    """The position of a tip, x along the row of tips and y across it [mm], or [spacings] in a layout."""
 
     x: float
     y: float
 
 
 class SpringGroups(NamedTuple):
-    """The indices of the tips on low springs and of those on high springs."""
+    """The indices of the tips on low springs, and of the tips on high springs."""
 
     low: tuple[int, ...]
     high: tuple[int, ...]
@@ -23,13 +26,13 @@ class SpringGroups(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """The positions of the tips relative to their middle, in units of the spacing, and the parts that carry them.
+    """The positions of the tips relative to their centre, in units of the spacing, and the parts that carry them.
 
-    `orders` are the orders of low (L) and high (H) springs from which a user may choose. `outer` are the indices of the
-    tips that protrude by `tips.outer_mm`. `plates` is the number of equal plates: 2 if they stand back to back, 0 if
-    there is no housing. `leaf_separation_mm` is the distance of the two leaves of a flexure; a large distance prevents
-    the tip from tilting, above all in a thin plate. `turn_deg` is the rotation about the press axis that exchanges the
-    low and the high tips, or None if there is none.
+    `orders` are the sequences of low (L) and high (H) springs from which a user may choose. `outer` are the indices of
+    the tips that protrude by `tips.outer_mm`. `plates` is the number of equal plates: 2 if they stand back to back, and
+    0 if there is no housing. `leaf_separation_mm` is the distance between the two leaves of a flexure; a large distance
+    keeps the tip from tilting, above all in a thin plate. `turn_deg` is the rotation about the press axis that swaps
+    the low and the high tips, or None if there is no such rotation.
     """
 
     name: str
@@ -44,12 +47,15 @@ class Layout:
 
     @property
     def is_pair(self) -> bool:
-        """Return whether the layout is a pair; the modulus then follows from a force ratio, and not from a contrast."""
+        """Return whether the layout is a pair, whose readings use the force ratio and not a contrast of forces."""
         return len(self.positions) == len(SPRINGS)
 
     @property
     def takes_targets(self) -> bool:
-        """Return whether targets of the force ratio size the springs; in other layouts the springs must be given."""
+        """Return whether the springs are sized for targets of the force ratio.
+
+        In other layouts, the user must specify the springs.
+        """
         return self.is_pair
 
     @property
@@ -59,7 +65,7 @@ class Layout:
 
     @property
     def has_housing(self) -> bool:
-        """Return whether a housing is made for the layout."""
+        """Return whether there is a housing for this layout."""
         return self.plates > 0
 
     @property
@@ -95,7 +101,7 @@ SQUARE = Layout(
     plates=2,
     leaf_separation_mm=20.0,
     shuttle_width_mm=3.0,
-    top_bar_mm=6.5,  # leaves room on the pad for marks and dowels
+    top_bar_mm=6.5,  # wide enough for marks and dowels on the pad
     turn_deg=90.0,
 )
 LAYOUTS = {layout.name: layout for layout in (PAIR, LINE, SQUARE)}

@@ -1,4 +1,7 @@
-"""All shapes of tips, and the shape that the keys in [tips] describe. A new shape is a file and its entries here."""
+"""The list of all tip shapes, and the conversion of the keys in [tips] to a shape.
+
+To add a shape, write a file for it, and add the shape and its keys here.
+"""
 
 import dataclasses
 from dataclasses import dataclass
@@ -14,17 +17,17 @@ SHAPES: dict[str, type[TipShape]] = {shape.name: shape for shape in (Cube, Cylin
 
 @dataclass(frozen=True, kw_only=True)
 class ShapeKeys(FlatKeys, DomeKeys, ConeKeys):
-    """The keys in [tips] that belong only to some shapes."""
+    """The keys in [tips] that only some shapes have."""
 
 
 OPTIONAL_KEYS = tuple(key.name for key in dataclasses.fields(ShapeKeys) if key.default is None)
 
 
 def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
-    """Return the tip shape with this name and the outline `side_mm`, with the values of its own keys.
+    """Return the tip shape with this name, the outline `side_mm` [mm], and the values of its keys in `keys`.
 
-    A key belongs to a shape if the class of the shape has a field with its name. Raises InputError if a key of another
-    shape is set, or if a key of this shape whose field has no default is missing.
+    A key belongs to a shape if the class of the shape has a field of the same name. Raises InputError if a key is set
+    that does not belong to the shape, or if a key without a default is missing.
     """
     kind = SHAPES[name]
     fields = {item.name: item for item in dataclasses.fields(kind)}
@@ -35,7 +38,7 @@ def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
         if key.name not in fields:
             if value != key.default:
                 bound = f"left out for tips.shape = {name!r}"
-                hint = "drop it, or take the shape it is for"
+                hint = "remove it, or choose a shape that has this key"
                 raise validation_error(label, value, key.metadata["unit"], bound, hint)
         elif value is not None:
             values[key.name] = value

@@ -1,8 +1,8 @@
 """The shape of a rigid tip: its outline, its meridian, and the laws by which its contact is solved.
 
-A meridian is the height of the surface of a tip above its lowest point, from its axis outwards. For a round tip it is a
-function of the distance from the axis, for a square one of the larger of |x| and |y|. Both the gap before contact and
-the solid of a pin follow from it.
+A meridian gives the height of the surface of a tip above its lowest point. For a round tip the height is a function of
+the distance from the axis, for a square tip of the larger of |x| and |y|. Both the gap before contact and the solid of
+a pin are derived from the meridian.
 """
 
 import math
@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple
 
 
 class MeridianPoint(NamedTuple):
-    """A point of a meridian [mm]: distance from the axis, height above the lowest point of the tip."""
+    """A point of a meridian: distance r from the axis [mm], and height z above the lowest point of the tip [mm]."""
 
     r: float
     z: float
@@ -37,7 +37,7 @@ class Arc:
 
 
 def arc(start_r: float, end_r: float, centre_r: float, radius: float) -> Arc:
-    """Return the arc from `start_r` to `end_r` on the circle that touches z = 0 at `centre_r` [mm]."""
+    """Return the arc from `start_r` to `end_r` on the circle of this radius that touches z = 0 at `centre_r` [mm]."""
     start, end = (
         MeridianPoint(r, radius - math.sqrt(max(radius**2 - (r - centre_r) ** 2, 0.0))) for r in (start_r, end_r)
     )
@@ -45,59 +45,62 @@ def arc(start_r: float, end_r: float, centre_r: float, radius: float) -> Arc:
 
 
 Meridian = tuple[Straight | Arc, ...]
-LEAST_PIECE_MM = 1e-6  # minimum length of a section of a meridian; the CAD kernel treats shorter edges as points
+LEAST_PIECE_MM = 1e-6  # minimum length of a meridian section; the CAD kernel treats shorter edges as points
 
 
 @dataclass(frozen=True, kw_only=True)
 class TipShape(ABC):
-    """A rigid tip; `side_mm` is the side of a square outline, or the diameter of a round one.
+    """The shape of a rigid tip; `side_mm` is the side of a square outline or the diameter of a round one.
 
-    The other fields of a shape are its keys in [tips]; a field without a default must be given. Solvers and the housing
-    use only the properties below, and reject shapes that they do not support.
+    The other fields of a shape are its keys in [tips]. A user must set the keys whose fields have no default. Solvers
+    and the housing use only the properties below, and reject shapes that they do not support.
     """
 
     name: ClassVar[str]
     is_round: ClassVar[bool] = True
     has_flat_face: ClassVar[bool] = False
-    """The tip ends in a plane that fills its outline except for a rounded edge: when level, it is a flat punch."""
+    """Whether the tip ends in a plane that fills its outline except for a rounded edge: a flat punch if level."""
     obeys_hertz: ClassVar[bool] = False
-    """The tip is a shallow cap: at any tilt its force follows Hertz's law along the normal of the skin.
+    """Whether the tip is a shallow cap, whose force follows Hertz's law along the normal of the skin at any tilt.
 
-    This force also deflects its spring sideways, which the law of domes includes.
+    The contact law of domes includes the sideways deflection of the spring under this force.
     """
     touches_beside_centre: ClassVar[bool] = False
-    """The tip is so wide that its contact moves away from its centre on a slope."""
+    """Whether the tip is so wide that its contact moves away from its centre on a slope."""
     pressure_exponent: ClassVar[float] = 1.0
-    """Exponent of the travel in the mean pressure under the tip."""
+    """The exponent n of the mean pressure under the tip, which is proportional to travel^n."""
 
     side_mm: float
 
     @property
     @abstractmethod
     def meridian(self) -> Meridian:
-        """Return the sections of the meridian, from the axis to a distance of half of `side_mm`."""
+        """Return the sections of the meridian, from the axis to a distance of `side_mm` / 2."""
 
     @property
     @abstractmethod
     def sized_as(self) -> str:
-        """Return the name of the sharp flat shape of the same outline, whose stiffness is used to size the springs."""
+        """Return the name of the sharp flat shape whose stiffness is used to size the springs.
+
+        It has the same outline as this shape.
+        """
 
     @property
     def is_flat(self) -> bool:
         """Return whether the tip ends in a plane with sharp edges.
 
-        On a flat fruit it then touches with its whole face or not at all.
+        On a flat fruit, such a tip touches with its whole face or not at all.
         """
         return self.has_flat_face and len(self.meridian) == 1
 
     @property
     def is_solved_under_skin(self) -> bool:
-        """Return whether contact can be solved on a fruit with a skin: by the law of a flat punch or of Hertz."""
+        """Return whether contact on a fruit with a skin can be solved: by the law of a flat punch or by Hertz's law."""
         return self.has_flat_face or self.obeys_hertz
 
     @property
     def is_printed(self) -> bool:
-        """Return whether the tip is printed with the housing; other shapes are pins that are glued in."""
+        """Return whether the tip is printed with the housing; other tips are pins that are glued in."""
         return False
 
     @property
@@ -112,7 +115,10 @@ class TipShape(ABC):
 
     @property
     def flank_deg(self) -> float:
-        """Return the angle of the steepest straight section of the meridian from the horizontal [deg]; 0 if none."""
+        """Return the angle between the steepest straight section of the meridian and the horizontal [deg].
+
+        The angle is 0 if the meridian has no straight section.
+        """
         steepest = 0.0
         for piece in self.meridian:
             if isinstance(piece, Straight):
@@ -122,7 +128,7 @@ class TipShape(ABC):
 
     @abstractmethod
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the contact area [mm^2] under `force` [N].
+        """Return the contact area under `force` [N] in mm^2.
 
-        `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` its radius [mm].
+        `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` is its radius [mm].
         """
