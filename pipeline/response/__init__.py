@@ -1,1 +1,1 @@
-"""Forces and their ratio over modulus and travel, in the scene of a design."""
+"""The forces on the tips and their ratio as functions of modulus and travel, in the scene of a design."""

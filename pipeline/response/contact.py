@@ -1,4 +1,4 @@
-"""The compliance of the fruit under the tips: the compliance of its block, changed by shape and skin."""
+"""The compliance of the fruit under the tips: the compliance of a block, corrected for curved shape and skin."""
 
 from dataclasses import replace
 from functools import partial
@@ -22,11 +22,17 @@ BESIDE_CONTACT: dict[str, dict[str, Any]] = {
     "fruit": {key: getattr(Fruit(), key) for key in _BESIDE_CONTACT},
     "tips": {"gap_mm": 0.0, "socket": "none"},
 }
-"""Keys that do not affect the compliance of a fruit times its modulus, each with one value for all designs."""
+"""Keys that do not affect the compliance of a fruit times its modulus, each with the value that replaces its own.
+
+Designs that differ only in these keys share one cached solution.
+"""
 
 
 def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
-    """Return the compliance of the fruit under all tips [1/mm], cached; raises like `contact_compliance`."""
+    """Return the compliance of the fruit under all tips times E [1/mm], from the cache if possible.
+
+    Raises the errors of `contact_compliance`.
+    """
     solve = partial(contact_compliance, design.fruit, design.tips, options.contact_tolerance)
     fruit, tips = contact_scene(design)
     inputs = {"fruit": fruit, "tips": tips, "tol": options.contact_tolerance}
@@ -36,8 +42,8 @@ def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
 def contact_scene(design: Design) -> tuple[Fruit, Tips]:
     """Return fruit and tips with a fixed value in each field that does not affect their contact.
 
-    Designs that differ only in such fields then share one cached solution. Under a skin the moduli affect the contact,
-    so they keep their values.
+    Designs that differ only in such fields then share one cached solution. If the fruit has a skin, its moduli do
+    affect the contact, and they keep their values.
     """
     fruit = design.fruit
     moduli = {} if fruit.skin_mm is None else {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
@@ -47,20 +53,23 @@ def contact_scene(design: Design) -> tuple[Fruit, Tips]:
 def contact_compliance(
     fruit: Fruit, tips: Tips, tolerance: float = CONTACT_FRACTION * DEFAULT_TOLERANCE
 ) -> FruitCompliance:
-    """Solve the compliance matrix of the fruit under its tips, times E [1/mm], which sizes the springs.
+    """Return E times the compliance matrix of the fruit under its tips [1/mm]. The springs are sized from it.
 
-    The tips are level, sharp and flat, and press vertically. Other tips are replaced by such tips. A filleted tip
-    becomes a sharp one, a spherical tip the cylinder of its diameter, and a dome a circle of half its width at the
-    contact. The status of the result names the replacement. The fruit is solved as a block, on the coarsest mesh whose
-    error meets the relative `tolerance`. The effects of its curved shape and of its skin are then added. Raises
-    InputError for a scene outside the domain of the block's solver (`solve/fruit/split.py`), or for a curved fruit
-    outside its own domain (`solve/fruit/curved_body.py`).
+    The tips are assumed to be level, sharp and flat, and to press vertically. Other tips are replaced: a filleted tip
+    by a sharp one, a spherical tip by the cylinder of its diameter, and a dome by a circle of half its width at its
+    contact. The status of the result names the replacement.
+
+    The fruit is solved as a block, on the coarsest mesh whose relative error is below `tolerance` [1]. The effects of
+    the curved shape and of the skin are then added.
+
+    Raises InputError if the scene is outside the domain of the solver for blocks (`solve/fruit/split.py`) or, for a
+    curved fruit, of the solver for curved bodies (`solve/fruit/curved_body.py`).
     """
     is_curved = fruit.equivalent_block != fruit
     footprints = contact_footprints(fruit, tips)
     presses_along_normals = tips.tip_shape.obeys_hertz  # a smooth dome presses along the normal of the skin
     if is_curved:
-        check_curved(fruit, footprints)  # first, because the block takes long to solve
+        check_curved(fruit, footprints)  # before the block, which is slow to solve
     compliance = split_compliance(fruit, tips, tolerance)
     compliance = replace(compliance, rough=tolerance >= CONTACT_FRACTION * ROUGH_TOLERANCE)
     if is_curved:
@@ -72,7 +81,10 @@ def contact_compliance(
 
 
 def _replacement_text(fruit: Fruit, tips: Tips) -> str:
-    """Return a clause on the sharp flat tips that replace those of the design; empty if these are sharp and flat."""
+    """Return a clause that names the sharp flat tips which replace the tips of the design.
+
+    It is empty if the tips of the design are sharp and flat themselves.
+    """
     flat = tips.flat
     if tips.tip_shape.touches_beside_centre:
         circle = contact_footprints(fruit, tips)[0].side

@@ -1,7 +1,7 @@
-"""Contact scenes scaled to tips of side 1, so that designs that differ only in size or modulus share a solution.
+"""Contact scenes scaled to tips of side 1 mm, so that designs that differ only in size or modulus share a solution.
 
-The compliance S of a linear body depends only on ratios of lengths and on Poisson's ratio. S is inversely proportional
-to the size of the scene, and the indentation to E.
+Let S be the compliance matrix of a linear body, times E. It depends only on the size of the body, the ratios of its
+lengths and Poisson's ratio, and it is inversely proportional to the size.
 """
 
 import dataclasses
@@ -21,16 +21,16 @@ from solve.fruit.compliance import FruitCompliance
 
 Record = TypeVar("Record", Fruit, Tips)
 
-_DIGITS = 12  # digits of a ratio, so that scenes that differ by round-off are equal
+_DIGITS = 12  # significant digits of a ratio of lengths, so that scenes that differ only by round-off are equal
 _SCENES_KEPT = 256
 _SAME_FOR_ALL = {*BESIDE_CONTACT["fruit"], *BESIDE_CONTACT["tips"]}
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScaledScene:
-    """Fruit and tips with all lengths that contact depends on divided by the side of a tip [1].
+    """Fruit and tips, with all lengths that affect the contact divided by the side of a tip.
 
-    `scale` [mm] is this side; scenes of one shape compare equal for any size.
+    `scale` [mm] is this side. It is not compared, so that scenes of the same shape are equal whatever their size.
     """
 
     fruit: Fruit
@@ -41,7 +41,7 @@ class ScaledScene:
 def unit_scene(design: Design) -> ScaledScene:
     """Return the contact scene of a design, scaled to tips of side 1 mm.
 
-    A scene that would be outside the bounds of a design at this scale keeps its size.
+    The scene is not scaled if a length would then be outside the bounds of a design.
     """
     fruit, tips = contact_scene(design)
     scale = tips.side_mm
@@ -52,7 +52,7 @@ def unit_scene(design: Design) -> ScaledScene:
 
 
 def _divide_lengths(record: Record, scale: float) -> Record:
-    """Return a record with its lengths divided by `scale` [mm], except those that contact does not depend on."""
+    """Return a record with its lengths divided by `scale` [mm], except those that do not affect the contact."""
     lengths: Plain = {}
     for item in dataclasses.fields(record):
         value = getattr(record, item.name)
@@ -62,21 +62,22 @@ def _divide_lengths(record: Record, scale: float) -> Record:
 
 
 def scene_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
-    """Return the compliance of the fruit under the tips at their size [1/mm]; the unit scene is solved once.
+    """Return E times the compliance of the fruit under the tips [1/mm], at the original size of the scene.
 
-    `tolerance` [1] is the tolerance of the springs, as in a run. Raises InputError, MeshError or SolveError.
+    Each scaled scene is solved only once. `tolerance` [1] is the relative tolerance of the spring stiffnesses, as in a
+    run. Raises InputError, MeshError or SolveError.
     """
     unit = _unit_compliance(scene, CONTACT_FRACTION * tolerance)
     if scene.scale == 1.0:
         return unit
-    # S times E is a reciprocal length, so it is inversely proportional to the scale.
+    # S has the unit 1/mm, so it is inversely proportional to the scale.
     skin = unit.skin and replace(unit.skin, S=unit.skin.S / scene.scale)
     return replace(unit, S=unit.S / scene.scale, shape_change=unit.shape_change / scene.scale, skin=skin)
 
 
 @functools.lru_cache(maxsize=_SCENES_KEPT)
 def _unit_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
-    """Return the compliance of a unit scene [1/mm], cached in this process and on disk."""
+    """Return E times the compliance in a scaled scene [1/mm], cached in this process and on disk."""
     solve = functools.partial(contact_compliance, scene.fruit, scene.tips, tolerance)
     return load_or_compute(
         "contact", {"fruit": scene.fruit, "tips": scene.tips, "tol": tolerance}, solve, FruitCompliance

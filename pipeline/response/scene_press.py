@@ -1,4 +1,4 @@
-"""The presses of a sensor in the scene of its design, solved once for all that evaluate or draw them."""
+"""The presses of a sensor in the scene of its design, solved once for all evaluations and plots."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,20 +17,23 @@ from solve.contact.scene import LateralCompliance, Scene, check_scene
 from solve.contact.scene_cells import scene_footprints
 from solve.fruit.compliance import FruitCompliance
 
-TRAVELS = 12  # travels of the table
-CURVE_TRAVELS = 6  # travels of the curve
-LINEAR_MODULI = 72  # moduli of the curve; an even number, so that half of E_max is one of them
-_SCAN = 20  # moduli over which P must rise, from the smallest one of the design to E_max
+TRAVELS = 12  # number of travels in the table
+CURVE_TRAVELS = 6  # number of travels in the curve
+LINEAR_MODULI = 72  # number of moduli in the curve if contact is linear; even, so that half of E_max is one of them
+_SCAN = 20  # number of moduli over which P must increase, from the smallest modulus of the design to E_max
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScenePress(Record):
     """The presses of one set of springs on the fruit of a design.
 
-    `table` varies the travel at each modulus of the design, and `scan` has 20 moduli up to E_max at full travel.
-    `at_largest_E` is at the largest modulus and full travel. `curve` has equal steps of the modulus up to E_max at six
-    travels; its first modulus represents the softest possible fruit. `tilted` has presses at full travel with the tilt
-    minus and plus its spread, at the first, middle and last modulus of the curve. It is empty if contact is linear.
+    - `table` has the moduli of the design, each at twelve travels. It becomes the response table of the report.
+    - `scan` has 20 moduli up to E_max at full travel. It shows whether P increases with the modulus.
+    - `at_largest_E` has the largest modulus at full travel.
+    - `curve` has moduli in equal steps up to E_max, each at six travels. Its first modulus is that of the softest
+      possible fruit.
+    - `tilted` has two presses at full travel, one with the tilt minus its spread and one with the tilt plus its spread.
+      Their moduli are the first, the middle and the last one of the curve. It is empty if contact is linear.
     """
 
     table: SensorResponse
@@ -47,10 +50,10 @@ class ScenePress(Record):
 
 
 def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: LateralCompliance | None = None) -> Scene:
-    """Return the contact scene of a design: what the forces of the tips depend on, apart from springs and modulus.
+    """Return the contact scene of a design: all inputs of the tip forces except the springs and the modulus.
 
-    `height_offsets` (tips,) [mm] are the heights of the tips relative to the foremost, and `sideways` is their lateral
-    compliance under inclined forces.
+    `height_offsets` (tips,) [mm] are the heights of the tips relative to the foremost tip. `sideways` is the lateral
+    compliance of the tips under inclined forces.
     """
     return Scene(
         fruit=design.fruit,
@@ -62,7 +65,7 @@ def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: Lat
 
 
 def refuse_unsolvable_scene(design: Design) -> None:
-    """Raise InputError if contact cannot be solved in the scene of a design, before anything is solved."""
+    """Raise InputError if contact in the scene of a design cannot be solved. This check is made before any solve."""
     scene = scene_of(design)
     check_scene(scene)
     _check_skin(scene)
@@ -71,88 +74,90 @@ def refuse_unsolvable_scene(design: Design) -> None:
 
 
 def _check_skin(scene: Scene) -> None:
-    """Raise InputError if the fruit has a skin under which contact cannot be solved.
+    """Raise InputError if the fruit has a skin on which contact cannot be solved.
 
-    It can be solved for flat tips and domes, on a piece of a fruit.
+    Contact on a skin can be solved for flat tips and domes, if the fruit is the piece of flesh under the tips.
     """
     thickness = scene.fruit.skin_mm
     if thickness is None:
         return
     if not scene.tips.tip_shape.is_solved_under_skin:
         bound = "left out unless tips have flat faces or are domes"
-        raise validation_error("fruit.skin_mm", thickness, "mm", bound, "drop the skin, or take other tips")
+        raise validation_error("fruit.skin_mm", thickness, "mm", bound, "remove the skin, or choose other tips")
     if scene.fruit.whole:
         bound = "left out on a whole fruit"
-        hint = "give fruit.length_mm and fruit.width_mm, the piece under the tips"
+        hint = "set fruit.length_mm and fruit.width_mm to the size of the piece under the tips"
         raise validation_error("fruit.skin_mm", thickness, "mm", bound, hint)
 
 
 def press_scene(scene: Scene, contact: FruitCompliance, C: Floats) -> ScenePress:
-    """Solve all presses of a scene on springs with the compliance matrix C, (tips, tips) [mm/N].
+    """Solve the presses that `ScenePress` describes, for tips on springs.
 
-    `contact` is the compliance of the fruit. Raises like `scene_response`.
+    `contact` is the compliance of the fruit under the tips, and `C` (tips, tips) [mm/N] is the compliance matrix of the
+    springs. Raises the errors of `scene_response`.
     """
     fruit = scene.fruit
-    x = scene.press.travel_mm
-    full_travel = travels(x, 1)
+    full_travel = scene.press.travel_mm
+    at_full_travel = travels(full_travel, 1)  # an array with one travel
     moduli = curve_moduli(scene)
     ends_and_middle = moduli[[0, len(moduli) // 2, -1]]
     return ScenePress(
-        table=scene_response(scene, contact, C, fruit.E_MPa, travels(x, TRAVELS)),
-        scan=scene_response(scene, contact, C, scan_moduli(fruit), full_travel),
-        at_largest_E=scene_response(scene, contact, C, [fruit.largest_E_MPa], full_travel),
-        curve=scene_response(scene, contact, C, moduli, travels(x, CURVE_TRAVELS)),
+        table=scene_response(scene, contact, C, fruit.E_MPa, travels(full_travel, TRAVELS)),
+        scan=scene_response(scene, contact, C, scan_moduli(fruit), at_full_travel),
+        at_largest_E=scene_response(scene, contact, C, [fruit.largest_E_MPa], at_full_travel),
+        curve=scene_response(scene, contact, C, moduli, travels(full_travel, CURVE_TRAVELS)),
         tilted=_tilted_presses(scene, contact, C, ends_and_middle),
         scene=scene,
     )
 
 
 def curve_moduli(scene: Scene) -> Floats:
-    """Return the moduli of the curve of a scene [MPa]: almost zero, then equal steps up to E_max."""
+    """Return the moduli of the curve [MPa]: one that is almost zero, followed by equal steps up to E_max."""
     fractions = curve_shares(LINEAR_MODULI if scene.linear else CURVE_STEPS)
     return scene.fruit.E_max_MPa * np.array(fractions)
 
 
 def scan_moduli(fruit: Fruit) -> Floats:
-    """Return the 20 moduli up to E_max over which P must rise [MPa]."""
+    """Return the 20 moduli up to E_max [MPa] over which P must increase."""
     smallest = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
     return np.linspace(smallest, fruit.E_max_MPa, _SCAN)
 
 
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
-    """Return the presses at full travel with the tilt minus and plus its spread.
+    """Return the presses at full travel with the tilt minus its spread and with the tilt plus its spread.
 
-    The result is empty if contact is linear, if the tilt has no spread, or if such a tilt is outside the domain of
-    contact.
+    The result is empty if contact is linear, if the tilt has no spread, or if contact cannot be solved at one of the
+    two tilts.
     """
     press = scene.press
     spread = press.tilt_spread_deg
     if scene.linear or spread == 0.0:
         return ()
-    full_travel = travels(press.travel_mm, 1)
+    at_full_travel = travels(press.travel_mm, 1)
     responses = []
     try:
-        for side in (-1.0, 1.0):
-            tilted = replace(scene, press=replace(press, tilt_deg=press.tilt_deg + side * spread))
-            responses.append(scene_response(tilted, contact, C, moduli, full_travel))
-    except InputError:  # the design itself can be pressed; only its tilted neighbours cannot
+        for sign in (-1.0, 1.0):
+            tilted = replace(scene, press=replace(press, tilt_deg=press.tilt_deg + sign * spread))
+            responses.append(scene_response(tilted, contact, C, moduli, at_full_travel))
+    except InputError:  # the design itself can be solved, but not at one of these tilts
         return ()
     return tuple(responses)
 
 
 def spring_fractions(contact: FruitCompliance, C: Floats, E: float) -> Floats:
-    """Return the share of the spring in the compliance of spring and fruit in series, for each tip at E [MPa] [1].
+    """Return the fraction of the total compliance of each tip that is due to its spring [1], shape (tips,).
 
-    The result has the shape (tips,). A relative error of a spring's stiffness causes the same error of the tip's force,
-    times this share.
+    The total compliance is that of spring and fruit in series, at the modulus `E` [MPa]. `C` (tips, tips) [mm/N] is the
+    compliance matrix of the springs. The relative error of a tip's force is this fraction times the relative error of
+    the stiffness of its spring.
     """
     spring_compliance = np.diag(C)
-    contact = contact.at(E)  # under a skin the compliance times E depends on E
+    contact = contact.at(E)  # on a fruit with a skin, the compliance times E depends on E
     fruit_compliance = (np.diag(contact.S) - contact.crosstalk) / E
     fractions: Floats = spring_compliance / (spring_compliance + fruit_compliance)
     return fractions
 
 
 def mean_tip_pressure(design: Design, press: ScenePress) -> float:
-    """Return the largest force over the face of its tip at the largest modulus and full travel [MPa]."""
+    """Return the largest tip force divided by the area of a tip face [MPa], at the largest modulus and full travel."""
     return float(press.at_largest_E.F[-1, -1].max()) / design.tips.face_mm2
