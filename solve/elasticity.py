@@ -10,7 +10,7 @@ from sensor.arrays import Floats, Ints
 from sensor.float_or_array import FloatOrArray
 from solve.displacement_basis import DisplacementBasis, scalar_gradients
 
-_GROUP = 32  # number of elements whose matrices are formed at once; more would not fit into the CPU cache
+_GROUP_SIZE = 32  # number of elements whose matrices are formed at once; more would not fit into the CPU cache
 
 
 def lame_parameters(E: FloatOrArray, poisson: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
@@ -69,8 +69,8 @@ def stiffness_matrix(
     dim, elements, nodes, _ = gradients.shape
     lam, mu = lame_parameters(_broadcast(E, elements), _broadcast(poisson, elements))
     columns = np.empty((elements, nodes, dim, nodes, dim))  # the element matrices in column-major order
-    for start in range(0, elements, _GROUP):
-        group = slice(start, start + _GROUP)
+    for start in range(0, elements, _GROUP_SIZE):
+        group = slice(start, start + _GROUP_SIZE)
         G = np.ascontiguousarray(gradients[:, group])
         P = (G * basis.dx[group, None])[:, None] @ G.swapaxes(2, 3)
         dilatation = _projected_dilatation(G, basis.dx[group], basis.quadrature[0]) if b_bar else P

@@ -29,7 +29,7 @@ MOST_BYTES = 4.0 * 2**30  # largest allowed memory of a factorisation; a larger 
 FACTOR_BYTES = 14.0 * 31.0
 # Number of columns at the bottom of the elimination tree that SuperLU merges. The value 1, which merges none, was
 # fastest.
-_RELAXED = 1
+_MERGED_COLUMNS = 1
 
 
 @dataclass(frozen=True)
@@ -136,9 +136,11 @@ def _back_substitution(block: csc_matrix) -> Callable[[Floats], Floats]:
 
     Raises SolveError if the matrix is singular, and MemoryError if there is not enough memory.
     """
-    symmetric = {"SymmetricMode": True}
+    symmetric = {"SymmetricMode": True}  # use the diagonal as pivots, because the matrix is positive definite
     try:
-        factor = splu(block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_RELAXED, options=symmetric)
+        factor = splu(
+            block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_MERGED_COLUMNS, options=symmetric
+        )
     except RuntimeError as error:
         if "singular" not in str(error):  # SuperLU's only other error is a failed allocation
             raise MemoryError(str(error)) from error

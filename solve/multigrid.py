@@ -15,10 +15,10 @@ from sensor.arrays import Floats, Ints
 from solve.linear import Factor, SolveError, factorise
 
 _TOLERANCE = 1e-8  # residual, relative to the norm of the load, at which the iteration stops
-_MOST_STEPS = 300  # maximum number of iterations
-_SMOOTHING = 4  # number of Chebyshev iterations before and after the coarse solve
-_LOWEST = 0.08  # smallest eigenvalue that is smoothed, relative to the largest; the coarse solve reduces the others
-_LARGEST = 1.1  # upper bound of the largest eigenvalue divided by its estimate
+_MAX_STEPS = 300  # maximum number of iterations
+_SMOOTHING_STEPS = 4  # number of Chebyshev iterations before and after the coarse solve
+_SMOOTHED_RATIO = 0.08  # ratio of the smallest smoothed eigenvalue to the largest; the coarse solve handles the rest
+_EIGENVALUE_MARGIN = 1.1  # upper bound of the largest eigenvalue divided by its estimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class TwoGrid:
         u = np.zeros_like(load)
         for column in range(load.shape[1]):
             solution, steps = cg(
-                self.block, load[self.free, column], rtol=_TOLERANCE, atol=0.0, maxiter=_MOST_STEPS, M=preconditioner
+                self.block, load[self.free, column], rtol=_TOLERANCE, atol=0.0, maxiter=_MAX_STEPS, M=preconditioner
             )
             if steps:  # SciPy returns 0 after convergence, and the number of iterations otherwise
                 msg = f"conjugate gradients: no convergence in {steps} steps; check the mesh and what holds the part"
@@ -68,13 +68,13 @@ class TwoGrid:
         solve does not help. The names of the variables are those of Y. Saad, Iterative Methods for Sparse Linear
         Systems (2003), section 12.1.
         """
-        high, low = _LARGEST * self.largest, _LOWEST * self.largest
+        high, low = _EIGENVALUE_MARGIN * self.largest, _SMOOTHED_RATIO * self.largest
         theta, delta = 0.5 * (high + low), 0.5 * (high - low)
         sigma = theta / delta
         rho = 1.0 / sigma
         residual = (right_side - self.block @ x if x.any() else right_side) / self.diagonal
         step = residual / theta
-        for _ in range(_SMOOTHING - 1):
+        for _ in range(_SMOOTHING_STEPS - 1):
             x = x + step
             residual = residual - (self.block @ step) / self.diagonal
             next_rho = 1.0 / (2.0 * sigma - rho)

@@ -34,7 +34,7 @@ ERROR_FLOOR = 1e-3  # smallest relative error bar
 # difference between the meshes covers the rest.
 CORNER_SHARE = 0.02
 _TETRAHEDRA_ORDER = 4  # polynomial degree of the quadrature, high enough for cells with curved edges
-_SHARP = 1.2  # ratio of the strain at walls to that at round inner corners above which a wall has a sharp corner
+_SHARP_CORNER_RATIO = 1.2  # if the strain at walls exceeds that at round corners by more, a wall has a sharp corner
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -125,7 +125,7 @@ def _corner_strain(basis: CellBasis, u: Floats) -> tuple[float, float]:
     at_walls, _ = largest_strain(basis, WALLS, u)
     # In the straight wall next to a wide fillet the strain may be slightly larger than in the fillet. At a sharp corner
     # it is far larger.
-    return (max(at_fillets, at_walls), inside) if _SHARP * at_fillets >= at_walls else (np.nan, np.nan)
+    return (max(at_fillets, at_walls), inside) if _SHARP_CORNER_RATIO * at_fillets >= at_walls else (np.nan, np.nan)
 
 
 def tetrahedral_compliance(

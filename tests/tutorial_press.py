@@ -40,7 +40,7 @@ class GridsOverStone(Grids):
 
     def deflection(self, forces):
         """Return pi E* times the deflection [N/mm] under forces of cells [N], (tips, cells, cells)."""
-        apart = np.linalg.norm(self.middles[:, None] - self.middles, axis=-1)
+        apart = np.linalg.norm(self.centres[:, None] - self.centres, axis=-1)
         return super().deflection(forces) + (less_by_stone(apart) @ forces.sum(axis=(1, 2)))[:, None, None]
 
 

@@ -22,8 +22,8 @@ from solve.fruit.compliance import FruitCompliance
 Record = TypeVar("Record", Fruit, Tips)
 
 _DIGITS = 12  # significant digits of a ratio of lengths, so that scenes that differ only by round-off are equal
-_SCENES_KEPT = 256
-_SAME_FOR_ALL = {*BESIDE_CONTACT["fruit"], *BESIDE_CONTACT["tips"]}
+_CACHED_SCENES = 256
+_FIELDS_WITHOUT_EFFECT = {*BESIDE_CONTACT["fruit"], *BESIDE_CONTACT["tips"]}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +56,7 @@ def _divide_lengths(record: Record, scale: float) -> Record:
     lengths: Plain = {}
     for item in dataclasses.fields(record):
         value = getattr(record, item.name)
-        if item.name.endswith("_mm") and value is not None and item.name not in _SAME_FOR_ALL:
+        if item.name.endswith("_mm") and value is not None and item.name not in _FIELDS_WITHOUT_EFFECT:
             lengths[item.name] = float(f"{value / scale:.{_DIGITS}g}")
     return replace(record, **lengths)
 
@@ -75,7 +75,7 @@ def scene_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
     return replace(unit, S=unit.S / scene.scale, shape_change=unit.shape_change / scene.scale, skin=skin)
 
 
-@functools.lru_cache(maxsize=_SCENES_KEPT)
+@functools.lru_cache(maxsize=_CACHED_SCENES)
 def _unit_compliance(scene: ScaledScene, tolerance: float) -> FruitCompliance:
     """Return E times the compliance in a scaled scene [1/mm], cached in this process and on disk."""
     solve = functools.partial(contact_compliance, scene.fruit, scene.tips, tolerance)

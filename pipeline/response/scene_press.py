@@ -20,7 +20,7 @@ from solve.fruit.compliance import FruitCompliance
 TRAVELS = 12  # number of travels in the table
 CURVE_TRAVELS = 6  # number of travels in the curve
 LINEAR_MODULI = 72  # number of moduli in the curve if contact is linear; even, so that half of E_max is one of them
-_SCAN = 20  # number of moduli over which P must increase, from the smallest modulus of the design to E_max
+_SCAN_MODULI = 20  # number of moduli over which P must increase, from the smallest modulus of the design to E_max
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -120,7 +120,7 @@ def curve_moduli(scene: Scene) -> Floats:
 def scan_moduli(fruit: Fruit) -> Floats:
     """Return the 20 moduli up to E_max [MPa] over which P must increase."""
     smallest = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
-    return np.linspace(smallest, fruit.E_max_MPa, _SCAN)
+    return np.linspace(smallest, fruit.E_max_MPa, _SCAN_MODULI)
 
 
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:

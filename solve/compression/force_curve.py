@@ -14,15 +14,15 @@ from solve.compression.tool_press import press_forces
 
 COARSE = 1.0  # refinement of the coarse mesh
 FINE = 1.5  # refinement of the fine mesh
-_LEAST_TRAVEL = 0.01  # travel of the first solve divided by the maximum travel
-_SOLVES = 16  # number of travels at which the force is solved
+_FIRST_TRAVEL = 0.01  # travel of the first solve divided by the maximum travel
+_TRAVEL_COUNT = 16  # number of travels at which the force is solved
 # Number of terms of the fit. The terms are half powers of the travel, because the contact radius of a round body grows
 # with the square root of the travel. Fewer terms than solves smooth the forces, which scatter because surface nodes
 # come into contact one by one.
-_TERMS = 5
+_TERM_COUNT = 5
 # Smallest travel, as a fraction of the maximum travel, at which the error is evaluated. Smaller travels do not affect
 # the modulus.
-_COUNTED = 0.1
+_SMALLEST_COMPARED = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +75,7 @@ def force_curve(press: CompressionPress) -> ForceCurve:
         exponent=fine.exponent,
         coefficients=fine.coefficients,
         deepest=fine.deepest,
-        error=float(difference[travels >= _COUNTED * press.deepest].max()) + fine.error,
+        error=float(difference[travels >= _SMALLEST_COMPARED * press.deepest].max()) + fine.error,
     )
 
 
@@ -92,17 +92,17 @@ def fit_force_curve(press: CompressionPress, refinement: float = COARSE) -> Forc
     forces = press_forces(body, travels.tolist(), tool=press.tool, grips=press.grips)
     ratios = forces / travels**press.exponent
     # Minimise the squares of the relative differences: the ratio of fit to force should be 1 at each travel.
-    powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERMS)
+    powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERM_COUNT)
     coefficients, *_ = np.linalg.lstsq(powers / ratios[:, None], np.ones_like(ratios))
-    scatter = (powers @ coefficients / ratios - 1.0)[travels >= _COUNTED * press.deepest]
+    scatter = (powers @ coefficients / ratios - 1.0)[travels >= _SMALLEST_COMPARED * press.deepest]
     return ForceCurve(
         exponent=press.exponent,
         coefficients=np.asarray(coefficients, dtype=np.float64),
         deepest=press.deepest,
-        error=float(np.sqrt((scatter**2).sum() / (len(scatter) - _TERMS))),
+        error=float(np.sqrt((scatter**2).sum() / (len(scatter) - _TERM_COUNT))),
     )
 
 
 def _travels(deepest: float) -> Floats:
     """Return the travels [mm] at which the force is solved; they are closer together near the first touch."""
-    return deepest * np.linspace(_LEAST_TRAVEL**0.5, 1.0, _SOLVES) ** 2
+    return deepest * np.linspace(_FIRST_TRAVEL**0.5, 1.0, _TRAVEL_COUNT) ** 2

@@ -18,10 +18,10 @@ from solve.compression.stretch import mode_stiffness, principal_modes, principal
 # Gauss points per direction. With three points, quadratic elements lock as nu tends to 0.5. O. C. Zienkiewicz, R. L.
 # Taylor, The Finite Element Method (2000), volume 1, section 12.5.
 _POINTS = 2
-_DOFS = 18  # dofs of an element with nine nodes
-_REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])  # F_rr, F_rz, F_zr, F_zz and F_tt of the undeformed body
+_ELEMENT_DOFS = 18  # dofs of an element with nine nodes
+_UNDEFORMED = np.array([1.0, 0.0, 0.0, 1.0, 1.0])  # F_rr, F_rz, F_zr, F_zz and F_tt of the undeformed body
 _FIRST_ELEMENT = 0.08  # size of the element on the axis under the plate, divided by the largest contact radius
-_AT_EDGE = 0.03  # size of the elements at the edge of a flat plunger, divided by the radius of the plunger
+_EDGE_ELEMENT = 0.03  # size of the elements at the edge of a flat plunger, divided by the radius of the plunger
 _GROWTH_FROM_EDGE = 1.6  # size ratio of successive elements away from the edge of a plunger
 _GROWTH = 1.2  # size ratio elsewhere; contacts of all sizes then span similar numbers of elements
 _LARGEST_ELEMENT = 0.15  # size of the largest element divided by the extent of the section along r or z
@@ -86,7 +86,7 @@ class HalfBody:
         index = np.arange(self.count).reshape(columns, rows)
         corners = index[:-1:2, :-1:2].reshape(-1, 1)
         nodes = corners + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
-        self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _DOFS)
+        self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _ELEMENT_DOFS)
         held = np.zeros((self.count, 2), dtype=bool)
         held[index[0], 0] = True  # nodes on the axis cannot move along r
         held[index[:, 0], 1] = True  # nodes on the middle plane cannot move along z
@@ -104,7 +104,7 @@ class HalfBody:
     def deformed(self, u: Floats) -> "Deformed":
         """Return the deformed body with its strain energy, for displacements u (nodes, 2) [mm]."""
         F = np.einsum("eqid,ed->ieq", self._strain, u.ravel()[self.dofs], optimize=True)
-        F = F + _REST[:, None, None]
+        F = F + _UNDEFORMED[:, None, None]
         stretches = principal_stretches(F)
         if not stretches.min() > 0.0:
             return Deformed(u=u, F=F, stretches=stretches, energy=math.inf)
@@ -137,8 +137,8 @@ class HalfBody:
         matrices = np.einsum("eqid,ijeq,eqjf->edf", self._strain, self._volumes * moduli, self._strain, optimize=True)
         forces = np.einsum("ieq,eqid->ed", self._volumes * stress, self._strain, optimize=True)
         size = 2 * self.count
-        rows = np.repeat(self.dofs, _DOFS, axis=1)
-        columns = np.tile(self.dofs, (1, _DOFS))
+        rows = np.repeat(self.dofs, _ELEMENT_DOFS, axis=1)
+        columns = np.tile(self.dofs, (1, _ELEMENT_DOFS))
         matrix = csc_matrix((matrices.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
         total = np.bincount(self.dofs.ravel(), forces.ravel(), minlength=size)
         return total.astype(np.float64, copy=False), matrix
@@ -170,12 +170,12 @@ def _section_lines(section: Section, contact: float, refinement: float, edge: fl
     if edge < top_width:
         # Elements grow in both directions from the edge of the plunger, towards the axis and towards the side.
         edge_share = edge / top_width
-        inner = edge_share * (1.0 - _graded_lines(_AT_EDGE, refinement, _GROWTH_FROM_EDGE)[::-1])
+        inner = edge_share * (1.0 - _graded_lines(_EDGE_ELEMENT, refinement, _GROWTH_FROM_EDGE)[::-1])
         outer_share = 1.0 - edge_share
-        first = _AT_EDGE * edge_share / outer_share
+        first = _EDGE_ELEMENT * edge_share / outer_share
         outer = edge_share + outer_share * _graded_lines(first, refinement, _GROWTH_FROM_EDGE)
         lines = np.concatenate([inner, outer[1:]])
-        lines_down = _graded_lines(_AT_EDGE * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
+        lines_down = _graded_lines(_EDGE_ELEMENT * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
     else:
         lines = lines_down = _graded_lines(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
     return lines, lines_down
@@ -213,7 +213,7 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     operator[:, :, 3, :, 1] = gradient[..., 1]
     if length is None:
         operator[:, :, 4, :, 0] = value / r[:, :, None]
-    return operator.reshape(*volumes.shape, 5, _DOFS), volumes
+    return operator.reshape(*volumes.shape, 5, _ELEMENT_DOFS), volumes
 
 
 def _nodal_areas(x: Floats, length: float | None) -> Floats:

@@ -11,7 +11,7 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-_EQUAL = 1e-7  # relative difference of stretches below which a difference quotient is replaced by its limit
+_EQUAL_TOLERANCE = 1e-7  # relative difference of stretches below which a difference quotient is replaced by its limit
 
 
 def principal_stretches(F: Floats) -> Floats:
@@ -66,7 +66,7 @@ def mode_stiffness(stretches: Floats, slope: Floats, curvature: Floats, pressure
     """
     l1, l2, _ = stretches
     difference = l1 - l2
-    is_equal = difference < _EQUAL * l1
+    is_equal = difference < _EQUAL_TOLERANCE * l1
     quotient = (slope[0] - slope[1]) / np.where(is_equal, 1.0, difference)
     shear = np.where(is_equal, 0.5 * (curvature[0] + curvature[1]), quotient)
     rotation = (slope[0] + slope[1]) / (l1 + l2)

@@ -7,7 +7,8 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-_STEEPEST = 0.1  # smallest squared cosine of the slope angle of a spherical face; steeper parts do not touch the body
+# Smallest squared cosine of the slope angle of a spherical face. Steeper parts of the face do not touch the body.
+_SMALLEST_COSINE_SQUARED = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +26,6 @@ class Tool:
 
         The first derivative is the slope [1], the second is in 1/mm.
         """
-        cosine = np.sqrt(np.maximum(1.0 - (self.curvature * r) ** 2, _STEEPEST))
+        cosine = np.sqrt(np.maximum(1.0 - (self.curvature * r) ** 2, _SMALLEST_COSINE_SQUARED))
         rise = self.curvature * r**2 / (1.0 + cosine)
         return rise, self.curvature * r / cosine, self.curvature / cosine**3

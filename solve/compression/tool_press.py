@@ -19,11 +19,12 @@ from solve.linear import SolveError, factorise
 
 _PENALTY = 1e5  # pressure per penetration [E / half height]; the penetration is then 2e-4 of the smallest travel
 _RESIDUAL_LIMIT = 1e-8  # largest allowed residual divided by the force on the tool
-_MOST_ITERATIONS = 60  # maximum number of Newton steps
+_MAX_ITERATIONS = 60  # maximum number of Newton steps
 _HALVINGS = 14  # number of step lengths that the line search tries, each half of the previous one
-_SUFFICIENT = 1e-4  # smallest energy decrease divided by its linear prediction; L. Armijo, Pacific J. Math. 16, 1966
-_SAME = 1e-9  # relative tolerance of a radius, so that nodes on the edge of a plunger touch it
-_STARTS = (1, 2, 3)  # numbers of previous equilibria from which initial guesses are extrapolated
+# Smallest energy decrease divided by its linear prediction; see L. Armijo, Pacific J. Math. 16, 1966.
+_SUFFICIENT_DECREASE = 1e-4
+_RADIUS_TOLERANCE = 1e-9  # relative tolerance of a radius, so that nodes on the edge of a plunger touch it
+_EXTRAPOLATION_COUNTS = (1, 2, 3)  # numbers of previous equilibria from which initial guesses are extrapolated
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,7 +71,7 @@ class _ToolPress:
         rise, slope, slope_rate = self.tool.face(r + u[body.surface, 0])
         lowest_point = z[0] - self.travel  # the first surface node is the one on the axis
         height = z + u[body.surface, 1] - lowest_point - rise
-        touches = (height >= 0.0) & (r <= self.tool.edge * (1.0 + _SAME))
+        touches = (height >= 0.0) & (r <= self.tool.edge * (1.0 + _RADIUS_TOLERANCE))
         deformed = body.deformed(u)
         energy = deformed.energy + 0.5 * self.penalty * float((body.area * height**2)[touches].sum())
         return _ToolState(
@@ -85,7 +86,7 @@ class _ToolPress:
         """
         state = start
         fixed = np.flatnonzero(held)
-        for _ in range(_MOST_ITERATIONS):
+        for _ in range(_MAX_ITERATIONS):
             # If the Newton step does not lower the energy, try the Newton step of a convex approximation of the energy.
             for convex in (False, True):
                 residual, matrix, force = self._linearise(state, held, convex=convex)
@@ -137,7 +138,7 @@ class _ToolPress:
         for halvings in range(_HALVINGS):
             fraction = 0.5**halvings
             candidate = self.state(state.body.u + fraction * step.reshape(-1, 2))
-            if candidate.energy <= state.energy + _SUFFICIENT * fraction * slope + self.round_off:
+            if candidate.energy <= state.energy + _SUFFICIENT_DECREASE * fraction * slope + self.round_off:
                 return candidate
         return None
 
@@ -161,7 +162,7 @@ def press_forces(body: HalfBody, travels: Sequence[float], *, tool: Tool | None 
         press = _ToolPress(body, tool, travel)
         # Extrapolate through one, two and three previous equilibria. The guess with the smallest energy is used.
         guesses = []
-        for count in _STARTS:
+        for count in _EXTRAPOLATION_COUNTS:
             guess = _extrapolate(solutions[-count:], solved_travels[-count:], travel)
             guess = np.where(held.reshape(-1, 2), solutions[-1], guess)  # held dofs keep their displacements
             guesses.append(press.state(guess))

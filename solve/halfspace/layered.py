@@ -23,14 +23,14 @@ from scipy.special import j0
 
 from sensor.arrays import Floats
 
-DEEPEST = 25.0  # largest k h in integrals; above it T is 1 to machine precision
-POINTS = 12  # Gauss points per panel; a panel is at most as long as a period of the fastest oscillation
-SHORTEST = 30.0  # largest k a in the integral of the shell effect; shorter waves contribute 1e-4 of the effect
-NEXT_TO_RIGID = 1e-7  # modulus of a layer relative to a base that is practically rigid
-DISTANCES = 160  # number of distances in the table of l(r)
-EQUATIONS = 40  # Gauss points of the integral equation along a radius
-RADII = 48  # number of contact radii in the table of a round contact
-LEAST_RADIUS = 0.01  # smallest contact radius in the table divided by the thickness; there only the layer deforms
+LARGEST_KH = 25.0  # largest k h in integrals; above it T is 1 to machine precision
+PANEL_POINTS = 12  # Gauss points per panel; a panel is at most as long as a period of the fastest oscillation
+LARGEST_KA = 30.0  # largest k a in the integral of the shell effect; shorter waves contribute 1e-4 of the effect
+NEARLY_RIGID = 1e-7  # modulus of a layer relative to a base that is practically rigid
+TABLE_DISTANCES = 160  # number of distances in the table of l(r)
+RADIAL_POINTS = 40  # Gauss points of the integral equation along a radius
+TABLE_RADII = 48  # number of contact radii in the table of a round contact
+SMALLEST_RADIUS = 0.01  # smallest contact radius in the table divided by the thickness; there only the layer deforms
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class Layer:
         # The mean of (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 over all directions is `squares` / 8.
         squares = 3.0 * kappa_x**2 + 3.0 * kappa_y**2 + 2.0 * kappa_x * kappa_y
         shell_stiffness = (self.modulus - 1.0) * self.thickness * squares / 8.0
-        k, weight = _panels(SHORTEST / radius, 2.0 * math.pi / max(radius, deviation))
+        k, weight = _panels(LARGEST_KA / radius, 2.0 * math.pi / max(radius, deviation))
         compliance = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
         # Squared Fourier transforms of the two pressures: the circular punch minus the normal distribution.
         spectrum = (np.sin(k * radius) / (k * radius)) ** 2 - np.exp(-((deviation * k) ** 2))
@@ -109,7 +109,7 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     h = layers[0].thickness
     largest = max(float(distances.max(initial=0.0)), h)
     # The distances of the table have equal steps up to about the thickness, and equal ratios beyond.
-    table = h * np.sinh(np.linspace(0.0, math.asinh(largest / h), DISTANCES))
+    table = h * np.sinh(np.linspace(0.0, math.asinh(largest / h), TABLE_DISTANCES))
     table[-1] = largest
     return np.asarray(_spline(table, _added_at(layers, table), axis=1)(distances))
 
@@ -120,7 +120,7 @@ def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
     The cost is one integral per distance and layer.
     """
     h = layers[0].thickness
-    k, weight = _panels(DEEPEST / h, 2.0 * math.pi / max(float(distances.max(initial=0.0)), h))
+    k, weight = _panels(LARGEST_KH / h, 2.0 * math.pi / max(float(distances.max(initial=0.0)), h))
     softening = np.array([layer.surface / math.pi * layer.softening(k * h) for layer in layers])
     return np.asarray((softening * weight) @ j0(np.outer(k, distances)))
 
@@ -131,8 +131,8 @@ def base_compliance(thickness: float, poisson: float, distances: Floats) -> Floa
     The base lies at the depth `thickness` [mm]. The change is negative and has the shape of `distances` [mm], the
     distances between load and displacement. The cost is one integral per distance.
     """
-    layer = Layer(thickness=thickness, modulus=NEXT_TO_RIGID, poisson=poisson, poisson_below=poisson)
-    return NEXT_TO_RIGID * _added_at([layer], distances.ravel()).reshape(distances.shape)
+    layer = Layer(thickness=thickness, modulus=NEARLY_RIGID, poisson=poisson, poisson_below=poisson)
+    return NEARLY_RIGID * _added_at([layer], distances.ravel()).reshape(distances.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,11 +180,11 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
     h = layer.thickness
     # `cosine_transform` is c(t) = int (T - 1) cos(k t) dk. Since 2 cos k t cos k s = cos k (t - s) + cos k (t + s), M
     # is (c(|t - s|) + c(t + s)) / pi.
-    table = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), DISTANCES))
-    k, weight = _panels(DEEPEST / h, math.pi / largest)
+    table = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), TABLE_DISTANCES))
+    k, weight = _panels(LARGEST_KH / h, math.pi / largest)
     cosine_transform = _spline(table, np.cos(np.outer(table, k)) @ (weight * layer.softening(k * h)))
-    gauss_points, gauss_weights = legendre.leggauss(EQUATIONS)
-    radii = np.geomspace(LEAST_RADIUS * min(h, largest), largest, RADII)
+    gauss_points, gauss_weights = legendre.leggauss(RADIAL_POINTS)
+    radii = np.geomspace(SMALLEST_RADIUS * min(h, largest), largest, TABLE_RADII)
     rows = []
     for a in radii:
         t = 0.5 * a * (1.0 + np.append(gauss_points, 1.0))  # the last point is at the edge of the contact
@@ -222,7 +222,7 @@ def _interpolate(x: Floats, y: Floats, points: Floats, power: float) -> Floats:
 
 def _panels(end: float, longest: float) -> tuple[Floats, Floats]:
     """Return the points and weights of Gauss quadrature on equal panels from 0 to `end`, none longer than `longest`."""
-    point, weight = legendre.leggauss(POINTS)
+    point, weight = legendre.leggauss(PANEL_POINTS)
     edges = np.linspace(0.0, end, math.ceil(end / longest) + 4)
     half = 0.5 * np.diff(edges)
     middle = 0.5 * (edges[1:] + edges[:-1])

@@ -17,7 +17,7 @@ from solve.housing.stiffness import SPRINGS, leaf_faces
 from solve.surface import nodal_dofs, patch_inside, surface_facets
 
 _FREE = "free"
-_NEAR = 1e-9  # a node of the unit cube closer than this to the plane of a facet lies in that plane
+_PLANE_TOLERANCE = 1e-9  # a node of the unit cube closer than this to the plane of a facet lies in that plane
 
 
 def fields_in(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
@@ -76,7 +76,7 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> 
 
         # Find the nodes of the unit cube in the plane of this facet, and their coordinates along its two edges.
         from_corner = reference_nodes - facet.corner
-        on_facet = np.flatnonzero(np.abs(from_corner @ np.cross(facet.along, facet.across)) < _NEAR)
+        on_facet = np.flatnonzero(np.abs(from_corner @ np.cross(facet.along, facet.across)) < _PLANE_TOLERANCE)
         facet_coordinates = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
         at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(facet_coordinates, POINTS), strain)
         facet_nodes = nodes[on_facet][:, facet.elements]

@@ -39,67 +39,77 @@ def love(cells: int) -> Complexes:
 class Grids:
     """One square grid of cells for each dome, and the deflection of all cells under forces on the cells.
 
-    The grids have the centres `middles` (tips, 2) [mm] and the half widths `reach` (tips,) [mm]. Arrays over cells have
-    the shape (tips, cells, cells).
+    `centres` (tips, 2) [mm] are the centres of the grids, and `half_widths` (tips,) [mm] their half widths. Arrays over
+    cells have the shape (tips, cells, cells).
     """
 
     def __init__(
-        self, middles: Floats, reach: Floats, cells: int, kernel: Complexes, fruit: EllipsoidFruit | None = None
+        self, centres: Floats, half_widths: Floats, cells: int, kernel: Complexes, fruit: EllipsoidFruit | None = None
     ) -> None:
         """Prepare the interpolation between cells and Chebyshev nodes, and the compliance between nodes of two grids.
 
         `kernel` is `love(cells)`. `fruit` provides the local compliance under each dome, and its layer if it has one.
         Without `fruit`, the flesh is a homogeneous half-space.
         """
-        self.middles, self.reach, self.cells, self.kernel = middles, reach, cells, kernel
-        self.coordinates = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # centres of cells along a grid, from -1 to 1
-        self.size = 2.0 * reach / cells
+        self.centres, self.half_widths, self.cells, self.kernel = centres, half_widths, cells, kernel
+        self.cell_coordinates = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0  # centres of the cells, from -1 to 1
+        self.cell_size = 2.0 * half_widths / cells
         nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
         polynomials = []
         for n in nodes:
-            polynomials.append(np.prod([(self.coordinates - m) / (n - m) for m in nodes if m != n], axis=0))
+            polynomials.append(np.prod([(self.cell_coordinates - m) / (n - m) for m in nodes if m != n], axis=0))
         self.node_polynomials = np.array(polynomials)  # Lagrange polynomials of the nodes at the cells, (nodes, cells)
-        square = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1)
-        node_positions = (middles[:, None, None] + reach[:, None, None, None] * square).reshape(len(middles), -1, 2)
-        distance = np.linalg.norm(node_positions[:, None, :, None] - node_positions[None, :, None, :], axis=-1)
-        distance[range(len(middles)), range(len(middles))] = np.inf  # within a grid, the convolution is used instead
+        distance = self._node_distances(nodes)
         self.node_compliance = 1.0 / distance
         fruit = fruit or EllipsoidFruit(E=1.0, R1=math.inf, R2=math.inf)
-        self.softness, self.constant = (np.broadcast_to(row, len(middles)) for row in fruit.local_compliance)
+        self.softness, self.constant = (np.broadcast_to(row, len(centres)) for row in fruit.local_compliance)
         self.layer_kernel: Complexes | None = None
         if fruit.layer is not None:
             # The compliance of a layer is the compliance of its material plus the effect of the base.
             offsets = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
-            cell_distances = self.size[:, None, None] * np.hypot(offsets[:, None], offsets)
+            cell_distances = self.cell_size[:, None, None] * np.hypot(offsets[:, None], offsets)
             self.layer_kernel = rfft2(fruit.layer.base_effect(cell_distances))
             self.softness = self.softness / fruit.layer.stiffness
             is_between_grids = np.isfinite(distance)
             self.node_compliance = self.node_compliance / fruit.layer.stiffness
             self.node_compliance[is_between_grids] += fruit.layer.base_effect(distance[is_between_grids])
 
+    def _node_distances(self, nodes: Floats) -> Floats:
+        """Return the distances between all nodes of all grids [mm], shape (tips, tips, NODES^2, NODES^2).
+
+        `nodes` are the coordinates of the nodes along a grid, from -1 to 1. Distances within a grid are infinite: the
+        convolution gives the deflection there.
+        """
+        square = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1)
+        positions = self.centres[:, None, None] + self.half_widths[:, None, None, None] * square
+        positions = positions.reshape(len(self.centres), -1, 2)
+        distance = np.linalg.norm(positions[:, None, :, None] - positions[None, :, None, :], axis=-1)
+        distance[range(len(positions)), range(len(positions))] = np.inf
+        return np.asarray(distance)
+
     def positions(self) -> tuple[Floats, Floats]:
         """Return the coordinates x and y of the centres of all cells [mm], each (tips, cells, cells)."""
-        x = self.middles[:, 0, None] + self.reach[:, None] * self.coordinates
-        y = self.middles[:, 1, None] + self.reach[:, None] * self.coordinates
+        x = self.centres[:, 0, None] + self.half_widths[:, None] * self.cell_coordinates
+        y = self.centres[:, 1, None] + self.half_widths[:, None] * self.cell_coordinates
         shape = (len(x), self.cells, self.cells)
         return np.broadcast_to(x[:, :, None], shape), np.broadcast_to(y[:, None, :], shape)
 
-    def transfer(self, middles: Floats, reach: Floats, forces: Floats) -> Floats:
+    def transfer(self, centres: Floats, half_widths: Floats, forces: Floats) -> Floats:
         """Transfer the pressure on these grids to new grids, and return the forces on the cells of the new grids [N].
 
         Each new cell takes the pressure of the cell in which its centre lies, or 0 outside the old grid. `forces` [N]
-        act on the cells of these grids. The new grids have the centres `middles` (tips, 2) [mm] and the half widths
-        `reach` (tips,) [mm].
+        act on the cells of these grids. The new grids have the centres `centres` (tips, 2) [mm] and the half widths
+        `half_widths` (tips,) [mm].
         """
         transferred: Floats = np.zeros_like(forces)
         for tip in range(len(forces)):
-            offset = (middles - self.middles)[tip, :, None]
+            offset = (centres - self.centres)[tip, :, None]
             # Find the row and column of the old cell that contains the centre of each new cell.
-            cell_index = (self.coordinates * reach[tip] + offset + self.reach[tip]) / self.size[tip]
-            row, column = np.floor(cell_index).astype(int)
+            from_edge = self.cell_coordinates * half_widths[tip] + offset + self.half_widths[tip]
+            row, column = np.floor(from_edge / self.cell_size[tip]).astype(int)
             is_inside = [(index >= 0) & (index < self.cells) for index in (row, column)]
             nearest = forces[tip][np.ix_(row.clip(0, self.cells - 1), column.clip(0, self.cells - 1))]
-            area_ratio = (reach[tip] / self.reach[tip]) ** 2
+            area_ratio = (half_widths[tip] / self.half_widths[tip]) ** 2
             transferred[tip] = nearest * np.outer(*is_inside) * area_ratio
         return transferred
 
@@ -110,7 +120,7 @@ class Grids:
         """
         padded = (2 * self.cells, 2 * self.cells)
         forces = irfft2(rfft2(deflections, padded) / self.kernel.real, padded)[:, : self.cells, : self.cells]
-        scaled: Floats = forces * (self.size / self.softness)[:, None, None]
+        scaled: Floats = forces * (self.cell_size / self.softness)[:, None, None]
         return scaled
 
     def deflection(self, forces: Floats) -> Floats:
@@ -123,7 +133,7 @@ class Grids:
         """
         padded = (2 * self.cells, 2 * self.cells)
         force_transform = rfft2(forces, padded)
-        own_transform = force_transform * self.kernel * (self.softness / self.size)[:, None, None]
+        own_transform = force_transform * self.kernel * (self.softness / self.cell_size)[:, None, None]
         if self.layer_kernel is not None:
             own_transform = own_transform + force_transform * self.layer_kernel
         from_own_grid: Floats = irfft2(own_transform, padded)[:, : self.cells, : self.cells]

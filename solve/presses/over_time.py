@@ -22,8 +22,8 @@ from solve.presses.pressing import CELLS, Pressing, Slope
 Arms = Sequence[tuple[float, float]]
 """The arms of a viscoelastic law: pairs of a coefficient g_i or a_i [1] and a time constant tau_i [s]."""
 
-_DECADES = np.arange(-3.0, 6.5, 0.5)  # log10 of the time constants of Kelvin elements [s]
-_SHRINKS = 1e-3  # relative decrease of an elastic force up to which the contact is still treated as growing
+_LOG_TIME_CONSTANTS = np.arange(-3.0, 6.5, 0.5)  # log10 of the time constants of Kelvin elements [s]
+_ALLOWED_DECREASE = 1e-3  # relative decrease of an elastic force up to which the contact is still treated as growing
 
 
 class _Memory:
@@ -66,7 +66,7 @@ def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
     if exponent == 0.0:
         return 1.0, ()
     t = np.geomspace(1e-3, 6e5, 200)
-    time_constants = 10.0**_DECADES
+    time_constants = 10.0**_LOG_TIME_CONSTANTS
     columns = np.column_stack([np.ones(len(t)), 1.0 - np.exp(-t[:, None] / time_constants)])
     # Nonnegative least squares, because a Kelvin element cannot have a negative compliance.
     compliances, _ = nnls(columns, (t / at_s) ** exponent)
@@ -109,7 +109,7 @@ def press_with_creep(
         pressing.spring_compliance = compliance_factor * force_factor / K
         pressing.recovered = (compliance_factor * relaxed - crept) / K
         previous, elastic = elastic, pressing.forces(travel, np.multiply(way.drift, travel / last_travel))
-        if len(flesh) and (elastic < previous * (1.0 - _SHRINKS)).any():
+        if len(flesh) and (elastic < previous * (1.0 - _ALLOWED_DECREASE)).any():
             raise ArithmeticError(travel)
         force = np.maximum(force_factor * elastic - relaxed, 0.0)
         flesh_memory.end_step(elastic)

@@ -6,7 +6,7 @@ The fruit may deviate from a smooth, homogeneous ellipsoid in four ways:
 - The flesh may have a bonded outer layer, or may be bonded to a rigid stone. Both cases are treated exactly: the kernel
   1 / r is replaced by the kernel that follows from Burmister's transform.
 - The flesh may be softer within a hemisphere under a dome, as in a bruise. The dome then has the compliance of the
-  softer flesh, corrected by the constant `BRUISE` / radius because the flesh outside the hemisphere is stiffer. The
+  softer flesh, corrected by `BRUISE_CONSTANT` / radius because the flesh outside the hemisphere is stiffer. The
   compliance between domes is not affected. The contact is assumed to be small compared with the hemisphere.
 - The flesh may yield. It then carries at most its yield pressure.
 
@@ -25,7 +25,7 @@ from scipy.special import j0
 
 from sensor.arrays import Floats
 
-BRUISE = (1.52, 2.3)
+BRUISE_CONSTANT = (1.52, 2.3)
 """Deflection of a point per unit force due to the flesh outside a hemisphere around it, times the radius and pi E* [1].
 
 The first number is the value at a Poisson's ratio of 0.3. The second is its derivative with respect to Poisson's ratio.
@@ -172,7 +172,7 @@ class EllipsoidFruit:
         constant is added to the deflection per unit force times pi E* [1/mm].
         """
         softness, radius = np.broadcast_arrays(self.softness, self.soft_radius)
-        constant = BRUISE[0] + BRUISE[1] * (self.poisson - 0.3)
+        constant = BRUISE_CONSTANT[0] + BRUISE_CONSTANT[1] * (self.poisson - 0.3)
         return np.stack([softness, (1.0 - softness) * constant / radius])
 
     @property

@@ -22,19 +22,24 @@ from solve.presses.pressed_bodies import EllipsoidFruit, SprungDomes
 Slope = tuple[float, float] | Floats
 
 CELLS = 32  # cells per side of a grid
-MOST_STEPS = 400  # maximum number of steps of conjugate gradients
-MOST_SETS = 100  # maximum number of active sets
-LEAST_PART = 1e-3  # smallest fraction of a step towards the forces of an active set
-SETTLED = 1e-7  # tolerance of the gap in contact, as a fraction of the largest interference
-NEARLY_FULL = 0.9  # a contact that touches the edge and fills this fraction of its grid may be much wider than the grid
-FILLED = (0.72, 0.94)  # smallest and largest allowed width of a contact, as a fraction of the width of its grid
-TOUCH_STEPS = 20  # Newton steps to a point of first contact on a smooth ellipsoid
-MOST_GRIDS = 12  # maximum number of attempts to fit the grids to their contacts
-BEYOND_RIM = 1.1  # largest half width of the first grid divided by the radius of the dome's rim
-WIDEN = 0.8  # if a bump touches outside a grid, factor on the grid's smallest fill and on the inverse of its width
-CUT_OFF_GROWTH = 1.5  # growth factor of a grid whose edge cuts off the contact
-AIM = 0.83  # width of a contact as a fraction of its new grid, the middle of FILLED
-SOUGHT = 3.0  # largest distance between a dome's points of first contact with and without the height map [mm]
+NEWTON_STEPS = 20  # Newton steps to a point of first contact on a smooth ellipsoid
+# Largest distance between a dome's points of first contact with and without bumps, form error and rim [mm].
+LARGEST_TOUCH_SHIFT = 3.0
+
+# Iterative solution of the contact
+MAX_CG_STEPS = 400  # maximum number of conjugate-gradient steps
+MAX_ACTIVE_SETS = 100  # maximum number of active sets
+SMALLEST_FRACTION = 1e-3  # smallest fraction of a step towards the forces of an active set
+GAP_TOLERANCE = 1e-7  # tolerance of the gap in contact, as a fraction of the largest interference
+
+# Fitting of the grids to their contacts. The fill of a grid is the width of its contact divided by its own width.
+ALLOWED_FILL = (0.72, 0.94)  # smallest and largest allowed fill
+TARGET_FILL = 0.83  # fill of a new grid, the middle of ALLOWED_FILL
+CUT_OFF_FILL = 0.9  # fill above which a contact at the edge of its grid may be much wider than the grid
+CUT_OFF_GROWTH = 1.5  # factor by which a grid grows if its edge cuts off the contact
+WIDENING_FACTOR = 0.8  # factor on the smallest allowed fill of a grid if a bump touches outside it
+RIM_FACTOR = 1.1  # largest half width of the first grid divided by the radius of the dome's rim
+MAX_GRID_FITS = 12  # maximum number of attempts to fit the grids
 
 
 class Pressing:
@@ -55,15 +60,15 @@ class Pressing:
         self.sensor, self.fruit, self.cells = sensor, fruit, cells
         self.kernel = love(cells)
         self.touch = sensor.positions.copy()
-        for _ in range(TOUCH_STEPS):
+        for _ in range(NEWTON_STEPS):
             step = np.array([np.linalg.solve(*self._gap_derivatives(tip)) for tip in range(len(self.touch))])
             self.touch = self.touch - step
         if fruit.bumps is not None or sensor.form is not None or math.isfinite(sensor.rim):
-            for half_side in (SOUGHT, SOUGHT / 40.0, SOUGHT / 1600.0):
+            for half_side in (LARGEST_TOUCH_SHIFT, LARGEST_TOUCH_SHIFT / 40.0, LARGEST_TOUCH_SHIFT / 1600.0):
                 self.touch = self._smallest_gaps(half_side)
         self.spring_compliance = 1.0 / sensor.K
         self.recovered = np.zeros(len(self.touch))  # recovery of the springs due to relaxation of the flesh [mm]
-        self.smallest_fill = np.full(len(self.touch), FILLED[0])  # smallest allowed fraction of a grid in contact
+        self.smallest_fill = np.full(len(self.touch), ALLOWED_FILL[0])  # smallest allowed fill of each grid
         self.nearest = self.gap(self.touch[:, 0, None, None], self.touch[:, 1, None, None])[:, 0, 0]
         smaller_curvature = np.linalg.eigvalsh(fruit.curvature)[0]
         self.relative_radius = 1.0 / (1.0 / sensor.dome_radius + smaller_curvature)  # in the flatter direction [mm]
@@ -125,62 +130,69 @@ class Pressing:
         """
         lowering = travel + self.nearest.min() + self.sensor.positions @ np.array(changed_slope) + self.recovered
         interference = lowering - self.nearest
-        # The first grid covers the overlap of the undeformed bodies, approximated by paraboloids, but reaches only a
-        # little beyond the rim. A dome out of contact gets the grid of an interference of 1e-4 mm.
-        overlap_radius = np.sqrt(2.0 * self.relative_radius * np.maximum(interference, 1e-4))
-        reach = np.minimum(overlap_radius, BEYOND_RIM * self.sensor.rim) if self.grids is None else self.grids.reach
-        middles = self.touch if self.grids is None else self.grids.middles
-        start = None if self.grids is None else self.cell_forces
-        for _ in range(MOST_GRIDS):
-            grids = Grids(middles, reach, self.cells, self.kernel, self.fruit)
+        if self.grids is None:
+            centres, half_widths, start = self.touch, self._first_half_widths(interference), None
+        else:
+            centres, half_widths, start = self.grids.centres, self.grids.half_widths, self.cell_forces
+        for _ in range(MAX_GRID_FITS):
+            grids = Grids(centres, half_widths, self.cells, self.kernel, self.fruit)
             cell_forces = self._cell_forces(grids, lowering, start)
             dome_forces: Floats = cell_forces.sum(axis=(1, 2))
-            middles, reach, fits = self._fit_grids(grids, cell_forces, interference)
+            centres, half_widths, fits = self._fitted_grids(grids, cell_forces, interference)
             if fits and self.fruit.bumps is not None:
                 touches_outside = self._touches_outside(grids, dome_forces, lowering)
-                self.smallest_fill[touches_outside] *= WIDEN
-                reach = np.where(touches_outside, reach / WIDEN, reach)
+                self.smallest_fill[touches_outside] *= WIDENING_FACTOR
+                half_widths = np.where(touches_outside, half_widths / WIDENING_FACTOR, half_widths)
                 fits = not touches_outside.any()
             if fits:
                 break
-            start = grids.transfer(middles, reach, cell_forces)
+            start = grids.transfer(centres, half_widths, cell_forces)
         else:
             raise ArithmeticError(travel)
         self.grids, self.cell_forces = grids, cell_forces
-        self.area = (cell_forces > 0.0).sum(axis=(1, 2)) * grids.size**2
+        self.area = (cell_forces > 0.0).sum(axis=(1, 2)) * grids.cell_size**2
         return dome_forces
 
-    def _fit_grids(self, grids: Grids, cell_forces: Floats, interference: Floats) -> tuple[Floats, Floats, bool]:
+    def _first_half_widths(self, interference: Floats) -> Floats:
+        """Return the half widths of the first grids (tips,) [mm], for an interference (tips,) [mm].
+
+        A grid covers the overlap of the undeformed bodies, approximated by paraboloids, but reaches only a little
+        beyond the rim of the dome. A dome out of contact gets the grid of an interference of 1e-4 mm.
+        """
+        overlap_radius = np.sqrt(2.0 * self.relative_radius * np.maximum(interference, 1e-4))
+        return np.asarray(np.minimum(overlap_radius, RIM_FACTOR * self.sensor.rim))
+
+    def _fitted_grids(self, grids: Grids, cell_forces: Floats, interference: Floats) -> tuple[Floats, Floats, bool]:
         """Return centres and half widths of grids that fit the contacts, and whether the given grids already fit.
 
-        A grid fits if its contact does not touch its edge, and if the width of the contact is between `smallest_fill`
-        and FILLED[1] times the width of the grid. `cell_forces` (tips, cells, cells) [N] are the forces on the cells.
-        `interference` (tips,) [mm] is the depth of the undeformed domes below the undeformed skin.
+        A grid fits if its contact does not touch its edge, and if its fill is between `smallest_fill` and
+        ALLOWED_FILL[1]. `cell_forces` (tips, cells, cells) [N] are the forces on the cells. `interference` (tips,) [mm]
+        is the depth of the undeformed domes below the undeformed skin.
         """
-        middles, reach = grids.middles.copy(), grids.reach.copy()
+        centres, half_widths = grids.centres.copy(), grids.half_widths.copy()
         fits = True
         for tip, forces in enumerate(cell_forces):
             rows, columns = np.flatnonzero(forces.any(axis=1)), np.flatnonzero(forces.any(axis=0))
             # A dome out of contact keeps a small grid where it will touch. Its half width is 1.2 contact radii for an
             # interference of 2 % of the present gap.
             if not len(rows):
-                reach[tip] = 1.2 * math.sqrt(self.relative_radius * max(0.02 * abs(interference[tip]), 1e-3))
-                middles[tip] = self.touch[tip]
+                half_widths[tip] = 1.2 * math.sqrt(self.relative_radius * max(0.02 * abs(interference[tip]), 1e-3))
+                centres[tip] = self.touch[tip]
                 continue
             first = np.array([rows[0], columns[0]])
             last = np.array([rows[-1], columns[-1]])
-            width = (last - first + 1).max() / grids.cells
+            fill = (last - first + 1).max() / grids.cells
             is_at_edge = first.min() == 0 or last.max() == grids.cells - 1
-            if is_at_edge or not self.smallest_fill[tip] <= width <= FILLED[1]:
-                # A contact that the edge cuts off may be much wider than the grid, so the grid grows by a fixed factor.
-                # Any other contact will fill the fraction AIM of the new grid. A contact of one or two cells is treated
-                # as 2.5 cells wide, so that the grid does not shrink too fast.
+            if is_at_edge or not self.smallest_fill[tip] <= fill <= ALLOWED_FILL[1]:
                 fits = False
-                middles[tip] = grids.middles[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.size[tip]
-                reach[tip] = grids.reach[tip] * (
-                    CUT_OFF_GROWTH if is_at_edge and width > NEARLY_FULL else max(width, 2.5 / grids.cells) / AIM
-                )
-        return middles, reach, fits
+                centres[tip] = grids.centres[tip] + 0.5 * (first + last + 1 - grids.cells) * grids.cell_size[tip]
+                # If the edge cuts the contact off, its width is unknown, so the grid grows by a fixed factor. Otherwise
+                # the new grid has the fill TARGET_FILL. A contact of one or two cells is treated as 2.5 cells wide, so
+                # that the grid does not shrink too fast.
+                is_cut_off = is_at_edge and fill > CUT_OFF_FILL
+                growth = CUT_OFF_GROWTH if is_cut_off else max(fill, 2.5 / grids.cells) / TARGET_FILL
+                half_widths[tip] = grids.half_widths[tip] * growth
+        return centres, half_widths, fits
 
     def _touches_outside(self, grids: Grids, dome_forces: Floats, lowering: Floats) -> Flags:
         """Return whether a bump of the skin would touch each dome outside its grid, shape (tips,).
@@ -189,11 +201,11 @@ class Pressing:
         """
         coordinates = np.linspace(-2.0, 2.0, 81)
         is_outside = np.maximum(np.abs(coordinates[:, None]), np.abs(coordinates)) > 1.0
-        x = grids.middles[:, 0, None, None] + grids.reach[:, None, None] * coordinates[:, None]
-        y = grids.middles[:, 1, None, None] + grids.reach[:, None, None] * coordinates
+        x = grids.centres[:, 0, None, None] + grids.half_widths[:, None, None] * coordinates[:, None]
+        y = grids.centres[:, 1, None, None] + grids.half_widths[:, None, None] * coordinates
         x, y = np.broadcast_arrays(x, y)
         distance = np.hypot(
-            x[:, None] - grids.middles[:, 0, None, None], y[:, None] - grids.middles[:, 1, None, None]
+            x[:, None] - grids.centres[:, 0, None, None], y[:, None] - grids.centres[:, 1, None, None]
         ).clip(1e-3)
         skin_deflection = self.fruit.compliance * (dome_forces[:, None, None] / distance).sum(axis=1)
         dome_lowering = lowering - self.spring_compliance * dome_forces
@@ -212,10 +224,10 @@ class Pressing:
         """
         x, y = grids.positions()
         required = lowering[:, None, None] - self.gap(x, y)
-        largest = np.broadcast_to(self.fruit.yields * (grids.size**2)[:, None, None], required.shape)
+        largest = np.broadcast_to(self.fruit.yields * (grids.cell_size**2)[:, None, None], required.shape)
         on_domes = self._on_domes(x, y)
         yielded = np.zeros_like(on_domes)
-        for _ in range(MOST_SETS):
+        for _ in range(MAX_ACTIVE_SETS):
             yield_forces = np.where(yielded, largest, 0.0)
             yield_deflection = self._deflection(grids, yield_forces) if yielded.any() else 0.0
             elastic_start = None if start is None else np.where(yielded | ~on_domes, 0.0, start)
@@ -248,19 +260,19 @@ class Pressing:
         def deflection(forces: Floats) -> Floats:
             return self._deflection(grids, forces)
 
-        tolerance = SETTLED * max(required.max(), 1e-6)
+        tolerance = GAP_TOLERANCE * max(required.max(), 1e-6)
         # Ignore tension that would move a cell by only a few tolerances.
-        ignored_tension = (tolerance * grids.size / self.fruit.compliance)[:, None, None]
+        ignored_tension = (tolerance * grids.cell_size / self.fruit.compliance)[:, None, None]
         active = free & (required > 0.0 if start is None else start > 0.0)
         f = np.zeros_like(required) if start is None else start
         energy = 0.5 * (f * (deflection(f) - 2.0 * required)).sum()
         system = _System(grids, deflection, required, 0.5 * tolerance)
-        for _ in range(MOST_SETS):
+        for _ in range(MAX_ACTIVE_SETS):
             solved, gaps = system.solve(np.where(active, f, 0.0), active)
             has_tension = (solved < -ignored_tension).any()
             # If cells would be in tension, the step is shortened until it lowers the energy.
             previous, f, fraction = f, solved, 1.0
-            while has_tension and fraction > LEAST_PART:
+            while has_tension and fraction > SMALLEST_FRACTION:
                 f = np.maximum(previous + fraction * (solved - previous), 0.0)
                 gaps = deflection(f) - required
                 fraction *= 0.5
@@ -291,7 +303,7 @@ class _System:
         """
         gaps = self.deflection(f) - self.required
         direction, previous_product = np.zeros_like(f), 1.0
-        for step in range(MOST_STEPS):
+        for step in range(MAX_CG_STEPS):
             residual = np.where(active, gaps, 0.0)
             if np.abs(residual).max() < self.tolerance:
                 return f, gaps
