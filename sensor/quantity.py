@@ -49,7 +49,7 @@ class InputError(ValueError):
 class Bounds:
     """The allowed range of a number.
 
-    The ends `above` and `below` are not part of the range, while `at_least` and `at_most` are.
+    The limits `above` and `below` are exclusive, `at_least` and `at_most` are inclusive.
     """
 
     above: float | None = None
@@ -183,7 +183,7 @@ def key_of(item: Field[Any]) -> str:
 
 
 def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:
-    """Return an InputError whose message is a sentence on what is wrong, and a sentence on what to do.
+    """Return an InputError whose message states in one sentence what is wrong, and in another what to do.
 
     `bound` completes the sentence "NAME = VALUE UNIT must be ...". `hint` is a clause that begins with a verb or states
     a typical value. A value of None means that the input is missing.
@@ -217,7 +217,7 @@ def _format_value(value: object) -> str:
 
 
 def nearest(word: str, names: Sequence[str]) -> str:
-    """Return the one of `names` that is most similar to a word, ignoring case."""
+    """Return the name that is most similar to a word, ignoring case; `names` are the candidates."""
     by_lower_case = {name.lower(): name for name in names}
     match = difflib.get_close_matches(word.lower(), list(by_lower_case), n=1, cutoff=0.0)
     return by_lower_case[match[0]]
@@ -362,7 +362,7 @@ class Sourced:
 
         Raises InputError for an unknown key, an invalid value or a number without a source.
         """
-        record = f"{cls.LABEL} {name}"  # how messages name the record
+        record = f"{cls.LABEL} {name}"  # the name of the record in messages
         if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
             bound = "a table of numbers with a table of their sources"
             raise validation_error(record, str(table), "", bound, cls.HINT)
@@ -382,5 +382,5 @@ class Sourced:
 
     @classmethod
     def from_tables(cls, tables: Mapping[str, object]) -> dict[str, Self]:
-        """Return a mapping from name to record, given a mapping from name to table. Raises like `from_table`."""
+        """Return the record of each name, given the table of each name. Raises InputError like `from_table`."""
         return {name: cls.from_table(name, table) for name, table in tables.items()}

@@ -1,1 +1,1 @@
-"""The solvers, which compute what happens: the only users of scikit-fem's forms and of sparse solvers."""
+"""Finite-element and contact solvers. Only this package uses scikit-fem's forms and sparse solvers."""

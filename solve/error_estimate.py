@@ -17,15 +17,14 @@ class SolveInfo:
 def propagate_errors(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
     """Return the half width of the error bar of function(*values), given the half widths `errors` of its arguments.
 
-    For each argument, the function changes by some amount from value - error to value + error. The result is half the
-    sum of these changes. It is the worst case of simultaneous errors if the function is nearly linear over the error
-    bars.
+    It is half the sum, over all arguments, of the absolute change in the function from value - error to value + error.
+    If the function is nearly linear over the error bars, this is the worst case of simultaneous errors.
     """
-    total = 0.0
+    half_width = 0.0
     for i, error in enumerate(errors):
         high = list(values)
         low = list(values)
         high[i] += error
         low[i] -= error
-        total += 0.5 * abs(function(*high) - function(*low))
-    return total
+        half_width += 0.5 * abs(function(*high) - function(*low))
+    return half_width

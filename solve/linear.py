@@ -162,10 +162,10 @@ def check_cost(unknowns: int) -> None:
     """
     machine_bytes = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     if factor_bytes(unknowns) > MOST_BYTES:
-        hint = "take a smaller fruit, shorter leaves or a larger --tol"
+        hint = "Use a smaller fruit, shorter leaves or a larger --tol."
         raise SolveError(_memory_message(unknowns, MOST_BYTES, hint))
     if factor_bytes(unknowns) > machine_bytes:
-        hint = "use a machine with more memory, or a larger --tol"
+        hint = "Use a machine with more memory, or a larger --tol."
         raise MachineError(_memory_message(unknowns, machine_bytes, hint))
 
 
@@ -173,11 +173,11 @@ def _memory_message(unknowns: int, limit: float, hint: str) -> str:
     """Return the error message for a factorisation that needs more memory than `limit` [byte]."""
     needed = factor_bytes(unknowns) / 2**30
     return (
-        f"linear solve: memory for {unknowns} unknowns = {needed:.3g} GiB: must be at most {limit / 2**30:.3g} GiB; "
+        f"linear solve: memory for {unknowns} unknowns = {needed:.3g} GiB must be at most {limit / 2**30:.3g} GiB. "
         f"{hint}"
     )
 
 
 def _singular(error: Exception | str) -> str:
-    """Return the error message for a singular matrix; `error` says how this was found."""
-    return f"linear solve: {error}; the matrix must be positive definite; clamp the part so that it cannot move freely"
+    """Return the error message for a matrix that is singular for the reason `error`."""
+    return f"linear solve: {error}; the matrix must be positive definite. Clamp the part so that it cannot move freely."

@@ -49,7 +49,7 @@ class TwoGrid:
                 self.block, load[self.free, column], rtol=_TOLERANCE, atol=0.0, maxiter=_MAX_STEPS, M=preconditioner
             )
             if steps:  # SciPy returns 0 after convergence, and the number of iterations otherwise
-                msg = f"conjugate gradients: no convergence in {steps} steps; check the mesh and what holds the part"
+                msg = f"conjugate gradients did not converge in {steps} steps. Check the mesh and what holds the part."
                 raise SolveError(msg)
             u[self.free, column] = solution
         return u

@@ -34,7 +34,7 @@ ERROR_FLOOR = 1e-3  # smallest relative error bar
 # difference between the meshes covers the rest.
 CORNER_SHARE = 0.02
 _TETRAHEDRA_ORDER = 4  # polynomial degree of the quadrature, high enough for cells with curved edges
-_SHARP_CORNER_RATIO = 1.2  # if the strain at walls exceeds that at round corners by more, a wall has a sharp corner
+_SHARP_CORNER_RATIO = 1.2  # a larger ratio of the strain at walls to that at round corners means a sharp corner
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,8 +43,8 @@ class PartCompliance:
 
     The strains, `density` and `at_corners` have one entry per load, for a load of 1 N. `strain_per_N` [1/N] is the
     largest principal strain at round inner corners, extrapolated to element edges. `strain_inside_per_N` [1/N] is the
-    largest one at points inside elements. Both are nan if the part has no round inner corner, or if the strain is
-    larger elsewhere. `density` [N/mm^2] is twice the strain energy density in each element. `at_corners` (loads,
+    largest at points inside elements. Both are nan if the part has no round inner corner, or if the strain is larger
+    elsewhere. `density` [N/mm^2] is twice the strain energy density in each element. `at_corners` (loads,
     corners) [1] is the fraction of the strain energy in the elements at each sharp inner corner. `seconds` is the
     wall-clock time.
     """
@@ -73,7 +73,7 @@ def swept_compliance(
 
     `material` is Young's modulus [MPa] and Poisson's ratio. `presses` maps the name of each pressed face to the unit
     vector along its load. The part is supported by the elastic `layers`; without layers, its held faces cannot move.
-    Raises SolveError if nothing holds the part, or if the solution is inaccurate or not reciprocal.
+    Raises SolveError if nothing holds the part, or if the solution is inaccurate or violates reciprocity.
     """
     start = time.perf_counter()
     half = clamped_half(part.mesh, *material, layers)

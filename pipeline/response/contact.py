@@ -14,17 +14,17 @@ from solve.fruit.curved_body import check_curved, curved_compliance
 from solve.fruit.skin import skin_compliance
 from solve.fruit.split import contact_footprints, split_compliance
 
-_BESIDE_CONTACT = (
+_IRRELEVANT_FRUIT_KEYS = (
     *("name", "E_MPa", "E_max_MPa", "poisson_spread", "bruise_limit_MPa", "relaxation"),
     *("roughness_mm", "roughness_wave_mm", "flesh_scatter_percent"),
 )
-BESIDE_CONTACT: dict[str, dict[str, Any]] = {
-    "fruit": {key: getattr(Fruit(), key) for key in _BESIDE_CONTACT},
+IRRELEVANT_VALUES: dict[str, dict[str, Any]] = {
+    "fruit": {key: getattr(Fruit(), key) for key in _IRRELEVANT_FRUIT_KEYS},
     "tips": {"gap_mm": 0.0, "socket": "none"},
 }
-"""Keys that do not affect the compliance of a fruit times its modulus, each with the value that replaces its own.
+"""Replacement values of the keys that do not affect the compliance of a fruit times its modulus.
 
-Designs that differ only in these keys share one cached solution.
+With these values, designs that differ only in such keys share one cached solution.
 """
 
 
@@ -47,7 +47,7 @@ def contact_scene(design: Design) -> tuple[Fruit, Tips]:
     """
     fruit = design.fruit
     moduli = {} if fruit.skin_mm is None else {"E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
-    return replace(fruit, **BESIDE_CONTACT["fruit"] | moduli), replace(design.tips, **BESIDE_CONTACT["tips"])
+    return replace(fruit, **IRRELEVANT_VALUES["fruit"] | moduli), replace(design.tips, **IRRELEVANT_VALUES["tips"])
 
 
 def contact_compliance(

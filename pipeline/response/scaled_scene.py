@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from pipeline.options import CONTACT_FRACTION
-from pipeline.response.contact import BESIDE_CONTACT, contact_compliance, contact_scene
+from pipeline.response.contact import IRRELEVANT_VALUES, contact_compliance, contact_scene
 from pipeline.storage.cache import load_or_compute
 from pipeline.storage.plain import Plain
 from sensor.design.fruit import Fruit
@@ -23,7 +23,7 @@ Record = TypeVar("Record", Fruit, Tips)
 
 _DIGITS = 12  # significant digits of a ratio of lengths, so that scenes that differ only by round-off are equal
 _CACHED_SCENES = 256
-_FIELDS_WITHOUT_EFFECT = {*BESIDE_CONTACT["fruit"], *BESIDE_CONTACT["tips"]}
+_FIELDS_WITHOUT_EFFECT = {*IRRELEVANT_VALUES["fruit"], *IRRELEVANT_VALUES["tips"]}
 
 
 @dataclass(frozen=True, kw_only=True)

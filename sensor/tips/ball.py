@@ -40,7 +40,7 @@ class Sphere(TipShape):
         return "cylinder"
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the area of the contact circle under `force` [N] according to Hertz [mm^2].
+        """Return the area of the Hertzian contact circle [mm^2] under a force [N].
 
         `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` is its radius [mm].
         """

@@ -73,7 +73,7 @@ class Cone(TipShape):
         return "cylinder"
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the contact area under `force` [N] in mm^2.
+        """Return the contact area [mm^2] under a force [N].
 
         If only the spherical point touches, it is the contact circle according to Hertz. Otherwise it is the contact
         area of a sharp cone according to Sneddon. `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and

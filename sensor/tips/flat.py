@@ -46,7 +46,7 @@ class FlatTip(TipShape):
 
     @property
     def sized_as(self) -> str:
-        """Return the name of this shape, because its sharp version is flat."""
+        """Return the name of this shape, because it is sharp and flat without its fillet."""
         return self.name
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:  # noqa: ARG002

@@ -11,7 +11,7 @@ SPRINGS: dict[str, Spring] = {"L": "low", "H": "high"}
 
 
 class Position(NamedTuple):
-    """The position of a tip, x along the row of tips and y across it [mm], or [spacings] in a layout."""
+    """The position of a tip, x along the tips and y across them, in mm or, in a layout, in units of the spacing."""
 
     x: float
     y: float

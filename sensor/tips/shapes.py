@@ -29,8 +29,8 @@ def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
     A key belongs to a shape if the class of the shape has a field of the same name. Raises InputError if a key is set
     that does not belong to the shape, or if a key without a default is missing.
     """
-    kind = SHAPES[name]
-    fields = {item.name: item for item in dataclasses.fields(kind)}
+    shape_class = SHAPES[name]
+    fields = {item.name: item for item in dataclasses.fields(shape_class)}
     values = {}
     for key in dataclasses.fields(ShapeKeys):
         value = getattr(keys, key.name)
@@ -45,4 +45,4 @@ def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
         elif fields[key.name].default is dataclasses.MISSING:
             bound = f"given for tips.shape = {name!r}"
             raise validation_error(label, None, "", bound, key.metadata["hint"])
-    return kind(side_mm=side_mm, **values)
+    return shape_class(side_mm=side_mm, **values)

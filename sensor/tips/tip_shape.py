@@ -128,7 +128,7 @@ class TipShape(ABC):
 
     @abstractmethod
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
-        """Return the contact area under `force` [N] in mm^2.
+        """Return the contact area [mm^2] under a force [N].
 
         `reduced_modulus` is E / (1 - nu^2) of the fruit [MPa], and `fruit_radius` is its radius [mm].
         """

@@ -38,7 +38,7 @@ class FleshLaw:
         if self.name not in FLESH_LAWS:
             raise validation_error("name", self.name, "", f"one of {', '.join(FLESH_LAWS)}", "take neo-hooke")
         if not 0.0 <= self.poisson <= LARGEST_POISSON:
-            hint = "the elements were tested in this range; choose a ratio in it"
+            hint = "choose a ratio within this range, for which the elements were tested"
             raise validation_error("fruit.poisson", self.poisson, "", f"from 0 to {LARGEST_POISSON:g}", hint)
 
     def phi(self, stretch: Floats) -> tuple[Floats, Floats, Floats]:

@@ -17,8 +17,8 @@ FINE = 1.5  # refinement of the fine mesh
 _FIRST_TRAVEL = 0.01  # travel of the first solve divided by the maximum travel
 _TRAVEL_COUNT = 16  # number of travels at which the force is solved
 # Number of terms of the fit. The terms are half powers of the travel, because the contact radius of a round body grows
-# with the square root of the travel. Fewer terms than solves smooth the forces, which scatter because surface nodes
-# come into contact one by one.
+# with the square root of the travel. There are fewer terms than forces, so that the fit smooths the scatter of the
+# forces. They scatter because surface nodes come into contact one by one.
 _TERM_COUNT = 5
 # Smallest travel, as a fraction of the maximum travel, at which the error is evaluated. Smaller travels do not affect
 # the modulus.

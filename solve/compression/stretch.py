@@ -28,10 +28,9 @@ def principal_stretches(F: Floats) -> Floats:
 def principal_modes(F: Floats) -> Floats:
     """Return the four orthonormal modes of the in-plane part of F [1], shape (4 modes, 4 components of F, ...).
 
-    In the first and second modes, F changes by a change of the first and of the second stretch. In the third mode it
-    changes by a rotation, and in the fourth by a shear. With the hoop stretch as the fifth mode, the second derivative
-    of any isotropic energy is diagonal. See B. Smith, F. de Goes, T. Kim, ACM Trans. Graph. 38, 2019, doi
-    10.1145/3241041.
+    The first two modes each change one of the in-plane stretches. The third mode is a rotation, and the fourth is a
+    shear. With the hoop stretch as the fifth mode, the second derivative of any isotropic energy is diagonal. See B.
+    Smith, F. de Goes, T. Kim, ACM Trans. Graph. 38, 2019, doi 10.1145/3241041.
     """
     rr, rz, zr, zz = F[:4]
     rotation_cos, rotation_sin = _cosine_and_sine(0.5 * (rr + zz), 0.5 * (zr - rz))

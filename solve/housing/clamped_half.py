@@ -160,10 +160,9 @@ def weight_load(half: ClampedHalf, axis: int) -> Floats:
 def check_tips(work: Floats, support: Floats | None, round_off: float = 0.0) -> None:
     """Raise SolveError unless the loads on tips satisfy Betti's theorem and the mount carries each load completely.
 
-    `work` (loads, loads) [N mm] is the work of each load on the displacements due to each other load. `support`
-    (loads,) [N] is the force of the mount. It must balance 0.5 N, the load on the half mesh for 1 N on the whole tip.
-    `support` is None if the plane of symmetry carries a part of the load. `round_off` [N] is the numerical error of
-    `support`.
+    `work[i, j]` [N mm] is the work of load i on the displacements due to load j. `support` (loads,) [N] is the force of
+    the mount. It must balance 0.5 N, the load on the half mesh for 1 N on the whole tip. `support` is None if the plane
+    of symmetry carries a part of the load. `round_off` [N] is the numerical error of `support`.
     """
     asymmetry = float(np.abs(work - work.T).max())
     if not asymmetry <= BALANCE_LIMIT * float(np.abs(work).max()):

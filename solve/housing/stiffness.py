@@ -35,9 +35,9 @@ PerTip = tuple[float, ...]
 SPRINGS = ("low", "high")  # names of the springs; all results are in this order
 
 # Error bar of the stiffness divided by the difference between the meshes. For designs in all print processes, the
-# error was found with a mesh of 4.5 times as many dofs: it is at most 0.23 times this difference, and 0.07 times in the
-# median (tests/reference/fits/test_housing.py). The fit of the springs adds a floor, and more for leaves of unusual
-# shape.
+# error was determined with a mesh of 4.5 times as many dofs. It is at most 0.23 times this difference, with a median of
+# 0.07 (tests/reference/fits/test_housing.py). The fit of the springs widens the error bar for leaves of unusual shape,
+# and adds a floor.
 ERROR_SHARE = 0.2
 # Error bar of the strain divided by the increase in strain that results from extrapolation to element edges. The
 # largest ratio found is 1.1, and 0.85 in tests/reference/fits/test_housing.py.
@@ -47,12 +47,12 @@ _EXTRAPOLATION = 0.5 * np.array([[1.0 + np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [1.0 
 
 
 def tip_face(spring: str) -> str:
-    """Return the name that the face of a spring's tip has in the mesh."""
+    """Return the name of the mesh boundary on the face of a spring's tip."""
     return f"{spring}_tip"
 
 
 def leaf_faces(spring: str) -> str:
-    """Return the name that the faces of a spring's leaves have in the mesh."""
+    """Return the name of the mesh boundary on the faces of a spring's leaves."""
     return f"{spring}_leaves"
 
 
@@ -62,7 +62,7 @@ class TipCompliance:
 
     The fields of type `PerTip` have one value per tip. `strain_per_N` [1/N] is the largest principal strain on the
     leaves of a flexure per force on its tip, extrapolated to element edges. `strain_inside_per_N` [1/N] is the largest
-    one at the Gauss points. `tilt_per_N` [rad/N] is the rotation of a tip's face in the plane of the plate.
+    at the Gauss points. `tilt_per_N` [rad/N] is the rotation of a tip's face in the plane of the plate.
     `weight_sag` [mm^4/N] is the displacement of a tip along the press per body force along the press.
     `weight_sag_lengthwise` [mm^4/N] is the same displacement per body force along x.
     """

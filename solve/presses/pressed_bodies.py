@@ -37,8 +37,8 @@ Both were computed by finite elements and are accurate to 3 % (`tests/solve/pres
 class SprungDomes:
     """Spherical domes at `positions` (tips, 2) [mm], each on a spring of stiffness `K` (tips,) [N/mm].
 
-    `form` maps the distance from the axis of a dome [mm] to the height of its surface above the ideal sphere [mm]. The
-    domes end at the distance `rim` [mm] from their axes.
+    `form` is the form error: it maps the distance from the axis of a dome [mm] to the protrusion of the surface beyond
+    the ideal sphere [mm]. The domes end at the distance `rim` [mm] from their axes.
     """
 
     dome_radius: float
@@ -50,10 +50,11 @@ class SprungDomes:
 
 @dataclass(frozen=True)
 class OuterLayer:
-    """An outer layer bonded to the flesh below, with a modulus `stiffness` [1] times as large.
+    """An outer layer that is bonded to the flesh below it.
 
-    Its `thickness` [mm] must be larger than the cells of the grids. See D. M. Burmister, J. Appl. Phys. 16 (1945) 89;
-    T. C. O'Sullivan, R. B. King, J. Tribol. 110 (1988) 235.
+    `stiffness` [1] is the modulus of the layer divided by the modulus of the flesh below. The `thickness` [mm] must be
+    larger than the cells of the grids. See D. M. Burmister, J. Appl. Phys. 16 (1945) 89; T. C. O'Sullivan, R. B. King,
+    J. Tribol. 110 (1988) 235.
     """
 
     thickness: float
@@ -139,10 +140,10 @@ def _base_effect(compliance: Callable[[Floats], Floats], thickness: float, stiff
 class EllipsoidFruit:
     """An ellipsoidal fruit in the frame of the sensor, with optional unevenness, soft spots, layer and yield pressure.
 
-    `E` [MPa] and `poisson` are the elastic constants. `R1` and `R2` [mm] are the principal radii of the skin at the
-    apex; `R1` is measured in the direction `azimuth` [deg] from +x. The apex of the fruit lies at `apex` [mm]. The
+    `E` [MPa] and `poisson` are the elastic constants. `R1` and `R2` [mm] are the principal radii of curvature at the
+    apex; `R1` is the radius in the direction `azimuth` [deg] from +x. The apex of the fruit lies at `apex` [mm]. The
     sensor is tilted by `tilt` [deg], so that its side in the direction `tilt_azimuth` [deg] is lower. `heights` (tips,)
-    [mm] is the protrusion of each dome.
+    [mm] are the protrusions of the domes.
 
     `bumps` maps x, y [mm] to the height added to the skin [mm]. Under each dome, within a hemisphere of radius
     `soft_radius` (tips,) [mm], the flesh is `softness` (tips,) [1] times as compliant as elsewhere. Flesh yields at the

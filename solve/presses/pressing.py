@@ -47,8 +47,9 @@ class Pressing:
 
     `touch` (tips, 2) [mm] are the points of first contact, and `nearest` (tips,) [mm] are the gaps there.
     `spring_compliance` (tips,) [mm/N] is the compliance of the springs. `recovered` (tips,) [mm] is the part of their
-    deflection that has recovered. Presses over time change both before each sample. `grids` and `cell_forces` [N] hold
-    the previous solution, which is the initial guess of the next one.
+    deflection that has recovered. `press_with_creep` changes both before each sample. `grids` and `cell_forces` [N]
+    hold the previous solution, which is the initial guess of the next one. After a solve, `area` (tips,) [mm^2] are the
+    contact areas.
     """
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
@@ -104,21 +105,23 @@ class Pressing:
     def gap(self, x: Floats, y: Floats) -> Floats:
         """Return the gap between each dome and the skin [mm] at points x, y (tips, ...) [mm].
 
-        The sensor is at height 0, and both the skin and the springs are undeformed.
+        The sensor is at height 0, and both the skin and the springs are undeformed. The gap is the height of the dome
+        above its lowest point plus the depth of the skin below the apex, minus the rise of the skin due to its slope,
+        and minus the protrusion of the dome.
         """
         r = self.sensor.dome_radius
         dx = x - self.sensor.positions[:, 0, None, None]
         dy = y - self.sensor.positions[:, 1, None, None]
-        dome: Floats = r - np.sqrt(np.maximum(r**2 - dx**2 - dy**2, 0.0))
+        dome_height: Floats = r - np.sqrt(np.maximum(r**2 - dx**2 - dy**2, 0.0))
         if self.sensor.form is not None:
-            dome = dome - self.sensor.form(np.hypot(dx, dy))
+            dome_height = dome_height - self.sensor.form(np.hypot(dx, dy))
         k: Floats = self.fruit.curvature
         x0, y0 = self.fruit.apex
-        skin = 0.5 * (k[0, 0] * (x - x0) ** 2 + 2.0 * k[0, 1] * (x - x0) * (y - y0) + k[1, 1] * (y - y0) ** 2)
+        skin_depth = 0.5 * (k[0, 0] * (x - x0) ** 2 + 2.0 * k[0, 1] * (x - x0) * (y - y0) + k[1, 1] * (y - y0) ** 2)
         if self.fruit.bumps is not None:
-            skin = skin - self.fruit.bumps(x, y)
+            skin_depth = skin_depth - self.fruit.bumps(x, y)
         protrusion = np.broadcast_to(self.fruit.heights, len(dx))[:, None, None]
-        gap: Floats = dome + skin - self.fruit.slope[0] * x - self.fruit.slope[1] * y - protrusion
+        gap: Floats = dome_height + skin_depth - self.fruit.slope[0] * x - self.fruit.slope[1] * y - protrusion
         return gap
 
     def forces(self, travel: float, changed_slope: Slope = (0.0, 0.0)) -> Floats:
