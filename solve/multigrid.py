@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags, eye, kron, vstack
 from scipy.sparse.linalg import LinearOperator, cg, eigsh
-from skfem import CellBasis
+from skfem import CellBasis, Mesh
 
 from sensor.arrays import Floats, Ints
 from solve.linear import Factor, SolveError, factorise
@@ -91,20 +91,12 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     Galerkin product P^T A P of the fine matrix A. Raises SolveError if the coarse matrix is singular or too large to
     factorise.
     """
-    mesh = basis.mesh
-    corner_count = int(mesh.t.max()) + 1
-    edges = mesh.edges
-    # Interpolate one component from the corners to all nodes: first the corners, then the midpoints of the edges.
-    edge_count = edges.shape[1]
-    rows = np.repeat(np.arange(edge_count), 2)
-    to_middles = csr_matrix((np.full(2 * edge_count, 0.5), (rows, edges.T.ravel())), shape=(edge_count, corner_count))
-    to_nodes = csr_matrix(vstack([eye(corner_count, format="csr"), to_middles]))
-    to_dofs = csr_matrix(kron(to_nodes, csr_matrix(np.eye(3))))
+    corner_to_node = _corner_interpolation(basis.mesh)
     free = np.setdiff1d(np.arange(matrix.shape[0]), held, assume_unique=False)
     block = csr_matrix(matrix[:, free][free])
     # The dofs of the corners come first, so the coarse dofs have the same numbers in the fine matrix.
-    coarse_free = np.setdiff1d(np.arange(3 * corner_count), held)
-    prolongation = csr_matrix(to_dofs[:, coarse_free][free])
+    coarse_free = np.setdiff1d(np.arange(corner_to_node.shape[1]), held)
+    prolongation = csr_matrix(corner_to_node[:, coarse_free][free])
     coarse = factorise(csc_matrix(prolongation.T @ block @ prolongation), np.zeros(0, dtype=np.int64))
     # `factorise` reorders its unknowns. The reordered factor takes and returns vectors in the order of the coarse dofs.
     reordered = Factor(
@@ -119,3 +111,17 @@ def two_grid(basis: CellBasis, matrix: csc_matrix, held: Ints) -> TwoGrid:
     scaled = diags(diagonal**-0.5) @ block @ diags(diagonal**-0.5)
     largest = float(eigsh(scaled, k=1, tol=1e-2, return_eigenvectors=False, v0=np.ones(len(free)))[0])
     return TwoGrid(block, free, prolongation, reordered, diagonal, largest)
+
+
+def _corner_interpolation(mesh: Mesh) -> csr_matrix:
+    """Return the matrix that interpolates displacements at the corners to all nodes, shape (dofs, 3 corners).
+
+    The nodes are the corners, followed by the midpoints of the edges.
+    """
+    corner_count = int(mesh.t.max()) + 1
+    edges = mesh.edges
+    edge_count = edges.shape[1]
+    rows = np.repeat(np.arange(edge_count), 2)
+    to_midpoints = csr_matrix((np.full(2 * edge_count, 0.5), (rows, edges.T.ravel())), shape=(edge_count, corner_count))
+    to_nodes = csr_matrix(vstack([eye(corner_count, format="csr"), to_midpoints]))
+    return csr_matrix(kron(to_nodes, csr_matrix(np.eye(3))))  # the same for each of the three components

@@ -59,13 +59,28 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> 
     this boundary, the strain is extrapolated only within facets of the boundary. At a fillet, strain varies nonlinearly
     through the thickness of a leaf, so linear extrapolation from two points in a cell would miss the peak strain.
     """
-    reference_nodes = basis.elem.elem.doflocs  # nodes of the unit cube
     nodes = nodes_of_cells(basis.mesh)
-    count = 1 + int(nodes.max())
     # The extrapolation is more accurate in a small cell, so small cells get a larger weight in the average.
     weights = np.broadcast_to(1.0 / basis.dx.sum(axis=1), nodes.shape)
 
     total, weight = _cell_strain(basis, u, nodes, weights)
+    surface_total, surface_weight = _surface_strain(basis, u, nodes, weights, poisson, unloaded)
+    on_surface = surface_weight > 0.0
+    total[on_surface] = surface_total[on_surface]
+    weight[on_surface] = surface_weight[on_surface]
+    return (total / weight[:, None, None]).transpose(1, 2, 0)
+
+
+def _surface_strain(
+    basis: CellBasis, u: Floats, nodes: Ints, weights: Floats, poisson: float, unloaded: str
+) -> tuple[Floats, Floats]:
+    """Return the weighted sum of strains at each node (nodes, 3, 3), and the sum of the weights (nodes,).
+
+    Only the facets on the boundary `unloaded` contribute. The strains are extrapolated from their Gauss points. `nodes`
+    and `weights` (20, cells) are the indices of the nodes of each cell, and their weights in the average.
+    """
+    reference_nodes = basis.elem.elem.doflocs  # nodes of the unit cube
+    count = 1 + int(nodes.max())
     surface_total = np.zeros((count, 3, 3))
     surface_weight = np.zeros(count)
     for facet in surface_facets(basis, unloaded):
@@ -81,11 +96,7 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> 
         at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(facet_coordinates, POINTS), strain)
         facet_nodes = nodes[on_facet][:, facet.elements]
         _add_weighted(surface_total, surface_weight, facet_nodes, at_nodes, weights[on_facet][:, facet.elements])
-
-    on_surface = surface_weight > 0.0
-    total[on_surface] = surface_total[on_surface]
-    weight[on_surface] = surface_weight[on_surface]
-    return (total / weight[:, None, None]).transpose(1, 2, 0)
+    return surface_total, surface_weight
 
 
 def _cell_strain(basis: CellBasis, u: Floats, nodes: Ints, weights: Floats) -> tuple[Floats, Floats]:

@@ -110,7 +110,8 @@ def press_with_creep(
         pressing.recovered = (compliance_factor * relaxed - crept) / K
         previous, elastic = elastic, pressing.forces(travel, np.multiply(way.drift, travel / last_travel))
         if len(flesh) and (elastic < previous * (1.0 - _ALLOWED_DECREASE)).any():
-            raise ArithmeticError(travel)
+            msg = f"the elastic force on a dome decreases at a travel of {travel:.3g} mm, although the flesh relaxes"
+            raise ArithmeticError(msg)
         force = np.maximum(force_factor * elastic - relaxed, 0.0)
         flesh_memory.end_step(elastic)
         spring_memory.end_step(force)

@@ -151,7 +151,8 @@ class Pressing:
                 break
             start = grids.transfer(centres, half_widths, cell_forces)
         else:
-            raise ArithmeticError(travel)
+            msg = f"the contact grids do not fit their contacts at a travel of {travel:.3g} mm"
+            raise ArithmeticError(msg)
         self.grids, self.cell_forces = grids, cell_forces
         self.area = (cell_forces > 0.0).sum(axis=(1, 2)) * grids.cell_size**2
         return dome_forces
@@ -220,32 +221,34 @@ class Pressing:
     def _cell_forces(self, grids: Grids, lowering: Floats, start: Floats | None) -> Floats:
         """Return the forces on all cells [N], each capped at the force at which the flesh yields.
 
-        `lowering` (tips,) [mm] is the displacement of the domes. `start` is the initial guess of the forces, or None.
-        Yielded cells carry their yield force. The set of yielded cells is found by iteration. A yielded cell remains
-        yielded as long as the skin under it is deflected by less than the dome requires. Raises ArithmeticError if the
-        set of yielded cells does not settle.
+        `lowering` (tips,) [mm] is the displacement of the domes. `start` [N] is the initial guess of the forces, or
+        None. Yielded cells carry their yield force, and the forces on the other cells are solved elastically. The set
+        of yielded cells is found by iteration. A cell remains yielded as long as the skin under it is deflected by less
+        than the dome requires. Raises ArithmeticError if the set of yielded cells does not settle.
         """
         x, y = grids.positions()
-        required = lowering[:, None, None] - self.gap(x, y)
+        required = lowering[:, None, None] - self.gap(x, y)  # deflection of each cell if it touches its dome
         largest = np.broadcast_to(self.fruit.yields * (grids.cell_size**2)[:, None, None], required.shape)
         on_domes = self._on_domes(x, y)
-        yielded = np.zeros_like(on_domes)
+        is_yielded = np.zeros_like(on_domes)
         for _ in range(MAX_ACTIVE_SETS):
-            yield_forces = np.where(yielded, largest, 0.0)
-            yield_deflection = self._deflection(grids, yield_forces) if yielded.any() else 0.0
-            elastic_start = None if start is None else np.where(yielded | ~on_domes, 0.0, start)
+            yield_forces = np.where(is_yielded, largest, 0.0)
+            yield_deflection = self._deflection(grids, yield_forces) if is_yielded.any() else 0.0
+            elastic_start = None if start is None else np.where(is_yielded | ~on_domes, 0.0, start)
             elastic_forces = self._contact_forces(
-                grids, required - yield_deflection, elastic_start, on_domes & ~yielded
+                grids, required - yield_deflection, elastic_start, on_domes & ~is_yielded
             )
             forces = elastic_forces + yield_forces
             if math.isinf(self.fruit.yields):
                 return forces
-            stays = yielded & (self._deflection(grids, forces) <= required)
-            next_yielded = stays | (forces > largest * (1.0 + 1e-9))
-            if (next_yielded == yielded).all():
+            remains_yielded = is_yielded & (self._deflection(grids, forces) <= required)
+            # The margin of 1e-9 keeps round-off from marking a cell that carries exactly its yield force.
+            next_yielded = remains_yielded | (forces > largest * (1.0 + 1e-9))
+            if (next_yielded == is_yielded).all():
                 return forces
-            yielded, start = next_yielded, forces
-        raise ArithmeticError(self.fruit.yields)
+            is_yielded, start = next_yielded, forces
+        msg = f"the cells that yield at {self.fruit.yields:.3g} MPa do not settle in {MAX_ACTIVE_SETS} iterations"
+        raise ArithmeticError(msg)
 
     def _deflection(self, grids: Grids, forces: Floats) -> Floats:
         """Return the total deflection of fruit and springs at each cell [mm], under forces on the cells [N]."""
@@ -256,7 +259,7 @@ class Pressing:
         """Return the nonnegative forces f on the cells [N] that minimise the energy, by an active-set method.
 
         The energy is f.(A f) / 2 - f.required, where A f is the deflection of the cells under f. `required` [mm] is the
-        deflection of each cell if it is in contact. Only cells marked in `free` may carry a force. `start` is the
+        deflection of each cell if it is in contact. Only cells marked in `free` may carry a force. `start` [N] is the
         initial guess of the forces, or None. Raises ArithmeticError if the active set does not settle.
         """
 
@@ -271,27 +274,32 @@ class Pressing:
         energy = 0.5 * (f * (deflection(f) - 2.0 * required)).sum()
         system = _System(grids, deflection, required, 0.5 * tolerance)
         for _ in range(MAX_ACTIVE_SETS):
-            solved, gaps = system.solve(np.where(active, f, 0.0), active)
-            has_tension = (solved < -ignored_tension).any()
-            # If cells would be in tension, the step is shortened until it lowers the energy.
-            previous, f, fraction = f, solved, 1.0
+            solution, gaps = system.solve(np.where(active, f, 0.0), active)
+            has_tension = (solution < -ignored_tension).any()
+            # If cells would be in tension, shorten the step until it lowers the energy.
+            previous, f, fraction = f, solution, 1.0
             while has_tension and fraction > SMALLEST_FRACTION:
-                f = np.maximum(previous + fraction * (solved - previous), 0.0)
+                f = np.maximum(previous + fraction * (solution - previous), 0.0)
                 gaps = deflection(f) - required
                 fraction *= 0.5
                 if 0.5 * (f * (gaps - required)).sum() < energy:
                     break
             energy = 0.5 * (f * (gaps - required)).sum()
+            # Cells without a force that penetrate the dome enter the active set; cells in tension have left it.
             enters = free & (f == 0.0) & (gaps < -tolerance)
             if not has_tension and not enters.any():
                 return np.maximum(f, 0.0)
             active = (f > 0.0) | enters
-        raise ArithmeticError(tolerance)
+        msg = f"the cells in contact do not settle in {MAX_ACTIVE_SETS} active sets"
+        raise ArithmeticError(msg)
 
 
 @dataclass(frozen=True)
 class _System:
-    """The linear system of the cells in contact: their `deflection` must equal `required` within `tolerance` [mm]."""
+    """The linear system of the cells in contact: their `deflection` must equal `required` within `tolerance` [mm].
+
+    `deflection` maps the forces on all cells [N] to the deflections of all cells [mm].
+    """
 
     grids: Grids
     deflection: Callable[[Floats], Floats]
@@ -315,10 +323,12 @@ class _System:
             direction = -preconditioned + (product / previous_product if step else 0.0) * direction
             previous_product = product
             change = self.deflection(direction)
-            length = product / (change * direction).sum()
-            f = f + length * direction
-            gaps = gaps + length * change
-        raise ArithmeticError(np.abs(residual).max() / self.tolerance)
+            step_length = product / (change * direction).sum()
+            f = f + step_length * direction
+            gaps = gaps + step_length * change
+        excess = np.abs(residual).max() / self.tolerance
+        msg = f"after {MAX_CG_STEPS} conjugate-gradient steps, the residual is {excess:.3g} times the tolerance"
+        raise ArithmeticError(msg)
 
 
 def press(
