@@ -74,6 +74,6 @@ def next_multiple(value: float, digits: int, towards: float) -> float:
 
 
 def round_below(value: float) -> float:
-    """Return the largest number 1, 2 or 5 times a power of ten that does not exceed a positive value."""
+    """Return the largest number of the form 1, 2 or 5 times a power of ten that does not exceed a positive value."""
     power = 10.0 ** math.floor(math.log10(value))
     return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12))

@@ -75,7 +75,7 @@ def stiffness_matrix(
         P = (G * basis.dx[group, None])[:, None] @ G.swapaxes(2, 3)
         dilatation = _projected_dilatation(G, basis.dx[group], basis.quadrature[0]) if b_bar else P
         matrices = lam[group] * dilatation + mu[group] * P.swapaxes(0, 1)
-        same_axis = mu[group] * np.einsum("cceij->eij", P)
+        same_axis = mu[group] * np.einsum("cceij->eij", P)  # the term with delta_ab
         for axis in range(dim):
             matrices[axis, axis] += same_axis
         columns[group] = matrices.transpose(2, 4, 1, 3, 0)

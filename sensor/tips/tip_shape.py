@@ -122,8 +122,8 @@ class TipShape(ABC):
         steepest = 0.0
         for piece in self.meridian:
             if isinstance(piece, Straight):
-                rise = math.atan2(piece.end.z - piece.start.z, piece.end.r - piece.start.r)
-                steepest = max(steepest, math.degrees(rise))
+                slope_angle = math.atan2(piece.end.z - piece.start.z, piece.end.r - piece.start.r)
+                steepest = max(steepest, math.degrees(slope_angle))
         return steepest
 
     @abstractmethod

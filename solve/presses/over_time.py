@@ -58,7 +58,7 @@ class _Memory:
 
 
 def creep_of(exponent: float, at_s: float) -> tuple[float, Arms]:
-    """Return Kelvin elements, a_0 and arms (a_i, tau_i), with the creep compliance (t / at_s) ** exponent [1].
+    """Return the Kelvin elements, a_0 and arms (a_i, tau_i), of the creep compliance (t / at_s) ** exponent [1].
 
     They are fitted to this power law for times t from a millisecond to a week. For PETG, whose exponent is 0.01, the
     error of the fit is below 0.1 %.
@@ -86,20 +86,20 @@ class PressMotionOverTime:
 
 
 def press_with_creep(
-    pressing: Pressing, way: PressMotionOverTime, flesh: Arms = (), creep: tuple[float, Arms] = (1.0, ())
+    pressing: Pressing, motion: PressMotionOverTime, flesh: Arms = (), creep: tuple[float, Arms] = (1.0, ())
 ) -> tuple[Floats, Floats]:
     """Return the forces on the domes [N] and the deflections of their springs [mm], both (samples, tips).
 
-    `way` is the motion of the sensor. `flesh` holds the arms (g_i, tau_i) of the flesh. `creep` holds the Kelvin
+    `motion` is the motion of the sensor. `flesh` holds the arms (g_i, tau_i) of the flesh. `creep` holds the Kelvin
     elements of the springs, as returned by `creep_of`. Raises ArithmeticError if the elastic forces decrease on flesh
     that relaxes, because the law of Lee and Radok does not hold for shrinking contacts.
     """
     K = pressing.sensor.K
     flesh_memory, spring_memory = _Memory(flesh, len(K)), _Memory(creep[1], len(K))
-    last_travel = max(way.travels)
+    last_travel = max(motion.travels)
     forces, deflections = [], []
     elastic = np.zeros(len(K))  # the forces n that elastic flesh would require
-    for travel, step in zip(way.travels, np.diff(way.times, prepend=way.times[0]), strict=True):
+    for travel, step in zip(motion.travels, np.diff(motion.times, prepend=motion.times[0]), strict=True):
         # At the end of this step, F = force_factor n - relaxed and d = (compliance_factor F + crept) / K.
         relaxation_factor, relaxed = flesh_memory.begin_step(step)
         creep_factor, crept = spring_memory.begin_step(step)
@@ -108,7 +108,7 @@ def press_with_creep(
         # that has recovered. An elastic solve with such springs therefore gives n.
         pressing.spring_compliance = compliance_factor * force_factor / K
         pressing.recovered = (compliance_factor * relaxed - crept) / K
-        previous, elastic = elastic, pressing.forces(travel, np.multiply(way.drift, travel / last_travel))
+        previous, elastic = elastic, pressing.forces(travel, np.multiply(motion.drift, travel / last_travel))
         if len(flesh) and (elastic < previous * (1.0 - _ALLOWED_DECREASE)).any():
             msg = f"the elastic force on a dome decreases at a travel of {travel:.3g} mm, although the flesh relaxes"
             raise ArithmeticError(msg)
