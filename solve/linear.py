@@ -34,7 +34,7 @@ _MERGED_COLUMNS = 1
 
 @dataclass(frozen=True)
 class Factor:
-    """A factorised stiffness matrix K, with the displacements of the dofs `fixed` prescribed and of `free` unknown.
+    """A factorised stiffness matrix K. The displacements of the dofs `fixed` are prescribed, those of `free` unknown.
 
     `matrix` is K, and `block` is its submatrix for the free dofs, in the order of `free`. `back_substitute` applies the
     inverse of `block` to right-hand sides of shape (free,) or (free, loads).
@@ -49,8 +49,8 @@ class Factor:
     def solve(self, load: Floats, prescribed: Floats | None = None) -> Floats:
         """Solve K u = load on the free dofs, and return the displacements u, shape (dofs,) or (dofs, loads).
 
-        `load` has the shape of u. `prescribed` are the displacements of the fixed dofs, by default 0. Raises SolveError
-        if the relative residual on the free dofs exceeds 1e-9.
+        `load` has the shape of u. `prescribed` gives the displacements of the fixed dofs, by default 0. Raises
+        SolveError if the relative residual on the free dofs exceeds 1e-9.
         """
         u = np.zeros_like(load, dtype=np.float64)
         right_side = load[self.free]

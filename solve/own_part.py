@@ -180,8 +180,7 @@ def press_mean(basis: CellBasis, name: str, direction: Direction) -> Floats:
 
     `direction` is a unit vector. The returned vector is also the uniform load of 1 N on the face in this direction.
     """
-    components = enumerate(direction)
-    return np.asarray(sum(share * face_mean(basis, name, axis) for axis, share in components if share != 0.0))
+    return np.asarray(sum(part * face_mean(basis, name, axis) for axis, part in enumerate(direction) if part != 0.0))
 
 
 def _energy(half: ClampedHalf, material: tuple[float, float], u: Floats) -> tuple[Floats, Floats]:

@@ -28,9 +28,9 @@ class SpringGroups(NamedTuple):
 class Layout:
     """The positions of the tips relative to their centre, in units of the spacing, and the parts that carry them.
 
-    `orders` are the sequences of low (L) and high (H) springs from which a user may choose. `outer` are the indices of
-    the tips that protrude by `tips.outer_mm`. `plates` is the number of equal plates: 2 if they stand back to back, and
-    0 if there is no housing. `leaf_separation_mm` is the distance between the two leaves of a flexure; a large distance
+    `orders` are the sequences of low (L) and high (H) springs from which a user may choose. `outer` holds the indices
+    of the tips that protrude by `tips.outer_mm`. `plates` is the number of equal plates: 2 if they stand back to back,
+    0 if there is no housing. `leaf_separation_mm` is the distance between the two leaves of a flexure. A large distance
     keeps the tip from tilting, above all in a thin plate. `turn_deg` is the rotation about the press axis that swaps
     the low and the high tips, or None if there is no such rotation.
     """

@@ -59,9 +59,9 @@ class HalfBody:
     """The finite-element model of the upper half of a body, with a law of flesh for E = 1 MPa.
 
     Displacements (nodes, 2) [mm] are along r and z. `x` (nodes, 2) [mm] are the positions of the nodes of the
-    undeformed body. `surface` are the indices of the nodes that a tool may touch, outwards from the axis. `area` [mm^2]
-    is the surface area of each of these nodes. `held` (2 nodes,) marks the dofs that are fixed by symmetry. `on_table`
-    are the indices of the nodes on a table.
+    undeformed body. `surface` holds the indices of the nodes that a tool may touch, outwards from the axis. `area`
+    [mm^2] is the surface area of each of these nodes. `held` (2 nodes,) marks the dofs that are fixed by symmetry.
+    `on_table` holds the indices of the nodes on a table.
     """
 
     def __init__(
@@ -231,7 +231,7 @@ def _nodal_areas(x: Floats, length: float | None) -> Floats:
 def _gradient_by_F(modes: Floats, principal: Floats) -> Floats:
     """Return the derivatives of a quantity by the components of F, shape (5, ...), by the chain rule.
 
-    `principal` (3, ...) are the derivatives of the quantity by the principal stretches. The first two `modes` are the
+    `principal` (3, ...) holds the derivatives of the quantity by the principal stretches. The first two `modes` are the
     derivatives of the in-plane stretches by F.
     """
     in_plane = principal[0] * modes[0] + principal[1] * modes[1]

@@ -40,7 +40,7 @@ class ClampedHalf:
     """The half y >= 0 of a housing, mounted on elastic layers on a rigid ground or by clamped mounting holes.
 
     `matrix` [N/mm] is the stiffness matrix. `ground` is the contribution of the layers to it, or None without layers.
-    `clamped` are the dofs of the mounting holes; it is empty if there are layers. `factor` is the matrix factorised
+    `clamped` holds the dofs of the mounting holes; it is empty if there are layers. `factor` is the matrix factorised
     with these dofs and those of the plane of symmetry held at 0.
     """
 

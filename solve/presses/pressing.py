@@ -45,11 +45,11 @@ MAX_GRID_FITS = 12  # maximum number of attempts to fit the grids
 class Pressing:
     """A sensor that is pressed on a fruit to increasing travels.
 
-    `touch` (tips, 2) [mm] are the points of first contact, and `nearest` (tips,) [mm] are the gaps there.
+    `touch` (tips, 2) [mm] holds the points of first contact, and `nearest` (tips,) [mm] the gaps there.
     `spring_compliance` (tips,) [mm/N] is the compliance of the springs. `recovered` (tips,) [mm] is the part of their
     deflection that has recovered. `press_with_creep` changes both before each sample. `grids` and `cell_forces` [N]
-    hold the previous solution, which is the initial guess of the next one. After a solve, `area` (tips,) [mm^2] are the
-    contact areas.
+    hold the previous solution, which is the initial guess of the next one. After a solve, `area` (tips,) [mm^2] holds
+    the contact areas.
     """
 
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
