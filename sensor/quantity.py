@@ -305,7 +305,7 @@ def _check_texts(name: str, value: object, item: Field[Any], hint: str) -> None:
     bound = item.metadata["text"]
     texts: tuple[object, ...] = (value,)
     if str(item.type).startswith("tuple"):
-        bound = "a list of texts"
+        bound = "a list of strings"
         texts = value if isinstance(value, tuple) else (None,)
     for text in texts:
         if not isinstance(text, str) or not text.strip() or not text.isprintable():
@@ -341,7 +341,7 @@ class Sourced:
 
     LABEL: ClassVar[str]
     """The noun for such a record in error messages."""
-    HINT: ClassVar[str] = "correct its entry among the data"
+    HINT: ClassVar[str] = "correct its entry in the data"
 
     name: str
     sources: tuple[tuple[str, str], ...] = dataclasses.field(repr=False)  # pairs of a field name and its source
@@ -364,7 +364,7 @@ class Sourced:
         """
         record = f"{cls.LABEL} {name}"  # the name of the record in messages
         if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
-            bound = "a table of numbers with a table of their sources"
+            bound = "a table of numbers that contains a table of their sources"
             raise validation_error(record, str(table), "", bound, cls.HINT)
         fields = dataclasses.fields(cls)
         keys = [item.name for item in fields if item.name != "name"]

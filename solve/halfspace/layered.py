@@ -109,9 +109,9 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     h = layers[0].thickness
     largest = max(float(distances.max(initial=0.0)), h)
     # The distances of the table have equal steps up to about the thickness, and equal ratios beyond.
-    table = h * np.sinh(np.linspace(0.0, math.asinh(largest / h), TABLE_DISTANCES))
-    table[-1] = largest
-    return np.asarray(_spline(table, _added_at(layers, table), axis=1)(distances))
+    table_distances = h * np.sinh(np.linspace(0.0, math.asinh(largest / h), TABLE_DISTANCES))
+    table_distances[-1] = largest
+    return np.asarray(_spline(table_distances, _added_at(layers, table_distances), axis=1)(distances))
 
 
 def _added_at(layers: Sequence[Layer], distances: Floats) -> Floats:
@@ -180,9 +180,12 @@ def round_contact(layer: Layer, largest: float) -> RoundContact:
     h = layer.thickness
     # `cosine_transform` is c(t) = int (T - 1) cos(k t) dk. Since 2 cos k t cos k s = cos k (t - s) + cos k (t + s), M
     # is (c(|t - s|) + c(t + s)) / pi.
-    table = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), TABLE_DISTANCES))
+    # It is tabulated up to t + s = 2 `largest`, in equal steps up to about h and in equal ratios beyond.
+    table_distances = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), TABLE_DISTANCES))
     k, weight = _panels(LARGEST_KH / h, math.pi / largest)
-    cosine_transform = _spline(table, np.cos(np.outer(table, k)) @ (weight * layer.softening(k * h)))
+    cosine_transform = _spline(
+        table_distances, np.cos(np.outer(table_distances, k)) @ (weight * layer.softening(k * h))
+    )
     gauss_points, gauss_weights = legendre.leggauss(RADIAL_POINTS)
     radii = np.geomspace(SMALLEST_RADIUS * min(h, largest), largest, TABLE_RADII)
     rows = []

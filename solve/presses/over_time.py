@@ -46,6 +46,7 @@ class _Memory:
         the step is (1 - exp(-x)) / x.
         """
         decay = np.exp(-step / self.times)
+        # The lower bound of 1e-12 avoids 0 / 0 for a step of 0, whose mean decay is 1.
         mean_decay = np.where(step > 0.0, (1.0 - decay) / np.maximum(step / self.times, 1e-12), 1.0)
         self._known = decay[:, None] * self.variables + (mean_decay - decay)[:, None] * self.last_forces
         self._factors = 1.0 - mean_decay

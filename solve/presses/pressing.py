@@ -65,6 +65,7 @@ class Pressing:
             step = np.array([np.linalg.solve(*self._gap_derivatives(tip)) for tip in range(len(self.touch))])
             self.touch = self.touch - step
         if fruit.bumps is not None or sensor.form is not None or math.isfinite(sensor.rim):
+            # Each grid covers two intervals of the previous, coarser one on either side of its best point.
             for half_side in (LARGEST_TOUCH_SHIFT, LARGEST_TOUCH_SHIFT / 40.0, LARGEST_TOUCH_SHIFT / 1600.0):
                 self.touch = self._smallest_gaps(half_side)
         self.spring_compliance = 1.0 / sensor.K
@@ -88,7 +89,7 @@ class Pressing:
 
     def _smallest_gaps(self, half_side: float) -> Floats:
         """Return the points of smallest gap (tips, 2) [mm] within squares of this half side [mm] around `touch`."""
-        offsets = np.linspace(-half_side, half_side, 161)
+        offsets = np.linspace(-half_side, half_side, 161)  # intervals of `half_side` / 80
         x = self.touch[:, 0, None, None] + offsets[:, None]
         y = self.touch[:, 1, None, None] + offsets
         x, y = np.broadcast_arrays(x, y)
@@ -203,7 +204,7 @@ class Pressing:
 
         The deflection of the skin outside a grid is computed as if the forces acted at the centres of the grids.
         """
-        coordinates = np.linspace(-2.0, 2.0, 81)
+        coordinates = np.linspace(-2.0, 2.0, 81)  # points up to twice the half width from the centre of a grid
         is_outside = np.maximum(np.abs(coordinates[:, None]), np.abs(coordinates)) > 1.0
         x = grids.centres[:, 0, None, None] + grids.half_widths[:, None, None] * coordinates[:, None]
         y = grids.centres[:, 1, None, None] + grids.half_widths[:, None, None] * coordinates
