@@ -1,12 +1,12 @@
-"""The end of the range in which a condition holds, by bisection; without SciPy, so that a sizing loads faster."""
+"""Bisection for the end of the range in which a condition holds. It avoids SciPy, so that sizing starts faster."""
 
 from collections.abc import Callable
 
-_HALVINGS = 200  # enough to reach adjacent floats from any two numbers, unless one is 0
+_HALVINGS = 200  # enough to reach adjacent floats from any two numbers unless one of them is 0
 
 
 def last_holding(holds: Callable[[float], bool], start: float, end: float) -> float:
-    """Return the number up to which a condition holds [unit of the ends]; it is true at `start` and false at `end`."""
+    """Return the number up to which a condition holds. The condition must be true at `start` and false at `end`."""
     for _ in range(_HALVINGS):
         middle = 0.5 * (start + end)
         if middle in (start, end):

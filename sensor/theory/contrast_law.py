@@ -1,16 +1,17 @@
 """The contrast of the tips: a combination of several forces that depends on the modulus, but not on travel and tilt.
 
-A rigid pose lifts each tip by a plane: travel + tilt . X_i. The weights w have sum w_i = 0 and sum w_i X_i = 0; here
-they are the mean of the high tips less the mean of the low ones. They cancel the plane in the travel of the tips,
+If the sensor moves as a rigid body, the travel of its tips is a plane: travel + tilt . X_i. The weights w are those of
+the mean over the high tips minus the mean over the low tips. They satisfy sum w_i = 0 and sum w_i X_i = 0, so they
+cancel this plane in the travel of the tips,
 
-    pose_i = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i ,
+    travel + tilt . X_i = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i .
 
-with C the compliance of the springs, S the compliance of the body, and h the Hertz contact of a dome (0 for flat tips).
-The remainder has one unknown, E: a cubic in E^(-1/3), whose largest root in E is the modulus. With g(F, E) the
-contrast, the slope of the modulus over a force is -(dg / dF_i) / (dg / dE), and likewise for springs.
+C is the compliance of the springs, S the compliance of the fruit, and h the Hertzian contact of a dome (0 for flat
+tips). The contrast has one unknown, E. It is a cubic in E^(-1/3), whose largest root in E is the modulus. With g(F, E)
+the contrast, the derivative of the modulus with respect to a force is -(dg / dF_i) / (dg / dE).
 
-The gaps must be known, as they are for a level pair on its block. On a fruit they are unknown, so a whole press is read
-(`contrast_rise.py`).
+The gaps must be known, as they are for a level pair on its calibration block. On a fruit they are unknown, so a whole
+press is read (`contrast_rise.py`).
 """
 
 import math
@@ -27,26 +28,26 @@ from sensor.quantity import validation_error
 Matrix = Sequence[Sequence[float]]
 Place = tuple[float, float]
 
-_MAX_STEPS = 100  # steps to a root: Newton needs about six; bisection in every step needs one per binary digit
-_ROUND_OFF = 1e-9  # largest contrast of a tilt, relative to the largest coordinate of a tip
+_MAX_STEPS = 100  # iterations for a root: Newton needs about six; pure bisection needs one per binary digit
+_ROUND_OFF = 1e-9  # tolerance for the contrast of a tilt, relative to the largest coordinate of a tip
 
 
 OF_ANOTHER_SENSOR = (
-    "the forces belong to no modulus: must be forces of this sensor, pressed on a fruit; calibrate it again"
+    "No modulus fits the forces. They must be the forces of this sensor, pressed on a fruit; calibrate it again."
 )
 
 
 class ReadingError(ValueError):
-    """Forces that give no modulus; the message says why."""
+    """Forces that do not determine a modulus. The message gives the reason."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContrastLaw:
     """The constants of the contrast of a sensor.
 
-    `weights` [1] belong to the tips, and `gaps` [mm] are under them before the press. `C` [mm/N] and `S`, times E
-    [1/mm], have a row and a column for each tip. `hertz`, times E^(2/3) [mm (MPa/N)^(2/3)], comes from
-    `hertz.hertz_factor`.
+    `weights` [1] and `gaps` [mm], the gaps under the tips before the press, have one entry per tip. `C` [mm/N] is the
+    compliance of the springs. `S` [1/mm] is the compliance of the fruit, times E. Both have a row and a column per tip.
+    `hertz` [mm (MPa/N)^(2/3)] is the Hertzian constant of `hertz.hertz_factor`.
     """
 
     weights: tuple[float, ...]
@@ -60,22 +61,22 @@ class ContrastLaw:
         count = len(self.weights)
         shapes = (np.shape(self.gaps), np.shape(self.C), np.shape(self.S))
         if shapes != ((count,), (count, count), (count, count)):
-            msg = f"contrast law of {count} tips: tables of {shapes}; must have a row and a column for each tip"
+            msg = f"The tables of {count} tips have the shapes {shapes}; each needs one row and one column per tip."
             raise ValueError(msg)
 
     @cached_property
     def arrays(self) -> tuple[Floats, Floats, Floats]:
-        """Return weights, C and S as arrays, cached for the many readings of one sensor."""
+        """Return weights, C and S as arrays. They are cached, because a sensor is read many times."""
         return np.array(self.weights), np.array(self.C), np.array(self.S)
 
 
 def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tuple[float, ...]:
-    """Return the weight of each tip [1] in the contrast: the mean over the high tips less the mean over the low ones.
+    """Return the weight of each tip [1] in the contrast: the mean over the high tips minus the mean over the low tips.
 
-    `positions` are x and y [mm], `springs` low or high. Raises InputError if a tilt would change the contrast.
+    `positions` are x and y [mm], and `springs` are "low" or "high". Raises InputError if the contrast depends on tilt.
     """
     weights = [1.0 / springs.count("high") if spring == "high" else -1.0 / springs.count("low") for spring in springs]
-    tilt_contrast = np.abs(np.array(weights) @ np.array(positions))  # of a tilt along x and along y
+    tilt_contrast = np.abs(np.array(weights) @ np.array(positions))  # contrasts of a unit tilt along x and along y
     if tilt_contrast.max() > _ROUND_OFF * np.abs(positions).max():
         bound = "a line or a square: low and high tips about one middle"
         hint = "one reading of a pair cannot separate tilt from stiffness"
@@ -86,18 +87,18 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
 def pair_law(C: Matrix, own_less_other: float) -> ContrastLaw:
     """Return the contrast law of a pair of tips, the low tip first, on springs of compliance C [mm/N].
 
-    Unlike other contrasts, it also changes with a tilt. For flat tips it depends on the compliance S of the fruit only
-    through s11 - s12, times E [1/mm], which is `own_less_other`.
+    Unlike other contrasts, it also depends on the tilt. For flat tips the compliance S of the fruit matters only
+    through `own_less_other` [1/mm], which is s11 - s12, times E.
     """
     S = ((own_less_other, 0.0), (0.0, own_less_other))
     return ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=C, S=S)
 
 
 def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> float:
-    """Return the modulus [MPa] of a fruit that causes these `forces` [N] on the low and the high tip of a level pair.
+    """Return the modulus [MPa] of a fruit from the `forces` [N] on the low and the high tip of a level pair.
 
-    This is equation (4) of the paper for springs that act on each other; C [mm/N] and `own_less_other`, s11 - s12 times
-    E [1/mm], are as in `pair_law`. Raises ReadingError if no positive modulus causes these forces.
+    This is equation (4) of the paper, extended to springs that act on each other. C [mm/N] and `own_less_other` [1/mm]
+    are the same as in `pair_law`. Raises ReadingError if no positive modulus causes these forces.
     """
     low, high = forces
     difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high
@@ -109,8 +110,8 @@ def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> 
 def read_modulus(law: ContrastLaw, forces: Sequence[float], offset: float = 0.0) -> float:
     """Return the modulus of the fruit [MPa] from the forces [N] of all tips at one moment.
 
-    `offset` [mm] is a contrast of gaps in addition to the gaps of the law. Raises ReadingError if a tip does not touch,
-    or if no modulus fits the forces.
+    `offset` [mm] is added to the contrast of the gaps of the law. Raises ReadingError if a tip is out of contact, or if
+    no modulus fits the forces.
     """
     rigid, dome, body = contrast_terms(law, forces)
     z = smallest_root(rigid + offset, dome, body)  # E^(-1/3)
@@ -120,8 +121,8 @@ def read_modulus(law: ContrastLaw, forces: Sequence[float], offset: float = 0.0)
 class ContrastTerms(NamedTuple):
     """The coefficients of the contrast rigid + dome E^(-2/3) + body E^(-1), which is zero at the modulus of the fruit.
 
-    `rigid` [mm] comes from the springs and the gaps, `dome` [mm MPa^(2/3)] from Hertz's contact, and `body` [mm MPa]
-    from the flesh.
+    `rigid` [mm] is the part of the springs and the gaps, `dome` [mm MPa^(2/3)] the part of the Hertzian contact, and
+    `body` [mm MPa] the part of the flesh.
     """
 
     rigid: float
@@ -130,13 +131,13 @@ class ContrastTerms(NamedTuple):
 
 
 def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
-    """Return the terms of the contrast at the forces [N] of all tips; raises ReadingError unless all are above 0."""
+    """Return the terms of the contrast for the forces [N] of all tips. Raises ReadingError unless all are above 0."""
     if len(forces) != len(law.weights):
-        msg = f"{len(forces)} forces must be {len(law.weights)}, one for each tip. Check the sensor's channels."
+        msg = f"Got {len(forces)} forces for {len(law.weights)} tips. Check the channels of the sensor."
         raise ReadingError(msg)
     for tip, force in enumerate(forces, start=1):
         if not 0.0 < force < math.inf:
-            msg = f"force of tip {tip} = {force:g} N must be above 0. The tip does not touch: press more level."
+            msg = f"The force of tip {tip}, {force:g} N, must be above 0. Press more level, so that it touches."
             raise ReadingError(msg)
     weights, C, S = law.arrays
     F = np.array(forces)
@@ -150,8 +151,8 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
 class ReadingSlopes:
     """Sensitivity of a reading at one moment: the relative change of E per unit of each input.
 
-    `forces` [1/N] and `springs` [1] have an entry for each tip; that of a spring is per relative change of its
-    stiffness. `contrast` [1/mm] is per contrast of gaps that the law does not contain.
+    `forces` [1/N] and `springs` [1] have one entry per tip; `springs` is per relative change of the stiffness.
+    `contrast` [1/mm] is per contrast of gaps that the law does not contain.
     """
 
     forces: tuple[float, ...]
@@ -160,7 +161,7 @@ class ReadingSlopes:
 
 
 def stiffened_compliance(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
-    """Return the compliance matrix C [mm/N] after each spring has been stiffened by its factor [1].
+    """Return the compliance matrix C [mm/N] after the stiffness of each spring is multiplied by its factor [1].
 
     Each entry of C is divided by the square roots of the factors of its row and of its column.
     """
@@ -169,9 +170,9 @@ def stiffened_compliance(C: Matrix, factors: Sequence[float]) -> tuple[tuple[flo
 
 
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
-    """Return the sensitivity of a reading to its inputs, at the modulus E [MPa] and forces [N], each above 0.
+    """Return the sensitivity of a reading to its inputs, at the modulus E [MPa] and the forces [N], which are above 0.
 
-    With g(F, E) the contrast [mm], ln E changes by dg / (-E dg/dE), and the part of dg due to a force is
+    With g(F, E) the contrast [mm], ln E changes by dg / (-E dg/dE). For a force, dg is given by
 
         dg/dF_i = (w C)_i + 2/3 h w_i E^(-2/3) F_i^(-1/3) + (w S)_i / E .
     """
@@ -181,7 +182,7 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
     weights = np.array(law.weights)
     C = np.array(law.C)
     F = np.array(forces)
-    # The three terms of dg/dF_i [mm/N]: springs, flesh and Hertz's contact.
+    # The terms of dg/dF_i [mm/N] due to the springs, the flesh and the Hertzian contact.
     spring_slopes = weights @ C
     flesh_slopes = weights @ np.array(law.S) / E
     dome_slopes = law.hertz * E_power / 1.5 * weights * F ** (-1.0 / 3.0)
@@ -198,7 +199,7 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
 def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
     """Return the travel of each tip [mm] at which a fruit of modulus E [MPa] resists with `forces` [N].
 
-    It is the sum of the deflection of its spring, the indentation of the fruit, and the gap under the tip.
+    The travel is the sum of the spring deflection, the indentation of the fruit, and the gap under the tip.
     """
     F = np.array(forces)
     hertz_indentation = law.hertz * (F / E) ** (2.0 / 3.0)
@@ -207,10 +208,10 @@ def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[f
 
 
 def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
-    """Fit a plane to the heights [mm] of points by least squares: its mean height [mm], and its slopes in x and y [1].
+    """Fit a plane to the heights [mm] of points by least squares. Return its mean height [mm] and slopes in x, y [1].
 
-    The positions [mm] must be mirror images about their centre, so that both slopes are independent. The slope in y is
-    None if all points lie in one line along x.
+    The positions [mm] must be symmetric about their centre, so that the two slopes are independent. The slope in y is
+    None if all points lie on a line along x.
     """
     arms = np.array(positions) - np.mean(positions, axis=0)
     x_squares, y_squares = (arms**2).sum(axis=0)
@@ -223,15 +224,15 @@ def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple
 def smallest_root(rigid: float, dome: float, body: float) -> float:
     """Return the smallest root z > 0 of the contrast rigid + dome z^2 + body z^3, which is E^(-1/3) [MPa^(-1/3)].
 
-    The cubic has extrema at z = 0 and at z = -2 dome / (3 body), and is monotonic between them. If the second extremum
-    is above 0, the root must lie before it; otherwise the cubic is monotonic for all z > 0. Raises ReadingError if the
-    cubic does not change its sign there.
+    The cubic has extrema at z = 0 and at z = -2 dome / (3 body), and it is monotonic between them. If the second
+    extremum is above 0, the root must lie before it; otherwise the cubic is monotonic for all z > 0. Raises
+    ReadingError if the cubic does not change its sign in this range.
     """
     second_extremum = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
     end = second_extremum if second_extremum > 0.0 else _beyond_root(rigid, dome, body)
     if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
         raise ReadingError(OF_ANOTHER_SENSOR)
-    # Newton's method; a step that leaves the bracket of the root is replaced by a bisection.
+    # Newton's method. A step that leaves the bracket of the root is replaced by a bisection.
     start = 0.0
     z = 0.5 * end
     for _ in range(_MAX_STEPS):
@@ -255,7 +256,7 @@ def smallest_root(rigid: float, dome: float, body: float) -> float:
 def _beyond_root(rigid: float, dome: float, body: float) -> float:
     """Return a point beyond the root of a cubic that is monotonic for z > 0 [MPa^(-1/3)].
 
-    The terms of dome and body have the same sign, so the root lies before the root with either of them only.
+    The terms of dome and body have the same sign, so the root is smaller than the root with only one of these terms.
     """
     dome_root = math.sqrt(abs(rigid / dome)) if dome != 0.0 else math.inf
     body_root = abs(rigid / body) ** (1.0 / 3.0) if body != 0.0 else math.inf

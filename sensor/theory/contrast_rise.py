@@ -1,63 +1,69 @@
 """The modulus from the rise of the contrast during one press, whatever the shape of the fruit and the pose.
 
-**The law.** In every sample of a press the contrast of the tips (`contrast_law.py`) is
+**The law.** In every sample of a press the contrast of the tips (`contrast_law.py`) satisfies
 
     a + b z^2 + d z^3 + gamma = 0,    a = w.(C F),  b = h w.F^(2/3),  d = w.(S F),  z = E^(-1/3),
 
-with weights w whose contrast of any travel and tilt is 0. The offset gamma [mm] is the contrast of the gaps under the
-tips. It holds all that the sensor cannot know: the saddle of the skin, the heights and places of the tips, their mount.
-It is unknown, and the same in all samples of one press. A reading of the forces at one moment takes it for known.
+with weights w that cancel any travel and any tilt. The offset gamma [mm] is the contrast of the gaps under the tips. It
+contains everything that the sensor cannot know: the saddle of the skin, errors in the heights and positions of the
+tips, and the way they are mounted. It is unknown, but it is the same in all samples of one press. A reading from the
+forces at a single moment has to assume that gamma is known.
 
-**A pair.** Its weights (-1, 1) cancel only the travel, so its tilt must not change during the press. Its gamma is the
-travel of the low tip less the travel of the high one. For flat tips, b = 0: a plotted over d is a line of slope -1/E.
+**A pair.** The weights (-1, 1) of a pair cancel only the travel, so its tilt must not change during the press. Its
+gamma is the travel of the low tip minus the travel of the high tip. For flat tips b = 0, and a plotted against d is a
+straight line of slope -1/E.
 
-**The estimator.** An instrument u is any quantity that rises with the press; here it is the total force, of an earlier
-sample. Its covariance with the law has no gamma:
+**The estimator.** An instrument u is any quantity that rises during the press; here it is the total force in an earlier
+sample. The constant gamma drops out of the covariance of u with the law:
 
-    G(z) = cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0,
+    G(z) = cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0.
 
-the same cubic as for one sample, with covariances for a, b and d. Its smallest positive root z gives E = 1 / z^3.
+This is the cubic of a single sample, with covariances in place of a, b and d. Its smallest positive root z gives
+E = 1 / z^3.
 
-**No bias by noise.** The instrument of a sample is the sum of all forces in the previous sample. If noise is white from
-sample to sample, u and F are then independent, and noise does not change the mean of cov(u, F). The sample's own sum is
-no instrument: its noise is part of F (errors in variables). A sample is used if all tips touched the fruit in the
-previous sample. Selection by its own forces would prefer samples whose noise is positive. The remaining bias is of
-second order: noise changes the mean of F^(2/3), and E is some 0.2 % high at a noise of 0.5 % of full scale.
+**No bias by noise.** The instrument of a sample is the sum of all forces in the previous sample. If the noise is
+independent from sample to sample, u and F have independent noise, and noise does not change the mean of cov(u, F). The
+sum of the sample itself would not do, because its noise is part of F (errors in variables). A sample is used if all
+tips touched the fruit in the previous sample. Selecting a sample by its own forces would favour positive noise. The
+remaining bias is of second order: noise changes the mean of F^(2/3), and E is about 0.2 % too high for a noise of 0.5 %
+of full scale.
 
-Channels that were brought to one time by interpolation share the noise of two neighbours. The instrument is then the
+Channels that are interpolated to a common time share the noise of two neighbouring samples. The instrument is then the
 total force two samples earlier. Summed over many samples, interpolated noise has the variance of white noise, so the
 standard uncertainty of E is the same.
 
-**Least variance.** Only one contrast of the tips is independent of travel and tilt, so w is given. The weights of the
-samples are free. With independent noises sigma_t of the forces, the residual r of a sample has the variance
+**Minimum variance.** Only one contrast of the tips is independent of travel and tilt, so w is given. The weights of the
+samples are free to choose. If the forces have independent noise with standard deviations sigma_t, the residual r of a
+sample has the variance
 
     s^2 = sum_t c_t^2 sigma_t^2,    c_t = dr/dF_t = (w C)_t + 2/3 h w_t z^2 F_t^(-1/3) + (w S)_t z^3 .
 
-The path of the true forces is unknown. So the only information of a sample on z and gamma is its residual r, the left
-side of the law. The information on z is sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, means weighted by 1
-/ s^2. Its inverse is the Cramer-Rao bound of the variance of z. Where s is constant, an instrument u leaves the
-variance s^2 var(u) / n / (dG/dz)^2. By the inequality of Cauchy and Schwarz it is least for u = q / s^2, and it is
-larger by 1 / corr(u, q)^2 for another u. Both q and the total force rise together: their correlation is above 0.98, so
-the total force comes within some per cent of the bound.
+The true forces are unknown. So a sample contains information on z and gamma only in its residual r, which is the left
+side of the law. The information on z is sum (q - mean q)^2 / s^2 with q = dr/dz = 2 b z + 3 d z^2, where the mean is
+weighted by 1 / s^2. Its inverse is the Cramer-Rao bound on the variance of z. If s is constant, an instrument u gives
+the variance s^2 var(u) / n / (dG/dz)^2. By the Cauchy-Schwarz inequality this variance is smallest for u = q / s^2, and
+it is larger by a factor of 1 / corr(u, q)^2 for any other u. Both q and the total force rise during a press, and their
+correlation is above 0.98. So the total force comes within a few per cent of the bound.
 
-**Sensitivity.** A cause that changes the law by dG moves ln E by 3 dG / (z dG/dz). For an error that is the same in
+**Sensitivity.** A cause that changes the law by dG changes ln E by 3 dG / (z dG/dz). For an error that is the same in
 every sample, dG follows from covariances of the forces. A change of u has no effect to first order, because G = 0 for
 all u.
 
-**Time.** An error dt of the time of a channel is a force error dt dF/dt. Its part of dG is the covariance of u with
-this error, c_t dt cov(u, dF_t/dt). It is zero in a steady press, and grows with the deceleration of the press.
+**Time.** A timing error dt of a channel has the same effect as a force error dt dF/dt. It contributes c_t dt
+cov(u, dF_t/dt) to dG, the covariance of u with this error. The covariance is zero in a press at constant rate, and it
+grows with the deceleration of the press.
 
-**The saddle.** Domes roll on the skin, so their contacts are nearer to each other than their axes, the more the skin is
-curved. The offset determines the saddle, and the saddle the distances of the contacts: S becomes S(gamma). The cubic is
-solved again until gamma converges. An error of a tip's height is mistaken for a saddle there. It moves E only through
-S, by `RiseSlopes.offset` per mm.
+**The saddle.** Domes roll on the skin, so their contacts are closer together than their axes. The difference grows with
+the curvature of the skin. The offset determines the saddle, and the saddle determines the distances between the
+contacts, so S becomes S(gamma). The cubic is solved repeatedly until gamma converges. An error in the height of a tip
+is mistaken for a saddle there. It changes E only through S, by `RiseSlopes.offset` per mm.
 
-**One bad sample.** It moves E by its residual times the deviation of its instrument from the mean, and by more if there
-are few samples. The moduli without each sample show a change of any kind: the jackknife, J. W. Tukey, Ann. Math. Stat.
-29 (1958) 614.
+**One bad sample.** It changes E in proportion to its residual times the deviation of its instrument from the mean. The
+change is larger if there are few samples. The jackknife, which computes the modulus without each sample in turn, shows
+a change of any kind: J. W. Tukey, Ann. Math. Stat. 29 (1958) 614.
 
-W. A. Fuller, Measurement Error Models (1987), section 1.4, is on instruments. Samples with correlated noise, for
-example after a filter, must be decimated first. Units: mm, N, MPa.
+Instruments are the subject of W. A. Fuller, Measurement Error Models (1987), section 1.4. Samples with correlated
+noise, for example after a filter, must be decimated first. Units: mm, N, MPa.
 """
 
 import math
@@ -74,19 +80,21 @@ from sensor.theory.dome_form import effective_cap_height
 from sensor.theory.hertz import hertz_factor
 from sensor.theory.uneven_skin import effective_heights
 
-FEWEST = 5  # minimum number of samples with all tips on the fruit; the covariance of fewer means nothing
-LARGEST_TOUCH_FORCE = 0.7  # force at the touch of the last tip over the largest; if larger, too little rise remains
-LEAST_RISE = 5.0  # rise of the instrument over its noise; the noise then costs below four per cent of the information
-LARGEST_NOISE = 1.0 / 3.0  # relative noise of E; beyond, the root of the cubic scatters too far to be linearised
-LARGEST_BY_TIME = 0.02  # relative deviation of E by time errors; it turns an uncertainty of 5 % into 5.4 %
-SETTLED = 1e-12  # relative change of the offset at convergence: round-off
-MOST_LEFT_OUT_EACH = 32  # maximum number of samples for the jackknife; in a longer press one sample hardly changes E
-MOST_STEPS = 50  # iterations of the offset; each leaves some per cent of the previous error
-STEP = 1e-4  # [mm], step of the offset in its difference quotient
+FEWEST = 5  # minimum number of samples with all tips on the fruit; a covariance of fewer samples is meaningless
+LARGEST_TOUCH_FORCE = 0.7  # touch force of the last tip divided by the largest force; above it, too little rise remains
+# ratio of the rise to the noise of the instrument; the noise then costs less than 4 % of the information
+LEAST_RISE = 5.0
+# maximum relative noise of E; above it, the root of the cubic scatters too far to be linearised
+LARGEST_NOISE = 1.0 / 3.0
+LARGEST_BY_TIME = 0.02  # relative error of E caused by timing errors; it increases an uncertainty of 5 % to 5.4 %
+SETTLED = 1e-12  # relative change of the offset at convergence, close to round-off
+MOST_LEFT_OUT_EACH = 32  # maximum number of samples for the jackknife; in a longer press, one sample hardly changes E
+MOST_STEPS = 50  # iterations of the offset; each one reduces the error to a few per cent of the previous error
+STEP = 1e-4  # step of the offset in its difference quotient [mm]
 
 
 class RiseError(ReadingError):
-    """A press that gives no modulus, with the flag that says why: few_samples, no_rise or out_of_range."""
+    """A press that gives no modulus. `flag` is the reason: few_samples, no_rise or out_of_range."""
 
     def __init__(self, flag: str, message: str) -> None:
         super().__init__(message)
@@ -95,10 +103,10 @@ class RiseError(ReadingError):
 
 @dataclass(frozen=True, kw_only=True)
 class RollingDomes:
-    """Domes of one radius [mm] that roll on a half-space under a skin of a mean curvature [1/mm] and a saddle k_xy.
+    """Domes of equal radius [mm] that roll on a half-space. Its skin has a mean curvature H [1/mm] and a saddle k_xy.
 
-    `positions` (tips, 2) [mm] are the positions of their axes. On a skin with the curvature matrix k, a dome of radius
-    r at X touches at (1 + r k)^-1 X.
+    `positions` (tips, 2) [mm] are the positions of the dome axes. On a skin with the curvature matrix k, a dome of
+    radius r with its axis at X touches at (1 + r k)^-1 X.
     """
 
     positions: tuple[Place, ...]
@@ -127,14 +135,14 @@ class RollingDomes:
 
     @cached_property
     def contrast_of_xy(self) -> float:
-        """Return the contrast of x y under the axes [mm^2]."""
+        """Return the contrast of the product x y [mm^2] of the axis positions."""
         return float(np.dot(self.weights, np.prod(self.positions, axis=1)))
 
     def saddle(self, offset: float) -> float:
-        """Return the saddle k_xy of the skin [1/mm] that gives the gaps the contrast `offset` [mm].
+        """Return the saddle k_xy of the skin [1/mm] at which the gaps have the contrast `offset` [mm].
 
         Domes that roll on a saddle have the gaps g x y, with g = k_xy / (c^2 - (r k_xy)^2) and c = 1 + r H. The root
-        that is 0 for g = 0 is k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)), a form in which no digits cancel.
+        that vanishes for g = 0 is k_xy = 2 g c^2 / (1 + sqrt(1 + (2 r g c)^2)). This form has no cancellation.
         """
         gap_per_xy = offset / self.contrast_of_xy
         return (
@@ -145,9 +153,9 @@ class RollingDomes:
         )
 
     def S(self, offset: float = 0.0) -> Floats:
-        """Return the compliance S between the contacts, times E [1/mm], (tips, tips), on a saddle.
+        """Return the compliance S between the contacts on a saddle, times E [1/mm], (tips, tips).
 
-        The `offset` [mm] determines the saddle. The contacts lie at [[c, r k_xy], [r k_xy, c]]^-1 times the positions
+        The `offset` [mm] determines the saddle. The contacts are at [[c, r k_xy], [r k_xy, c]]^-1 times the positions
         of the axes.
         """
         along = self.rolling_factor
@@ -158,22 +166,22 @@ class RollingDomes:
 
     @cached_property
     def level_S(self) -> Floats:
-        """Return S for an offset of 0, which is the base of all changes by an offset."""
+        """Return S for an offset of 0, the reference for the change of S with the offset."""
         return self.S()
 
     @cached_property
     def _self_distance(self) -> Floats:
-        """Return infinity on the diagonal and 0 elsewhere, (tips, tips), so that no contact acts on itself."""
+        """Return (tips, tips) with infinity on the diagonal and 0 elsewhere, so that no contact acts on itself."""
         return np.where(np.eye(len(self.positions)) > 0.0, math.inf, 0.0)
 
     @cached_property
     def _between_axes(self) -> Floats:
-        """Return the distances between the axes along x and y [mm], (2, tips, tips)."""
+        """Return the differences between the positions of the axes along x and y [mm], (2, tips, tips)."""
         positions = np.array(self.positions).T
         return np.asarray(positions[:, :, None] - positions[:, None])
 
     def law(self, C: Matrix) -> "RiseLaw":
-        """Return the law of these domes on springs with compliance C [mm/N], (tips, tips)."""
+        """Return the law for these domes on springs with the compliance matrix C [mm/N], (tips, tips)."""
         contrast = ContrastLaw(
             weights=self.weights,
             gaps=(0.0,) * len(self.positions),
@@ -186,17 +194,17 @@ class RollingDomes:
 
 @dataclass(frozen=True, kw_only=True)
 class RiseLaw:
-    """The contrast of a sensor, and the dependence of its S on the offset.
+    """The contrast law of a sensor, and the dependence of its compliance S on the offset.
 
-    `contrast.gaps` [mm] are the known gaps; the offset is the contrast of the unknown ones. `rolling` are the domes
-    whose contacts an offset moves, or None if the offset says nothing about the distances of the contacts.
+    `contrast.gaps` [mm] are the known gaps; the offset is the contrast of the unknown gaps. `rolling` are the domes
+    whose contacts shift with the offset. It is None if the offset does not determine the distances between contacts.
     """
 
     contrast: ContrastLaw
     rolling: RollingDomes | None = None
 
     def with_offset(self, offset: float) -> ContrastLaw:
-        """Return the contrast law with the S of an offset [mm], which keeps what the body adds to a half-space."""
+        """Return the contrast law whose S is evaluated at an offset [mm]."""
         if self.rolling is None:
             return self.contrast
         return replace(self.contrast, S=rows_of(self.S(offset)))
@@ -210,7 +218,7 @@ class RiseLaw:
         return S
 
     def per_offset(self, offset: float) -> Floats:
-        """Return the slope of S, times E, over the offset [1/mm^2], in the shape of S."""
+        """Return the derivative of S, times E, with respect to the offset [1/mm^2], in the shape of S."""
         slope = np.zeros_like(self.contrast.arrays[2])
         if self.rolling is not None:
             change = self.rolling.S(offset + STEP) - self.rolling.S(offset - STEP)
@@ -219,11 +227,11 @@ class RiseLaw:
 
     @property
     def over_time(self) -> "RiseLaw":
-        """Return the law for flesh that relaxes, which has two channels per tip: 2 n for n tips.
+        """Return the law for flesh that relaxes. It has 2 n channels for n tips.
 
-        The first n channels are the measured forces, which bend the springs. The last n are the forces with which
-        elastic flesh would resist the same indentation; they hold the modulus. So the springs act on the first n
-        columns, the flesh acts on the last n, and the contrast weights only the last n rows.
+        The first n channels are the measured forces, which bend the springs. The last n channels are the forces with
+        which elastic flesh would resist the same indentation; they determine the modulus. So the springs act on the
+        first n columns, the flesh acts on the last n, and only the last n rows have a weight in the contrast.
         """
         law = self.contrast
         _, C, S = law.arrays
@@ -240,14 +248,14 @@ class RiseLaw:
 
 
 def _flesh_block(S: Floats, rolling: RollingDomes) -> Floats:
-    """Return a view of the part of S that belongs to the channels of the flesh, which come last."""
+    """Return a view of the block of S that belongs to the flesh channels, which come last."""
     tips = len(rolling.positions)
     return S[-tips:, -tips:]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rise:
-    """The samples of one press that are used: from the touch of the last tip to the deepest sample.
+    """The samples of a press that are used: from the touch of the last tip to the deepest sample.
 
     `forces` (samples, channels) [N] are all above 0. `instrument` (samples,) [N] is the total force some samples
     earlier. `rates` (samples, channels) [N/s] are the time derivatives of the forces. `touch` [N] is the total force
@@ -262,11 +270,11 @@ class Rise:
 
     @cached_property
     def moments(self) -> "_Moments":
-        """Return the moments of the forces, from which the coefficients of the law follow."""
+        """Return the moments of the forces, from which the coefficients of the law are computed."""
         return _Moments(self.rise_and_mean(self.forces), self.rise_and_mean(np.cbrt(self.forces) ** 2))
 
     def rise_and_mean(self, values: Floats) -> Floats:
-        """Return two rows for values (samples, channels): their co-moment with the instrument, and their mean."""
+        """Return the co-moment with the instrument and the mean of each channel of `values` (samples, channels)."""
         return np.stack([self._centred_instrument @ values, values.mean(axis=0)])
 
     @cached_property
@@ -278,15 +286,15 @@ class Rise:
         """Return the co-moment of the instrument with itself [N^2]."""
         return float(self._centred_instrument @ self._centred_instrument)
 
-    def without(self, first: int, several: int) -> "Rise":
-        """Return the press without `several` consecutive samples, starting at sample `first`."""
-        left_out = slice(first, first + several)
+    def without(self, first: int, count: int) -> "Rise":
+        """Return the press without `count` consecutive samples, starting at sample `first`."""
+        left_out = slice(first, first + count)
         kept = [np.delete(values, left_out, axis=0) for values in (self.instrument, self.forces, self.rates)]
         return Rise(instrument=kept[0], forces=kept[1], rates=kept[2], touch=self.touch, largest=self.largest)
 
 
 class _Moments(NamedTuple):
-    """Two rows (2, channels), co-moment with the instrument and mean, for the forces F and for F^(2/3)."""
+    """The co-moment with the instrument and the mean, (2, channels), of the forces F and of F^(2/3)."""
 
     F: Floats
     two_thirds: Floats
@@ -295,20 +303,21 @@ class _Moments(NamedTuple):
 def rise_of(
     forces: Floats, tips: int, least_forces: Floats | float = 0.0, *, t: Floats | None = None, lag: int = 1
 ) -> Rise:
-    """Select the samples of a press from which its modulus is read: those of the rise to its deepest sample.
+    """Select the samples of a press from which its modulus is read: those of the rise to the deepest sample.
 
-    `forces` (samples, channels) [N] begin with the forces of the tips in the first `tips` channels; their sum is the
-    instrument. As many channels that were derived from these forces may follow (`RiseLaw.over_time`). The instrument of
-    a sample is the sum `lag` samples earlier: 1 for white noise, 2 if the channels were interpolated to one time. A
-    sample is used if all forces of the `lag` samples before it exceed `least_forces` (channels,) [N], a multiple of
-    their noise, and its own forces are above 0. The times `t` [s] give the rates, which are 0 without them.
+    `forces` (samples, channels) [N] contain the forces of the tips in the first `tips` channels; the sum of these is
+    the instrument. The same number of channels derived from these forces may follow (`RiseLaw.over_time`). The
+    instrument of a sample is the sum `lag` samples earlier: 1 for white noise, 2 if the channels were interpolated to
+    a common time. A sample is used if its own forces are above 0, and if all forces of the `lag` samples before it
+    exceed `least_forces` (channels,) [N], a multiple of their noise. The times `t` [s] determine the rates, which are 0
+    without them.
 
-    A lift ends a press. The samples after a lift have their own offset, and are read instead if they reach deeper.
-    Samples after the deepest one are left out, because the flesh may have yielded.
+    A press ends when a tip lifts off. The samples after a lift have another offset, and they are used instead if they
+    go deeper. Samples after the deepest one are not used, because the flesh may have yielded.
     """
     index = np.arange(len(forces))
     total = forces[:, :tips].sum(axis=1)
-    # index of the last sample up to each one in which a tip does not touch, or -1
+    # for each sample, the index of the last sample until then in which a tip is out of contact, or -1
     last_lift = np.maximum.accumulate(np.where((forces > least_forces).all(axis=1), -1, index))
     touch_start = np.concatenate([[0], last_lift[:-1] + 1])[: len(forces)]  # first sample since the last lift
     is_usable = (index - touch_start >= lag) & (forces > 0.0).all(axis=1)
@@ -316,7 +325,7 @@ def rise_of(
         none = forces[:0]
         return Rise(instrument=none[:, 0], forces=none, rates=none, touch=0.0, largest=0.0)
     usable_total = np.where(is_usable, total, 0.0)
-    # the last one, if a hold repeats the largest force
+    # the last of several equal maxima, because a hold repeats the largest force
     deepest = len(usable_total) - 1 - int(usable_total[::-1].argmax())
     begin = int(touch_start[deepest])
     rows = slice(begin + lag, deepest + 1)
@@ -334,9 +343,9 @@ def rise_of(
 
 
 class BendSlopes(NamedTuple):
-    """Slopes of ln E for a gain or compliance whose relative error e(F) = e_0 + k F changes with the force, (tips,).
+    """Sensitivity of ln E to a relative error e(F) = e_0 + k F of a gain or a compliance that changes with the force.
 
-    `at_zero` [1] is the slope over e_0, `per_N` [N] the slope over k.
+    `at_zero` (tips,) [1] is the derivative with respect to e_0, and `per_N` (tips,) [N] with respect to k.
     """
 
     at_zero: tuple[float, ...]
@@ -347,13 +356,15 @@ class BendSlopes(NamedTuple):
 class RiseSlopes:
     """Relative change of E per unit of each cause of error.
 
-    `noise` (tips,) [1/N] is one standard deviation of E per standard deviation of the force, for noise that is
-    independent from sample to sample. All other errors are the same in all samples. Per tip they are the relative
-    changes of gain and stiffness [1], and the error of the zero [1/N]. There are also a zero that drifts linearly from
-    the first sample to the last [1/N], and a delay of the channel [1/s]. Common to all tips are the relative changes of
-    the Hertz term and of S [1], and an offset [1/mm] that is not due to a saddle of the skin.
+    `noise` (tips,) [1/N] is one standard deviation of ln E per standard deviation of the force, for noise that is
+    independent from sample to sample. All other errors are the same in all samples. `gains` and `springs` (tips,) [1]
+    are per relative change of the gain and of the spring stiffness, and `zeros` (tips,) [1/N] per zero error. `drifts`
+    (tips,) [1/N] are per zero error that grows linearly from the first sample to the last. `times` (tips,) [1/s] are
+    per delay of the channel.
 
-    `channel_bends` and `spring_bends` are the slopes over the nonlinearity of the gains and of the spring compliances.
+    `hertz` and `body` [1] are per relative change of the Hertz term and of S, which all tips share. `offset` [1/mm] is
+    per offset that is not caused by a saddle of the skin. `channel_bends` and `spring_bends` are the slopes with
+    respect to the nonlinearity of the gains and of the spring compliances.
     """
 
     noise: tuple[float, ...]
@@ -369,9 +380,10 @@ class RiseSlopes:
     spring_bends: BendSlopes
 
     def mean_curvature(self, relative_radius: float) -> float:
-        """Return the slope over the mean curvature of the skin [mm] under domes of relative radius R* [mm].
+        """Return the slope of ln E with respect to the mean curvature H of the skin [mm].
 
-        The flesh is a half-space. As 1 / R* = 1 / r + H, h is proportional to R*^(-1/3), and S to 1 + r H.
+        The domes have the relative radius R* = `relative_radius` [mm], and the flesh is a half-space. Because
+        1 / R* = 1 / r + H, h is proportional to R*^(-1/3), and S to 1 + r H.
         """
         return relative_radius * (self.hertz / 3.0 + self.body)
 
@@ -380,8 +392,8 @@ class RiseSlopes:
 class UnevenSlopes:
     """Relative change of E per unit of the unevenness of a fruit, which differs from tip to tip.
 
-    `heights` (waves, tips) [1/mm] are slopes over the height of each wave of the skin at the middle of a contact.
-    `flesh` (tips,) [1] are slopes over the relative change of the modulus of the flesh under each tip.
+    `heights` (waves, tips) [1/mm] are per height of each wave of the skin at the centre of a contact. `flesh` (tips,)
+    [1] are per relative change of the modulus of the flesh under each tip.
     """
 
     heights: Floats
@@ -390,12 +402,12 @@ class UnevenSlopes:
 
 @dataclass(frozen=True, kw_only=True)
 class RiseReading:
-    """The result of a press: the modulus E [MPa], and the offset gamma [mm], the contrast of the unknown gaps.
+    """The result of a press: the modulus E [MPa], and the offset gamma [mm], which is the contrast of the unknown gaps.
 
-    `noise` [1] is the relative standard uncertainty of E by noise that is independent from sample to sample, and
-    `offset_noise` [mm] the standard uncertainty of the offset. `offset_per_log_E` [mm] is the change of the offset per
-    change of ln E due to other causes. `touch` [1] is the total force when the last tip touches, relative to the
-    largest.
+    `noise` [1] is the relative standard uncertainty of E due to noise that is independent from sample to sample.
+    `offset_noise` [mm] is the standard uncertainty of the offset. `offset_per_log_E` [mm] is the change of the offset
+    that accompanies a change of ln E due to other causes. `touch` [1] is the total force when the last tip touches,
+    divided by the largest total force.
     """
 
     E: float
@@ -409,23 +421,25 @@ class RiseReading:
 
 
 def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -> RiseReading:
-    """Read the modulus from the rise of a press, with its uncertainty by noise and its sensitivity to other causes.
+    """Read the modulus from the rise of a press, with its uncertainty due to noise and its sensitivity to other causes.
 
-    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. A `whole` press must
-    rise far enough after the touch of its last tip. A part of a press need not, because its uncertainty shows a small
-    rise. Raises RiseError if the press has too few samples or too small a rise, or if no modulus fits it.
+    `noises` (tips,) [N] are the standard deviations of the forces, white from sample to sample. If `whole` is true, the
+    press must rise far enough after the touch of its last tip. Pass False for a part of a press, whose small rise shows
+    in its uncertainty. Raises RiseError if there are too few samples, the rise is too small, or no modulus fits.
     """
     _refuse_few_samples(rise)
     if whole:
         _refuse_short_rise(rise, noises)
     E, offset, S_offset = _solve(law, rise.moments)
     at_root = _Root(law, rise, E, offset, law.S(S_offset), len(noises))
-    noise_per_force = np.abs(at_root.of_tips(at_root.by_force)) * math.sqrt(rise.spread) / abs(at_root.per_log_E[0])
+    noise_per_force = (
+        np.abs(at_root.sum_per_tip(at_root.per_force)) * math.sqrt(rise.spread) / abs(at_root.per_log_E[0])
+    )
     by_noise = float(np.linalg.norm(noise_per_force * noises))
     if by_noise > LARGEST_NOISE:
-        message = f"standard uncertainty of E by noise = {by_noise:.2g} E: must be at most a third of E; press farther"
+        message = f"The standard uncertainty of E due to noise is {by_noise:.2g} E, above a third of E. Press farther."
         raise RiseError("no_rise", message)
-    residual = float(np.linalg.norm(at_root.of_tips(at_root.by_force) * noises))
+    residual = float(np.linalg.norm(at_root.sum_per_tip(at_root.per_force) * noises))
     return RiseReading(
         E=E,
         offset=offset,
@@ -439,18 +453,18 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
 
 
 def rise_modulus(law: RiseLaw, rise: Rise) -> float:
-    """Return the modulus [MPa] of a press without noise, as `read_rise` does and with its errors."""
+    """Return the modulus [MPa] of a press without noise. Raises RiseError like `read_rise`."""
     _refuse_few_samples(rise)
     _refuse_short_rise(rise, np.zeros(1))
     return _solve(law, rise.moments).E
 
 
 def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radius: float) -> UnevenSlopes:
-    """Return the sensitivity of the modulus of a press to uneven skin and flesh; there is one channel for each tip.
+    """Return the sensitivity of the modulus of a press to uneven skin and flesh. The press has one channel per tip.
 
     `wave_numbers` (waves,) are in [1/mm]. The contact of a dome of relative radius R* = `relative_radius` [mm] has the
     radius sqrt(R* d), with d its indentation. For a flat tip pass 0: its whole face touches, so a height is an offset.
-    Raises RiseError as `read_rise` does.
+    Raises RiseError like `read_rise`.
     """
     _refuse_few_samples(rise)
     E, offset, S_offset = _solve(law, rise.moments)
@@ -459,44 +473,45 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
     contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
     heights = [weights * rise.rise_and_mean(effective_heights(k, contact_radius)) for k in wave_numbers]
     return UnevenSlopes(
-        heights=np.array([root.moved_with_saddle(*each) for each in heights]),
-        flesh=root.moved_with_saddle(*root.own_flesh),
+        heights=np.array([root.slope_with_saddle(*each) for each in heights]),
+        flesh=root.slope_with_saddle(*root.own_flesh),
     )
 
 
 def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
-    """Return the sensitivity of the modulus of a press to errors of form that all domes have in common.
+    """Return the sensitivity of the modulus of a press to form errors that all domes have in common.
 
-    The first slope is per relative change of the dome radius [1], the others per height of a cap of each of the
-    `cap_radii` [mm] at the apex [1/mm]. The change of the distances between the contacts is computed for a half-space.
-    Raises RiseError as `read_rise` does.
+    The first slope [1] is per relative change of the dome radius. The others [1/mm] are per height of a cap at the
+    apex, one for each of the `cap_radii` [mm]. The change of the distances between contacts is that of a half-space.
+    Raises RiseError like `read_rise`.
     """
     _refuse_few_samples(rise)
     E, offset, S_offset = _solve(law, rise.moments)
     root = _Root(law, rise, E, offset, law.S(S_offset), rise.forces.shape[1])
     relative = domes.relative_radius
-    # If the real dome is rounder than in the law, the law is too flat: so the sign is opposite to a change of the law.
+    # If the real dome is rounder than the law assumes, the law is too flat, so the sign is opposite to a change of the
+    # law.
     hertz_change = relative / domes.dome_radius / 3.0 * root.hertz
     distance_change = -relative * domes.mean_curvature * root.flesh
     weights = law.contrast.arrays[0]
     contact_radius = np.sqrt(relative * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
     cap_changes = [rise.rise_and_mean(effective_cap_height(radius, contact_radius)) @ weights for radius in cap_radii]
-    slopes = [root.moved_with_saddle(*change) for change in (hertz_change + distance_change, *cap_changes)]
+    slopes = [root.slope_with_saddle(*change) for change in (hertz_change + distance_change, *cap_changes)]
     return np.array(slopes)
 
 
-def moduli_without(law: RiseLaw, rise: Rise, several: int = 1) -> Iterator[float]:
-    """Yield the modulus [MPa] of a press without each window of `several` consecutive samples, as a jackknife.
+def moduli_without(law: RiseLaw, rise: Rise, window: int = 1) -> Iterator[float]:
+    """Yield the modulus [MPa] of a press without each `window` of consecutive samples (a jackknife).
 
-    It is nan where the other samples determine no modulus. A press of more than `MOST_LEFT_OUT_EACH` samples yields
-    nothing.
+    The modulus is nan if the remaining samples do not determine it. A press of more than `MOST_LEFT_OUT_EACH` samples
+    yields nothing.
     """
     count = len(rise.forces)
     if count > MOST_LEFT_OUT_EACH:
         return
-    for first in range(count - several + 1):
+    for first in range(count - window + 1):
         try:
-            yield _solve(law, rise.without(first, several).moments).E
+            yield _solve(law, rise.without(first, window).moments).E
         except RiseError:
             yield math.nan
 
@@ -504,28 +519,28 @@ def moduli_without(law: RiseLaw, rise: Rise, several: int = 1) -> Iterator[float
 def _refuse_few_samples(rise: Rise) -> None:
     count = len(rise.forces)
     if count < FEWEST:
-        hint = "press farther, or more slowly"
-        message = f"samples with all tips on the fruit = {count}: must be at least {FEWEST}; {hint}"
+        hint = "Press farther, or more slowly."
+        message = f"Samples with all tips on the fruit = {count}; at least {FEWEST} are needed. {hint}"
         raise RiseError("few_samples", message)
 
 
 def _refuse_short_rise(rise: Rise, noises: Floats) -> None:
     touch = rise.touch / rise.largest
     if touch > LARGEST_TOUCH_FORCE:
-        message = f"the total force when the last tip touches = {touch:.2g} of the largest: must be at most "
-        raise RiseError("no_rise", f"{message}{LARGEST_TOUCH_FORCE:g}; press farther, or more level")
+        message = f"The last tip touches at {touch:.2g} of the largest total force, above {LARGEST_TOUCH_FORCE:g}."
+        raise RiseError("no_rise", f"{message} Press farther, or more level.")
     # Standard deviation of a linear rise between these forces. It ignores a hold at the end, which adds no information.
     rises = (rise.largest - rise.touch) / math.sqrt(12.0)
     least = LEAST_RISE * float(np.linalg.norm(noises))
     if not rises > least:
-        message = f"rise of the total force = {rises:.2g} N: must be above {least:.2g} N, five times its noise"
-        raise RiseError("no_rise", f"{message}; press farther")
+        message = f"The total force rises by {rises:.2g} N, which must be above five times its noise, {least:.2g} N."
+        raise RiseError("no_rise", f"{message} Press farther.")
 
 
 class _Solution(NamedTuple):
-    """The modulus E [MPa] and the offset [mm] of a press, and `S_offset`, the offset [mm] at which S was evaluated.
+    """The solution of the two equations of a press: the modulus E [MPa] and the offset [mm].
 
-    After the last step, `S_offset` and the offset agree within the tolerance.
+    S was evaluated at the offset `S_offset` [mm]. It agrees with `offset` within the tolerance of the iteration.
     """
 
     E: float
@@ -540,44 +555,44 @@ def _solve(law: RiseLaw, moments: _Moments) -> _Solution:
 
         cov(u, a) + cov(u, b) z^2 + cov(u, d) z^3 = 0,    gamma = -(mean a + mean b z^2 + mean d z^3).
 
-    For domes d depends on the offset, because the offset shifts their contacts and changes S by some per cent. So the
-    two equations are solved in turn; each step reduces the error to some per cent. Raises RiseError if no modulus fits
-    the press.
+    For domes, d depends on the offset, because the offset shifts their contacts and changes S by a few per cent. So the
+    two equations are solved alternately. Each iteration reduces the error to a few per cent of its previous value.
+    Raises RiseError if no modulus fits the press.
     """
     contrast = law.contrast
     weights, C, S = contrast.arrays
-    # Springs (a), Hertz's contact (b) and flesh (d), each by its co-moment and its mean.
-    rise_rigid, rigid = (moments.F @ (weights @ C)).tolist()
-    rise_dome, dome = (contrast.hertz * moments.two_thirds @ weights).tolist()
-    rigid += float(np.dot(weights, contrast.gaps))
+    # The terms of springs (a), Hertzian contact (b) and flesh (d): the co-moment and the mean of each.
+    spring_rise, spring_mean = (moments.F @ (weights @ C)).tolist()
+    hertz_rise, hertz_mean = (contrast.hertz * moments.two_thirds @ weights).tolist()
+    spring_mean += float(np.dot(weights, contrast.gaps))
     offset = 0.0  # the offset at which S below was computed
     for _ in range(MOST_STEPS):
-        rise_body, body = (moments.F @ (weights @ S)).tolist()
+        flesh_rise, flesh_mean = (moments.F @ (weights @ S)).tolist()
         try:
-            z = smallest_root(rise_rigid, rise_dome, rise_body)  # E^(-1/3)
+            z = smallest_root(spring_rise, hertz_rise, flesh_rise)  # E^(-1/3)
         except ReadingError as error:
             raise RiseError("out_of_range", str(error)) from error
-        new_offset = -(rigid + z * z * (dome + body * z))
-        if law.rolling is None or abs(new_offset - offset) <= SETTLED * abs(rigid):
+        new_offset = -(spring_mean + z * z * (hertz_mean + flesh_mean * z))
+        if law.rolling is None or abs(new_offset - offset) <= SETTLED * abs(spring_mean):
             return _Solution(1.0 / (z * z * z), new_offset, offset)
         offset = new_offset
         S = law.S(offset)
-    message = "the forces fit no modulus and offset: must be of a press of this sensor on a fruit; calibrate again"
+    message = "No modulus and offset fit the forces. Press a fruit with a sensor of this design, or calibrate it again."
     raise RiseError("out_of_range", message)
 
 
 class _Root:
-    """The law of a press linearised at its root: the change of ln E due to any cause that adds to the law.
+    """The law of a press, linearised at its root. It converts a change of the law into a change of ln E.
 
-    What a cause adds has shape (2, ...): the increment dG of the co-moment with the instrument, and the increment dM
+    A change of the law has shape (2, ...): the increment dG of the co-moment with the instrument, and the increment dM
     [mm] of the mean.
     """
 
     def __init__(self, law: RiseLaw, rise: Rise, E: float, offset: float, S: Floats, tips: int) -> None:
-        """Linearise the law at the modulus E [MPa] and the offset [mm] of a press, with the compliance S there.
+        """Linearise the law at the modulus E [MPa] and the offset [mm] of a press, where the compliance is S.
 
-        `tips` is the number of tips, each of which may have several channels. Each attribute is the slope of the law
-        with respect to one kind of cause, or a factor of such slopes.
+        `tips` is the number of tips, each of which may have several channels. Each attribute is the derivative of the
+        law with respect to one kind of cause, or a factor of such derivatives.
         """
         self._weights, self._C, _ = law.contrast.arrays
         self._rise = rise
@@ -586,87 +601,89 @@ class _Root:
         domes = law.contrast.hertz * z**2 * self._weights
         F, two_thirds = rise.moments
         self._inverse_roots = rise.rise_and_mean(1.0 / np.cbrt(rise.forces))
-        self._body = self._weights @ (self._C + S * z**3)  # slope over each force [mm/N] without Hertz
-        self._dome = domes / 1.5  # slope by Hertz's term, times F^(1/3)
+        # derivative with respect to each force [mm/N], without Hertzian contact
+        self._body = self._weights @ (self._C + S * z**3)
+        self._dome = domes / 1.5  # derivative of the Hertz term with respect to each force, times F^(1/3)
         self.hertz = two_thirds @ domes
         self.flesh = F @ (self._weights @ S) * z**3
-        self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0  # slope over -ln E, as E = z^(-3)
-        # A dome indents its own flesh by Hertz's law, which has E^(-2/3); a flat tip does so as its force over E.
+        # derivative with respect to -ln E, because E = z^(-3)
+        self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0
+        # A dome indents the flesh under it by Hertz's law, proportional to E^(-2/3); a flat tip indents it by F / E.
         self.own_flesh = self._dome * two_thirds if law.contrast.hertz else self._weights * np.diag(S) * z**3 * F
         self.per_offset = F @ (self._weights @ law.per_offset(offset)) * z**3
 
     @property
-    def by_force(self) -> Floats:
-        """Return c_t, the slope of the residual over each force [mm/N], (channels,), at the mean of F^(-1/3)."""
+    def per_force(self) -> Floats:
+        """Return c_t [mm/N], (channels,), the derivative of the residual with respect to each force."""
         return np.asarray(self._body + self._dome * self._inverse_roots[1])
 
-    def of_tips(self, of_channels: Floats) -> Floats:
-        """Return the sums over the channels of each tip, (..., tips).
+    def sum_per_tip(self, per_channel: Floats) -> Floats:
+        """Return the sums of derivatives over the channels of each tip, (..., tips).
 
-        They are slopes over a cause that changes all channels of a tip equally.
+        A sum is the derivative with respect to a cause that changes all channels of a tip equally.
         """
-        return np.asarray(of_channels.reshape(*of_channels.shape[:-1], -1, self._tips).sum(axis=-2))
+        return np.asarray(per_channel.reshape(*per_channel.shape[:-1], -1, self._tips).sum(axis=-2))
 
-    def moved(self, rise: Floats) -> Floats:
-        """Return the slopes of ln E over causes that add `rise` to the co-moments of the law, at a constant saddle."""
+    def slope_at_constant_saddle(self, rise: Floats) -> Floats:
+        """Return the slopes of ln E for causes that add `rise` to the co-moments of the law, at a constant saddle."""
         return np.asarray(rise / self.per_log_E[0])
 
-    def moved_with_saddle(self, rise: Floats, mean: Floats) -> Floats:
-        """Return the slopes of ln E over causes that add `rise` and `mean` to the law, with their effect on the saddle.
+    def slope_with_saddle(self, rise: Floats, mean: Floats) -> Floats:
+        """Return the slopes of ln E for causes that add `rise` and `mean` to the law, with their effect on the saddle.
 
         A zero error shifts the offset by up to 4 mm per newton; errors of gains and spring stiffnesses shift it less.
-        The law attributes the offset to a saddle of the skin, so it moves S, and S moves the modulus. Let f be the
-        change of the rise per mean that is attributed to a saddle. Then ln E moves by (dG - f dM) / (dG / d ln E - f dM
-        / d ln E).
+        The law attributes the offset to a saddle of the skin, which changes S, and S changes the modulus. Let f be the
+        change of the co-moment per change of the mean that is attributed to a saddle. Then ln E changes by
+        (dG - f dM) / (dG / d ln E - f dM / d ln E).
         """
         f = self.per_offset[0] / (1.0 + self.per_offset[1])
         return np.asarray((rise - f * mean) / (self.per_log_E[0] - f * self.per_log_E[1]))
 
     def slopes(self, noise_per_force: Floats) -> RiseSlopes:
-        """Return the slopes of ln E with respect to all causes; a spring acts on C as in `contrast_slopes`.
+        """Return the slopes of ln E for all causes. A stiffer spring changes C as in `contrast_slopes`.
 
-        `noise_per_force` (tips,) [1/N] is copied into the result. Gains, springs and zeros change the offset greatly,
-        so their effect on the saddle is included. The effect of the other causes on the saddle is neglected.
+        `noise_per_force` (tips,) [1/N] is copied into the result. Errors of gains, springs and zeros change the offset
+        greatly, so their effect on the saddle is included. The effect of other causes on the saddle is neglected.
         """
         rise = self._rise
         F, two_thirds = rise.moments
         squares = rise.rise_and_mean(rise.forces**2)
         index = np.arange(len(rise.forces))[:, None]
         drift = rise.rise_and_mean(index / (len(index) - 1))[0]  # from 0 at the first sample to 1 at the last
-        gains = self.of_tips(self._body * F + self._dome * two_thirds)
+        gains = self.sum_per_tip(self._body * F + self._dome * two_thirds)
         spring_slopes = self._weights @ self._C
-        springs = self.of_tips(-0.5 * (self._weights * (F @ self._C.T) + spring_slopes * F))
-        zeros = self.of_tips(self._dome * self._inverse_roots[0])
+        springs = self.sum_per_tip(-0.5 * (self._weights * (F @ self._C.T) + spring_slopes * F))
+        zeros = self.sum_per_tip(self._dome * self._inverse_roots[0])
         return RiseSlopes(
             noise=_numbers(noise_per_force),
-            gains=_numbers(self.moved_with_saddle(*gains)),
-            springs=_numbers(self.moved_with_saddle(*springs)),
-            zeros=_numbers(self.moved_with_saddle(zeros, self.of_tips(self.by_force))),
-            drifts=_numbers(self.moved(self.of_tips(self.by_force * drift))),
-            times=_numbers(self.moved(self.of_tips(self.by_force * rise.rise_and_mean(rise.rates)[0]))),
-            hertz=float(self.moved(self.hertz[0])),
-            body=float(self.moved(self.flesh[0])),
-            offset=float(self.moved(self.per_offset[0])),
-            channel_bends=self._bends(gains, self.by_force, F, squares),
-            spring_bends=self._bends(springs, -spring_slopes, F, squares),
+            gains=_numbers(self.slope_with_saddle(*gains)),
+            springs=_numbers(self.slope_with_saddle(*springs)),
+            zeros=_numbers(self.slope_with_saddle(zeros, self.sum_per_tip(self.per_force))),
+            drifts=_numbers(self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * drift))),
+            times=_numbers(
+                self.slope_at_constant_saddle(self.sum_per_tip(self.per_force * rise.rise_and_mean(rise.rates)[0]))
+            ),
+            hertz=float(self.slope_at_constant_saddle(self.hertz[0])),
+            body=float(self.slope_at_constant_saddle(self.flesh[0])),
+            offset=float(self.slope_at_constant_saddle(self.per_offset[0])),
+            channel_bends=self._bend_slopes(gains, self.per_force, F, squares),
+            spring_bends=self._bend_slopes(springs, -spring_slopes, F, squares),
         )
 
-    def _bends(self, straight: Floats, by_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
+    def _bend_slopes(self, straight: Floats, per_force: Floats, F: Floats, squares: Floats) -> BendSlopes:
         """Return the slopes of ln E for gains or springs whose relative error e_0 + k F changes with the force.
 
-        Such an error adds e_0 F + k F^2 / 2 to a force. `straight` (2, tips) is what a constant error of 1 adds to the
-        law, and c = `by_force` (channels,) [mm/N] the slope of the law with respect to a force.
+        The force error is then e_0 F + k F^2 / 2. `straight` (2, tips) is the change of the law caused by a constant
+        relative error of 1, and c = `per_force` (channels,) [mm/N] the derivative of the law with respect to a force.
         """
-        # A press sees the error at the force where F^2 / 2 has the slope cov(u, F^2) / (2 cov(u, F)). So k adds to the
-        # co-moments like a constant error of k times this force, and c k F^2 / 2 to the mean.
-        force_rises, square_rises = F[0, : self._tips], squares[0, : self._tips]
-        middle_forces = np.divide(
-            square_rises, 2.0 * force_rises, out=np.zeros_like(force_rises), where=force_rises != 0.0
-        )
-        mean = self.of_tips(0.5 * by_force * squares[1])
+        # A press sees the error at the force at which the slope of F^2 / 2 is cov(u, F^2) / (2 cov(u, F)). So k adds to
+        # the co-moments like a constant error of k times this force, and it adds c k F^2 / 2 to the mean.
+        force_rise, square_rise = F[0, : self._tips], squares[0, : self._tips]
+        seen_forces = np.divide(square_rise, 2.0 * force_rise, out=np.zeros_like(force_rise), where=force_rise != 0.0)
+        mean = self.sum_per_tip(0.5 * per_force * squares[1])
         return BendSlopes(
-            at_zero=_numbers(self.moved_with_saddle(*straight)),
-            per_N=_numbers(self.moved_with_saddle(straight[0] * middle_forces, mean)),
+            at_zero=_numbers(self.slope_with_saddle(*straight)),
+            per_N=_numbers(self.slope_with_saddle(straight[0] * seen_forces, mean)),
         )
 
 

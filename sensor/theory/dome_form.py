@@ -1,15 +1,15 @@
-"""The displacement of a dome by a cap on its sphere, as a function of the radius of the contact.
+"""The effect of a flattened or pointed apex on the displacement of a dome, as a function of the contact radius.
 
-The printed apex of a dome is flat or pointed. The height of such a cap above the sphere is modelled as
+The printed apex of a dome is flat or pointed. The deviation from the sphere is modelled as a cap of the height
 
     h(r) = c (1 - (r / b)^2)^2 within the radius b, and 0 beyond.
 
-To first order, its effect is the mean of h, weighted by the pressure of the flat punch of the contact. This is the law
-for the heights of an uneven skin (`uneven_skin.py`). With s = a / b and u = sqrt(1 - (r / a)^2) the mean is
+To first order, its effect is the mean of h, weighted by the pressure of a flat punch with the contact radius a. The
+heights of an uneven skin obey the same law (`uneven_skin.py`). With s = a / b and u = sqrt(1 - (r / a)^2) the mean is
 
-    c integral of (1 - s^2 + s^2 u^2)^2 du, from u = sqrt(1 - 1 / s^2), or 0 if s < 1, to 1.
+    c times the integral of (1 - s^2 + s^2 u^2)^2 du, from u = sqrt(1 - 1 / s^2), or 0 if s < 1, to u = 1.
 
-The cap of a dome is the same in every press, so its error is an error of the unit. Units: mm.
+The cap of a dome is the same in every press, so its error is a systematic error of the unit. Units: mm.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from sensor.arrays import Floats
 
 
 def effective_cap_height(cap_radius: float, contact_radius: Floats) -> Floats:
-    """Return the effective height under a dome over the height of its cap at the apex [1], for contact radii [mm]."""
+    """Return the effective height of a cap, divided by its height at the apex [1], for each contact radius [mm]."""
     square = np.square(contact_radius / cap_radius)
     outside = np.sqrt(np.maximum(1.0 - 1.0 / np.maximum(square, 1.0), 0.0))
     level = 1.0 - square

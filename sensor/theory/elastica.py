@@ -1,4 +1,4 @@
-"""Large deflection of guided leaves by the elastica: exact for thin leaves, by series without cancellation."""
+"""Large deflection of guided leaves by the elastica. It is exact for thin leaves; the series avoid cancellation."""
 
 from dataclasses import dataclass
 
@@ -7,11 +7,11 @@ import numpy as np
 from sensor.arrays import Floats
 from sensor.quantity import Bounds, validation_error
 
-_DEFLECTIONS = Bounds(at_least=0.0, at_most=0.5)  # deflection over length; no leaf bends as far as 0.5
+_DEFLECTIONS = Bounds(at_least=0.0, at_most=0.5)  # deflection divided by length; no leaf bends as far as 0.5
 _SINES = Bounds(at_least=0.0, below=1.0)
 _ROUND_OFF = 1e-17
 _CONVERGED = 4.0 * float(np.finfo(np.float64).eps)  # relative error of a deflection at convergence
-_MAX_STEPS = 40  # each step reduces the error to a quarter or less
+_MAX_STEPS = 40  # each iteration reduces the error to a quarter or less
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +19,7 @@ class Cantilever:
     """A cantilever of unit length and unit bending stiffness EI, under a transverse force at its end.
 
     `force` and `deflection` are those of the end. `stiffening` is the relative increase of the secant stiffness over
-    that of small deflections, force / (3 deflection) - 1. The three arrays have the same shape.
+    the stiffness at small deflections, force / (3 deflection) - 1. The three arrays have the same shape.
     """
 
     force: Floats
@@ -28,16 +28,16 @@ class Cantilever:
 
 
 def cantilever(sine: Floats | float) -> Cantilever:
-    """Return the force and deflection of a cantilever, from the sine [1] of the angle by which its end has rotated.
+    """Return the force and the deflection of a cantilever from the sine [1] of the rotation angle of its end.
 
-    With s = `sine`, an array of any shape, the force is 2 s I^2 and the deflection s J / I. Over 0 < v < 1, I is the
-    integral of 1 / q, J the integral of (1 - v^2) / q, and q = sqrt(1 - s^2 (1 - v^2)^2). These are the elliptic
+    With s = `sine`, an array of any shape, the force is 2 s I^2 and the deflection is s J / I. I is the integral of
+    1 / q over 0 < v < 1, J the integral of (1 - v^2) / q, and q = sqrt(1 - s^2 (1 - v^2)^2). These are the elliptic
     integrals of K. E. Bisshopp and D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2) as the sine of the slope
-    along the leaf. Raises InputError for a sine below 0, or of 1 and more.
+    along the leaf. Raises InputError unless 0 <= s < 1.
     """
     sine = np.asarray(sine, dtype=np.float64)
     _check_bounds("sine of the end's slope", sine, _SINES, "press less")
-    # I = 1 + a and J = 2/3 (1 + b): with a and b, nothing below subtracts numbers that are nearly equal.
+    # I = 1 + a and J = 2/3 (1 + b). Written in a and b, nothing below subtracts nearly equal numbers.
     a, b = _integral_series(np.asarray(sine * sine))
     return Cantilever(
         force=2.0 * sine * (1.0 + a) ** 2,
@@ -60,16 +60,17 @@ def _integral_series(square: Floats) -> tuple[Floats, Floats]:
     """
     a = b = np.zeros_like(square)
     coefficient = np.ones_like(square)
-    odd_integral = 2.0 / 3.0  # of 1 - v^2
+    odd_integral = 2.0 / 3.0  # integral of 1 - v^2
     n = 0
     while True:
         n += 1
-        coefficient = coefficient * square * (2 * n - 1) / (2 * n)  # of x^n in 1 / sqrt(1 - x), times s^(2 n)
-        even_integral = odd_integral * 4 * n / (4 * n + 1)  # of (1 - v^2)^(2 n)
-        odd_integral = even_integral * (4 * n + 2) / (4 * n + 3)  # of (1 - v^2)^(2 n + 1)
+        # coefficient of x^n in 1 / sqrt(1 - x), times s^(2 n)
+        coefficient = coefficient * square * (2 * n - 1) / (2 * n)
+        even_integral = odd_integral * 4 * n / (4 * n + 1)  # integral of (1 - v^2)^(2 n)
+        odd_integral = even_integral * (4 * n + 2) / (4 * n + 3)  # integral of (1 - v^2)^(2 n + 1)
         a = a + coefficient * even_integral
         b = b + 1.5 * coefficient * odd_integral
-        # Terms decrease faster than a geometric series in s^2, so the remaining terms sum to less than this.
+        # The terms decrease faster than a geometric series in s^2, so the remaining terms sum to less than this.
         if (coefficient * square / (1.0 - square) <= _ROUND_OFF * a).all():
             return a, b
 
@@ -77,13 +78,14 @@ def _integral_series(square: Floats) -> tuple[Floats, Floats]:
 def large_deflection_stiffening(length: float, deflection: Floats | float) -> Floats:
     """Return the relative increase [1] of the secant stiffness of a guided leaf, or of a pair, with its deflection.
 
-    `length` L and `deflection` d are in mm. For small d the increase is 36/35 (d / L)^2. The shuttle is free to move
-    along the leaves and does not rotate, so each half of a leaf is a cantilever of length L / 2 with the deflection
-    d / 2. Raises InputError beyond d = L / 2.
+    `length` L and `deflection` d are in mm. For small d the increase is 36/35 (d / L)^2. The shuttle does not rotate,
+    but it is free to move along the leaves. So each half of a leaf is a cantilever of length L / 2 and deflection d /
+    2. Raises InputError beyond d = L / 2.
     """
     relative = np.asarray(deflection, dtype=np.float64) / length
-    _check_bounds("deflection / leaf length", relative, _DEFLECTIONS, "take a longer leaf or press less")
-    # Fixed-point iteration for the sine: the deflection is nearly proportional to it, 2/3 of it while both are small.
+    _check_bounds("deflection / leaf length", relative, _DEFLECTIONS, "use a longer leaf or press less")
+    # Fixed-point iteration for the sine. The deflection is nearly proportional to it: 2/3 of the sine while both are
+    # small.
     sine = 1.5 * relative
     for _ in range(_MAX_STEPS):
         half_leaf = cantilever(sine)

@@ -1,6 +1,6 @@
-"""Effects of a whole fruit that lies free on a table: it indents at the table, and unequal tips roll it.
+"""Effects of a fruit that lies free on a table: it is indented at the table, and unequal tips make it roll.
 
-The sensor is modelled on a fruit that is clamped at its base. Here the fruit is a ball. Units: N, mm, MPa.
+In the model of the sensor, the fruit is clamped at its base. Here the fruit is a ball. Units: N, mm, MPa.
 """
 
 import math
@@ -10,15 +10,15 @@ from dataclasses import dataclass
 from sensor.theory.bisection import last_holding
 from sensor.theory.hertz import approach
 
-_STEADY_DEG = 5.0  # largest angle of the linear model; beyond, the tips touch other places of the fruit
+_STEADY_DEG = 5.0  # largest angle of the linear model; beyond it, the tips touch other parts of the fruit
 
 
 def table_share(force: float, travel: float, E: float, poisson: float, radius: float) -> float:
-    """Return the fraction [1] of the `travel` [mm] that is taken by the indentation of the fruit at the table.
+    """Return the fraction [1] of the `travel` [mm] that is taken up by the indentation of the fruit at the table.
 
     `force` [N] is the total force of the tips at this travel on a clamped fruit. The indentation at the table reduces
-    this force in proportion, so that fraction = approach(force (1 - fraction)) / travel. The right side decreases with
-    the fraction, so there is one root, which is found by bisection.
+    this force in proportion, so fraction = approach(force (1 - fraction)) / travel. The right side decreases with the
+    fraction, so there is one root, which is found by bisection.
     """
 
     def is_below_root(fraction: float) -> bool:
@@ -29,11 +29,11 @@ def table_share(force: float, travel: float, E: float, poisson: float, radius: f
 
 @dataclass(frozen=True, kw_only=True)
 class Roll:
-    """Roll of a ball on its table under the forces of tips, along the line of the tips.
+    """The roll of a ball on a table, caused by the forces of the tips. It rolls along the line of the tips.
 
-    `lever_mm` is the distance of their resultant force from the apex. `resistance` [N/mm] is the restoring force per
+    `lever_mm` is the distance of the resultant force from the apex. `resistance` [N/mm] is the restoring force per
     distance of roll; if it is not positive, the ball rolls away. `angle_deg` is the angle of roll, infinite if the ball
-    rolls away. `friction` is the least coefficient [1] at the tips and at the table that prevents the roll.
+    rolls away. `friction` is the smallest coefficient of friction [1] at the tips and the table that prevents the roll.
     """
 
     lever_mm: float
@@ -48,12 +48,12 @@ class Roll:
 
 
 def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[float], radius: float) -> Roll:
-    """Return the roll of a ball of `radius` R [mm] on a table, under tips at positions `places` x [mm] from the apex.
+    """Return the roll of a ball of `radius` R [mm] on a table, under tips at `places` x [mm] from the apex.
 
-    `forces` [N] are vertical. `stiffness` [N/mm] has an entry for each tip, its spring and flesh in series. Rolling by
-    u moves the point of support by u, and lifts the skin under a tip by x u / R, which presses this tip harder. So the
-    moment about the support is sum F x - u (sum F - sum k x^2 / R). A friction force H at the tips resists rolling with
-    the moment 2 R H.
+    `forces` [N] are vertical. `stiffness` [N/mm] has one entry per tip, for its spring and the flesh in series. A roll
+    by u moves the point of support by u. It also lifts the skin under a tip by x u / R, which presses this tip harder.
+    So the moment about the support is sum F x - u (sum F - sum k x^2 / R). A friction force H at the tips resists the
+    roll with the moment 2 R H.
     """
     total = sum(forces)
     moment = sum(force * x for force, x in zip(forces, places, strict=True))

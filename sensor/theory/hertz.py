@@ -1,8 +1,8 @@
-"""Hertz's contact of smooth bodies, defined only here: a dome on a fruit, a fruit on a table, a fruit between plates.
+"""Hertz's law for the contact of smooth bodies: a dome on a fruit, a fruit on a table, a fruit between plates.
 
-Two bodies touch at a point and approach each other by d. Then F = 4/3 E* sqrt(R) d^(3/2), with E* = E / (1 - nu^2) if
-one of them is rigid. K. L. Johnson, Contact Mechanics (1985), chapter 4, doi:10.1017/CBO9781139171731. Units: mm, N,
-MPa.
+Two bodies that touch at a point approach each other by d under the force F = 4/3 E* sqrt(R) d^(3/2). If one of them is
+rigid, E* = E / (1 - nu^2). K. L. Johnson, Contact Mechanics (1985), chapter 4, doi:10.1017/CBO9781139171731. Units: mm,
+N, MPa.
 """
 
 import math
@@ -11,7 +11,7 @@ import math
 def hertz_factor(radius: float, poisson: float) -> float:
     """Return h [mm (MPa/N)^(2/3)] in d = h (F / E)^(2/3) for a relative radius of curvature [mm].
 
-    It follows from F = 4/3 E / (1 - nu^2) sqrt(R) d^(3/2): Johnson (4.23).
+    This is F = 4/3 E / (1 - nu^2) sqrt(R) d^(3/2), Johnson (4.23), solved for d.
     """
     return math.pow(0.75 * (1.0 - poisson**2) / math.sqrt(radius), 2.0 / 3.0)
 
@@ -27,50 +27,51 @@ def force_factor(reduced_modulus: float, radius: float) -> float:
 def relative_radius(dome_radius: float, fruit_radius: float) -> float:
     """Return the relative radius R* of a dome on a fruit [mm]: 1/R* = 1/r + 1/R.
 
-    A sphere of radius R* on a plane has the same contact.
+    A sphere of radius R* in contact with a plane obeys the same law.
     """
     return 1.0 / (1.0 / dome_radius + 1.0 / fruit_radius)
 
 
 def approach(force: float, E: float, poisson: float, radius: float) -> float:
-    """Return the approach [mm] of two bodies of relative `radius` [mm] under `force` [N]; E is in MPa."""
+    """Return the approach [mm] of two bodies of relative radius `radius` [mm] under `force` [N]. E is in MPa."""
     return hertz_factor(radius, poisson) * math.pow(max(force, 0.0) / E, 2.0 / 3.0)
 
 
 def contact_radius(force: float, E: float, poisson: float, radius: float) -> float:
-    """Return the contact radius a = sqrt(R* d) of a dome [mm from N, MPa, mm]; 0 for a tip that does not touch."""
+    """Return the contact radius a = sqrt(R* d) of a dome [mm from N, MPa, mm]. It is 0 for a tip out of contact."""
     return math.sqrt(radius * approach(force, E, poisson, radius))
 
 
 def contact_reach(force: float, E: float, poisson: float, radius: float, slope: float) -> float:
     """Return the distance from the axis of a dome to the edge of its contact [mm] on a fruit inclined by a slope [1].
 
-    The point of first contact lies beside the axis by the slope times R*, the `radius` [mm].
+    The point of first contact is off the axis by the slope times R*, the relative `radius` [mm].
     """
     return slope * radius + contact_radius(force, E, poisson, radius)
 
 
 def equivalent_radius(radius: float, radius_across: float) -> float:
-    """Return the radius of the sphere with the same force and indentation by a plate as a body of two radii [mm].
+    """Return the radius [mm] of the sphere that a plate indents like a body with two given principal radii [mm].
 
-    The contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii determines the
-    square m = 1 - (b / a)^2 of its eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in
-    Carlson's forms, which do not subtract nearly equal numbers. They are K = R_F(0, 1 - m, 1), K - E = m / 3 R_D(0, 1 -
-    m, 1) and E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m), https://dlmf.nist.gov/19.25.
+    The contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii determines
+    m = 1 - (b / a)^2, the square of its eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in
+    Carlson's forms, which do not subtract nearly equal numbers. They are K = R_F(0, 1 - m, 1), K - E = m / 3 R_D(0,
+    1 - m, 1) and E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m), https://dlmf.nist.gov/19.25.
     """
-    from scipy.optimize import brentq  # seldom needed, and slow to load
+    from scipy.optimize import brentq  # rarely needed, and slow to import
     from scipy.special import elliprd, elliprf
 
     smaller, larger = sorted((radius, radius_across))
 
     def excess(m: float) -> float:
-        """Return the ratio of radii whose ellipse has this m, less the given ratio [1]."""
+        """Return the ratio of the radii of an ellipse with this m, minus the given ratio [1]."""
         return float(elliprd(0.0, 1.0, 1.0 - m) / elliprd(0.0, 1.0 - m, 1.0)) - larger / smaller
 
     m = brentq(excess, 0.0, 1.0 - 1e-15, xtol=1e-16)
     axis_ratio = math.sqrt(1.0 - m)
     K = float(elliprf(0.0, 1.0 - m, 1.0))
     spread = math.sqrt(elliprd(0.0, 1.0, 1.0 - m) * elliprd(0.0, 1.0 - m, 1.0)) / 3.0
-    F1 = math.cbrt(4.0 / math.pi * axis_ratio**1.5 * spread)  # Johnson's factor of the contact size
-    F2 = 2.0 / math.pi * math.sqrt(axis_ratio) * K / F1  # factor of the approach, in proportion to radius^(-1/3)
+    F1 = math.cbrt(4.0 / math.pi * axis_ratio**1.5 * spread)  # Johnson's correction factor for the contact size
+    # correction factor of the approach, which is proportional to radius^(-1/3)
+    F2 = 2.0 / math.pi * math.sqrt(axis_ratio) * K / F1
     return math.sqrt(smaller * larger) / F2**3

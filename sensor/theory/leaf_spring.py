@@ -1,4 +1,4 @@
-"""A flexure, two parallel leaves that guide a shuttle: its dimensions, and its stiffness by beam theory."""
+"""A flexure: two parallel leaves that guide a shuttle. Its dimensions, and its stiffness by beam theory."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ _HINT = "choose another process or other targets"
 
 
 class LeafProfile(NamedTuple):
-    """The cross-section of a leaf [mm], whatever its length: depth, thickness, and fillet at its roots."""
+    """The cross-section of a leaf [mm]: its depth, its thickness, and the radius of the fillets at its roots."""
 
     depth: float
     thickness: float
@@ -21,18 +21,20 @@ class LeafProfile(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Flexure:
-    """Two equal leaves, spaced by a separation [mm]."""
+    """Two equal parallel leaves at a distance `separation` [mm]."""
 
     thickness: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="thickness of a leaf")
-    length: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="length of a leaf, its fillets included")
+    length: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="length of a leaf, including its fillets")
     depth: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="width of a leaf, which is the depth of the plate")
-    separation: float = quantity("mm", _POSITIVE, hint=_HINT, meaning="distance of the two leaves, middle to middle")
+    separation: float = quantity(
+        "mm", _POSITIVE, hint=_HINT, meaning="distance between the two leaves, centre to centre"
+    )
     fillet: float = quantity(
         "mm", _NOT_NEGATIVE, hint=_HINT, meaning="radius of the inner corners at the roots of a leaf"
     )
 
     def __post_init__(self) -> None:
-        """Check each field, and that the fillets leave a straight leaf and a window between the leaves."""
+        """Check each field. The fillets must leave a straight part of each leaf, and a gap between the leaves."""
         check_fields(self, "flexure")
         if self.length <= 2.0 * self.fillet:
             bound = f"greater than 2 fillets = {2.0 * self.fillet:g} mm"
@@ -43,14 +45,14 @@ class Flexure:
 
     @property
     def profile(self) -> LeafProfile:
-        """Return depth, thickness and fillet of the leaves [mm]."""
+        """Return the depth, the thickness and the fillet radius of the leaves [mm]."""
         return LeafProfile(depth=self.depth, thickness=self.thickness, fillet=self.fillet)
 
 
 def pair_stiffness(E: float, depth: float, thickness: float, length: float) -> float:
     """Return K = 24 E I / L^3 = 2 E w t^3 / L^3 of two clamped-guided leaves [N/mm from MPa, mm].
 
-    Euler-Bernoulli, rigid ends. S. Timoshenko, Strength of Materials I, 1930, art. 34.
+    The leaves are Euler-Bernoulli beams with rigid ends: S. Timoshenko, Strength of Materials I, 1930, art. 34.
     """
     return 2.0 * E * depth * (thickness / length) ** 3
 
@@ -66,10 +68,10 @@ def root_strain(thickness: float, length: float, deflection: float) -> float:
 
 
 def natural_frequency(stiffness: float, shuttle_mass: float, leaf_mass: float) -> float:
-    """Return the first natural frequency of a shuttle on a pair of leaves [Hz from N/mm, g; leaf_mass of one leaf].
+    """Return the first natural frequency of a shuttle on a pair of leaves [Hz from N/mm, g].
 
-    Rayleigh's quotient with the static shape: each leaf moves as 13/35 of its mass. S. Timoshenko, Vibration
-    Problems in Engineering, 1937, art. 16.
+    `leaf_mass` is the mass of one leaf. By Rayleigh's quotient with the static shape, each leaf moves like 13/35 of its
+    mass: S. Timoshenko, Vibration Problems in Engineering, 1937, art. 16.
     """
     mass = shuttle_mass + 2.0 * (13.0 / 35.0) * leaf_mass
     return math.sqrt(1e6 * stiffness / mass) / (2.0 * math.pi)

@@ -1,6 +1,6 @@
 """Flesh that relaxes at a constant Poisson's ratio, described by its Prony series.
 
-Under a constant indentation, a force decays as g(t) = 1 - sum g_i (1 - exp(-t / tau_i)). The modulus of elastic flesh
+Under a constant indentation, the force decays as g(t) = 1 - sum g_i (1 - exp(-t / tau_i)). The modulus of elastic flesh
 is the modulus at the first instant. See E. H. Lee, J. R. M. Radok, The contact problem for viscoelastic bodies, J.
 Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
 """
@@ -16,12 +16,12 @@ _HINT = "write [[0.3, 2.0], [0.2, 60.0]] for flesh that loses 0.3 within seconds
 
 @dataclass(frozen=True)
 class Relaxation:
-    """The arms of a Prony series: in each, a share g_i [1] of the force decays with the time constant tau_i [s]."""
+    """The arms of a Prony series. In arm i, a share g_i [1] of the force decays with the time constant tau_i [s]."""
 
     arms: tuple[tuple[float, float], ...]
 
     def __post_init__(self) -> None:
-        """Raise InputError unless the arms are pairs (share, time) and some force remains."""
+        """Raise InputError unless the arms are pairs (share, time) whose shares add up to less than 1."""
         if not _are_arms(self.arms):
             raise validation_error("fruit.relaxation", self.arms, "", FORM, _HINT)
         total = sum(self.shares)
@@ -41,7 +41,7 @@ class Relaxation:
 
     @property
     def left(self) -> float:
-        """Return the share of a force that remains in the end [1]."""
+        """Return the share of the force that never decays [1]."""
         return 1.0 - sum(self.shares)
 
 
@@ -57,8 +57,8 @@ def _is_arm(arm: object) -> bool:
 
 
 MAY_RELAX = Relaxation(((0.25, 5.0), (0.33, 120.0)))
-"""Possible relaxation of flesh in a design without `fruit.relaxation`. It keeps 42 % of a force, like Tarocco oranges:
-M. Moresi et al., Food Bioprocess Technol. 5 (2012), doi:10.1007/s11947-011-0528-4. Both times and the division into
-two shares are a judgement."""
+"""Relaxation assumed for an uncertainty if a design has no `fruit.relaxation`. The flesh keeps 42 % of a force, like
+Tarocco oranges: M. Moresi et al., Food Bioprocess Technol. 5 (2012), doi:10.1007/s11947-011-0528-4. The two times
+and the division into two shares are a judgement."""
 STATED_SPREAD = 0.3
-"""Relative difference of a fruit from a stated relaxation: a judgement."""
+"""Relative deviation of a fruit from the stated relaxation, by judgement."""

@@ -1,8 +1,8 @@
-"""Effects of the slope and the curvature of the skin on a half-space under a vertical load of a tip.
+"""Effects of the slope and the curvature of the skin on the compliance of a half-space under a vertical load.
 
-The compliance between two points of a half-space is c / r, with r their distance seen from above. On a slope, c depends
-on the direction. Under tips of equal extent along and across the slope, its mean over all directions is used. A curved
-skin adds -C H ln r, with the mean curvature H.
+On a level half-space, the compliance between two points is c / r, where r is their horizontal distance. On a slope, c
+depends on the direction. For tips of equal extent along and across the slope, the mean over all directions is used. A
+curved skin of mean curvature H adds -C H ln r.
 """
 
 import functools
@@ -11,13 +11,14 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-_DIRECTIONS = np.pi * (np.arange(64) + 0.5) / 64.0  # angles; the mean over them is exact to rounding
+_DIRECTIONS = np.pi * (np.arange(64) + 0.5) / 64.0  # angles [rad]; the mean over them is exact except for rounding
 
 
 def slope_factor(poisson: float, slope: float) -> float:
-    """Return the vertical compliance on a skin that falls by `slope` [1], over the compliance of a level one [1].
+    """Return the vertical compliance of a skin that falls by `slope` [1], relative to a level skin [1].
 
-    A vertical load has a component along the normal and one down the slope: K. L. Johnson, Contact Mechanics (1985),
+    A vertical load has a component along the normal and a component down the slope: K. L. Johnson, Contact Mechanics
+    (1985), equations (3.22) and (3.75), doi:10.1017/CBO9781139171731.
     equations (3.22) and (3.75), doi:10.1017/CBO9781139171731.
     """
     sine_squared = slope**2 / (1.0 + slope**2)
@@ -27,12 +28,12 @@ def slope_factor(poisson: float, slope: float) -> float:
 
 
 def log_coefficient(poisson: float, slope: float) -> float:
-    """Return the coefficient C [1] of the compliance that the curvature of a skin adds, on a slope [1].
+    """Return the coefficient C [1] of the compliance that the curvature of the skin adds on a slope [1].
 
-    A skin of mean curvature H [1/mm] adds -C H ln(r) to the vertical compliance times E [1/mm], at a distance r. With
-    H = (k1 + k2) / 2, the skin lies H r^2 / 2 below its tangent plane, in the mean over all directions. Removing the
-    material between them frees its strain energy 1/2 sigma:eps under two unit loads (a shape derivative). The surface
-    stresses of normal and tangential loads are those of Johnson (3.20) and (3.76).
+    A skin of mean curvature H [1/mm] adds -C H ln(r) to the vertical compliance times E [1/mm] at a distance r. With
+    H = (k1 + k2) / 2, the skin lies H r^2 / 2 below its tangent plane, averaged over all directions. Removing the
+    material between them releases its strain energy 1/2 sigma:eps under two unit loads (a shape derivative). The
+    surface stresses of normal and tangential loads are those of Johnson, equations (3.20) and (3.76).
     """
     cosine_squared = 1.0 / (1.0 + slope**2)  # square of the normal component of a vertical unit load
     compressibility = 1.0 - 2.0 * poisson  # 0 for incompressible flesh
@@ -45,27 +46,27 @@ def log_coefficient(poisson: float, slope: float) -> float:
 
 @functools.lru_cache(maxsize=32)
 def frictionless_press(poisson: float, slope: float) -> float:
-    """Return the relative change of the fruit's stiffness [1] if a guided tip slides on a slope instead of gripping it.
+    """Return the relative change of the fruit stiffness [1] if a guided tip slides on a slope instead of gripping it.
 
-    A frictionless tip presses along the normal. When it moves down by d, it indents by d cos(slope) along the normal.
-    The vertical part of its force is cos(slope); the guide bears the rest. The result is negative, usually about
-    -sin^2.
+    A frictionless tip presses along the normal. When it moves down by d, it indents the fruit by d cos(slope) along the
+    normal. The vertical component of its force has the factor cos(slope); the guide carries the horizontal component.
+    The result is negative, usually about -sin^2 of the slope angle.
     """
     return slope_factor(poisson, slope) / ((1.0 + slope**2) * stretch_factor(slope)) - 1.0
 
 
 def stretch_factor(slope: float) -> float:
-    """Return the compliance along the normal on a skin that falls by `slope` [1], over that of a level skin [1].
+    """Return the compliance along the normal of a skin that falls by `slope` [1], relative to a level skin [1].
 
-    The load is round seen from above, so it is longer down the slope: the factor is the mean of 1 / r over all
-    directions.
+    The load is circular when seen from above, so it is elongated down the slope. The factor is the mean of 1 / r over
+    all directions.
     """
     _, r = _stretched(slope)
     return float(np.mean(1.0 / r))
 
 
 def _stretched(slope: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the length on the slope of a unit step seen from above [1]: its part down the slope, and all of it.
+    """Return the length on the slope of a horizontal unit step: its component down the slope, and its total [1].
 
     Both are arrays over the directions of the step.
     """

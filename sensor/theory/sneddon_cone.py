@@ -1,7 +1,7 @@
-"""A rigid sharp cone pressed into a half-space.
+"""A sharp rigid cone pressed into a half-space.
 
-I. N. Sneddon, Int. J. Engng Sci. 3 (1965) 47, doi:10.1016/0020-7225(65)90019-4. The half angle alpha lies between axis
-and flank; E* = E / (1 - nu^2).
+I. N. Sneddon, Int. J. Engng Sci. 3 (1965) 47, doi:10.1016/0020-7225(65)90019-4. The half angle alpha is measured from
+the axis to the flank; E* = E / (1 - nu^2).
 """
 
 import math
@@ -18,5 +18,5 @@ def cone_contact_radius(depth: float, half_angle_deg: float) -> float:
 
 
 def cone_mean_pressure(half_angle_deg: float, reduced_modulus: float) -> float:
-    """Return the mean pressure F / (pi a^2) = E* / (2 tan(alpha)) [MPa from deg, MPa], equal at every depth."""
+    """Return the mean pressure F / (pi a^2) = E* / (2 tan(alpha)) [MPa from deg, MPa], the same at every depth."""
     return 0.5 * reduced_modulus / math.tan(math.radians(half_angle_deg))

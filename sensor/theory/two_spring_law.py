@@ -1,11 +1,11 @@
-"""The two-spring law of the paper both ways: targets to stiffnesses, stiffnesses to force ratio.
+"""The two-spring law of the paper, in both directions: from targets to stiffnesses, and from stiffnesses to P.
 
 Equation numbers are those of "Design and Simulation of a Tactile Sensor for Fruit Ripeness Detection",
-WCECS 2019, ISBN 978-988-14048-7-9. All stiffnesses have the same unit; inside the project [N/mm].
+WCECS 2019, ISBN 978-988-14048-7-9. All stiffnesses have the same unit; in this project it is N/mm.
 
-K_m is the fruit's stiffness under the low tip. Away from the middle of a fruit, the stiffness under the high tip
-differs: it is `stiffness_ratio` times K_m. P is then the force ratio for a high spring K_h / stiffness_ratio, times the
-stiffness ratio.
+K_m is the stiffness of the fruit under the low tip. Away from the middle of a fruit, the stiffness under the high tip
+differs: it is `stiffness_ratio` times K_m. P is then `stiffness_ratio` times the force ratio of springs K_l and
+K_h / stiffness_ratio.
 """
 
 import math
@@ -18,10 +18,10 @@ from sensor.float_or_array import FloatOrArray
 
 Definition = Literal["mid-range", "largest"]
 
-SOFTEST = 1e-9  # modulus over E_max of a fruit on which all springs are practically rigid
-CURVE_STEPS = 24  # steps of a curve of P that is solved at each modulus; even, so that it contains E_max / 2
+SOFTEST = 1e-9  # modulus, divided by E_max, of a fruit so soft that all springs are practically rigid
+CURVE_STEPS = 24  # steps of a curve of P along which each modulus is solved; even, so that E_max / 2 is one of them
 _NL_LIMIT = 0.5  # limit of NL as K_h tends to 0
-_STIFFEST = -14.0  # ln(K_m,max / K_h) of a practically rigid high spring
+_STIFFEST = -14.0  # ln(K_m,max / K_h) at which the high spring is practically rigid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +50,7 @@ class Springs:
     K_h: float
 
     def __post_init__(self) -> None:
-        """Refuse springs that are not positive."""
+        """Raise ValueError unless both stiffnesses are greater than 0 and finite."""
         if not (0.0 < self.K_l < math.inf and 0.0 < self.K_h < math.inf):
             msg = (
                 f"K_l = {self.K_l * 1e3:g} N/m, K_h = {self.K_h * 1e3:g} N/m: must be greater than 0 and finite; "
@@ -64,21 +64,21 @@ class Springs:
         return self.K_l, self.K_h
 
     def scaled(self, factors: Iterable[float]) -> "Springs":
-        """Return springs whose stiffnesses are multiplied by the factors [1], low then high."""
+        """Return springs with both stiffnesses multiplied by factors [1], low then high."""
         low, high = factors
         return Springs(K_l=self.K_l * low, K_h=self.K_h * high)
 
 
-PAPER_SPRINGS = Springs(K_l=0.753, K_h=17.3)  # the paper's own, sized by (6), (7) and (10)
+PAPER_SPRINGS = Springs(K_l=0.753, K_h=17.3)  # the springs of the paper, sized by its equations (6), (7) and (10)
 
 
 def series_stiffness(K: float, K_m: FloatOrArray) -> FloatOrArray:
-    """Return the stiffness of a spring in series with the fruit, (1) and (2) [same unit]."""
+    """Return the stiffness of a spring in series with the fruit, by equations (1) and (2) [unit of `K` and `K_m`]."""
     return K * K_m / (K + K_m)
 
 
 def spring_give(K: float, K_m: FloatOrArray, travel: FloatOrArray) -> FloatOrArray:
-    """Return the deflection of a spring in series with the fruit, when both take a travel [unit of the travel]."""
+    """Return the deflection of a spring, if the spring and the fruit in series share a travel [unit of `travel`]."""
     return travel * series_stiffness(K, K_m) / K
 
 
@@ -92,7 +92,7 @@ def force_ratio(springs: Springs, K_m: float, stiffness_ratio: float = 1.0) -> f
     K_m : float
         Stiffness of the fruit under the low tip [N/mm].
     stiffness_ratio : float, optional
-        Fruit stiffness under the high tip over that under the low tip [1].
+        Fruit stiffness under the high tip, divided by the fruit stiffness under the low tip [1].
 
     Returns
     -------
@@ -109,14 +109,14 @@ def force_ratio(springs: Springs, K_m: float, stiffness_ratio: float = 1.0) -> f
 
 
 def series_ratio(K_l: float, K_h: float, K_m_low: float, K_m_high: float) -> float:
-    """Return the force ratio [1] of two springs in series with the fruit under their tips, (3) [all in one unit]."""
+    """Return the force ratio [1] of two springs, each in series with the fruit under its tip, by equation (3)."""
     return series_stiffness(K_h, K_m_high) / series_stiffness(K_l, K_m_low)
 
 
 def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) -> float:
     """Return the stiffness of the fruit from the force ratio of two springs, by the paper's equation (4).
 
-    It holds for any NL: P need not be linear over the stiffness.
+    It holds for any NL, because P need not be a linear function of the stiffness.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
     P : float
         Force ratio F_h / F_l [1].
     stiffness_ratio : float, optional
-        Fruit stiffness under the high tip over that under the low tip [1].
+        Fruit stiffness under the high tip, divided by the fruit stiffness under the low tip [1].
 
     Returns
     -------
@@ -153,12 +153,12 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
 
 
 def hayes_stiffness(E: float, poisson: float, radius: float) -> float:
-    """Return K_m = 2 r E / (1 - nu^2) under a flat circular tip, (6) with C_k = 1 [N/mm from MPa, mm]."""
+    """Return K_m = 2 r E / (1 - nu^2) [N/mm] under a flat circular tip of `radius` r [mm]: (6) with C_k = 1."""
     return 2.0 * radius * E / (1.0 - poisson**2)
 
 
 def stiffness_at_largest_nonlinearity(K_h: float, K_m_max: float) -> float:
-    """Return K_m* = sqrt(K_h (K_h + K_m,max)) - K_h, where P departs most from its straight line [same unit]."""
+    """Return K_m* = sqrt(K_h (K_h + K_m,max)) - K_h, at which P deviates most from a straight line [unit of `K_h`]."""
     return math.sqrt(K_h * (K_h + K_m_max)) - K_h
 
 
@@ -169,10 +169,11 @@ def nonlinearity(
     stiffness_ratio: float = 1.0,
     stiffening: Sequence[float] = (),
 ) -> float:
-    """Return NL, the deviation of P from its straight line over 0..K_m,max divided by P's rise [1].
+    """Return NL [1], the deviation of P from a straight line over 0..K_m,max, divided by the rise of P.
 
     "mid-range" evaluates it at K_m,max / 2 as in (7), "largest" at its maximum. Under a skin, K_m is not proportional
-    to the modulus of the flesh. Then pass `stiffening`, K_m / K_m,max [1] at the `curve_shares` of E_max; NL is over E.
+    to the modulus of the flesh. Then pass K_m / K_m,max [1] at the `curve_shares` of E_max as `stiffening`; the line
+    is then straight in E instead of K_m.
     """
     if stiffening:
         P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
@@ -186,12 +187,12 @@ def nonlinearity(
 
 
 def curve_shares(steps: int) -> list[float]:
-    """Return the fractions of E_max [1], (steps + 1,), at which P is evaluated: nearly 0, then equal steps."""
+    """Return the fractions of E_max [1], (steps + 1,), at which P is evaluated: nearly 0, and then equal steps."""
     return [SOFTEST, *(step / steps for step in range(1, steps + 1))]
 
 
 def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Definition) -> float:
-    """Return NL as `nonlinearity` does, from P [1] at the moduli E of a curve [MPa]; nan if a tip does not touch.
+    """Return NL [1] like `nonlinearity`, from P [1] at the moduli E [MPa] of a curve; nan if a tip is out of contact.
 
     "mid-range" evaluates it at the middle modulus. "largest" is the vertex of the parabola through the largest
     deviation and its two neighbours, which are treated as equally spaced.
@@ -204,7 +205,8 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
         return departure[len(P) // 2]
     if not all(map(math.isfinite, departure)):
         return math.nan
-    top = min(max(departure.index(max(departure)), 1), len(P) - 2)  # index with a neighbour on either side
+    # index of the largest deviation, moved off the ends so that it has two neighbours
+    top = min(max(departure.index(max(departure)), 1), len(P) - 2)
     before, here, after = departure[top - 1 : top + 2]
     bend = before - 2.0 * here + after
     return here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here
@@ -222,25 +224,26 @@ def size_springs(
 
     They solve the paper's equations (7) and (10). With r = K_m,max / K_h, for stiffness ratio 1, the nonlinearity is
 
-        NL = r / (4 + 2 r) at mid-range,    NL = (s - 1) / (s + 1) with s = sqrt(1 + r) at its largest.
+        NL = r / (4 + 2 r) at mid-range,    NL = (s - 1) / (s + 1) with s = sqrt(1 + r) at its maximum.
 
-    Either gives r in closed form, and r gives K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`, r is found
-    numerically: NL rises with r from its value under rigid springs, which the skin causes.
+    Either equation gives r in closed form, and K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`, r is found
+    numerically: NL increases with r from the value that the skin causes under rigid springs.
 
     Parameters
     ----------
     P_max : float
         Force ratio on the firmest fruit [1].
     NL : float
-        Nonlinearity of P over the stiffness of the fruit [1].
+        Nonlinearity of P as a function of the fruit stiffness [1].
     K_m_max : float
         Stiffness of the firmest fruit [N/mm].
     definition : "mid-range" or "largest", optional
-        Where NL is taken: at half of K_m_max, or where it is largest.
+        Where NL is evaluated: at half of K_m_max, or where it is largest.
     stiffness_ratio : float, optional
-        Fruit stiffness under the high tip over that under the low tip [1].
+        Fruit stiffness under the high tip, divided by the fruit stiffness under the low tip [1].
     stiffening : sequence of float, optional
-        Stiffness over K_m_max [1] of a fruit with a skin, at nearly no modulus and at equal steps up to the largest.
+        Stiffness of a fruit with a skin, divided by K_m_max [1]: at nearly zero modulus, then at equal steps up to
+        the largest modulus.
 
     Returns
     -------
@@ -267,23 +270,23 @@ def size_springs(
     if definition == "largest":
         r = ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
 
-    def springs(r: float) -> Springs:
-        """Return the springs with this r and the force ratio P_max."""
+    def springs_for(r: float) -> Springs:
+        """Return the springs with the given r and the force ratio P_max."""
         return Springs(K_l=K_m_max / (ratio * (1.0 + r) - 1.0), K_h=stiffness_ratio * K_m_max / r)
 
     if not stiffening:
-        return springs(r)
-    from scipy.optimize import brentq  # seldom needed, and slow to load
+        return springs_for(r)
+    from scipy.optimize import brentq  # rarely needed, and slow to import
 
     def excess(log_r: float) -> float:
-        """Return the nonlinearity of the springs with this r, less NL [1]."""
-        return nonlinearity(springs(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening) - NL
+        """Return the nonlinearity of the springs with the given r, minus NL [1]."""
+        return nonlinearity(springs_for(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening) - NL
 
-    by_skin_alone = excess(_STIFFEST) + NL
-    if by_skin_alone >= NL:
-        msg = f"NL = {NL:g} must be above {by_skin_alone:.4g}, which the skin alone causes. Choose a larger one."
+    nonlinearity_of_skin = excess(_STIFFEST) + NL
+    if nonlinearity_of_skin >= NL:
+        msg = f"NL = {NL:g} must be above {nonlinearity_of_skin:.4g}, the NL caused by the skin. Choose a larger NL."
         raise ValueError(msg)
     # The skin adds to NL, so the root is smaller than r without a skin. Twice this r is a safe upper end of the
     # bracket.
     log_r = brentq(excess, _STIFFEST, math.log(2.0 * r), xtol=1e-15, rtol=4.0 * sys.float_info.epsilon)
-    return springs(math.exp(log_r))
+    return springs_for(math.exp(log_r))
