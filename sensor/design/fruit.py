@@ -1,4 +1,4 @@
-"""The fruit as a person describes it: its shape, its flesh, and the moduli that the sensor is to measure.
+"""The fruit as the user describes it: its shape, its flesh, and the moduli that the sensor measures.
 
 Units: mm, MPa.
 """
@@ -19,36 +19,36 @@ _ANGLE = Bounds(at_least=-180.0, at_most=180.0)
 _UNEVEN = Bounds(at_least=0.0, at_most=1.0)
 _WAVE = Bounds(at_least=0.1, at_most=100.0)
 _SCATTER = Bounds(at_least=0.0, at_most=50.0)
-_BLOCK_PLAN_MM = 20.0  # length and width of the paper's block
+_BLOCK_PLAN_MM = 20.0  # length and width of the block in the paper
 USUAL_MODULI = Bounds(at_least=0.1, at_most=12.0)
-"""Usual moduli of fruit [MPa]; for others, a note asks the user to check the units."""
+"""Usual moduli of fruit [MPa]. For other moduli, a note asks the user to check the units."""
 
 FruitShape = Literal["block", "sphere", "ellipsoid"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fruit:
-    """The fruit, fixed at its base, with the tips on its top; length along the tips, width across, height upwards.
+    """The fruit, fixed at its base, with the tips above it. Its length is along the tips, its width across them.
 
-    A sphere or an ellipsoid has its apex in the middle of the top and is whole down to its base. If a length and a
-    width are given, they cut a piece out of it. `thickness_mm` is the flesh under the apex, down to the stone or the
-    table; without it the height is used. `radius_mm` is the radius of curvature along the tips, and half the height of
-    the whole fruit. `radius_across_mm`, only for an ellipsoid, is the radius of curvature across. These are the
-    principal directions; `azimuth_deg` rotates both against the tips, about the axis of the press. A block has no
-    radii: `radius_mm` is None if and only if the fruit is a block.
+    A sphere or an ellipsoid has its apex at the centre of the top, and is whole down to its base. If a length and a
+    width are given, they cut a piece out of it. `thickness_mm` is the thickness of the flesh under the apex, down to
+    the stone or the table; without it, the height is used. `radius_mm` is the radius of curvature along the tips, which
+    is half the height of the whole fruit. `radius_across_mm`, only for an ellipsoid, is the radius of curvature across
+    the tips. `azimuth_deg` rotates both principal directions against the tips, about the axis of the press. A block has
+    no radii: `radius_mm` is None if and only if the fruit is a block.
     """
 
     shape: FruitShape = choice(
         ("block", "sphere", "ellipsoid"),
         default="block",
         meaning=(
-            "a flat block, or a piece of a sphere or of an ellipsoid whose apex is in the middle of its upper face"
+            "a flat block, or a piece of a sphere or of an ellipsoid whose apex is at the centre of its upper face"
         ),
     )
     name: str | None = choice(
         tuple(FRUITS),
         default=None,
-        meaning="name of the fruit in the table of `pipeline suggest --fruit`; notes then speak of this fruit",
+        meaning="name of the fruit in the table of `pipeline suggest --fruit`; notes are then specific to this fruit",
     )
     length_mm: float = quantity(
         "mm",
@@ -56,7 +56,7 @@ class Fruit:
         default=None,
         hint="the paper's block has 20",
         meaning=(
-            "length along the line through both tips; by default 20 for a block, and the whole fruit for a curved one"
+            "length along the line of the tips; by default 20 for a block, and the whole length of a curved fruit"
         ),
     )
     width_mm: float = quantity(
@@ -64,15 +64,15 @@ class Fruit:
         LENGTH,
         default=None,
         hint="the paper's block has 20",
-        meaning="width across that line; a curved fruit with both `length_mm` and `width_mm` is a piece of that "
-        "length and width",
+        meaning="width across the line of the tips; a curved fruit with both `length_mm` and `width_mm` is a piece "
+        "of that length and width",
     )
     height_mm: float = quantity(
         "mm",
         LENGTH,
         default=12.0,
         hint="the paper's block has 12",
-        meaning="height along the press; the solve fixes the fruit at its base",
+        meaning="height in the direction of the press; in the model, the fruit is fixed at its base",
     )
     radius_mm: float | None = quantity(
         "mm",
@@ -92,7 +92,7 @@ class Fruit:
         "deg",
         _ANGLE,
         default=None,
-        hint="at 0 the radius along the tips is radius_mm",
+        hint="at 0, the radius along the tips is radius_mm",
         meaning=(
             "angle from the line along the tips to the direction of `radius_mm`, anticlockwise seen from above "
             "(ellipsoid); if not set, 0"
@@ -102,7 +102,7 @@ class Fruit:
         "mm",
         LENGTH,
         default=None,
-        hint="flesh over a mango's stone has about 12",
+        hint="the flesh over the stone of a mango has about 12",
         meaning="thickness of the flesh under the apex, down to the stone or the table (sphere, ellipsoid); "
         "replaces the height",
     )
@@ -111,29 +111,31 @@ class Fruit:
         Bounds(above=-1.0, below=0.5),
         default=0.3,
         hint="fruit flesh has 0.3 to 0.49",
-        meaning=("Poisson's ratio of the flesh, 0.3 to 0.49: at 0 it does not bulge, near 0.5 it keeps its volume"),
+        meaning=(
+            "Poisson's ratio of the flesh, 0.3 to 0.49; flesh with 0 does not bulge, flesh near 0.5 keeps its volume"
+        ),
     )
     poisson_spread: float = quantity(
         "1",
         _SPREAD,
         default=0.05,
-        hint="take 0.05 if it was not measured",
-        meaning="uncertainty of the ratio, two standard deviations; the stiffness of the flesh under a tip depends "
-        "on it",
+        hint="use 0.05 if it was not measured",
+        meaning="uncertainty of Poisson's ratio, two standard deviations; the stiffness of the flesh under a tip "
+        "depends on it",
     )
     E_max_MPa: float = quantity(
         "MPa",
         MODULUS,
         default=3.5,
-        hint="give the top of the range, 3.5 for mango",
-        meaning="modulus of the firmest fruit to be measured: the upper end of the range",
+        hint="give the upper end of the range, 3.5 for mango",
+        meaning="modulus of the firmest fruit to be measured, the upper end of the range",
     )
     E_MPa: tuple[float, ...] = quantity(
         "MPa",
         MODULUS,
         default=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5),
-        hint="list the moduli to be shown",
-        meaning="a list of the moduli at which forces and readings are computed",
+        hint="list the moduli at which forces are needed",
+        meaning="list of the moduli at which forces and readings are computed",
     )
     bruise_limit_MPa: float | tuple[float, ...] | None = quantity(
         "MPa",
@@ -141,8 +143,8 @@ class Fruit:
         default=None,
         hint="apple flesh fails at 0.29",
         meaning=(
-            "mean pressure under a tip at which the fruit bruises, for apple 0.29, or a list with one for each of "
-            "`E_MPa`. If it is set, the verdict `bruise` judges the pressure"
+            "mean pressure under a tip at which the fruit bruises, 0.29 for apple, or a list with one value for each "
+            "of `E_MPa`. If it is set, the verdict `bruise` judges the pressure"
         ),
     )
     relaxation: tuple[tuple[float, float], ...] | None = field(
@@ -150,8 +152,8 @@ class Fruit:
         metadata={
             "text": FORM,
             "meaning": (
-                "Prony series of flesh that relaxes: fractions of the force and the time constants with which they "
-                "decay. Every modulus of the design is then the modulus at the first instant"
+                "Prony series of flesh that relaxes: pairs of a fraction of the force and the time constant with which "
+                "it decays. Every modulus of the design is then the modulus at the first instant"
             ),
         },
     )
@@ -161,53 +163,55 @@ class Fruit:
         LENGTH,
         default=None,
         hint="measure a strip of peel",
-        meaning="thickness of a skin that is bonded to the flesh; without this key the fruit has no skin",
+        meaning="thickness of the skin, which is bonded to the flesh; without this key the fruit has no skin",
     )
     skin_E_MPa: float | None = quantity(
         "MPa",
         MODULUS,
         default=None,
         hint="apple skin has up to 24",
-        meaning="modulus of the skin, at least that of the flesh; apple skin has up to 24",
+        meaning="modulus of the skin, at least as large as the modulus of the flesh; apple skin has up to 24",
     )
     skin_poisson: float | None = quantity(
         "1",
         Bounds(above=-1.0, below=0.5),
         default=None,
-        hint="leave it out if it was not measured",
-        meaning="Poisson's ratio of the skin; by default equal to that of the flesh",
+        hint="omit it if it was not measured",
+        meaning="Poisson's ratio of the skin; by default equal to Poisson's ratio of the flesh",
     )
     roughness_mm: float = quantity(
         "mm",
         _UNEVEN,
         default=0.016,
-        hint="a smooth peel has 0.01 to 0.02",
-        meaning="root mean square of the heights of the skin in waves of `roughness_wave_mm`. A smooth pomegranate has "
-        "0.014 (Ra 0.011, three weeks later 0.024), a smooth apple peel some 0.02; a russet one has 2.5 times as much",
+        hint="the roughness of a smooth peel is 0.01 to 0.02",
+        meaning="root mean square roughness of the skin at the wavelengths `roughness_wave_mm`. A smooth pomegranate "
+        "has 0.014 (Ra 0.011; 0.024 after three weeks), a smooth apple peel about 0.02, a russet peel 2.5 times that",
     )
     roughness_wave_mm: tuple[float, ...] = quantity(
         "mm",
         _WAVE,
         default=(2.0, 8.0),
-        hint="list the shortest and the longest wave",
-        meaning="shortest and longest wave of the uneven skin; all waves between them have an equal share. Shorter "
-        "ones average out under a dome, and longer ones are the shape of the fruit. The default is a judgement",
+        hint="list the shortest and the longest wavelength",
+        meaning="shortest and longest wavelength of the uneven skin; all wavelengths in between have an equal share. "
+        "Shorter waves average out under a dome, and longer waves belong to the shape of the fruit. The default is a "
+        "judgement",
     )
     flesh_scatter_percent: float = quantity(
         "%",
         _SCATTER,
         default=5.0,
-        hint="take 5 if it was not measured",
+        hint="use 5 if it was not measured",
         meaning="scatter of the modulus of the flesh from tip to tip, one standard deviation. The default is a "
-        "judgement: places some millimetres apart differ less than two cheeks of a fruit",
+        "judgement: points a few millimetres apart differ less than two cheeks of a fruit",
     )
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid field, a radius of another shape, or a piece beyond the curved fruit."""
+        """Raise InputError for an invalid field, a key of another shape, or a piece that extends beyond the fruit."""
         check_fields(self, "fruit")
         self._check_skin()
         self._check_keys_of_shape()
-        # The default length and width are those of the whole fruit. The record is frozen, hence object.__setattr__.
+        # By default, length and width are those of the whole fruit. The record is frozen, so `object.__setattr__` is
+        # needed.
         for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
             if getattr(self, key) is None:
                 object.__setattr__(self, key, size)
@@ -220,7 +224,7 @@ class Fruit:
             self._check_piece(self.radius_mm)
 
     def _check_keys_of_shape(self) -> None:
-        """Raise InputError if a radius of this shape is missing, or a radius or thickness of another shape is given."""
+        """Raise InputError if a radius of this shape is missing, or if a radius or thickness does not belong to it."""
         required = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
         optional = () if self.shape == "block" else ("thickness_mm",)
         for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
@@ -230,10 +234,10 @@ class Fruit:
                 raise validation_error(name, None, "", f"given for fruit.shape = {self.shape!r}", "give it in mm")
             if value is not None and key not in (*required, *optional):
                 bound = f"left out for fruit.shape = {self.shape!r}"
-                raise validation_error(name, value, "mm", bound, "drop it, or choose the shape it is for")
+                raise validation_error(name, value, "mm", bound, "drop it, or choose a shape that has this dimension")
 
     def _check_azimuth(self) -> None:
-        """Raise InputError for an azimuth of a fruit without principal directions, or of a whole fruit."""
+        """Raise InputError for an azimuth of a fruit that is not an ellipsoid, or of a whole fruit."""
         if self.azimuth_deg is None:
             return
         name = "fruit.azimuth_deg"
@@ -242,27 +246,28 @@ class Fruit:
             raise validation_error(name, self.azimuth_deg, "deg", bound, "a round fruit has no principal direction")
         if self.whole and self.azimuth_deg:
             bound = "0 on a whole fruit"
-            raise validation_error(name, self.azimuth_deg, "deg", bound, "give fruit.length_mm and fruit.width_mm")
+            hint = "give fruit.length_mm and fruit.width_mm, which make it a piece"
+            raise validation_error(name, self.azimuth_deg, "deg", bound, hint)
 
     def _check_bruise_limits(self) -> None:
-        """Raise InputError if a list of bruise limits is not as long as the list of moduli."""
+        """Raise InputError if the number of bruise limits differs from the number of moduli."""
         limits = self.bruise_limit_MPa
         if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
-            bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
+            bound = f"one number, or a list of {len(self.E_MPa)}, one for each of fruit.E_MPa"
             raise validation_error(
-                "fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits as moduli"
+                "fruit.bruise_limit_MPa", list(limits), "MPa", bound, "give as many limits as moduli"
             )
 
     def _check_waves(self) -> None:
-        """Raise InputError unless the wavelengths of the roughness are two numbers, the shortest first."""
+        """Raise InputError unless the wavelengths of the roughness are two numbers, the shorter first."""
         waves = self.roughness_wave_mm
         if not (len(waves) == _ENDS and waves[0] <= waves[1]):
-            bound = "two numbers, from and to"
+            bound = "two numbers, the smaller first"
             name = "fruit.roughness_wave_mm"
-            raise validation_error(name, list(waves), "mm", bound, "list the smaller number first")
+            raise validation_error(name, list(waves), "mm", bound, "list the shortest and the longest wavelength")
 
     def _check_skin(self) -> None:
-        """Raise InputError for a skin with a missing number, a skin that is not thin, or one softer than the flesh."""
+        """Raise InputError for a skin with a missing key, a skin that is not thin, or a skin softer than the flesh."""
         if (self.skin_mm is None) != (self.skin_E_MPa is None):
             bound = "given together with fruit.skin_E_MPa"
             raise validation_error(
@@ -273,49 +278,52 @@ class Fruit:
         thickest = self.depth_mm / 3.0
         if self.skin_mm > thickest:
             bound = f"at most {thickest:g} mm, a third of {self.depth_key}"
-            raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "treat all of it as flesh")
+            hint = "omit the skin and treat all of it as flesh"
+            raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, hint)
         stiffest_flesh = self.largest_E_MPa
         if self.skin_E_MPa < stiffest_flesh:
-            bound = f"at least the modulus of the stiffest flesh, {stiffest_flesh:g} MPa"
-            raise validation_error("fruit.skin_E_MPa", self.skin_E_MPa, "MPa", bound, "leave out a softer skin")
+            bound = f"at least {stiffest_flesh:g} MPa, the modulus of the stiffest flesh"
+            hint = "omit a skin that is softer than the flesh"
+            raise validation_error("fruit.skin_E_MPa", self.skin_E_MPa, "MPa", bound, hint)
 
     def _check_piece(self, radius: float) -> None:
-        """Raise InputError if the flesh is deeper than the whole fruit, or if a corner of the piece is off the fruit.
+        """Raise InputError if the flesh is deeper than the whole fruit, or if the piece is larger than the fruit.
 
         `radius` [mm] is the radius along the tips, which is half the height of the whole fruit.
         """
         if self.depth_mm > 2.0 * radius:
             bound = f"at most 2 fruit.radius_mm = {2.0 * radius:g} mm"
             raise validation_error(
-                self.depth_key, self.depth_mm, "mm", bound, "take a thinner piece, or a larger radius"
+                self.depth_key, self.depth_mm, "mm", bound, "choose a thinner piece, or a larger radius"
             )
         if self.whole:
             return
         if self.fall_mm(0.5 * self.length_mm, 0.5 * self.width_mm) >= self.depth_mm:
             bound = "so small that the corners of the piece lie on the fruit, above its base"
-            hint = "take a smaller length and width, or leave both out for the whole fruit"
+            hint = "choose a smaller length and width, or omit both for the whole fruit"
             raise validation_error("fruit.length_mm", self.length_mm, "mm", bound, hint)
 
     @property
     def _whole_plan_mm(self) -> tuple[float, float]:
-        """Return the length and width [mm] of the whole fruit, seen from above; for a block, those of the paper's."""
+        """Return the length and the width [mm] of the whole fruit, seen from above. A block has those of the paper."""
         if self.radius_mm is None:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
-        # The ellipsoid has the half axes R along the tips and up, and sqrt(R R_across) across, with R = radius_mm. Its
-        # centre is R below the apex. Its widest section is the base if that lies above the centre, or else the equator.
-        base_height = max(0.0, 1.0 - self.depth_mm / self.radius_mm)  # height of the base above the centre, over R
+        # The half axes of the ellipsoid are R along the tips and upwards, and sqrt(R R_across) across, with R =
+        # radius_mm. Its centre is R below the apex. Its widest section is the base if the base is above the centre,
+        # and otherwise the equator. `base_height` is the height of the base above the centre, divided by R.
+        base_height = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
         width_over_R = 2.0 * math.sqrt(1.0 - base_height**2) if base_height < 1.0 else 2.0
         a = self.radius_mm * width_over_R
         b = math.sqrt(self.radius_mm * self._across) * width_over_R
         if not self.azimuth_deg:
             return a, b
         cosine, sine = self._azimuth_components
-        # The sides of the bounding box of the rotated ellipse.
+        # sides of the bounding box of the rotated ellipse
         return math.hypot(a * cosine, b * sine), math.hypot(a * sine, b * cosine)
 
     @property
     def derived_keys(self) -> tuple[str, ...]:
-        """Return the keys, of length and width, whose value is that of the whole curved fruit; a file may omit them."""
+        """Return which of the keys of length and width have the values of the whole fruit. A file may omit them."""
         if self.radius_mm is None:
             return ()
         sizes = zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True)
@@ -329,18 +337,18 @@ class Fruit:
 
     @property
     def mirrored(self) -> bool:
-        """Return whether the fruit is symmetric about the vertical planes along the tips and across them."""
+        """Return whether the fruit is symmetric about the vertical plane along the tips and the one across them."""
         return not self.azimuth_deg or self.azimuth_deg % 90.0 == 0.0
 
     def to_principal(self, x: FloatOrArray, y: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-        """Return the coordinates along the principal directions of a position given along and across the tips."""
+        """Convert a position along and across the tips to coordinates along the principal directions."""
         if not self.azimuth_deg:
             return x, y
         cosine, sine = self._azimuth_components
         return cosine * x + sine * y, cosine * y - sine * x
 
     def from_principal(self, u: FloatOrArray, v: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-        """Return the position along and across the tips with these coordinates along the principal directions."""
+        """Convert coordinates along the principal directions to a position along and across the tips."""
         if not self.azimuth_deg:
             return u, v
         cosine, sine = self._azimuth_components
@@ -348,43 +356,43 @@ class Fruit:
 
     @property
     def largest_E_MPa(self) -> float:
-        """Return the largest modulus of the design [MPa]; a modulus in `E_MPa` may be larger than `E_max_MPa`."""
+        """Return the largest modulus of the design [MPa]. A modulus in `E_MPa` may be larger than `E_max_MPa`."""
         return max(self.E_max_MPa, *self.E_MPa)
 
     @property
     def radii_mm(self) -> tuple[float, float]:
-        """Return the principal radii of curvature [mm], along and across the tips at azimuth 0; infinite if flat."""
+        """Return the principal radii of curvature [mm] along and across the tips at azimuth 0; infinite for a block."""
         return self.radius_mm or math.inf, self._across
 
     @property
     def _across(self) -> float:
-        """Return the radius of curvature across the tips [mm] of a curved fruit."""
+        """Return the radius of curvature of a curved fruit across the tips [mm]."""
         return self.radius_across_mm or self.radius_mm or math.inf
 
     @property
     def can_roll(self) -> bool:
-        """Return whether the fruit can roll on a table: it is curved and whole, and its centre is above the table."""
+        """Return whether the fruit can roll on a table. It must be curved and whole, its centre above the table."""
         return self.radius_mm is not None and self.whole and self.depth_mm > self.radius_mm
 
     @property
     def whole(self) -> bool:
-        """Return whether a curved fruit is whole down to its base, and not cut to a length or a width."""
+        """Return whether a curved fruit is whole down to its base, instead of a piece cut to a length and a width."""
         length, width = self._whole_plan_mm
         return self.radius_mm is not None and self.length_mm >= length and self.width_mm >= width
 
     @property
     def depth_key(self) -> str:
-        """Return the name of the key that gives `depth_mm`."""
+        """Return the name of the key whose value is `depth_mm`."""
         return "fruit.height_mm" if self.thickness_mm is None else "fruit.thickness_mm"
 
     @property
     def depth_mm(self) -> float:
-        """Return the depth of flesh under the apex [mm]: the height of a block, or the thickness of a curved fruit."""
+        """Return the depth of flesh under the apex [mm]: the height of a block or the thickness of a curved fruit."""
         return self.height_mm if self.thickness_mm is None else self.thickness_mm
 
     @property
     def bruise_limits_MPa(self) -> tuple[float, ...]:
-        """Return the mean pressure [MPa] at which flesh of each modulus in `E_MPa` bruises; empty without a limit."""
+        """Return the mean pressure [MPa] at which flesh of each modulus in `E_MPa` bruises, or () without a limit."""
         limit = self.bruise_limit_MPa
         if limit is None or isinstance(limit, tuple):
             return limit or ()
@@ -392,7 +400,7 @@ class Fruit:
 
     @property
     def equivalent_block(self) -> "Fruit":
-        """Return the block with the same length, width and flesh thickness, on which the springs are sized."""
+        """Return the block with the same length, width and flesh thickness, for which the springs are sized."""
         return dataclasses.replace(
             self,
             shape="block",
@@ -404,7 +412,7 @@ class Fruit:
         )
 
     def fall_mm(self, x: float, y: float) -> float:
-        """Return the depth [mm] of the skin below the apex at the position (x, y) [mm]; infinity beyond the fruit."""
+        """Return the depth [mm] of the skin below the apex at (x, y) [mm]. It is infinite if no skin is there."""
         if self.radius_mm is None:
             return 0.0
         x, y = self.to_principal(x, y)

@@ -1,7 +1,7 @@
-"""Every number a person may choose, frozen and checked at construction: targets, fruit, tips, press, print.
+"""Every number that a user may choose: targets, fruit, tips, press and print. Records are frozen, checked when created.
 
-Units: mm, N, MPa, degrees; a field whose name ends in N_per_m is in N/m. Defaults are the paper's sensor, as is
-designs/paper.toml.
+Units: mm, N, MPa, degrees; a field whose name ends in N_per_m is in N/m. The defaults describe the sensor of the paper,
+which is also designs/paper.toml.
 """
 
 import dataclasses
@@ -31,7 +31,7 @@ from sensor.theory.two_spring_law import PAPER_SPRINGS, Definition
 Mount = Literal["covers", "washers"]
 
 _STIFFNESS = Bounds(at_least=1e-6, at_most=1e9)
-# P must rise by more than 0.1 %, the uncertainty of a stiffness. Beyond the limits of NL one spring is ten thousand
+# P must rise by more than 0.1 %, the uncertainty of a stiffness. Outside these limits of NL, one spring is ten thousand
 # times too stiff or too soft to be made or read.
 _FORCE_RATIO = Bounds(at_least=1.001, at_most=100.0)
 _NONLINEARITY = Bounds(at_least=1e-5, at_most=0.4999)
@@ -41,7 +41,7 @@ _ROUND_OFF = 1e-9  # relative tolerance of the bounds of a time or a thickness
 
 @dataclass(frozen=True, kw_only=True)
 class Targets:
-    """The targets of the sensor: largest force ratio and nonlinearity."""
+    """The targets of the sensor: the largest force ratio and the nonlinearity."""
 
     P_max: float = quantity(
         "1",
@@ -54,7 +54,7 @@ class Targets:
         "1",
         _NONLINEARITY,
         default=0.05,
-        hint="give a fraction, for 5 % write 0.05",
+        hint="give a fraction: for 5 % write 0.05",
         meaning=(
             "nonlinearity: distance of P from a straight line over E, as a fraction of P_max - 1; for 5 % write 0.05"
         ),
@@ -62,7 +62,7 @@ class Targets:
     NL_definition: Definition = choice(
         ("mid-range", "largest"),
         default="mid-range",
-        meaning="where the nonlinearity is taken: in the middle of the range of E, or where it is largest",
+        meaning="where the nonlinearity is evaluated: in the middle of the range of E, or where it is largest",
     )
 
     def __post_init__(self) -> None:
@@ -75,14 +75,14 @@ PAPER_TARGETS = Targets(P_max=5.0, NL=0.05)  # the paper's choice before (10), a
 
 @dataclass(frozen=True, kw_only=True)
 class GivenSprings:
-    """Springs that the design gives, so that they are judged instead of sized; both or neither."""
+    """Springs given by the design. They are judged instead of sized. Either both stiffnesses are given, or neither."""
 
     K_l_N_per_m: float | None = quantity(
         "N/m",
         _STIFFNESS,
         default=None,
         hint=f"the paper has {1e3 * PAPER_SPRINGS.K_l:g}",
-        meaning="stiffness of the low (soft) spring, if you choose it yourself; the targets then size no spring",
+        meaning="stiffness of the low (soft) spring, if you choose it yourself instead of sizing it by the targets",
     )
     K_h_N_per_m: float | None = quantity(
         "N/m",
@@ -93,7 +93,7 @@ class GivenSprings:
     )
 
     def __post_init__(self) -> None:
-        """Check each field, that both are given, and that the low spring is the softer one."""
+        """Check each field. Both stiffnesses must be given, or neither, and the low spring must be the softer one."""
         check_fields(self, "springs")
         K_l = self.K_l_N_per_m
         K_h = self.K_h_N_per_m
@@ -111,15 +111,15 @@ class GivenSprings:
         return self.K_l_N_per_m is not None
 
 
-_OF_LINES = "give a whole number of the lines that the process prints"
+_WHOLE_LINES_HINT = "give a whole multiple of the line width of the process"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Print:
-    """The print process of the housing, and the parts between which the screws clamp it.
+    """The print process of the housing, and the parts between which its screws clamp it.
 
-    `process_file` is only a key of a design file, whose reader puts the process into `Design.printer`. `E_MPa` is the
-    modulus measured on a printed coupon; without it, the modulus of the process is used.
+    `process_file` is only a key of design files. When a design file is read, the process goes to `Design.printer`.
+    `E_MPa` is the modulus measured on a printed coupon; without it, the modulus of the process is used.
     """
 
     process: str = choice(
@@ -139,15 +139,15 @@ class Print:
         "mm",
         LENGTH,
         default=120.0,
-        hint="give the longest leaf that fits the machine",
+        hint="give the length of the longest leaf that fits into the machine",
         meaning="length of the longest leaf that fits into the machine",
     )
     E_MPa: float | None = quantity(
         "MPa",
         MODULUS,
         default=None,
-        hint="give what the coupon shows",
-        meaning="modulus that you measured on a printed coupon; replaces that of the process",
+        hint="give the modulus measured on the coupon",
+        meaning="modulus that you measured on a printed coupon; replaces the modulus of the process",
     )
     mount: Mount = choice(
         ("covers", "washers"),
@@ -158,66 +158,66 @@ class Print:
         "mm",
         LENGTH,
         default=None,
-        hint=_OF_LINES,
-        meaning="thickness of the low spring's leaves, a whole number of printed lines; by default that of the process",
+        hint=_WHOLE_LINES_HINT,
+        meaning=("leaf thickness of the low spring, a whole number of printed lines; by default from the process"),
     )
     leaf_thickness_high_mm: float | None = quantity(
         "mm",
         LENGTH,
         default=None,
-        hint=_OF_LINES,
-        meaning="thickness of the high spring's leaves, likewise",
+        hint=_WHOLE_LINES_HINT,
+        meaning=("leaf thickness of the high spring, a whole number of printed lines; by default from the process"),
     )
 
     def __post_init__(self) -> None:
-        """Check each field except the process, which needs `Design.printer` and is checked with the design."""
+        """Check each field except the process, which `Design` checks because it also needs `Design.printer`."""
         check_fields(self, "print", but=("process",))
         if self.process_file is not None:
-            bound = "left out here: a design file is read with the process file beside it"
+            bound = "left out here, because a process file is read together with a design file"
             raise validation_error(
                 "print.process_file", self.process_file, "", bound, "call load_design, or give Design.printer"
             )
 
 
 _HOUSING_KEYS = ("press.attitude", "print.max_length_mm", "print.E_MPa", "print.mount")
-"""Keys that are used only if the springs are those of a housing."""
+"""Keys that have an effect only if the sensor has a housing."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Design:
-    """A whole design: what the sensor must reach, its fruit, tips, press and print process.
+    """A whole design: the targets of the sensor, its fruit, tips, press and print process.
 
     `docs/design-file.md` lists the keys of each table with their units and bounds.
 
     Attributes
     ----------
     name : str
-        Name of the design, which its output shows.
+        Name of the design, which is shown in all output.
     targets : Targets or None
-        Force ratio P_max and nonlinearity NL that size the springs. Without targets both are results.
+        Force ratio P_max and nonlinearity NL for which the springs are sized. Without targets, both are results.
     springs : GivenSprings
-        Spring stiffnesses [N/m] of a design without targets.
+        Spring stiffnesses [N/m], if they are given instead of sized.
     fruit : Fruit
         Shape, size [mm] and moduli [MPa] of the fruit.
     tips : Tips
         Layout, shape and size [mm] of the tips.
     press : PressMotion
-        Travel [mm] and tilt of the press.
+        Travel [mm] and tilt [deg] of the press.
     reading : ReadingRequirements or None
-        Limits for the error of the modulus that the sensor reads, and the scatter of fruit and poses.
+        Limits for the error of the modulus that is read, and the scatter of fruit and poses.
     readout : Readout or None
         Amplifier and board that measure the deflections.
     bench : Bench or None
         Weights and gauge for calibration.
     print : Print
-        Print process, and dimensions of the print.
+        Print process, and dimensions of the printed housing.
     printer : Process or None
-        A process of your own, whose name is `print.process`.
+        A custom process. Its name must be `print.process`.
 
     Raises
     ------
     InputError
-        If a value is not allowed, or does not agree with another one.
+        If a value is not allowed, or contradicts another value.
 
     Examples
     --------
@@ -238,7 +238,7 @@ class Design:
     printer: Process | None = None
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid name, or for the first condition between tables that is violated."""
+        """Raise InputError for an invalid name, or if the tables contradict each other."""
         has_valid_characters = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
         if not has_valid_characters or len(self.name) > _MAX_NAME_LENGTH:
             bound = f"1 to {_MAX_NAME_LENGTH} letters, digits, - or _"
@@ -262,13 +262,13 @@ class Design:
         self._check_readout()
 
     def _check_process(self) -> None:
-        """Raise InputError for a process that is neither a known one nor the design's own one."""
+        """Raise InputError unless the process is a known process or the custom process of the design."""
         name = self.print.process
         own = self.printer
         if own is None:
             check_choice("print.process", name, Print)
         elif own.name != name or name in PROCESSES:
-            bound = f"the name of the design's own process, {own.name!r}, and of no known one"
+            bound = f"the name of the design's own process, {own.name!r}, which must not be the name of a known process"
             raise validation_error(
                 "print.process", name, "", bound, "give both the same new name, or drop the own process"
             )
@@ -276,8 +276,8 @@ class Design:
     def _check_leaf_thicknesses(self) -> None:
         """Raise InputError for a leaf thickness that the process cannot print.
 
-        It must be a whole number of printed lines, thick enough to be known accurately, and so thin that a window
-        remains between the two leaves.
+        It must be a whole number of printed lines, thick enough to be printed accurately, and thin enough to leave a
+        gap between the two leaves.
         """
         process = self._process_as_listed
         line = process.line_width_mm
@@ -290,12 +290,12 @@ class Design:
             if line is not None and abs(thickness - max(1, round(thickness / line)) * line) > _ROUND_OFF * thickness:
                 lines = max(1, math.floor(thickness / line))
                 bound = f"a whole number of lines of {line:g} mm, as {process.name} prints"
-                hint = f"take {lines * line:g} or {(lines + 1) * line:g} mm"
+                hint = f"choose {lines * line:g} or {(lines + 1) * line:g} mm"
             elif thickness < process.thinnest_leaf_mm:
                 min_thickness = process.thinnest_leaf_mm
                 bound = f"at least {min_thickness:.4g} mm, as {process.name} is accurate to {process.accuracy_mm:g} mm"
             elif thickness >= max_thickness:
-                bound = f"less than {max_thickness:g} mm, the distance of the two leaves less their fillets"
+                bound = f"less than {max_thickness:g} mm, the distance between the two leaves minus their fillets"
             else:
                 continue
             name = f"print.{key}"
@@ -303,22 +303,22 @@ class Design:
 
     @property
     def process(self) -> Process:
-        """Return the process of the housing, with the modulus and the leaf thicknesses that the design gives."""
+        """Return the process of the housing, with the modulus and the leaf thicknesses that the design overrides."""
         keys = ("E_MPa", "leaf_thickness_low_mm", "leaf_thickness_high_mm")
         changes = {key: value for key in keys if (value := getattr(self.print, key)) is not None}
         return dataclasses.replace(self._process_as_listed, **changes) if changes else self._process_as_listed
 
     @property
     def _process_as_listed(self) -> Process:
-        """Return the design's own process or the known one, without the numbers that [print] changes."""
+        """Return the custom process of the design or the known process, before [print] overrides its numbers."""
         return self.printer or PROCESSES[self.print.process]
 
     def _check_tip_shape(self) -> None:
-        """Raise InputError for a printed tip of a shape that cannot be printed; a ground pin may have any shape."""
+        """Raise InputError if a tip is printed and its shape cannot be printed. A ground pin may have any shape."""
         tips = self.tips
         if tips.socket == "pin" or tips.tip_shape.is_printed:
             return
-        hint = "take tips.socket = 'pin', a ground pin of this shape"
+        hint = "choose tips.socket = 'pin', a ground pin of this shape"
         if tips.fillet_mm and dataclasses.replace(tips, fillet_mm=0.0).tip_shape.is_printed:
             bound = f"0 if {self.process.name} prints the tips, whose edges are sharp"
             raise validation_error("tips.fillet_mm", tips.fillet_mm, "mm", bound, hint)
@@ -326,9 +326,9 @@ class Design:
         raise validation_error("tips.shape", tips.shape, "", bound, hint)
 
     def _check_keys_beside_reading(self) -> None:
-        """Raise InputError for keys that have no meaning beside [reading].
+        """Raise InputError for keys that have no effect in a design with [reading].
 
-        These are the tilt and roll of the press, and targets if the springs are given.
+        These keys are the tilt and the roll of the press, and the targets if the springs are given.
         """
         if self.reading is None:
             return
@@ -339,31 +339,30 @@ class Design:
                 )
         if self.targets is not None and self.springs.given:
             bound = "left out if [springs] and [reading] are given"
-            raise validation_error(
-                "targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]"
-            )
+            raise validation_error("targets.P_max", self.targets.P_max, "1", bound, "[targets] would have no effect")
 
     def _check_keys_without_effect(self) -> None:
         """Raise InputError for a key that has no effect in this design.
 
-        The default value is allowed, because every written design file contains it, and so is 0.
+        The default value is allowed, because every design file that is written contains it. The value 0 is allowed too.
         """
         fruit = self.fruit
         reading = self.reading
-        unused = {}  # for each key without effect: the reason, and a hint
+        unused = {}  # for each key without effect, the reason and a hint
         if fruit.skin_mm is None:
             unused["fruit.skin_poisson"] = ("without fruit.skin_mm", "drop it, or give a skin")
         if fruit.thickness_mm is not None:
-            unused["fruit.height_mm"] = ("beside fruit.thickness_mm, which takes its place", "drop one of the two")
+            unused["fruit.height_mm"] = ("because fruit.thickness_mm replaces it", "drop one of the two")
         if reading is not None:
-            unused["press.tilt_spread_deg"] = ("beside [reading]", "reading.tilt_deg bounds the tilt of a press")
+            hint = "reading.tilt_deg bounds the tilt of a press"
+            unused["press.tilt_spread_deg"] = ("if the design has [reading]", hint)
             if fruit.radius_mm is None:
                 unused["reading.radius_spread"] = ("for fruit.shape = 'block'", "a flat fruit has no radius")
             elif reading.radius_mm is not None:
-                unused["reading.radius_spread"] = ("beside reading.radius_mm", "drop one of the two")
+                unused["reading.radius_spread"] = ("if reading.radius_mm is given", "drop one of the two")
         if not self.tips.tip_layout.has_housing:
             reason = f"for tips.layout = {self.tips.layout!r}, which has no housing"
-            unused |= dict.fromkeys(_HOUSING_KEYS, (reason, "drop it, or take another layout"))
+            unused |= dict.fromkeys(_HOUSING_KEYS, (reason, "drop it, or choose another layout"))
         for name, (reason, hint) in unused.items():
             table, _, key = name.partition(".")
             record = getattr(self, table)
@@ -375,7 +374,7 @@ class Design:
     def _check_ranges_of_reading(self) -> None:
         """Raise InputError for ranges in [reading] that this fruit or these tips do not allow.
 
-        A list of limits must have one for each modulus of the fruit.
+        A list of limits must have one limit per modulus of the fruit.
         """
         reading = self.reading
         if reading is None:
@@ -383,25 +382,25 @@ class Design:
         fruit = self.fruit
         if reading.radius_mm is not None and fruit.shape != "ellipsoid":
             bound = f"left out for fruit.shape = {fruit.shape!r}"
-            hint = "take fruit.shape = 'ellipsoid', or reading.radius_spread"
+            hint = "choose fruit.shape = 'ellipsoid', or give reading.radius_spread"
             raise validation_error("reading.radius_mm", list(reading.radius_mm), "mm", bound, hint)
         if reading.radius_mm is not None and fruit.whole:
-            bound = "given with fruit.width_mm beside reading.radius_mm: only a piece of a fruit can be turned"
-            raise validation_error("fruit.length_mm", None, "mm", bound, "give both, some 4 tips.spacing_mm")
+            bound = "given with fruit.width_mm and reading.radius_mm, because only a piece of a fruit can be turned"
+            raise validation_error("fruit.length_mm", None, "mm", bound, "give both, about 4 tips.spacing_mm each")
         are_domes = self.tips.dome_radius_mm is not None
         if reading.thickness_mm is not None and not (are_domes and fruit.radius_mm is not None):
-            bound = "left out except for domes on a sphere or an ellipsoid"
-            hint = "drop it, or choose that shape"
+            bound = "left out unless the tips are domes on a sphere or an ellipsoid"
+            hint = "drop it, or choose these shapes"
             raise validation_error("reading.thickness_mm", list(reading.thickness_mm), "mm", bound, hint)
         limits = reading.uncertainty_limit
         if isinstance(limits, tuple) and len(limits) != len(fruit.E_MPa):
-            bound = f"one number, or one for each of fruit.E_MPa, {len(fruit.E_MPa)}"
+            bound = f"one number, or a list of {len(fruit.E_MPa)}, one for each of fruit.E_MPa"
             raise validation_error(
-                "reading.uncertainty_limit", list(limits), "1", bound, "list as many limits as moduli"
+                "reading.uncertainty_limit", list(limits), "1", bound, "give as many limits as moduli"
             )
 
     def _check_readout(self) -> None:
-        """Raise InputError for delays of the wrong number of tips, and for a process whose drift is unknown."""
+        """Raise InputError for a wrong number of delays, or for a process without a temperature coefficient."""
         if self.readout is None:
             return
         delays = self.readout.delay_ms
@@ -410,18 +409,18 @@ class Design:
             raise validation_error("readout.delay_ms", list(delays), "ms", bound, "write them in the order of the tips")
         if self.process.E_per_K is None:
             raise validation_error(
-                "printer.E_per_K", None, "1/K", "given beside [readout]", "a plastic usually has 0.003"
+                "printer.E_per_K", None, "1/K", "given if the design has [readout]", "a plastic usually has 0.003"
             )
 
     def _check_ball(self) -> None:
-        """Raise InputError for a reference ball if presses on it cannot represent presses on the fruit."""
+        """Raise InputError for a reference ball, unless presses on a ball represent presses on the fruit."""
         if self.reading is not None and self.reading.calibrated_by == "ball" and not self.takes_ball:
-            bound = f"weights or plate: a ball is for {SHOWN_BY_BALL}"
+            bound = f"'weights' or 'plate', because a ball can only be used for {SHOWN_BY_BALL}"
             raise validation_error("reading.calibrated_by", "ball", "", bound, "choose plate")
 
     @property
     def expected_bench(self) -> Bench | None:
-        """Return the bench on which a unit will be calibrated; None without `[reading]`, which needs no calibration."""
+        """Return the bench that will calibrate a unit, or None without `[reading]`, which needs no calibration."""
         return None if self.reading is None else self.bench or Bench()
 
     def _check_bench(self) -> None:
@@ -434,8 +433,8 @@ class Design:
             bound = "left out without [reading]"
             raise validation_error("bench.balance_g", bench.balance_g, "g", bound, "drop [bench], or give [reading]")
         if reading.stiffness_percent is not None and reading.gain_percent is not None:
-            bound = "left out if reading.stiffness_percent and reading.gain_percent are given, because they replace it"
-            raise validation_error("bench.balance_g", bench.balance_g, "g", bound, "drop [bench], or those two")
+            bound = "left out if reading.stiffness_percent and reading.gain_percent are given, which replace [bench]"
+            raise validation_error("bench.balance_g", bench.balance_g, "g", bound, "drop [bench], or drop both keys")
 
     @property
     def takes_ball(self) -> bool:
@@ -444,7 +443,7 @@ class Design:
 
     @property
     def elastic(self) -> "Design":
-        """Return the same design for elastic flesh, which does not relax, such as a reference ball."""
+        """Return the same design for elastic flesh, which does not relax. A reference ball, for example, is elastic."""
         return dataclasses.replace(
             self,
             fruit=dataclasses.replace(self.fruit, relaxation=None),
@@ -453,9 +452,9 @@ class Design:
         )
 
     def _check_time(self) -> None:
-        """Raise InputError for the times of a press without relaxing flesh, or relaxing flesh without these times.
+        """Raise InputError if the times of a press are given for elastic flesh, or are missing for flesh that relaxes.
 
-        A reading must be taken while the press is held.
+        The time of the reading must be during the hold.
         """
         at = None if self.reading is None else self.reading.at_s
         press_times = {"press.speed_mm_per_s": self.press.speed_mm_per_s, "press.hold_s": self.press.hold_s}
@@ -468,65 +467,65 @@ class Design:
         for name, value in press_times.items():
             if value is None:
                 hint = "give the speed and the hold of the press"
-                raise validation_error(name, None, "", "given beside fruit.relaxation", hint)
+                raise validation_error(name, None, "", "given together with fruit.relaxation", hint)
         if at is not None and not (1.0 - _ROUND_OFF) * self.stop_s <= at <= (1.0 + _ROUND_OFF) * self.release_s:
             bound = f"from {self.stop_s:g} s, when the press stops, to {self.release_s:g} s, when it is released"
             raise validation_error("reading.at_s", at, "s", bound, "hold for longer, or press faster")
 
     @property
     def stop_s(self) -> float:
-        """Return the time from the first touch to the stop of the press [s]; 0 if no speed is given."""
+        """Return the time from the first touch to the stop of the press [s], or 0 if no speed is given."""
         speed = self.press.speed_mm_per_s
         return 0.0 if speed is None else self.press.travel_mm / speed
 
     @property
     def press_s(self) -> float:
-        """Return the duration of a press from the first touch to the stop [s]; without a speed, that by hand."""
-        return self.stop_s or PRESS_S  # a stop at 0 s means that no speed is given
+        """Return the duration of a press from the first touch to the stop [s]. Without a speed, a hand presses."""
+        return self.stop_s or PRESS_S  # stop_s is 0 if no speed is given
 
     @property
     def release_s(self) -> float:
         """Return the time from the first touch to the release of the press [s]."""
-        return self.stop_s + (self.press.hold_s or 0.0)  # no hold if it is not given
+        return self.stop_s + (self.press.hold_s or 0.0)  # 0 if no hold is given
 
     @property
     def read_s(self) -> float:
-        """Return the time from the first touch to the reading of the forces [s]; by default that of the stop."""
+        """Return the time from the first touch to the reading of the forces [s], by default the time of the stop."""
         at = None if self.reading is None else self.reading.at_s
         return self.stop_s if at is None else min(max(at, self.stop_s), self.release_s)
 
     def _check_springs_are_known(self) -> None:
-        """Raise InputError if the springs are neither given nor sized by targets; targets only size those of a pair."""
+        """Raise InputError unless the springs are given, or can be sized by targets. Targets can size only a pair."""
         takes_targets = self.tips.tip_layout.takes_targets
         if self.springs.given or (self.targets is not None and takes_targets):
             return
         reason = "if no targets size the springs" if takes_targets else f"for tips.layout = {self.tips.layout!r}"
         raise validation_error(
-            "springs.K_l_N_per_m", None, "", f"given {reason}", "give [springs] in N/m, one value for a kind"
+            "springs.K_l_N_per_m", None, "", f"given {reason}", "give both stiffnesses in [springs], in N/m"
         )
 
     @property
     def nominal_targets(self) -> Targets:
         """Return the targets, or the default targets if the design has none.
 
-        Their definitions then apply to the results P_max and NL.
+        The definition of NL in the default targets then applies to the results.
         """
         return self.targets or Targets()
 
     @property
     def as_pair(self) -> "Design":
-        """Return the design with a pair of tips, one low and one high, as a single plate carries them.
+        """Return the design with a pair of tips, one low and one high, both carried by a single plate.
 
-        It has no read-out, because the channels belong to all tips of the layout.
+        It has no read-out, because the channels of a read-out belong to all tips of the layout.
         """
         reading = self.reading
-        if reading is not None and reading.calibrated_by == "ball":  # not allowed for a pair
+        if reading is not None and reading.calibrated_by == "ball":  # a ball cannot calibrate a pair
             reading = dataclasses.replace(reading, calibrated_by="plate")
         return dataclasses.replace(self, tips=self.tips.as_pair, readout=None, reading=reading)
 
     @property
     def has_paper_scene(self) -> bool:
-        """Return whether the fruit and the tips are those of the paper, whatever the moduli and the press."""
+        """Return whether the fruit and the tips are those of the paper. The moduli and the press may differ."""
         ignored = ("name", "E_MPa", "bruise_limit_MPa", "poisson_spread", "relaxation", "gap_mm", "socket")
         return all(
             getattr(own, item.name) == getattr(paper, item.name)
@@ -539,9 +538,9 @@ class Design:
     def full_travels_mm(self) -> tuple[float, float]:
         """Return the largest travel [mm] of a low tip and of a high tip at the end of a press.
 
-        It is negative if no such tip touches the fruit. The tilt of the press lowers one side. With a reading, the
-        travel starts at the first touch in the pose of the press, and a change of the tilt during the press adds to the
-        travel of the outermost tips.
+        It is negative if none of these tips touches the fruit. The tilt of the press lowers one side. If the design has
+        a reading, the travel starts at the first touch in the pose of the press. A change of the tilt during the press
+        then adds to the travel of the outermost tips.
         """
         centres = self.tips.centres_mm
         slope = math.tan(math.radians(self.press.tilt_deg))

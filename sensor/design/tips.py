@@ -1,4 +1,4 @@
-"""The tips, and the sensor motion that presses them against the fruit. Lengths are in mm, angles in degrees."""
+"""The tips, and the motion of the sensor that presses them against the fruit. Lengths are in mm, angles in degrees."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -22,20 +22,23 @@ Socket = Literal["none", "pin"]
 
 @dataclass(frozen=True, kw_only=True)
 class Tips(ShapeKeys):
-    """The rigid tips on their springs; `side_mm` is the side of a square tip, or the diameter of a round one.
+    """The rigid tips on their springs. `side_mm` is the side of a square tip, or the diameter of a round tip.
 
-    A pair lies on the length axis of the fruit, low spring first. A line has three tips in a row, `spacing_mm` apart,
-    with low and high springs in the given order; its outer tips protrude by `outer_mm`. A square has four tips at
-    (+-spacing / 2, +-spacing / 2), with springs of one kind on each diagonal. The keys of each shape are declared in
-    `sensor/tips`. Tips are printed with the housing, or, with the socket "pin", are ground steel pins glued into it.
+    A pair lies on the length axis of the fruit, with the low spring first. A line has three tips in a row, `spacing_mm`
+    apart, with low and high springs in the order of `order`; its outer tips protrude by `outer_mm`. A square has four
+    tips at (+-spacing / 2, +-spacing / 2), with springs of one kind on each diagonal. The keys of each shape are
+    declared in `sensor/tips`. Tips are printed with the housing. With the socket "pin", they are ground steel pins that
+    are glued into it.
     """
 
     layout: str = choice(
         tuple(LAYOUTS),
         default="pair",
-        meaning="a pair of two tips, a line of three, or a square of four with springs of one kind on each diagonal",
+        meaning=(
+            "a pair of two tips, a line of three tips, or a square of four with springs of one kind on each diagonal"
+        ),
     )
-    order: str | None = choice(ORDERS, default=None, meaning="order of low (L) and high (H) springs along a line")
+    order: str | None = choice(ORDERS, default=None, meaning="order of the low (L) and high (H) springs along a line")
     outer_mm: float | None = quantity(
         "mm",
         _LENGTH_OR_ZERO,
@@ -64,40 +67,41 @@ class Tips(ShapeKeys):
         "mm",
         LENGTH,
         default=8.0,
-        hint="measure it from centre to centre; the paper has 8",
-        meaning="distance of neighbouring tips, centre to centre; for a square its side",
+        hint="measure from centre to centre; the paper has 8",
+        meaning="centre distance of neighbouring tips; for a square, the length of its side",
     )
     offset_mm: float = quantity(
         "mm",
         Bounds(at_least=-1000.0, at_most=1000.0),
         default=0.0,
-        hint="measure it from the apex to the midpoint of the tips",
-        meaning="distance of the midpoint of the tips from the apex of the fruit, along the tips",
+        hint="measure from the apex to the midpoint of the tips",
+        meaning="distance from the apex of the fruit to the midpoint of the tips, along the line of the tips",
     )
     gap_mm: float = quantity(
         "mm",
         _LENGTH_OR_ZERO,
         default=0.5,
-        hint="measure it from the tip face to the fruit before the press",
-        meaning="distance of the tips from the fruit before the press",
+        hint="measure from the tip face to the fruit before the press",
+        meaning="distance between the tips and the fruit before the press",
     )
     socket: Socket = choice(
         ("none", "pin"),
         default="none",
-        meaning="none: sharp cubes or domes that are printed with the housing; pin: ground steel pins of any shape",
+        meaning="none: sharp cubes or domes, printed with the housing; pin: ground steel pins of any shape",
     )
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid field, overlapping tips, or a key of another layout or shape."""
+        """Raise InputError for an invalid field, for overlapping tips, or for a key of another layout or shape."""
         check_fields(self, "tips")
         if self.spacing_mm <= self.side_mm:
             bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
-            raise validation_error("tips.spacing_mm", self.spacing_mm, "mm", bound, "move the tips apart, they overlap")
+            hint = "move the tips farther apart, because they overlap"
+            raise validation_error("tips.spacing_mm", self.spacing_mm, "mm", bound, hint)
         self._check_order()
         tip_shape(self.shape, self.side_mm, self)
 
     def _check_order(self) -> None:
-        """Raise InputError if a line has no valid order of springs, or if another layout has an order or outer tips."""
+        """Raise InputError if a line has no valid order of springs, or if another layout has a key of a line."""
         if self.tip_layout.has_choice_of_order:
             orders = self.tip_layout.orders
             if self.order is None:
@@ -111,11 +115,11 @@ class Tips(ShapeKeys):
         for name, value in (("tips.order", self.order), ("tips.outer_mm", self.outer_mm)):
             if value is not None:
                 bound = f"left out for tips.layout = {self.layout!r}"
-                raise validation_error(name, value, "", bound, "drop it, or take the layout it is for")
+                raise validation_error(name, value, "", bound, "drop it, or choose tips.layout = 'line'")
 
     @property
     def tip_layout(self) -> Layout:
-        """Return the layout: positions of the tips and the plates that carry them."""
+        """Return the layout, with the positions of the tips and the plates that carry them."""
         return LAYOUTS[self.layout]
 
     @cached_property
@@ -125,7 +129,7 @@ class Tips(ShapeKeys):
 
     @cached_property
     def springs(self) -> tuple[Spring, ...]:
-        """Return the kind of spring behind each tip, in the order of `places_mm`."""
+        """Return the kind of spring of each tip, in the order of `places_mm`."""
         return tuple(SPRINGS[letter] for letter in self.order or self.tip_layout.orders[0])
 
     @property
@@ -136,12 +140,12 @@ class Tips(ShapeKeys):
         return SpringGroups(low=low, high=high)
 
     def each(self, of_low: float, of_high: float) -> tuple[float, ...]:
-        """Return a number for each tip: `of_low` if its spring is a low one, or else `of_high`."""
+        """Return one number per tip: `of_low` for tips on low springs, and `of_high` for tips on high springs."""
         return tuple(of_low if spring == "low" else of_high for spring in self.springs)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the name of each tip: its spring, followed by a number if two springs are of one kind."""
+        """Return the name of each tip: the kind of its spring, and a number if several springs are of this kind."""
         springs = self.springs
         return tuple(
             spring if springs.count(spring) == 1 else f"{spring}_{springs[: i + 1].count(spring)}"
@@ -152,7 +156,7 @@ class Tips(ShapeKeys):
     def places_mm(self) -> tuple[Position, ...]:
         """Return the position of each tip relative to the apex of the fruit [mm].
 
-        The tips of a square are in anticlockwise order, beginning at (-x, -y).
+        The tips of a square are in anticlockwise order, starting at (-x, -y).
         """
         return tuple(
             Position(self.offset_mm + self.spacing_mm * x, self.spacing_mm * y) for x, y in self.tip_layout.positions
@@ -165,9 +169,9 @@ class Tips(ShapeKeys):
 
     @cached_property
     def height_offset_mm(self) -> tuple[float, ...]:
-        """Return the designed height of each tip relative to the tips that protrude most [mm], at most 0.
+        """Return the design height of each tip relative to the tips that protrude most [mm], at most 0.
 
-        Only a line has outer tips; without `outer_mm` all tips have the same height.
+        Only the outer tips of a line protrude; without `outer_mm`, all tips have the same height.
         """
         outer = self.outer_mm or 0.0
         inner = -outer if self.tip_layout.outer else 0.0
@@ -175,38 +179,38 @@ class Tips(ShapeKeys):
 
     @property
     def own_columns(self) -> tuple[int, ...]:
-        """Return the indices of the tips that have a column of their own in tables of forces.
+        """Return the indices of the tips that have separate columns in tables of forces.
 
-        A pair needs none, because its two forces equal the mean forces of the low and of the high tips.
+        A pair has none, because its two forces are also the mean forces of the low and the high tips.
         """
         return () if self.tip_layout.is_pair else tuple(range(len(self.springs)))
 
     @property
     def face_mm2(self) -> float:
-        """Return the area of a tip's outline [mm^2]."""
+        """Return the area inside the outline of a tip [mm^2]."""
         return self.tip_shape.area_mm2
 
     @property
     def as_pair(self) -> "Tips":
-        """Return a pair of tips with the same shape, one on each kind of spring."""
+        """Return a pair of tips of the same shape: one on a low spring, and one on a high spring."""
         return dataclasses.replace(self, layout=PAIR.name, order=None, outer_mm=None)
 
     @property
     def flat(self) -> "Tips":
-        """Return tips with the same outline and sharp flat faces, on which the springs are sized."""
+        """Return tips with the same outline and with sharp flat faces, for which the springs are sized."""
         defaults: dict[str, Any] = {key.name: key.default for key in dataclasses.fields(ShapeKeys)}
         return dataclasses.replace(self, shape=self.tip_shape.sized_as, **defaults)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PressMotion:
-    """The motion of the sensor in a press: travel, tilt along the tips, roll across them.
+    """The motion of the sensor in a press: its travel, its tilt along the tips, and its roll across them.
 
-    The travel is measured at the middle of the tips, from the first touch of a level sensor. A tilt or a roll rotates
-    the sensor about this middle. So a tip of a pair travels x +- spacing / 2 tan(tilt), and may touch earlier or later.
+    The travel is measured at the centre of the tips, from the first touch of a level sensor. A tilt or a roll rotates
+    the sensor about this centre. So a tip of a pair travels x +- spacing / 2 tan(tilt), and may touch earlier or later.
 
-    `tilt_spread_deg` is the uncertainty of the tilt of a press, two sigma. `attitude` is the direction in which the
-    tips point; it determines how the weight of the moving parts bends the springs.
+    `tilt_spread_deg` is the uncertainty of the tilt of a press, two standard deviations. `attitude` is the direction in
+    which the tips point. It determines how the weight of the moving parts bends the springs.
     """
 
     travel_mm: float = quantity(
@@ -214,29 +218,29 @@ class PressMotion:
         LENGTH,
         default=0.6,
         hint="the paper presses 0.6",
-        meaning="distance by which the middle of the tips moves down after the first touch of a level sensor; the "
-        "presses of [reading] count it from the first touch in their own pose",
+        meaning="distance by which the centre of the tips moves down after the first touch of a level sensor; the "
+        "presses of [reading] measure it from the first touch in their own pose",
     )
     tilt_deg: float = quantity(
         "deg",
         _WIDEST_TILT,
         default=0.0,
-        hint="positive lowers the high tip",
+        hint="a positive tilt lowers the high tip",
         meaning="tilt of the sensor along the tips; a positive tilt lowers the high tip",
     )
     tilt_spread_deg: float = quantity(
         "deg",
         _SPREAD,
         default=1.0,
-        hint="a steady hand keeps 1",
+        hint="a steady hand keeps the tilt within 1",
         meaning="uncertainty of the tilt of one press, two standard deviations; the P of a level sensor depends on it; "
-        "with `[reading]`, `reading.tilt_deg` takes its place",
+        "with `[reading]`, `reading.tilt_deg` replaces it",
     )
     roll_deg: float = quantity(
         "deg",
         _WIDEST_TILT,
         default=0.0,
-        hint="positive lowers the side y > 0 of each tip",
+        hint="a positive roll lowers the side y > 0 of each tip",
         meaning="roll of the sensor across the tips; a positive roll lowers the side y > 0 of each tip",
     )
     attitude: Attitude = choice(
@@ -250,15 +254,15 @@ class PressMotion:
         "mm/s",
         _SPEED,
         default=None,
-        hint="a hand presses about 1",
+        hint="a hand presses at about 1",
         meaning="speed of the housing from the first touch to full travel, on flesh that relaxes",
     )
     hold_s: float | None = quantity(
         "s",
         DURATION,
         default=None,
-        hint="a hand holds about 2",
-        meaning="time for which full travel is held, and in which a reading may be taken",
+        hint="a hand holds for about 2",
+        meaning="time for which full travel is held; a reading may be taken during this time",
     )
 
     def __post_init__(self) -> None:
@@ -267,7 +271,7 @@ class PressMotion:
 
 
 SHOWN_BY_BALL = "domes in a line or a square, on flesh without a skin"
-"""Designs for which `shown_by_ball` is true, as text."""
+"""Designs for which `shown_by_ball` is true, written as text."""
 
 
 def shown_by_ball(fruit: Fruit, tips: Tips) -> bool:
@@ -276,13 +280,16 @@ def shown_by_ball(fruit: Fruit, tips: Tips) -> bool:
 
 
 def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
-    """Raise InputError if a tip lies beyond the length or the width of the fruit."""
-    hint = "move the tips together, or take a larger fruit"
+    """Raise InputError if a tip extends beyond the length or the width of the fruit.
+
+    `length` and `width` of a layout are the distances of its outermost tips as multiples of the tip spacing.
+    """
+    hint = "move the tips closer together, or choose a larger fruit"
     layout = tips.tip_layout
     available_length = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
     max_spacing = available_length / layout.length
     if tips.spacing_mm > max_spacing:
-        divisor = "" if layout.length == 1.0 else f" over {layout.length:g} spacings"
+        divisor = "" if layout.length == 1.0 else f" divided by {layout.length:g} spacings"
         bound = f"at most fruit.length_mm - side - 2 |offset|{divisor} = {max_spacing:g} mm"
         raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)
     if tips.side_mm > fruit.width_mm:

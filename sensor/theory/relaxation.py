@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from sensor.quantity import validation_error
 
-FORM = "a list of pairs [share, time_s], shares above 0 that add up to less than 1, times above 0"
-_HINT = "write [[0.3, 2.0], [0.2, 60.0]] for flesh that loses 0.3 within seconds and 0.2 within a minute"
+FORM = "a list of pairs [share, time_s], with times above 0, and with shares above 0 that add up to less than 1"
+_HINT = "for flesh that loses 0.3 of the force within seconds and 0.2 within a minute, write [[0.3, 2.0], [0.2, 60.0]]"
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Relaxation:
         total = sum(self.shares)
         if not total < 1.0:
             bound = "fractions that add up to less than 1"
-            raise validation_error("fruit.relaxation", total, "", bound, "some force must remain")
+            raise validation_error("fruit.relaxation", total, "", bound, "a part of the force must remain")
 
     @property
     def shares(self) -> tuple[float, ...]:
