@@ -1,29 +1,29 @@
-"""The test bench for calibrating a unit: a balance and a dial, whose resolutions limit the accuracy of a slope."""
+"""The test bench for the calibration of a unit: a balance and a dial, whose resolutions limit its accuracy."""
 
 from dataclasses import dataclass
 
 from sensor.design.processes import Process
 from sensor.quantity import Bounds, check_fields, quantity, validation_error
 
-RUBBER_POISSON = 0.5  # Poisson's ratio of a reference ball
+RUBBER_POISSON = 0.5  # Poisson's ratio of a reference ball made of rubber
 _GLASS_MPA = 70e3 / (1.0 - 0.2**2)  # E / (1 - nu^2) of float glass: EN 572-1
 _DIGIT = Bounds(at_least=1e-6, at_most=100.0)
 _LOAD = Bounds(at_least=0.1, at_most=1e5)
 PRESSED = 0.9
-"""Maximum force or deflection in a calibration, over the maximum that the spring has in use."""
+"""Maximum force or deflection in a calibration, as a fraction of the maximum that the spring has in use."""
 WEIGHED_AT = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-"""Weights over the largest weight. Unloading in the same steps repeats the rounding errors, and adds no information."""
+"""Weights as fractions of the largest weight. Unloading in the same steps would only repeat the rounding errors."""
 PLATE_AT = (0.2, 0.4, 0.6, 0.8, 1.0)
-"""Deflections on a plate, over the largest deflection; all tips touch the plate from the first one on."""
+"""Deflections on a plate as fractions of the largest deflection. All tips already touch the plate at the first one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """A balance with its resolution and its maximum load [g], and the resolution of a dial [mm].
+    """A balance with its resolution and its maximum load [g], and a dial with its resolution [mm].
 
-    The defaults are a pocket balance and a dial indicator, which cost less than 100 euros together. Balances of even
-    0.001 g cost 50 to 100 pounds (quicktest.co.uk, Weights and weighing machines), dial indicators 40 dollars and more
-    (gearprism.com, Dial Indicator Guide).
+    The defaults are a pocket balance and a dial indicator, which cost less than 100 euros together. Balances with a
+    resolution of 0.001 g cost 50 to 100 pounds (quicktest.co.uk, Weights and weighing machines). Dial indicators cost
+    40 dollars and more (gearprism.com, Dial Indicator Guide).
     """
 
     balance_g: float = quantity(
@@ -31,29 +31,29 @@ class Bench:
         _DIGIT,
         default=0.01,
         hint="a pocket balance for jewellery has 0.01",
-        meaning="last digit of the balance; the default is a pocket balance for jewellery",
+        meaning="resolution of the balance; the default is a pocket balance for jewellery",
     )
     balance_max_g: float = quantity(
         "g",
         _LOAD,
         default=200.0,
         hint="a pocket balance for jewellery has 200",
-        meaning="largest load of the balance",
+        meaning="maximum load of the balance",
     )
     dial_mm: float = quantity(
         "mm",
         _DIGIT,
         default=0.01,
         hint="a dial indicator has 0.01",
-        meaning="last digit of the dial by which deflections and travels are read; the default is a dial indicator",
+        meaning="resolution of the dial that measures deflections and travels; the default is a dial indicator",
     )
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid field, or a resolution of the balance that is not below its maximum load."""
+        """Raise InputError for an invalid field, or if the resolution of the balance is not below its maximum load."""
         check_fields(self, "bench")
         if not self.balance_g < self.balance_max_g:
             bound = f"less than bench.balance_max_g = {self.balance_max_g:g} g"
-            raise validation_error("bench.balance_g", self.balance_g, "g", bound, "check the units of both")
+            raise validation_error("bench.balance_g", self.balance_g, "g", bound, "check the units of both keys")
 
 
 def modulus_on_glass(process: Process) -> float:

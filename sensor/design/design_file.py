@@ -1,4 +1,4 @@
-"""Design files: designs and single settings from TOML, and designs as TOML."""
+"""Design files: conversion of designs and single settings from TOML, and of designs to TOML."""
 
 import dataclasses
 import json
@@ -30,15 +30,16 @@ TABLE_TYPES: dict[str, Any] = {
 
 
 def not_a_table(name: str, value: object) -> InputError:
-    """Return the error for a value in the place of the table `name`."""
+    """Return the error for a value that is not a table, although the key `name` needs one."""
     message = f"{name} = {value} must be a table. Write [{name}] and its keys below it."
     return InputError(message, field=name, value=value, bound="a table")
 
 
 def design_from_mapping(data: Mapping[str, Any]) -> Design:
-    """Return the design that nested tables describe; a table may be replaced by its record.
+    """Build a design from nested tables, as in a design file. A table may also be given as its record.
 
-    Raises InputError for an unknown key or an invalid value.
+    A design without a name is called "paper", because all default values are those of the paper. Raises InputError for
+    an unknown key or an invalid value.
     """
     for key in data:
         if key != "name" and key not in TABLES:
@@ -52,33 +53,33 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     if "printer" in data:
         tables["printer"] = _printer(tables.get("print", Print()), data["printer"])
     if "springs" in tables and tables["springs"].given:
-        tables.setdefault("targets", None)  # with given springs there is nothing to size
+        tables.setdefault("targets", None)  # given springs need no targets to size them
     return Design(name=name, **tables)
 
 
-_TYPED_NOISE = ("noise_percent", "noise_N")
+_NOISE_KEYS = ("noise_percent", "noise_N")
 
 
 def refuse_typed_noise(reading: object) -> None:
-    """Raise InputError if [reading] sets a noise although the design has [readout], which computes the noise.
+    """Raise InputError if the table [reading] gives a noise although the design has [readout].
 
-    `reading` is the table [reading].
+    The noise of such a design is computed, so it must not be given.
     """
-    for key in _TYPED_NOISE:
+    for key in _NOISE_KEYS:
         if isinstance(reading, Mapping) and key in reading:
-            bound = "left out if [readout] is given, because it computes the noise"
+            bound = "left out if [readout] is given, because the noise is then computed"
             name = f"reading.{key}"
             raise validation_error(name, reading[key], "", bound, "drop one of the two")
 
 
 def _printer(print_table: Print, table: object) -> Process:
-    """Return the design's own process from the table [printer], with the name that `print.process` gives."""
+    """Return the custom process that the table [printer] defines. Its name is `print.process`."""
     frozen = {key: _freeze(value) for key, value in table.items()} if isinstance(table, Mapping) else table
     return own_process(print_table.process, frozen)
 
 
 def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
-    """Return the record of the table with this name from its keys and values; a record is returned unchanged.
+    """Convert the keys and values of a table to the record of this table. A record is returned unchanged.
 
     Raises InputError for an unknown key or an invalid value.
     """
@@ -86,18 +87,18 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
         return values
     if not isinstance(values, Mapping):
         raise not_a_table(table, values)
-    kind = TABLE_TYPES[table]
-    known = [item.name for item in dataclasses.fields(kind)]
+    record_type = TABLE_TYPES[table]
+    known = [item.name for item in dataclasses.fields(record_type)]
     values = drop_ineffective_keys(table, values)
     refuse_gone(*(f"{table}.{key}" for key in values))
     for key in values:
         if key not in known:
             raise unknown_name("key", f"{table}.{key}", known, key)
-    return kind(**{key: _freeze(value) for key, value in values.items()})
+    return record_type(**{key: _freeze(value) for key, value in values.items()})
 
 
 def _freeze(value: object) -> object:
-    """Return a value of a table as records store it, with tuples for lists and floats for integers."""
+    """Convert a value of a table to the form that records hold: tuples for lists, and floats for integers."""
     if isinstance(value, list | tuple):
         return tuple(_freeze(item) for item in value)
     return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
@@ -109,15 +110,15 @@ def every_key() -> list[str]:
 
 
 def parse_setting(text: str) -> object:
-    """Return the value of a setting: a TOML value, or a number as people write it.
+    """Return the value of a setting, which is written as a TOML value or as a number in everyday notation.
 
-    Any other text, such as a bare word, is returned unchanged.
+    Any other text, such as a word without quotes, is returned unchanged.
     """
     if not text.isprintable():
         return text
     try:
         return parse_toml(f"value = {text}")["value"]
-    except ValueError:  # a bare word, or a number that is not valid TOML or has too many digits
+    except ValueError:  # a word without quotes, or a number that is not valid TOML or has too many digits
         number = parse_number(text)
         return text if number is None else number
 
@@ -129,9 +130,9 @@ _TIPS_FIRST = (
 
 
 def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any]:
-    """Return the design as plain nested tables, without the keys that are not set.
+    """Return the design as nested tables of plain values, without the keys that are not set.
 
-    The length and width of a whole fruit follow from other keys, and are included only with `derived`.
+    The length and width of a whole fruit follow from other keys, so they are included only if `derived` is true.
     """
     derived_keys = [] if derived else [f"fruit.{key}" for key in design.fruit.derived_keys]
     tables: dict[str, Any] = {"name": design.name}
@@ -151,29 +152,29 @@ def design_as_mapping(design: Design, *, derived: bool = False) -> dict[str, Any
             name = f"{table}.{key}"
             if value is not None and name not in derived_keys:
                 tables[table][key] = list(value) if isinstance(value, tuple) else value
-    # A read-out computes the noise, so even the default noise beside it would be rejected when the mapping is read.
+    # A read-out computes the noise. Even the default noise would be rejected when the mapping is read again.
     if design.readout is not None and "reading" in tables:
-        tables["reading"] = {key: value for key, value in tables["reading"].items() if key not in _TYPED_NOISE}
+        tables["reading"] = {key: value for key, value in tables["reading"].items() if key not in _NOISE_KEYS}
     return tables
 
 
 def _tips_order(key: str) -> int:
-    """Return the sort position of a key of [tips]: layout and shape first, keys of later shapes at the end.
+    """Return the sort position of a key of [tips]: the layout and the shape come first, the keys of later shapes last.
 
-    The digest in a unit.toml is computed from this text, so the order must not change.
+    The digest in a unit.toml is computed from the text in this order, so the order must not change.
     """
     return _TIPS_FIRST.index(key) if key in _TIPS_FIRST else len(_TIPS_FIRST)
 
 
 def design_as_toml(design: Design) -> str:
-    """Return the design as TOML text, from which the same design is read back."""
+    """Return the design as TOML text, from which the same design can be read."""
     return tables_as_toml(design_as_mapping(design))
 
 
 def tables_as_toml(data: Mapping[str, Any]) -> str:
-    """Return keys and tables, such as those of a design, as TOML text, with the keys outside tables first.
+    """Return keys and tables, for instance those of a design, as TOML text. The keys outside tables come first.
 
-    A table may have tables inside it, but no deeper ones.
+    A table may contain tables, which must not contain further tables.
     """
     lines = [f"{key} = {value_as_toml(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
     tables = {name: values for name, values in data.items() if isinstance(values, Mapping)}
@@ -187,5 +188,5 @@ def tables_as_toml(data: Mapping[str, Any]) -> str:
 
 
 def value_as_toml(value: object) -> str:
-    """Return a number, a text or a list in TOML, whose notation of these is the same as that of JSON."""
+    """Return a number, a string or a list as TOML, which writes these values in the same way as JSON."""
     return json.dumps(value, ensure_ascii=False)

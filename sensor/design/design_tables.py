@@ -1,7 +1,7 @@
-"""The tables of a design before it is constructed: all settings are applied first, and then checked together.
+"""The tables of a design before it is built. All settings are applied first, and are then checked together.
 
-This order matters for values that follow from other keys, which are derived after the last setting: the numbers of the
-process, the size of a whole fruit, and default targets.
+The order matters for values that follow from other keys: the numbers of the process, the size of a whole fruit, and
+default targets. They are derived after the last setting.
 """
 
 from collections.abc import Mapping
@@ -28,14 +28,14 @@ from sensor.quantity import InputError, unknown_name, validation_error
 _PROCESS = "print.process"
 _PROCESS_FILE = "print.process_file"
 _PROCESS_SETTINGS = (_PROCESS_FILE, "print", "printer")
-"""The key and the tables that define a design's own processes."""
+"""The key and the tables that define the custom processes of a design."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DesignTables:
-    """The tables of a design, and its own print processes by name, `own`; `print.process` selects one of them.
+    """The tables of a design. `own` are its custom print processes by name, of which `print.process` selects one.
 
-    The table `printer` holds settings that change the selected process.
+    The table `printer` holds settings that change numbers of the selected process.
     """
 
     tables: Mapping[str, Any]
@@ -45,8 +45,8 @@ class DesignTables:
     def from_file(cls, data: Mapping[str, Any], folder: Path) -> "DesignTables":
         """Return the tables of a design file with the content `data`, and the processes of its process file.
 
-        The path of the process file is relative to `folder`. Raises InputError if that file cannot be used, or if the
-        design file also has a table `printer`.
+        The path of the process file is relative to `folder`. Raises InputError if the process file cannot be used, or
+        if the design file also has a table `printer`.
         """
         tables = {key: value for key, value in data.items() if key != "printer"}
         print_value = tables.get("print")
@@ -71,11 +71,11 @@ class DesignTables:
 
     @classmethod
     def from_design(cls, design: Design) -> "DesignTables":
-        """Return the tables of a design."""
+        """Return the tables of an existing design."""
         return cls.from_file(design_as_mapping(design), Path())
 
     def changed(self, settings: Mapping[str, object]) -> "DesignTables":
-        """Return the tables with changed settings, given by TABLE.KEY.
+        """Return the tables after changing `settings`, whose names are TABLE.KEY.
 
         The value None removes a key, or a whole table such as `reading`. The path of a process file is relative to the
         working folder. The order of the settings does not matter, because tables are removed before keys are set.
@@ -84,7 +84,7 @@ class DesignTables:
         refuse_gone(*settings)
         for name, value in settings.items():
             _refuse_unknown(name, value)
-        # A setting with the name of a table can only remove it.
+        # A setting that is named like a table can only remove it.
         tables = {table: values for table, values in self.tables.items() if table not in settings or table == "name"}
         for name, value in settings.items():
             table, _, key = name.partition(".")
@@ -103,9 +103,9 @@ class DesignTables:
         return self._with_other_processes(tables, settings)
 
     def _with_other_processes(self, tables: dict[str, Any], settings: Mapping[str, object]) -> "DesignTables":
-        """Return changed tables with the processes of the process file that the settings name, or without any.
+        """Return changed tables with the custom processes of the process file in `settings`, or with none.
 
-        A selected process is dropped if it belongs to a process file that is no longer used.
+        The selection of a process is dropped if the process belongs to a process file that is no longer used.
         """
         print_value = tables.get("print", {})
         print_table = dict(print_value) if isinstance(print_value, Mapping) else {}
@@ -116,14 +116,14 @@ class DesignTables:
             own = _read_processes(file_name, Path())
             if settings.get(_PROCESS) is not None:
                 _refuse_unlisted(process, own, file_name)
-            elif process not in [*own]:  # a process of the former process file
+            elif process not in [*own]:  # the process belongs to the previous process file
                 print_table.pop("process", None)
-        elif process in [*self.own] and _PROCESS not in settings:  # its process file is removed
+        elif process in [*self.own] and _PROCESS not in settings:  # the settings remove its process file
             del print_table["process"]
         return DesignTables(tables={**tables, "print": print_table}, own=own)
 
     def design(self, settings: Mapping[str, object] | None = None) -> Design:
-        """Return the design that the tables describe, with changed settings as in `changed`.
+        """Build the design from the tables, after changing `settings` as in `changed`.
 
         Raises InputError if the design is invalid.
         """
@@ -139,20 +139,20 @@ class DesignTables:
 
     @cached_property
     def _records(self) -> dict[str, Any]:
-        """Return the records of those tables that are valid without settings, so that a study checks each only once."""
+        """Return the records of the tables that are valid without settings, so that a study checks them only once."""
         records = {}
         for table in TABLE_TYPES.keys() & self.tables.keys():
             try:
                 records[table] = table_as_record(table, self.tables[table])
-            except InputError:  # it may become valid with the keys that a point of a study sets
+            except InputError:  # the settings of a study may make it valid
                 continue
         return records
 
     def _with_process(self, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return tables in which `printer` holds all numbers of the selected own process.
+        """Return tables in which `printer` holds all numbers of the selected custom process.
 
-        If the design has a single process of its own, it need not be selected. Raises InputError for the name of an
-        unknown process, and for settings of [printer] if a known process is selected.
+        If the design has only one custom process, it need not be selected. Raises InputError for the name of an unknown
+        process, and for settings of [printer] if a known process is selected.
         """
         print_table = self.tables.get("print", {})
         process = print_table.get("process") if isinstance(print_table, Mapping) else None
@@ -164,23 +164,23 @@ class DesignTables:
             return {**data, "print": {**print_table, "process": process}, "printer": printer}
         if self.own and process not in [*PROCESSES]:
             bound = f"one of {', '.join([*self.own, *PROCESSES])}"
-            raise validation_error(_PROCESS, process, "", bound, "choose one whose numbers are known")
+            raise validation_error(_PROCESS, process, "", bound, "choose one of these names")
         for key, value in settings.items():
             name = f"printer.{key}"
-            bound = "left out for a process that comes with the program"
-            raise validation_error(name, value, "", bound, "set print.E_MPa, or give a process of your own")
+            bound = "left out for a built-in process"
+            raise validation_error(name, value, "", bound, "set print.E_MPa, or define your own process")
         return data
 
 
 def settings_of_texts(texts: Mapping[str, str]) -> dict[str, object]:
-    """Return settings from texts: a value is TOML, a bare word is text, and an empty text removes the key."""
+    """Parse settings. A value is TOML, a word without quotes is a string, and an empty value removes the key."""
     return {name: text if name == "name" else parse_setting(text) if text else None for name, text in texts.items()}
 
 
 def _refuse_unknown(name: str, value: object) -> None:
-    """Raise InputError for a setting whose name is unknown.
+    """Raise InputError for a setting with an unknown name.
 
-    The name of a table is allowed only to remove the table, and a key of [printer] can only be set.
+    The name of a table is allowed only if the table is removed. A key of [printer] can be set, but not removed.
     """
     table, _, key = name.partition(".")
     known = table in TABLES and bool(key)
@@ -191,9 +191,9 @@ def _refuse_unknown(name: str, value: object) -> None:
 
 
 def _read_processes(file_name: object, folder: Path) -> Mapping[str, Mapping[str, Any]]:
-    """Read the processes of a process file in `folder`, by name.
+    """Read the custom processes in a process file. The result has their names as keys.
 
-    Raises InputError if the file cannot be used or has no process.
+    The path is relative to `folder`. Raises InputError if the file cannot be used or has no process.
     """
     if not isinstance(file_name, str) or not file_name or not file_name.isprintable():
         raise validation_error(_PROCESS_FILE, file_name, "", "the path of a TOML file", "write it in quotes")
@@ -204,7 +204,7 @@ def _read_processes(file_name: object, folder: Path) -> Mapping[str, Mapping[str
 
 
 def _refuse_unlisted(process: object, own: Mapping[str, Any], file_name: str) -> None:
-    """Raise InputError for the name of a process that is not in the process file."""
+    """Raise InputError unless the process is in the process file."""
     if process not in [*own]:
-        bound = f"one of those in {Path(file_name).name!r}: {', '.join(own) or 'none'}"
-        raise validation_error(_PROCESS, process, "", bound, "name one with print.process")
+        bound = f"one of the processes in {Path(file_name).name!r}: {', '.join(own) or 'none'}"
+        raise validation_error(_PROCESS, process, "", bound, "choose one with print.process")

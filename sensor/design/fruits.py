@@ -1,4 +1,4 @@
-"""Fruits by name, from fruits.toml: their shape where a sensor presses them, and their moduli."""
+"""Fruits by name, from fruits.toml: their shape at the place where a sensor presses them, and their moduli."""
 
 import math
 from collections.abc import Sequence
@@ -17,34 +17,36 @@ _SHARE = Bounds(above=0.0, below=1.0)
 class NamedFruit(Sourced):
     """A fruit of the table: its principal radii where it is pressed, its flesh thickness, and its moduli.
 
-    All numbers except `relaxes_to` are ranges, from and to. Raises InputError for a range in the wrong order, and for a
-    number without a source.
+    All numbers except `relaxes_to` are ranges: the smallest and the largest value. Raises InputError for a range that
+    does not increase, or for a number without a source.
     """
 
     LABEL: ClassVar[str] = "fruit"
 
     radius_mm: tuple[float, float] = quantity("mm", LENGTH, meaning="the smaller principal radius of the cheek")
     radius_across_mm: tuple[float, float] = quantity("mm", LENGTH, meaning="the other principal radius")
-    thickness_mm: tuple[float, float] = quantity("mm", LENGTH, meaning="flesh over stone, core or hollow")
+    thickness_mm: tuple[float, float] = quantity(
+        "mm", LENGTH, meaning="thickness of the flesh over the stone, core or hollow"
+    )
     E_MPa: tuple[float, float] = quantity("MPa", MODULUS, meaning="modulus of ripe and of unripe flesh")
     bruise_limit_MPa: tuple[float, float] = quantity(
         "MPa", MODULUS, meaning="mean pressure under a tip at which flesh of these moduli bruises"
     )
-    relaxes_to: float = quantity("1", _SHARE, meaning="share of a force that ripe flesh keeps in the end")
+    relaxes_to: float = quantity("1", _SHARE, meaning="fraction of a force that ripe flesh retains in the long term")
 
     def __post_init__(self) -> None:
-        """Raise InputError for a range that is not two numbers, the smaller one first."""
+        """Raise InputError for a range that is not two increasing numbers."""
         super().__post_init__()
         for key in RANGES:
             ends = getattr(self, key)
             if len(ends) != _ENDS or ends[0] >= ends[1]:
                 name = f"fruit {self.name}.{key}"
-                raise validation_error(name, list(ends), "", "two numbers that rise", self.HINT)
+                raise validation_error(name, list(ends), "", "two increasing numbers", self.HINT)
 
     def bruise_limit(self, E: float) -> float:
         """Return the mean pressure [MPa] at which flesh of modulus `E` [MPa] bruises.
 
-        It is a power law of the modulus through both ends of the ranges.
+        The pressure is a power law of the modulus through both ends of the ranges.
         """
         (softest, firmest), (lowest_limit, highest_limit) = self.E_MPa, self.bruise_limit_MPa
         fraction = math.log(E / softest) / math.log(firmest / softest)
@@ -52,7 +54,7 @@ class NamedFruit(Sourced):
 
     @property
     def in_words(self) -> str:
-        """Return the ranges as a text that `pipeline suggest --fruit` accepts."""
+        """Return the ranges as text that `pipeline suggest --fruit` accepts."""
         return ranges_in_words(self.radius_mm, self.radius_across_mm, self.thickness_mm, self.E_MPa)
 
 
@@ -62,7 +64,7 @@ def ranges_in_words(
     thickness_mm: Sequence[float] | None,
     E_MPa: Sequence[float],
 ) -> str:
-    """Return ranges as a text that `pipeline suggest --fruit` accepts; the thickness of the flesh may be unknown."""
+    """Return ranges as text that `pipeline suggest --fruit` accepts. `thickness_mm` is None if it is unknown."""
     flesh = "" if thickness_mm is None else f", flesh {_ends(thickness_mm)}"
     return f"radius {_ends(radius_mm)} by {_ends(radius_across_mm)}{flesh}, E {_ends(E_MPa)}"
 

@@ -1,7 +1,7 @@
-"""Whether a print process can make the two springs, by the guided-beam law.
+"""Whether a print process can make the two springs, by the law of a guided beam.
 
-The solve on the solid changes the leaf length by up to `LENGTH_MARGIN`. So a leaf this close to a bound is undecided
-(passed is None) until its solved length is given.
+The solution on the solid changes the leaf length by up to `LENGTH_MARGIN`. So a leaf whose length is this close to a
+bound is undecided (`passed` is None) until its solved length is given.
 """
 
 from dataclasses import dataclass
@@ -13,27 +13,27 @@ from sensor.theory.leaf_spring import LeafProfile, pair_length, root_strain
 from sensor.theory.two_spring_law import Springs, spring_give
 
 LENGTH_MARGIN = 0.15
-SHORTEST_LEAF = 5.0  # minimum length over thickness; the stiffness of a shorter leaf depends little on its length
-FILLET_STRAIN = 1.3  # strain at the fillet over that of beam theory; finite elements give 1.17 to 1.27
+SHORTEST_LEAF = 5.0  # minimum length divided by thickness; the stiffness of a shorter leaf depends little on its length
+FILLET_STRAIN = 1.3  # strain at the fillet, divided by the strain of beam theory; finite elements give 1.17 to 1.27
 
 
 @dataclass(frozen=True, kw_only=True)
 class Printable:
-    """The verdict on one spring in one process; `reason` is one line."""
+    """The verdict on whether a process can make a spring. `reason` is a single line."""
 
     name: str  # "printable.low" or "printable.high"
     passed: bool | None
     reason: str
-    length_mm: float  # by the beam law, or as solved
+    length_mm: float  # solved, or else from beam theory
     shortest_mm: float
     longest_mm: float
-    root_strain: float  # at full travel on the stiffest fruit
+    root_strain: float  # root strain at full travel on the stiffest fruit [1]
     strain_limit: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Leaf:
-    """The leaves of one spring: their profile, deflection at full travel, and maximum length `longest` [mm]."""
+    """The leaves of one spring: profile, deflection at full travel, and maximum length `longest` [mm]."""
 
     process: Process
     profile: LeafProfile
@@ -46,18 +46,18 @@ class _Leaf:
         return SHORTEST_LEAF * self.profile.thickness
 
     def length(self, K: float) -> float:
-        """Return the length [mm] at which the pair of leaves has the stiffness `K` [N/mm] by beam theory."""
+        """Return the length [mm] at which the pair of leaves has the stiffness `K` [N/mm] according to beam theory."""
         return pair_length(self.process.E_MPa, self.profile.depth, self.profile.thickness, K)
 
     def strain(self, length: float) -> float:
-        """Return the root strain [1] at full travel of leaves with this length [mm]."""
+        """Return the root strain [1] of leaves of this length [mm] at full travel."""
         return FILLET_STRAIN * root_strain(self.profile.thickness, length, self.deflection)
 
     def faults(self, length: float, margin: float) -> list[str]:
-        """Return the violated limits of a leaf with this length [mm] as texts.
+        """Return the limits that a leaf of this length [mm] violates, as texts.
 
-        The limits are stricter by the relative `margin` [1], or laxer if it is negative. With laxer limits, a violation
-        is certain even if the true length differs by this margin.
+        The limits are tightened by the relative `margin` [1], or relaxed if it is negative. If a leaf violates even the
+        relaxed limits, the violation is certain although the true length may differ by this margin.
         """
         process = self.process
         thickness = self.profile.thickness
@@ -85,12 +85,12 @@ def check_printable(
     lengths_mm: tuple[float, ...] | None = None,
     stiffness_ratio: float = 1.0,
 ) -> tuple[Printable, ...]:
-    """Return whether the process of a design can make each spring, the low one first.
+    """Return whether the process of a design can make each spring, the low spring first.
 
-    `K_m_max` [N/mm] is the stiffness of the fruit under the low tip at E_max, and `stiffness_ratio` [1] the stiffness
-    under the high tip divided by it. The strain is computed at the largest modulus of the design, which may be above
-    E_max. `lengths_mm` are the solved lengths of the leaves. Without them the lengths follow from beam theory, and a
-    leaf within LENGTH_MARGIN of a bound is undecided.
+    `K_m_max` [N/mm] is the stiffness of the fruit under the low tip at E_max. `stiffness_ratio` [1] is the stiffness
+    under the high tip divided by `K_m_max`. The strain is computed at the largest modulus of the design, which may be
+    above E_max. `lengths_mm` are the solved lengths of the leaves. Without them, the lengths are those of beam theory,
+    and a leaf within LENGTH_MARGIN of a bound is undecided.
     """
     process = design.process
     largest_K_m = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
@@ -129,7 +129,7 @@ def check_printable(
 
 
 def _determining_keys(design: Design, springs: Springs) -> tuple[str, str]:
-    """Return, for the low and the high spring, the key of [springs] or [targets] that determines it, with its value."""
+    """Return the key of [springs] or [targets] that determines each spring, with its value; the low spring first."""
     if design.springs.given:
         return f"springs.K_l_N_per_m = {1e3 * springs.K_l:g} N/m", f"springs.K_h_N_per_m = {1e3 * springs.K_h:g} N/m"
     targets = design.nominal_targets
@@ -137,11 +137,13 @@ def _determining_keys(design: Design, springs: Springs) -> tuple[str, str]:
 
 
 def _judge_leaf(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None, str]:
-    """Return whether leaves with this length [mm] can be made, and the violated limits as text, empty if none is.
+    """Return whether leaves of this length [mm] can be made, and the limits that they violate as text.
 
-    The relative error of the length is at most `margin` [1]. If it could change the answer, the answer is None.
+    The relative error of the length is at most `margin` [1]. If it could change the answer, the answer is None. The
+    text is empty if no limit is violated.
     """
-    # In the most favourable case the true length differs by the factor 1 + margin, so limits relax by 1 / (1 + margin).
+    # In the most favourable case, the true length differs by the factor 1 + margin. So limits relax by 1 / (1 +
+    # margin).
     certain_faults = leaf.faults(length, -margin / (1.0 + margin))
     possible_faults = leaf.faults(length, margin)
     if not possible_faults:

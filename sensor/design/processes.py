@@ -1,4 +1,4 @@
-"""Print processes and their materials, from processes.toml or a user's file; each number has its own source."""
+"""Print processes and their materials, from processes.toml or from a file of the user. Each number has a source."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -21,24 +21,25 @@ from sensor.quantity import (
 from sensor.theory.creep import CreepLaw
 
 _FRACTION = Bounds(above=0.0, below=1.0)
-# Random prints deviate by up to 4.3 sigma, and their modulus and their leaves must remain positive.
+# Random prints deviate by up to 4.3 standard deviations. Even then, the modulus and the leaf thicknesses are positive.
 _SCATTER = Bounds(above=0.0, at_most=0.23)
 _MAX_THICKNESS_ERROR = 0.45  # maximum thickness error (two sigma), as a fraction of the thickness of the thinnest leaf
-_DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
+_DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium, the densest element, has 22.6
 _LONGEST_TEXT = 64
 FOOT_MM = 0.15
-"""Spread of the first layer on each side of a leaf [mm]: a judgement for one layer of 0.2 mm."""
+"""Width by which the first layer spreads on each side of a leaf [mm], by judgement for one layer of 0.2 mm."""
 KINDS = ("fdm", "sla", "sls", "dmls", "other")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Process(Sourced):
-    """A print process for the housing: material, limits of the machine, and leaves that suit it.
+    """A print process for the housing: its material, the limits of the machine, and suitable leaf thicknesses.
 
-    `E_scatter` is one sigma of E from print to print as a fraction of E. `strain_limit` holds for cyclic bending.
-    `accuracy_mm` is two sigma of the thickness of a thin wall, plus or minus. `overhang_deg` is the largest slope from
-    the vertical that needs no support. `line_width_mm` and `layer_mm` are None if the process has no lines or layers.
-    `kind` selects the instructions of the fabrication sheet on supports, washing, heat and powder.
+    `E_scatter` is the standard deviation of E from print to print, as a fraction of E. `strain_limit` applies to cyclic
+    bending. `accuracy_mm` is the tolerance of the thickness of a thin wall, plus or minus two standard deviations.
+    `overhang_deg` is the largest slope from the vertical that needs no support. `line_width_mm` and `layer_mm` are None
+    if the process has no lines or layers. `kind` selects the instructions on supports, washing, heat and powder on the
+    fabrication sheet.
     """
 
     LABEL: ClassVar[str] = "process"
@@ -47,37 +48,37 @@ class Process(Sourced):
     kind: str = choice(KINDS, default="other")
     E_MPa: float = quantity("MPa", MODULUS, meaning="modulus of the material")
     E_scatter: float = quantity(
-        "1", _SCATTER, meaning="scatter of the modulus from print to print, one sigma as a fraction of E"
+        "1", _SCATTER, meaning="standard deviation of the modulus from print to print, as a fraction of E"
     )
     E_per_K: float | None = quantity(
         "1/K",
         Bounds(at_least=-0.1, at_most=0.1),
         default=None,
-        meaning="change of the modulus per kelvin about 23 C, as a fraction of E; [readout] needs it",
+        meaning="change of the modulus per kelvin near 23 °C, as a fraction of E; required by [readout]",
     )
     creep_per_decade: float | None = quantity(
         "1",
         Bounds(above=0.0, below=1.0),
         default=None,
         meaning="growth of the compliance in each decade of time under a load, as a fraction of the compliance; "
-        "none for metals",
+        "not set for metals",
     )
     creep_scatter: float | None = quantity(
         "1",
         Bounds(at_least=0.0, at_most=0.5),
         default=None,
-        meaning="scatter of that growth from print to print, one sigma",
+        meaning="standard deviation of this growth from print to print",
     )
     poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), meaning="Poisson's ratio")
     strain_limit: float = quantity("1", _FRACTION, meaning="largest strain at the root of a leaf in repeated bending")
     density_g_per_cm3: float = quantity("g/cm3", _DENSITY, meaning="density")
     min_wall_mm: float = quantity("mm", LENGTH, meaning="thinnest wall that the process can print")
     min_gap_mm: float = quantity("mm", LENGTH, meaning="narrowest gap that stays open when printed")
-    fillet_mm: float = quantity("mm", LENGTH, meaning="radius of inner corners")
+    fillet_mm: float = quantity("mm", LENGTH, meaning="fillet radius of inner corners")
     overhang_deg: float = quantity(
         "deg",
         Bounds(above=0.0, at_most=90.0),
-        meaning="largest slope from the vertical that prints without support",
+        meaning="largest slope from the vertical that can be printed without support",
     )
     accuracy_mm: float = quantity(
         "mm", LENGTH, meaning="tolerance of the thickness of a thin wall: plus or minus, two standard deviations"
@@ -89,23 +90,24 @@ class Process(Sourced):
     depth_mm: float = quantity("mm", LENGTH, meaning="depth of the plate, which is the width of the leaves")
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid name, material or number, or a number without a source."""
+        """Raise InputError for an invalid name, material or number, or for a number without a source."""
         check_process_name(self.name)
         super().__post_init__()
         if (self.creep_per_decade is None) != (self.creep_scatter is None):
             missing = "creep_scatter" if self.creep_scatter is None else "creep_per_decade"
-            bound = "given with the other number of creep"
+            bound = "given together with the other creep key"
             name = f"process {self.name}.{missing}"
-            raise validation_error(name, None, "1", bound, "give both, or neither")
+            raise validation_error(name, None, "1", bound, "give both, or omit both")
         max_error = _MAX_THICKNESS_ERROR * min(self.leaf_thicknesses_mm)
         if self.accuracy_mm > max_error:
             name = f"process {self.name}.accuracy_mm"
-            bound = f"at most {_MAX_THICKNESS_ERROR:g} of the thinnest leaf, {max_error:g} mm"
-            raise validation_error(name, self.accuracy_mm, "mm", bound, "take thicker leaves, or a finer process")
+            bound = f"at most {max_error:g} mm, {_MAX_THICKNESS_ERROR:g} of the thickness of the thinnest leaf"
+            hint = "choose thicker leaves, or a more accurate process"
+            raise validation_error(name, self.accuracy_mm, "mm", bound, hint)
 
     @property
     def thinnest_leaf_mm(self) -> float:
-        """Return the thickness [mm] of the thinnest leaf whose thickness is known accurately enough."""
+        """Return the smallest leaf thickness [mm] for which the thickness error is acceptable."""
         return self.accuracy_mm / _MAX_THICKNESS_ERROR
 
     @property
@@ -115,17 +117,17 @@ class Process(Sourced):
 
     @property
     def creep(self) -> CreepLaw:
-        """Return the creep law of its prints; without creep if the process gives no numbers, as for metals."""
+        """Return the creep law of its prints. It has no creep if the process gives no numbers, as for metals."""
         return CreepLaw(self.creep_per_decade or 0.0, self.creep_scatter or 0.0)
 
     @property
     def leaf_thicknesses_mm(self) -> tuple[float, float]:
-        """Return the thickness of the leaves of the low and of the high spring [mm]."""
+        """Return the thicknesses of the leaves of the low and of the high spring [mm]."""
         return self.leaf_thickness_low_mm, self.leaf_thickness_high_mm
 
 
 def check_process_name(name: object) -> None:
-    """Raise InputError for a value that cannot be the name of a process."""
+    """Raise InputError unless the value can be the name of a process."""
     text = name if isinstance(name, str) else ""
     if not text.replace("-", "").replace("_", "").isalnum() or not text.isascii() or len(text) > _LONGEST_TEXT:
         bound = f"1 to {_LONGEST_TEXT} letters, digits, - or _"
@@ -136,9 +138,9 @@ PROCESSES = Process.from_tables(read_toml(Path(__file__).with_name("processes.to
 
 
 def own_process(name: str, table: object) -> Process:
-    """Return the print process that a user's table describes.
+    """Build a custom print process from a table of the user.
 
-    Raises InputError for the name of a known process, an unknown key or an invalid number.
+    Raises InputError if the name is that of a known process, or for an unknown key or an invalid number.
     """
     if name in PROCESSES:
         raise validation_error(
@@ -149,7 +151,7 @@ def own_process(name: str, table: object) -> Process:
 
 
 def read_process_file(path: Path) -> Mapping[str, Mapping[str, Any]]:
-    """Read the tables of the processes in a TOML file, by name.
+    """Read the tables of the processes in a TOML file. The result has the names of the processes as keys.
 
     Raises InputError if the file cannot be read, or if one of its processes is invalid.
     """
@@ -164,8 +166,8 @@ def read_process_file(path: Path) -> Mapping[str, Mapping[str, Any]]:
 
 
 def process_as_table(process: Process) -> Mapping[str, Any]:
-    """Return a process as its table in a process file, without the keys that are not set."""
+    """Return a process as a table of a process file, without the keys that are not set."""
     table = dataclasses.asdict(process)
     del table["name"], table["sources"]
-    table["sources"] = dict(process.sources)  # the sources come last
+    table["sources"] = dict(process.sources)  # write the sources last
     return {key: value for key, value in table.items() if value is not None}

@@ -1,6 +1,6 @@
-"""The table [reading] of a design: poses of the sensor on the fruit, noise of the forces, and limits of the error.
+"""The table [reading] of a design: poses of the sensor on the fruit, noise of the forces, and limits for the error.
 
-A design with this table is judged by the modulus that it reads, and not by its force ratio.
+A design with this table is judged by the modulus that it reads, instead of by its force ratio.
 """
 
 import bisect
@@ -20,69 +20,72 @@ _PRESSES = Bounds(at_least=1.0, at_most=100.0)
 
 _ENDS = 2
 RANGES = ("radius_mm", "radius_across_mm", "thickness_mm")
-LARGEST_TOUCH_FRACTION = 0.5  # touch of the last tip over the travel; if larger, too little rise remains
+# largest travel to the touch of the last tip, divided by the whole travel; above it, too little rise remains
+LARGEST_TOUCH_FRACTION = 0.5
 PRESS_SAMPLES = 60
-"""Samples of a press that reduce its noise: `PRESS_S` at 20 samples a second."""
+"""Number of samples of a press over which its noise is averaged: `PRESS_S` at 20 samples per second."""
 PRESS_S = 3.0
-"""Duration of a press by hand [s], which scales the effect of time errors of the channels."""
+"""Duration of a press by hand [s]. The effect of timing errors of the channels is inversely proportional to it."""
 WEIGHED_AFTER_S = 30.0
-"""Time after which the deflection under a weight is read [s], unless it is given."""
+"""Time for which a weight hangs before its deflection is read [s], unless it is given."""
 CALIBRATED_BY = ("weights", "plate", "ball")
 AMPLIFIER_GAIN_PERCENT = 0.5
-"""Standard uncertainty of a gain without calibration [%]: a judgement on amplifiers."""
-LEAST_OVER_NOISE = 4.0  # least force of a tip that touches, in standard deviations of its noise
-LEAST_OF_SCALE = 0.01  # least force of a tip that touches, over its largest one; above the error of a zero
+"""Standard uncertainty of a gain without calibration [%], by judgement on amplifiers."""
+LEAST_OVER_NOISE = 4.0  # minimum force of a tip in contact, as a multiple of the standard deviation of its noise
+LEAST_OF_SCALE = 0.01  # minimum force of a tip in contact, as a fraction of its largest force; above the zero error
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingRequirements:
     """The poses that occur, the noise of the forces (one standard deviation), and the limits for a reading.
 
-    `tilt_deg` is the largest tilt against the normal of the skin, in any direction. It may change by `tilt_change_deg`
-    during a press. `off_centre_mm` is the largest distance of a press from the apex. `radius_mm` and `radius_across_mm`
-    are the ranges of the principal radii of the fruits, at any azimuth. `thickness_mm` is the range of the thickness of
-    their flesh. Without them, the radius of a ball may differ by the fraction `radius_spread`. `noise_percent` is a
-    fraction of the largest force of each tip. `stiffness_percent` and `gain_percent` are uncertainties after
-    calibration. With weights, they belong to each spring and to each force. A hard plate moves all tips equally; they
-    then belong to each force at a known deflection, and to each deflection. If they are None, they follow from the
-    bench of the design. `bias_limit` is the largest |E read / E - 1| without noise, `uncertainty_limit` the largest
-    standard uncertainty.
+    `tilt_deg` is the largest tilt against the normal of the skin, in any direction, and `tilt_change_deg` is its
+    largest change during a press. `off_centre_mm` is the largest distance of a press from the apex. `radius_mm` and
+    `radius_across_mm` are the ranges of the principal radii of the fruits, at any azimuth. `thickness_mm` is the range
+    of the thickness of their flesh. Without these ranges, the fruit is a ball whose radius may differ by the fraction
+    `radius_spread`. `noise_percent` is a percentage of the largest force of each tip.
+
+    `stiffness_percent` and `gain_percent` are uncertainties after calibration; if they are None, they are computed from
+    the bench of the design. If weights calibrate the unit, they are the uncertainties of each spring and each force. A
+    hard plate moves all tips equally. They are then the uncertainties of each force at a known deflection, and of each
+    deflection. `bias_limit` is the largest |E read / E - 1| without noise, and `uncertainty_limit` the largest standard
+    uncertainty.
     """
 
     tilt_deg: float = quantity(
         "deg",
         _TILT,
         default=4.0,
-        hint="a hand keeps within 4",
+        hint="a hand keeps the tilt within 4",
         meaning="largest angle between the sensor and the normal of the skin, in any direction",
     )
     tilt_change_deg: float = quantity(
         "deg",
         _TILT,
         default=0.0,
-        hint="a hand keeps within 0.5",
+        hint="a hand keeps the change within 0.5",
         meaning="largest change of the tilt during a press, in any direction",
     )
     off_centre_mm: float = quantity(
         "mm",
         _PLACE,
         default=1.0,
-        hint="a hand keeps within 1",
+        hint="a hand keeps the distance within 1",
         meaning="largest distance of a press from the apex, in any direction",
     )
     radius_spread: float = quantity(
         "1",
         _SHARE,
         default=0.2,
-        hint="mangoes differ by 0.2",
-        meaning="largest deviation of the radius of a fruit from the radius of the design, as a fraction; used without "
-        "`radius_mm`",
+        hint="the radii of mangoes differ by 0.2",
+        meaning="largest deviation of the radius of a fruit from the radius of the design, as a fraction; used only if "
+        "`radius_mm` is not set",
     )
     radius_mm: tuple[float, float] | None = quantity(
         "mm",
         LENGTH,
         default=None,
-        hint="mangoes have 42 to 53",
+        hint="the radius of a mango is 42 to 53",
         meaning="smallest and largest value of one principal radius of the fruits, which may have any azimuth "
         "(ellipsoid)",
     )
@@ -90,14 +93,14 @@ class ReadingRequirements:
         "mm",
         LENGTH,
         default=None,
-        hint="mangoes have 86 to 144",
+        hint="the other radius of a mango is 86 to 144",
         meaning="smallest and largest value of the other principal radius (ellipsoid)",
     )
     thickness_mm: tuple[float, float] | None = quantity(
         "mm",
         LENGTH,
         default=None,
-        hint="flesh over a mango's stone has 8 to 20",
+        hint="the flesh over the stone of a mango has 8 to 20",
         meaning="smallest and largest thickness of the flesh under the skin (domes on a curved fruit)",
     )
     noise_percent: float = quantity(
@@ -105,87 +108,87 @@ class ReadingRequirements:
         _PERCENT,
         default=0.5,
         hint="a load cell has 0.5 of full scale",
-        meaning="noise of each force, one standard deviation, as a fraction of the largest force of its tip",
+        meaning="noise of each force, one standard deviation, in per cent of the largest force of its tip",
     )
     noise_N: float = quantity(
         "N",
         _FORCE,
         default=0.0,
-        hint="give 0 where noise_percent is the whole noise",
-        meaning="further noise of each force, one standard deviation, independent of the force",
+        hint="give 0 if noise_percent is the whole noise",
+        meaning="additional noise of each force, one standard deviation, which does not depend on the force",
     )
     stiffness_percent: float | None = quantity(
         "%",
         _PERCENT,
         default=None,
-        hint="leave it out to compute it from the bench",
-        meaning="standard uncertainty of each spring after calibration; by default computed from the bench, see "
-        "[what a bench leaves](read-a-fruit.md#what-a-bench-leaves)",
+        hint="omit it to compute it from the bench",
+        meaning="standard uncertainty of each spring stiffness after calibration; by default computed from the bench, "
+        "see [what a bench leaves](read-a-fruit.md#what-a-bench-leaves)",
     )
     gain_percent: float | None = quantity(
         "%",
         _PERCENT,
         default=None,
-        hint="leave it out to compute it from the bench",
-        meaning="standard uncertainty of the gain of each channel after calibration; by default from the bench",
+        hint="omit it to compute it from the bench",
+        meaning="standard uncertainty of each channel gain after calibration; by default computed from the bench",
     )
     calibrated_by: str | None = choice(
         CALIBRATED_BY,
         default=None,
         meaning="weights calibrate the force of each channel; a press on a hard plate also calibrates its deflection; "
-        "`ball` is a plate, and presses on a ball of known modulus, which calibrate the form of domes",
+        "`ball` adds presses on a ball of known modulus to the plate, which calibrate the form of the domes",
     )
     ball_percent: float = quantity(
         "%",
         _PERCENT,
         default=2.0,
-        hint="pipeline modulus measures that of a ball",
-        meaning="standard uncertainty of a reference ball, by its modulus and the presses on it; it is the "
+        hint="pipeline modulus measures the modulus of a ball",
+        meaning="standard uncertainty due to a reference ball, from its modulus and the presses on it; it is the "
         'same in all readings of a unit (`calibrated_by = "ball"`). The default is a judgement',
     )
     bias_limit: float = quantity(
         "1",
         _LIMIT,
         default=0.05,
-        hint="give a fraction, for 5 % write 0.05",
+        hint="give a fraction: for 5 % write 0.05",
         meaning="largest allowed error of the modulus over all poses, without noise",
     )
     uncertainty_limit: float | tuple[float, ...] = quantity(
         "1",
         _LIMIT,
         default=0.1,
-        hint="give a fraction, for 10 % write 0.1",
+        hint="give a fraction: for 10 % write 0.1",
         meaning="largest allowed standard uncertainty of the modulus, or a list with one for each of `fruit.E_MPa`",
     )
     at_s: float | None = quantity(
         "s",
         DURATION,
         default=None,
-        hint="travel / speed is when the press stops",
-        meaning="time from the first touch at which a reading is taken on flesh that relaxes; by default the end of "
-        "the travel",
+        hint="the press stops at travel / speed",
+        meaning="time from the first touch to a reading on flesh that relaxes; by default the time at the end of the "
+        "travel",
     )
     presses: float = quantity(
         "1",
         _PRESSES,
         default=3.0,
-        hint="three presses, each at another place, are usual",
-        meaning="number of presses, each at another place, that are read as one fruit",
+        hint="three presses, each at a different place, are usual",
+        meaning="number of presses, each at a different place, that are read as one fruit",
     )
 
     def __post_init__(self) -> None:
-        """Raise InputError for an invalid field, a missing principal radius, or a range in the wrong order."""
+        """Raise InputError for an invalid field, a missing principal radius, or a range that does not increase."""
         check_fields(self, "reading")
         if (self.radius_mm is None) != (self.radius_across_mm is None):
             missing = "reading.radius_mm" if self.radius_mm is None else "reading.radius_across_mm"
             bound = "given with the other principal radius"
-            raise validation_error(missing, None, "mm", bound, "give both from and to")
+            raise validation_error(missing, None, "mm", bound, "give the smallest and the largest value of both radii")
         for key in RANGES:
             ends = getattr(self, key)
             if ends is not None and not (len(ends) == _ENDS and ends[0] <= ends[1]):
                 name = f"reading.{key}"
                 raise validation_error(
-                    name, list(ends), "mm", "two numbers, from and to", "list the smaller number first"
+                    name, list(ends), "mm", "two numbers, the smaller first", "list the smaller number first"
                 )
         if self.presses != int(self.presses):
             bound = "a whole number"
@@ -193,31 +196,31 @@ class ReadingRequirements:
 
     @property
     def on_plate(self) -> bool:
-        """Return whether a hard plate calibrates the unit, with or without a ball."""
+        """Return whether a hard plate is used to calibrate the unit, with or without a ball."""
         return self.calibrated_by in ("plate", "ball")
 
     @property
     def uncalibrated_gain_percent(self) -> float:
-        """Return the standard uncertainty of a gain before a calibration [%]."""
+        """Return the standard uncertainty of a gain before calibration [%]."""
         return AMPLIFIER_GAIN_PERCENT if self.gain_percent is None else self.gain_percent
 
     @property
     def least_uncertainty_limit(self) -> float:
-        """Return the smallest limit [1] of the standard uncertainty at any modulus."""
+        """Return the smallest limit for the standard uncertainty [1] at any modulus."""
         limits = self.uncertainty_limit
         return min(limits) if isinstance(limits, tuple) else limits
 
     def uncertainty_limit_at(self, E: float, moduli: Sequence[float]) -> float:
-        """Return the limit of the standard uncertainty [1] at the modulus `E` [MPa].
+        """Return the limit for the standard uncertainty [1] at the modulus `E` [MPa].
 
-        A list of limits has one for each of `moduli` [MPa]. Between them the limit is interpolated linearly in log E,
-        and beyond them it is the limit at the nearest one.
+        A list of limits has one limit for each of `moduli` [MPa]. The limit is linear in log E between two moduli, and
+        constant beyond the first and the last.
         """
         limits = self.uncertainty_limit
         if not isinstance(limits, tuple):
             return limits
         rows = sorted(zip(moduli, limits, strict=True))
-        upper = bisect.bisect_left(rows, (E, 0.0))  # index of the first modulus that is not below E
+        upper = bisect.bisect_left(rows, (E, 0.0))  # index of the first modulus that is at least E
         if upper in (0, len(rows)):
             return rows[min(upper, len(rows) - 1)][1]
         (E_low, limit_low), (E_high, limit_high) = rows[upper - 1 : upper + 1]

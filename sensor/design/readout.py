@@ -1,7 +1,7 @@
-"""The electronics that turn the deflections of springs into counts: Hall sensors, amplifier, board.
+"""The electronics that convert the deflections of springs to counts: Hall sensors, amplifier, board.
 
-Their numbers come from electronics.toml or from the design. For a design with a read-out, the noise of the forces and
-the drift with temperature are computed.
+Their data come from electronics.toml or from the design. If a design has a read-out, the noise of its forces and their
+drift with temperature are computed.
 """
 
 from dataclasses import dataclass, replace
@@ -16,15 +16,16 @@ _SIZE = Bounds(at_least=0.0, at_most=1e12)
 _BITS = Bounds(at_least=8.0, at_most=32.0)
 _DELAY = Bounds(at_least=0.0, at_most=1e4)
 _KELVIN = Bounds(at_least=0.0, at_most=50.0)
-_AS_SOLD = "leave it out to use the amplifier's data sheet"
+_AS_SOLD = "omit it to use the data sheet of the amplifier"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Amplifier(Sourced):
-    """An amplifier with its converter: input range +-`full_scale_mV` in `bits` bits, and its noise, one sigma.
+    """An amplifier with its converter. Its input range is +-`full_scale_mV`, with a resolution of `bits` bits.
 
-    `rate_Hz` is the sample rate of one channel. There are `channels` inputs, which are converted in turn. The error of
-    the time of a conversion is at most `time_error_periods` of the time between two samples.
+    Its noise is one standard deviation. `rate_Hz` is the sample rate of one channel. The `channels` inputs are
+    converted one after the other. The error of the time of a conversion is at most `time_error_periods` of the time
+    between two samples.
     """
 
     LABEL: ClassVar[str] = "amplifier"
@@ -41,22 +42,22 @@ class Amplifier(Sourced):
 
     @property
     def saturation(self) -> int:
-        """Return the largest count [1], at the end of the input range."""
+        """Return the largest count [1], which is the end of the input range."""
         return int(2 ** (self.bits - 1.0)) - 1
 
     @property
     def counts_per_V(self) -> float:
-        """Return the counts per volt at the input [1/V]."""
+        """Return the number of counts per volt at the input [1/V]."""
         return float(2.0 ** (self.bits - 1.0) / (1e-3 * self.full_scale_mV))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Probe(Sourced):
-    """A displacement sensor at a shuttle: its sensitivity at the supply, its noise, one sigma, its drifts and its size.
+    """A displacement sensor at a shuttle: its sensitivity, noise (one standard deviation), drifts and dimensions.
 
-    `zero_um` is the error of its zero at constant temperature. `magnet_mm` is the diameter of a disc, `face_out_mm` the
-    distance of the sensor's marked face from the faces of both discs. The package is `package_height_mm` long along the
-    press.
+    The sensitivity is that at the supply voltage. `zero_um` is the zero error at constant temperature. `magnet_mm` is
+    the diameter of each of the two magnetic discs, and `face_out_mm` is the distance from their faces to the marked
+    face of the sensor. The package is `package_height_mm` long in the direction of the press.
     """
 
     LABEL: ClassVar[str] = "probe"
@@ -78,7 +79,7 @@ class Probe(Sourced):
 
 @dataclass(frozen=True, kw_only=True)
 class Board(Sourced):
-    """A microcontroller board: the number of its SPI unit, and the number of its pin at each pin of the amplifier."""
+    """A microcontroller board: the number of its SPI unit, and the number of its pin for each pin of the amplifier."""
 
     LABEL: ClassVar[str] = "board"
 
@@ -92,7 +93,7 @@ class Board(Sourced):
 
     @property
     def pins(self) -> dict[str, int]:
-        """Return the number of each pin by the name of the amplifier pin that it is connected to."""
+        """Return the pin number of the board for the name of each amplifier pin that is connected to it."""
         return {name: int(getattr(self, name.lower())) for name in ("SCLK", "DIN", "DOUT", "CS", "DRDY")}
 
 
@@ -105,10 +106,11 @@ PROBE = Probe.from_tables(_TABLES["probe"])["DRV5055A2"]
 
 @dataclass(frozen=True, kw_only=True)
 class Readout:
-    """The signal path of a design; a number that is not set comes from the amplifier or the displacement sensor.
+    """The signal path of a design. A number that is not set comes from the amplifier or the displacement sensor.
 
-    A sample holds one conversion of each channel; that of a channel begins `delay_ms` after the first one. `drift_K` is
-    the largest difference of the temperature from the calibration, `tare_K` from the last taring.
+    A sample holds one conversion per channel. The conversion of a channel begins `delay_ms` after the first conversion
+    of the sample. `drift_K` is the largest difference of the temperature from the temperature of the calibration, and
+    `tare_K` from the temperature at the last taring.
     """
 
     amplifier: str | None = choice(
@@ -120,10 +122,10 @@ class Readout:
         meaning="microcontroller board of the wiring plan and of the MicroPython program",
     )
     bits: float | None = quantity(
-        "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, with the sign bit"
+        "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, including the sign bit"
     )
     full_scale_mV: float | None = quantity(
-        "mV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="input range of the amplifier, on either side of zero"
+        "mV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="input range of the amplifier on either side of zero"
     )
     rate_Hz: float | None = quantity("Hz", _POSITIVE, default=None, hint=_AS_SOLD, meaning="sample rate of one channel")
     noise_nV: float | None = quantity(
@@ -131,69 +133,71 @@ class Readout:
         _POSITIVE,
         default=None,
         hint=_AS_SOLD,
-        meaning="noise at the amplifier's input at this sample rate, one standard deviation",
+        meaning="noise at the input of the amplifier at this sample rate, one standard deviation",
     )
     delay_ms: tuple[float, ...] | None = quantity(
         "ms",
         _DELAY,
         default=None,
-        hint="leave it out to convert in the order of the amplifier's inputs",
-        meaning="delay of each channel of a sample after the first conversion, as a list in the order of tips",
+        hint="omit it to convert in the order of the amplifier's inputs",
+        meaning="delay of the conversion of each channel after the first conversion of the sample, in the order of the "
+        "tips",
     )
     time_error_ms: float | None = quantity(
         "ms",
         _DELAY,
         default=None,
         hint=_AS_SOLD,
-        meaning="bound of the error of a conversion time, in addition to `delay_ms`",
+        meaning="largest error of a conversion time, in addition to `delay_ms`",
     )
     sensitivity_mV_per_mm: float | None = quantity(
         "mV/mm",
         _POSITIVE,
         default=None,
-        hint="leave it out for a DRV5055A2 between two magnets",
-        meaning="sensitivity of a displacement sensor; by default that of a DRV5055A2 between two magnets",
+        hint="omit it for a DRV5055A2 between two magnets",
+        meaning="sensitivity of a displacement sensor; by default the sensitivity of a DRV5055A2 between two magnets",
     )
     noise_um: float | None = quantity(
         "um",
         _SIZE,
         default=None,
-        hint="leave it out for a DRV5055A2 between two magnets",
+        hint="omit it for a DRV5055A2 between two magnets",
         meaning="noise of a displacement sensor, one standard deviation",
     )
     drift_K: float = quantity(
         "K",
         _KELVIN,
         default=5.0,
-        hint="a room keeps within 5",
-        meaning="largest difference between the temperatures of the air at a press and at the calibration",
+        hint="the temperature of a room varies by up to 5",
+        meaning="largest difference between the air temperatures at a press and at the calibration",
     )
     tare_K: float = quantity(
         "K",
         _KELVIN,
         default=1.0,
-        hint="tare before each fruit",
-        meaning="largest difference between the temperatures of the air at a press and at the last taring",
+        hint="tare before each fruit to keep it small",
+        meaning="largest difference between the air temperatures at a press and at the last taring",
     )
 
     def __post_init__(self) -> None:
-        """Check each field, and that a delay ends before the next sample."""
+        """Check each field. A delay must be shorter than the time between two samples."""
         check_fields(self, "readout")
         period_ms = 1e3 / self.circuit.rate_Hz
         if self.delay_ms is not None and max(self.delay_ms) > period_ms:
             bound = f"at most the {period_ms:g} ms between two samples"
-            raise validation_error("readout.delay_ms", max(self.delay_ms), "ms", bound, "lower rate_Hz too")
+            hint = "shorten the delay, or lower rate_Hz"
+            raise validation_error("readout.delay_ms", max(self.delay_ms), "ms", bound, hint)
 
     @property
     def largest_time_error_ms(self) -> float:
-        """Return the bound of the error of a conversion time, in addition to its delay [ms]."""
+        """Return the largest error of a conversion time [ms], in addition to its delay."""
         amplifier = self.circuit
         typical = 1e3 / amplifier.rate_Hz * amplifier.time_error_periods
         return typical if self.time_error_ms is None else self.time_error_ms
 
     @property
     def circuit(self) -> Amplifier:
-        """Return the amplifier with the numbers that the design sets."""
+        """Return the amplifier, with the numbers that the design overrides."""
         numbers = {}
         for name in ("bits", "full_scale_mV", "rate_Hz", "noise_nV"):
             value = getattr(self, name)

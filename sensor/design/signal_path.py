@@ -12,7 +12,7 @@ from sensor.quantity import BOUNDED, report_field
 
 @dataclass(frozen=True, kw_only=True)
 class SpringToRead:
-    """The properties of a spring that a read-out needs: its stiffness `K` [N/mm] and largest deflection [mm]."""
+    """The properties of a spring that a read-out needs: its stiffness `K` [N/mm] and its largest deflection [mm]."""
 
     name: str
     K: float
@@ -26,9 +26,9 @@ class SpringToRead:
 
 @dataclass(frozen=True, kw_only=True)
 class SignalPath:
-    """The conversion of forces to counts; lists are in the order of the tips, and fields are keys of report.json.
+    """The conversion of forces to counts. Lists are in the order of the tips, and fields are keys of report.json.
 
-    Drifts are bounds for the changes of temperature that [readout] allows.
+    Drifts are upper bounds for the temperature changes that [readout] allows.
     """
 
     amplifier: str = report_field("", "name of the amplifier")
@@ -39,23 +39,23 @@ class SignalPath:
     full_counts: tuple[float, ...] = report_field("1", "counts of each channel at its largest force")
     counts_per_N: tuple[float, ...] = report_field("1/N", "sensitivity of each channel")
     noise_N: tuple[float, ...] = report_field("N", "noise of a sample, one standard deviation")
-    zero_drift_N: tuple[float, ...] = report_field("N", "largest drift of each zero since the last taring")
-    gain_drift_percent: tuple[float, ...] = report_field("%", "largest drift of each gain since the calibration")
+    zero_drift_N: tuple[float, ...] = report_field("N", "largest zero drift of each channel since the last taring")
+    gain_drift_percent: tuple[float, ...] = report_field("%", "largest gain drift of each channel since calibration")
     modulus_drift_percent: float = report_field(
-        "%", "largest common drift of all forces since the calibration, from the modulus of the leaves"
+        "%", "largest common drift of all forces since calibration, caused by the modulus of the leaves"
     )
     delay_ms: tuple[float, ...] = report_field(
         "ms",
-        "delay of the conversion of each channel after the first channel of the sample; empty if all are "
+        "delay of the conversion of each channel after the conversion of the first channel; empty if all channels are "
         "converted at once",
     )
-    time_error_ms: float = report_field("ms", "bound of the error of a conversion time, in addition to `delay_ms`")
+    time_error_ms: float = report_field("ms", "largest error of a conversion time, in addition to `delay_ms`")
 
     @property
     def rounding_N(self) -> tuple[float, ...]:
-        """Return the standard deviation of the force of each tip due to rounding to whole counts [N].
+        """Return the standard deviation of the force of each tip [N] caused by rounding to whole counts.
 
-        The rounding error is uniform within one count (JCGM 100:2008, F.2.2.1).
+        The rounding error is distributed uniformly within one count (JCGM 100:2008, F.2.2.1).
         """
         return tuple(1.0 / counts / math.sqrt(12.0) for counts in self.counts_per_N)
 
@@ -66,25 +66,25 @@ class SignalPath:
 
     @property
     def delays(self) -> tuple[float, ...]:
-        """Return the delay of each channel as a fraction of the sample period [1]; empty if there are no delays."""
+        """Return the delay of each channel as a fraction of the sample period [1], or () if there are no delays."""
         return tuple(1e-3 * self.rate_Hz * delay for delay in self.delay_ms) if any(self.delay_ms) else ()
 
     @property
     def time_deviation(self) -> float:
-        """Return the standard deviation of a channel's sampling time, as a fraction of the sample period [1].
+        """Return the standard deviation of the sampling time of a channel, as a fraction of the sample period [1].
 
-        The time error is assumed to be uniformly distributed within its bound (JCGM 100:2008, 4.3.7).
+        The timing error is assumed to be uniformly distributed between its bounds (JCGM 100:2008, 4.3.7).
         """
         return BOUNDED * 1e-3 * self.rate_Hz * self.time_error_ms
 
     @property
     def conversion_order(self) -> tuple[int, ...]:
-        """Return the indices of the channels, from 0, in the order in which they are converted."""
+        """Return the indices of the channels, starting at 0, in the order of their conversions."""
         return tuple(sorted(range(len(self.counts_per_N)), key=lambda tip: (*self.delay_ms[tip : tip + 1], tip)))
 
     @property
     def errors_N(self) -> tuple[float, ...]:
-        """Return the force error of each unloaded tip [N], due to noise and to the drift of its zero."""
+        """Return the force error of each unloaded tip [N], caused by noise and by the zero drift."""
         return tuple(math.hypot(noise, zero) for noise, zero in zip(self.noises_N, self.zero_drift_N, strict=True))
 
 
@@ -92,9 +92,9 @@ class SignalPath:
 class SpringReadOut:
     """The springs of a sensor, and their read-out if the design has one.
 
-    `bench` is the bench on which the springs will be calibrated, if the design expects one. `fastest_s` is the shortest
-    duration of a press by hand that the path can follow [s], if known. `folder` is the folder of the design's report,
-    as commands write it.
+    `bench` is the bench that will calibrate the springs, or None if the design needs no calibration. `fastest_s` is the
+    shortest duration of a press by hand [s] that the signal path can follow, or None if it is unknown. `folder` is the
+    folder of the report of the design, as it is written in commands.
     """
 
     springs: Sequence[SpringToRead]
@@ -107,9 +107,9 @@ class SpringReadOut:
 def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
     """Return an order of conversion in which the channels of both kinds of springs have the same mean sampling time.
 
-    `kinds` is the kind of spring of each tip, and the order lists the indices of the tips. If one kind has an even
-    number of channels, half of them come before the other kind and half after it, as in low, high, high, low. On a
-    level sensor, the effect of the delays on the contrast then cancels. A pair has no such order, and keeps the order
+    `kinds` is the kind of the spring of each tip. The order lists the indices of the tips. If one kind has an even
+    number of channels, half of them come before the other kind and half after it, as in low, high, high, low. The
+    effect of the delays on the contrast then cancels on a level sensor. A pair has no such order, so it keeps the order
     of its tips.
     """
     even_kinds = [kind for kind in dict.fromkeys(kinds) if kinds.count(kind) % 2 == 0]
@@ -124,7 +124,8 @@ def balanced_order(kinds: Sequence[str]) -> tuple[int, ...]:
 def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
     """Return the delay [ms] of each channel after the first conversion of a sample, in the order of the tips.
 
-    The design may give the delays. Otherwise each amplifier converts all its inputs in turn within a sample period.
+    If the design does not give the delays, each amplifier converts all its inputs one after the other during a sample
+    period.
     """
     amplifier = readout.circuit
     if readout.delay_ms is not None:
@@ -137,11 +138,11 @@ def channel_delays(readout: Readout, kinds: Sequence[str]) -> tuple[float, ...]:
 def signal_path(
     readout: Readout, springs: Sequence[SpringToRead], process: Process, kinds: Sequence[str]
 ) -> SignalPath:
-    """Return the signal path of a sensor: its sensitivity, noise and drift for each tip.
+    """Return the signal path of a sensor: the sensitivity, the noise and the drift of the channel of each tip.
 
-    `springs` are the kinds of springs, and `kinds` is the name of the spring of each tip. Each spring has the standard
-    displacement sensor, except for the numbers that `readout` gives. The drifts are those for the changes of
-    temperature in `readout`. The stiffness of the springs drifts with the modulus of the `process`.
+    `springs` has one entry for each kind of spring, and `kinds` is the kind of the spring of each tip. Each spring has
+    the standard displacement sensor, except for the numbers that `readout` overrides. The drifts are those for the
+    temperature changes of `readout`. The stiffness of the springs drifts with the modulus of the `process`.
     """
     amplifier = readout.circuit
     V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
@@ -152,7 +153,7 @@ def signal_path(
     probe_gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
     gain_percent = math.hypot(1e-4 * amplifier.gain_ppm_per_K * readout.drift_K, probe_gain_percent)
 
-    by_kind = {}  # numbers of a channel by the kind of its spring
+    by_kind = {}  # for each kind of spring, the numbers of its channel
     for spring in springs:
         V_per_N = V_per_mm / spring.K
         counts_per_N = V_per_N * amplifier.counts_per_V
@@ -164,7 +165,7 @@ def signal_path(
         }
 
     def by_tip(key: str) -> tuple[float, ...]:
-        """Return one number for every channel, in the order of the tips."""
+        """Return one number per channel, in the order of the tips."""
         return tuple(by_kind[kind][key] for kind in kinds)
 
     return SignalPath(

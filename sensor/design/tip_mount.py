@@ -1,7 +1,7 @@
-"""The printed end of a shuttle, which is the tip or a foot for a pin, and the depth of the plate that it requires.
+"""The printed end of a shuttle, which is a tip or a foot for a pin, and the depth of the plate that it requires.
 
-The two plates of a square stand back to back on opposite sides of it, separated by their pads. The depth of a plate is
-therefore less than the width of the square.
+In a square of tips, the two plates are mounted back to back on opposite sides of the square, separated by their pads.
+So the depth of a plate is less than the width of the square.
 """
 
 from typing import NamedTuple
@@ -10,22 +10,22 @@ from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.quantity import validation_error
 
-_MIN_PAD_MM = 0.2  # two layers of a coarse print
-_MIN_ASPECT = 2.0  # depth of a leaf over its thickness; a shallower leaf is a rod, nearly as soft sideways
+_MIN_PAD_MM = 0.2  # thickness of two layers of a coarse print
+_MIN_ASPECT = 2.0  # minimum ratio of depth to thickness of a leaf; a leaf with less is a rod, nearly as soft sideways
 
 
 class TipMount(NamedTuple):
-    """The printed end of a shuttle [mm]: its side, and the side of the pocket in it, which is None for a tip."""
+    """The printed end of a shuttle [mm]: its side, and the side of the pocket for a pin. A tip has no pocket."""
 
     side: float
     pocket_side: float | None = None
 
 
 def tip_mount(design: Design, process: Process) -> TipMount:
-    """Return the printed end of a shuttle: the tip, or a foot with a pocket for a pin.
+    """Return the printed end of a shuttle: a tip, or a foot with a pocket for a pin.
 
-    Half the side of a foot is a full side of the pocket plus a wall, because the gable of the pocket ends a full side
-    above its middle. Raises InputError if there is no gap between the feet.
+    Half the side of a foot is a wall plus a full side of the pocket, because the gable of the pocket ends a full side
+    above its centre. Raises InputError if there is no gap between the feet.
     """
     tips = design.tips
     if tips.socket == "none":
@@ -33,18 +33,17 @@ def tip_mount(design: Design, process: Process) -> TipMount:
     pocket = tips.side_mm + 2.0 * process.accuracy_mm
     side = round(2.0 * (pocket + process.min_wall_mm), 3)
     if side + process.min_gap_mm > tips.spacing_mm:
-        bound = f"at least {side + process.min_gap_mm:g} mm, for feet of {side:g} mm with pins in them"
-        raise validation_error(
-            "tips.spacing_mm", tips.spacing_mm, "mm", bound, "move the tips apart, or tips.socket = 'none'"
-        )
+        bound = f"at least {side + process.min_gap_mm:g} mm, because pins need feet of {side:g} mm"
+        hint = "move the tips farther apart, or choose tips.socket = 'none'"
+        raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)
     return TipMount(side=side, pocket_side=round(pocket, 3))
 
 
 def plate_depth(design: Design, process: Process) -> float:
-    """Return the depth of the plate [mm]: the depth of the process, or the side of the tip mount if that is larger.
+    """Return the depth of the plate [mm]: the depth of the process, or the side of the tip mount if it is larger.
 
-    The plates of a square are as deep as the spacing of the tips allows. Raises InputError if that is too shallow. A
-    line has no plate, and its leaves have the depth of the process.
+    The plates of a square are as deep as the spacing of the tips allows; InputError is raised if that is too shallow. A
+    line has no plate, so its leaves have the depth of the process.
     """
     if not design.tips.tip_layout.has_housing:
         return process.depth_mm
@@ -59,10 +58,11 @@ def plate_depth(design: Design, process: Process) -> float:
         reason = "a tip is wide" if side == min_depth else f"two leaf thicknesses of {process.name}"
         plate = f"a plate as deep as {reason}, {min_depth:g} mm"
         bound = f"at least {min_depth + pads:g} mm: {plate}, and two pads of {0.5 * pads:g}"
-        raise validation_error("tips.spacing_mm", spacing, "mm", bound, "move the tips apart, or take narrower tips")
+        hint = "move the tips farther apart, or choose narrower tips"
+        raise validation_error("tips.spacing_mm", spacing, "mm", bound, hint)
     return depth
 
 
 def pad_height(process: Process) -> float:
-    """Return the height of the pads on the back of a square's plate [mm]; two make the minimum gap of the process."""
+    """Return the height of the pads on the back of a plate [mm]. Two pads make at least the minimum gap."""
     return max(_MIN_PAD_MM, 0.5 * process.min_gap_mm)

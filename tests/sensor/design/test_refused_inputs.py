@@ -46,7 +46,7 @@ def test_setting_below_a_key_that_is_no_table_is_refused():
     assert error.value.field == "targets"
 
 
-@pytest.mark.parametrize(("thickness", "hint"), [(0.9, "take 0.8 or 1.2 mm"), (0.1, "take 0.4 or 0.8 mm")])
+@pytest.mark.parametrize(("thickness", "hint"), [(0.9, "choose 0.8 or 1.2 mm"), (0.1, "choose 0.4 or 0.8 mm")])
 def test_leaf_of_no_whole_number_of_lines_is_told_the_nearest_ones(thickness, hint):
     with pytest.raises(InputError) as error:
         design_from_mapping({"print": {"leaf_thickness_high_mm": thickness}})
