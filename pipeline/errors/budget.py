@@ -1,8 +1,8 @@
 """The parts of each error bar: the numerical error, effects that the model leaves out, and unknown inputs.
 
 The three parts follow ASME V&V 20. A verdict asks whether the design meets its targets in the model, so it uses only
-the numerical error, which a finer mesh reduces. No mesh reduces the model's part or the scatter of a process;
-calibrating the printed unit does.
+the numerical error, which a finer mesh reduces. No mesh reduces the model error or the scatter of a process, but the
+calibration of a printed unit does.
 """
 
 import math
@@ -21,19 +21,19 @@ from sensor.record import Record
 from sensor.theory.two_spring_law import Definition, curve_nonlinearity
 from solve.contact.linear_response import SensorResponse
 
-ROUND_OFF = 1e-9  # a relative change below this is round-off
-LIFTED = 1.0  # relative change of a number if a cause lifts a tip off the fruit
+ROUND_OFF = 1e-9  # smaller relative changes are round-off
+LIFTED = 1.0  # relative change that represents a cause which lifts a tip off the fruit
 
 Change = Callable[[Cause, float], Floats]
-"""A function that returns the relative change of numbers of any shape due to a cause times a sign [1]."""
+"""A function that returns the relative change of results of any shape [1] due to a cause times a sign."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Budgets(Record):
-    """The error budget of each number; `contact` is that of the fruit's compliance s11 - s12.
+    """The error budgets of the results. `contact` is the budget of the compliance s11 - s12 of the fruit.
 
-    Springs that are not printed have none. P_max and NL have none if a tip is out of contact or the sensor does not
-    read a force ratio. Domes have no s11 - s12, because their contact grows.
+    Springs that are not printed have no budget. P_max and NL have none if a tip is out of contact, or if the sensor
+    does not read a force ratio. Domes have no s11 - s12, because their contact area grows.
     """
 
     K_l: UncertaintyBudget | None
@@ -44,18 +44,19 @@ class Budgets(Record):
 
     @property
     def widest_spring(self) -> float:
-        """Return the largest error of a spring by the inputs [1], two standard deviations; 0 without a housing."""
+        """Return the largest stiffness error due to the inputs [1], two standard deviations; 0 without a housing."""
         springs = [budget for budget in (self.K_l, self.K_h) if budget is not None]
         return max((budget.inputs_total for budget in springs), default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LevelPress:
-    """Level presses of a pair over moduli [MPa] (moduli, 1) and travels [mm] (travels,), and the causes in them.
+    """Level presses of a pair at moduli (moduli, 1) [MPa] and travels (travels,) [mm], and the causes of their errors.
 
-    K are the stiffnesses of the springs [N/mm]. `crosstalk` is the compliance of the fruit between both tips times E
-    [1/mm], (moduli, 1). `own` is its compliance under each tip minus the crosstalk, times E [1/mm], (2, moduli, 1). The
-    changes of all numbers follow from these presses, so that each cause acts on each fruit with its size there.
+    K are the stiffnesses of the springs [N/mm]. `crosstalk` (moduli, 1) [1/mm] is the compliance of the fruit between
+    the two tips, times E. `own` (2, moduli, 1) [1/mm] is its compliance under each tip minus the crosstalk, times E.
+    All changes are computed from these presses, so that each cause has the size that belongs to the modulus and the
+    travel.
     """
 
     E: Floats
@@ -67,17 +68,17 @@ class LevelPress:
     NL_definition: Definition
 
     def ratio(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return the force ratio P [1], (moduli, travels), if a cause acts with a multiple of its size.
+        """Return the force ratio P [1], (moduli, travels), if a cause acts with `times` its size.
 
-        P is nan if the cause lifts a tip off the fruit. The forces solve (E C + S) F = E (travel + height offset). C is
-        the compliance of the springs, and S / E the compliance of the fruit.
+        P is nan if the cause lifts a tip off the fruit. The forces solve (E C + S) F = E (travel + height offset),
+        where C is the compliance of the springs and S / E the compliance of the fruit.
         """
-        diagonal = []  # of E C + S [1/mm]; its other elements are the crosstalk
+        diagonal = []  # diagonal of E C + S [1/mm]; the other elements are the crosstalk
         for i, K in enumerate(self.K):
             changed_K = K * (1.0 + times * cause.springs[i])
             diagonal.append(self.E / changed_K + self.own[i] / (1.0 + times * cause.fruit[i]) + self.crosstalk)
         travel_l, travel_h = (self.travel + times * offset for offset in cause.height_offsets)
-        # Cramer's rule: both forces have the same determinant, which cancels in their ratio.
+        # Cramer's rule. Both forces have the same determinant, which cancels in their ratio.
         F_l = diagonal[1] * travel_l - self.crosstalk * travel_h
         F_h = diagonal[0] * travel_h - self.crosstalk * travel_l
         both_touch = np.minimum(F_l, F_h) > 0.0
@@ -85,18 +86,18 @@ class LevelPress:
         return ratio
 
     def largest_ratio(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return P [1] at the largest modulus and full travel, as `ratio` does."""
+        """Return P [1] at the largest modulus and full travel, like `ratio`."""
         largest: Floats = self.ratio(cause, times)[-1, -1]
         return largest
 
     def nonlinearity(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return NL [1] at full travel by its definition, as `ratio` does."""
+        """Return NL [1] at full travel by its definition in the targets, like `ratio`."""
         P = self.ratio(cause, times)[:, -1]
         return np.asarray(curve_nonlinearity(P.tolist(), self.E[:, 0].tolist(), self.NL_definition))
 
 
 def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
-    """Return the level presses of a pair at moduli E (moduli,) [MPa] and travels (travels,) [mm], with their causes.
+    """Return the level presses of a pair at moduli E (moduli,) [MPa] and travels (travels,) [mm].
 
     The compliances come from the solved contact, and the deflections of the springs from the two-spring law.
     """
@@ -120,10 +121,10 @@ def level_press(pair: PressedSensor, E: Floats, travel: Floats) -> LevelPress:
 def uncertainty_budgets(
     pair: PressedSensor, reached: SceneTargets, press: ScenePress, level: LevelPress | None
 ) -> Budgets:
-    """Return the error budgets of both springs, of P_max and NL, and of the fruit's compliance.
+    """Return the error budgets of both springs, of P_max and NL, and of the compliance of the fruit.
 
-    P_max and NL have budgets only if the presses in `level` are given, on which their causes act. If the scene was
-    solved at other tilts, the change due to the pose comes from these solutions.
+    P_max and NL have budgets only if the `level` presses are given, because their causes act on these presses. If the
+    scene was also solved at other tilts, these solutions give the change due to the pose.
     """
     travel = pair.design.press.travel_mm
     spring_causes = all_causes(pair, travel, _largest_deflections(pair))
@@ -149,7 +150,7 @@ def uncertainty_budgets(
 
 
 def _largest_deflections(pair: PressedSensor) -> Floats:
-    """Return the largest deflection of each spring (2,) [mm] at full travel, in the scene or level."""
+    """Return the larger deflection of each spring (2,) [mm] at full travel: in the scene, or in a level press."""
     level = force_ratio_curve(pair).deflections(pair.sizing.K_m_at_largest_E, pair.design.press.travel_mm)
     return np.maximum(level, pair.springs.deflections)
 
@@ -163,14 +164,15 @@ def _change_of_K_h(cause: Cause, sign: float) -> Floats:
 
 
 def _change_of_contact(cause: Cause, sign: float) -> Floats:
-    """Return the relative change of s11 - s12 [1], the reciprocal of the fruit's stiffness."""
+    """Return the relative change of s11 - s12 [1], which is the reciprocal of the stiffness of the fruit."""
     return np.asarray(1.0 / (1.0 + sign * cause.fruit[0]) - 1.0)
 
 
 def relative_change(number: Callable[..., Floats], scale: float | None = None) -> Change:
-    """Return a function for the relative change of numbers by a multiple of a cause [1].
+    """Return a function for the relative change of results due to a multiple of a cause [1].
 
-    The change is divided by `scale`, or by the numbers themselves. The change is `LIFTED` for a cause that lifts a tip.
+    `number` computes the results. The change is divided by `scale`, or by the results without a cause. It is `LIFTED`
+    if the cause lifts a tip.
     """
     nominal = number()
     # A scale of 0 would divide by zero, so it is replaced by 1.
@@ -184,10 +186,10 @@ def relative_change(number: Callable[..., Floats], scale: float | None = None) -
 
 
 def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
-    """Return the change of a number in its scene, with the effect of the pose from presses at other tilts.
+    """Return a function for the change of a result in its scene, whose effect of the pose comes from tilted presses.
 
-    `tilted` has the number at the tilt minus and plus its spread, nan if a tip is out of contact. If it is empty, the
-    change is returned unchanged.
+    `tilted` holds the result at the tilt minus and plus its spread, or nan if a tip is out of contact. If `tilted` is
+    empty, `change` is returned.
     """
     if not tilted:
         return change
@@ -203,14 +205,14 @@ def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
 
 
 def _tilted_NL(tilted: SensorResponse) -> float:
-    """Return NL at mid-range [1] of a tilted press, solved at the softest, the middle and the largest modulus."""
+    """Return NL at mid-range [1] of a tilted press, solved at the smallest, the middle and the largest modulus."""
     return curve_nonlinearity(tilted.P[:, -1].tolist(), (0.0, 0.5, 1.0), "mid-range")
 
 
 def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> UncertaintyBudget:
-    """Return the budget of a number, from its `numerical` error [1] and its relative change due to each cause.
+    """Return the budget of a result, from its `numerical` error [1] and its relative change due to each cause.
 
-    Changes below round-off are left out. Effects of the model add; inputs are independent, so their squares add.
+    Changes below round-off are left out. The sizes of model effects add. Inputs are independent, so their squares add.
     """
     model: list[Contribution] = []
     inputs: list[Contribution] = []
@@ -229,9 +231,9 @@ def budget_of(numerical: float, causes: Iterable[Cause], change: Change) -> Unce
 
 
 def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> Floats:
-    """Return the total relative errors of an array of numbers [1], each as the total of its `UncertaintyBudget`.
+    """Return the total relative errors [1] of an array of results. Each is the total of an `UncertaintyBudget`.
 
-    `numerical` are the numerical errors of the numbers [1], and `change` returns changes of the same shape.
+    `numerical` holds the numerical errors of the results [1], and `change` returns changes of the same shape.
     """
     model_sum = np.zeros_like(numerical)
     input_squares = np.zeros_like(numerical)
@@ -245,14 +247,14 @@ def total_errors(numerical: Floats, causes: Iterable[Cause], change: Change) -> 
 
 
 def size_of(cause: Cause, change: Change) -> Floats:
-    """Return the relative change of numbers due to a cause [1].
+    """Return the relative change of results due to a cause [1].
 
-    An input acts in both directions, so its size has no sign: usually it is the mean of both changes.
+    An input acts in both directions, so its size has no sign. Usually it is half the difference of the two changes.
     """
     up = change(cause, 1.0)
     if not cause.scatters:
         return up
     down = change(cause, -1.0)
-    # A height offset acts far more to one side than to the other, so the larger change is taken.
+    # A height offset changes the results much more in one direction than in the other, so the larger change is used.
     one_sided = (cause.height_offsets != 0.0).any(axis=0)
     return np.where(one_sided, np.maximum(np.abs(up), np.abs(down)), 0.5 * np.abs(up - down))

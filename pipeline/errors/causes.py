@@ -1,12 +1,12 @@
-"""Causes of errors in the numbers of a sensor, beyond the numerical error.
+"""Causes of errors in the results of a sensor, other than the numerical error.
 
 A cause is either an effect that the model leaves out, or the scatter of an input (two standard deviations). It changes
 the stiffness of a spring, the stiffness of the fruit under a tip, or the height of a tip. `budget.py` propagates it to
-each number, and its advice becomes a note.
+each result, and its advice becomes a note.
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,6 +24,7 @@ from sensor.design.processes import FOOT_MM, Process
 from sensor.design.reading import WEIGHED_AFTER_S
 from sensor.quantity import COVERAGE
 from sensor.theory.free_fruit import roll
+from sensor.theory.leaf_spring import Flexure
 from sensor.theory.rounded_edge import edge_loss
 from sensor.theory.sloped_skin import frictionless_press
 from sensor.theory.soft_tissue import (
@@ -35,32 +36,34 @@ from sensor.theory.soft_tissue import (
 )
 from sensor.theory.two_spring_law import series_stiffness
 
-BEAM_SLOPE = 3.0  # slope of ln K over ln t for a beam; solids have less
-INCOMPRESSIBLE = 0.5  # Poisson's ratio
-FOOT_HIGH_MM = 0.2  # height of the layer that is wider by FOOT_MM
-# Share of the frame in 1/K times E w / K: 0.08 and 0.6 % at K 0.753 and 17.3 N/mm, E 2000 MPa, w 6 mm. It covers
-# plastic leaves; the long steel leaves have 6 to 7 times it, 0.005 and 0.04 %. tests/reference/fits/test_housing.py
+BEAM_SLOPE = 3.0  # d ln K / d ln t of a beam, with t the leaf thickness; solids have a smaller slope
+INCOMPRESSIBLE = 0.5  # Poisson's ratio of incompressible flesh
+FOOT_HIGH_MM = 0.2  # height of the first layer, which is wider by FOOT_MM on each side [mm]
+# Fraction of the compliance 1/K that is due to the frame, times E w / K. The fraction is 0.08 % for K = 0.753 N/mm and
+# 0.6 % for K = 17.3 N/mm, at E = 2000 MPa and w = 6 mm. This holds for plastic leaves. With long steel leaves the frame
+# contributes 6 to 7 times as much, which is 0.005 % and 0.04 %. See tests/reference/fits/test_housing.py.
 FRAME_FRACTIONS = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
-# Largest change of the low and of the high spring by another mount, over presets, processes and mounts, with a margin
-# of a quarter: docs/measurements.md#other-mounts. The low spring is taken as softer and the high one as stiffer, which
-# changes P most.
+# Largest relative change of the low and of the high spring due to another mount, over presets, processes and mounts,
+# with a margin of a quarter: docs/measurements.md#other-mounts. The low spring becomes softer and the high spring
+# stiffer, because this changes P most.
 LARGEST_MOUNT_CHANGES = (-0.0011, 0.0086)
-POSE = "pose"  # the cause that a tilted scene solves itself
-CALIBRATED = 0.01  # relative error of each stiffness after weighing a printed unit
-ZEROED_MM = 0.01  # height difference of two tips after zeroing on a flat plate: a judgement
+POSE = "pose"  # name of the cause whose effect is solved in tilted scenes
+CALIBRATED = 0.01  # relative error of each stiffness after the calibration of a printed unit with weights
+ZEROED_MM = 0.01  # height difference of two tips after zeroing on a flat plate [mm], by judgement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cause:
-    """An effect on numbers: relative changes of each spring and of the fruit under each tip [1], height offsets [mm].
+    """An effect on the results of a sensor.
 
-    All three have a row for each tip. Their shape is (2,) if they are the same in all presses, else (2, ...) with the
-    shape of the presses.
+    `springs` and `fruit` [1] are the relative changes of the stiffness of each spring, and of the fruit under each tip.
+    `height_offsets` [mm] are the changes of the height of each tip. All three have one row per tip. Their shape is (2,)
+    if they are the same in all presses, and otherwise (2, ...) with the shape of the presses.
 
-    `scatters` marks an input known within a range, which acts in both directions; other causes are left out by the
-    model. `calibrated` causes vanish when the printed unit is calibrated. The stiffness of a spring is proportional to
-    its input to the `power`. `advice` is an action for the user. If there is advice, the note uses the reason as its
-    subject, so the reason is a noun phrase.
+    `scatters` is true for an input that is known within a range, which acts in both directions. Other causes are left
+    out by the model. A `calibrated` cause vanishes when the printed unit is calibrated. The stiffness of a spring is
+    proportional to its input to the `power`. `advice` is an action for the user. A note with advice uses the reason as
+    its subject, so the reason is then a noun phrase.
     """
 
     name: str
@@ -78,10 +81,10 @@ NO_CAUSE = Cause(name="", reason="")
 
 
 def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats) -> tuple[Cause, ...]:
-    """Return all causes of error of a pair of tips, each with its size in presses to these travels [mm].
+    """Return all causes of error of a pair of tips, with their sizes in presses to these travels [mm].
 
-    `travel` has any shape, and `deflections` (2, ...) [mm] are those of the low and the high spring at these travels.
-    Effects that the model leaves out come first, then the scatter of inputs.
+    `travel` has any shape. `deflections` (2, ...) [mm] are the deflections of the low and the high spring at these
+    travels. Effects that the model leaves out come first, then the scatter of inputs.
     """
     travel = np.maximum(LEAST_TRAVEL, travel)
     depths = travel - deflections
@@ -96,9 +99,9 @@ def all_causes(pair: PressedSensor, travel: Floats | float, deflections: Floats)
 
 
 def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
-    """Return the causes that remain after calibration of a unit, and the errors of the calibration itself.
+    """Return the causes that remain after the calibration of a unit, and the errors of the calibration itself.
 
-    Calibration determines both stiffnesses, and zeroing on a flat plate determines the heights of the tips.
+    The calibration determines both stiffnesses. Zeroing on a flat plate determines the heights of the tips.
     """
     reason = f"tips zeroed on a flat plate to {ZEROED_MM:g} mm"
     half = 0.5 * ZEROED_MM
@@ -110,7 +113,7 @@ def after_calibration(causes: Iterable[Cause]) -> tuple[Cause, ...]:
 
 
 def known_springs() -> tuple[Cause, ...]:
-    """Return the errors of both stiffnesses of a calibrated unit, as independent causes."""
+    """Return the stiffness errors of the two springs of a calibrated unit, as independent causes."""
     reason = f"known to {100.0 * CALIBRATED:g} %"
     return (
         Cause(name="low spring", reason=reason, springs=np.array([CALIBRATED, 0.0]), scatters=True),
@@ -121,69 +124,88 @@ def known_springs() -> tuple[Cause, ...]:
 def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause]:
     """Yield the effects on the stiffness of printed springs that the model leaves out.
 
-    They are large deflections, marks, the first layer, another mount, and creep. `deflections` (2, ...) [mm] are those
-    of the springs. Nothing without a housing.
+    `deflections` (2, ...) [mm] are the deflections of the springs. Without a housing there are no effects.
     """
     housing = pair.springs.housing
     if housing is None:
         return
     process = pair.springs.process
     leaves = [arm.flexure for arm in housing.arms]
+    yield _large_deflection(leaves, deflections)
+    yield _engraved_marks(leaves, pair)
+    if process.line_width_mm is not None:  # a process that prints lines, whose first layer spreads
+        yield _elephants_foot(leaves)
+    yield _other_mount()
+    # Readings correct the creep, and the error of this correction is one of their sources.
+    if pair.springs.creep.exponent != 0.0 and pair.design.reading is None:
+        yield _creep_in_press(pair)
 
+
+def _large_deflection(leaves: Sequence[Flexure], deflections: Floats) -> Cause:
+    """Return the stiffening of the leaves by their deflections (2, ...) [mm], by the elastica."""
     deflections_text = " and ".join(f"{deflection.max():.3g}" for deflection in deflections)
     changes = np.array([stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True)])
-    yield Cause(name="large deflection", reason=f"elastica of leaves bent by {deflections_text} mm", springs=changes)
+    return Cause(name="large deflection", reason=f"elastica of leaves bent by {deflections_text} mm", springs=changes)
 
+
+def _engraved_marks(leaves: Sequence[Flexure], pair: PressedSensor) -> Cause:
+    """Return an upper bound for the softening by the engraved marks: a frame that is thinner by their depth."""
     mark_changes = []
     for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
         # The frame contributes this fraction of the compliance 1/K. A frame that is thinner by the depth of the marks
         # is softer by the relative change of its depth.
-        frame_fraction = fraction * K / (process.E_MPa * leaf.depth)
+        frame_fraction = fraction * K / (pair.springs.process.E_MPa * leaf.depth)
         mark_changes.append(-frame_fraction * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
-    yield Cause(name="engraved marks", reason=reason, springs=np.array(mark_changes), calibrated=True)
+    return Cause(name="engraved marks", reason=reason, springs=np.array(mark_changes), calibrated=True)
 
-    if process.line_width_mm is not None:  # a process that prints lines, whose first layer spreads
-        foot_changes = []
-        for leaf in leaves:
-            # K is proportional to the cube of the thickness, but only over the fraction of the depth that the wide
-            # layer takes up.
-            thickness_ratio = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
-            foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thickness_ratio**BEAM_SLOPE - 1.0))
-        yield Cause(
-            name="elephant's foot",
-            reason=f"a first layer {FOOT_MM:g} mm wider on each side and {FOOT_HIGH_MM:g} mm high",
-            springs=np.array(foot_changes),
-            calibrated=True,
-            advice="Cut off the elephant's foot, or calibrate",
-        )
 
+def _elephants_foot(leaves: Sequence[Flexure]) -> Cause:
+    """Return the stiffening of the leaves by their first layer, which is wider than the others."""
+    foot_changes = []
+    for leaf in leaves:
+        # K is proportional to the cube of the thickness, but only over the part of the depth that the wide layer
+        # takes up.
+        thickness_ratio = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
+        foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thickness_ratio**BEAM_SLOPE - 1.0))
+    return Cause(
+        name="elephant's foot",
+        reason=f"a first layer {FOOT_MM:g} mm wider on each side and {FOOT_HIGH_MM:g} mm high",
+        springs=np.array(foot_changes),
+        calibrated=True,
+        advice="Cut off the elephant's foot, or calibrate",
+    )
+
+
+def _other_mount() -> Cause:
+    """Return the largest effect of a mount that differs from the mount of the fabrication sheet."""
     percents = " and ".join(f"{100.0 * abs(change):.2g}" for change in LARGEST_MOUNT_CHANGES)
     reason = (
         f"another mount than the sheet's: at most {percents} % over presets, processes and mounts "
         "(docs/measurements.md)"
     )
-    yield Cause(name="mount", reason=reason, springs=np.array(LARGEST_MOUNT_CHANGES), calibrated=True)
+    return Cause(name="mount", reason=reason, springs=np.array(LARGEST_MOUNT_CHANGES), calibrated=True)
 
+
+def _creep_in_press(pair: PressedSensor) -> Cause:
+    """Return the stiffness of plastic springs in a press relative to their stiffness under a hanging weight."""
     creep = pair.springs.creep
-    # readings correct the creep, and their sources contain its error
-    if creep.exponent != 0.0 and pair.design.reading is None:
-        press_s = pair.design.press_s
-        stiffer_in_a_press = creep.press_over_weighed(WEIGHED_AFTER_S, press_s) - 1.0
-        reason = (
-            f"in a press of {press_s:.3g} s, against a weight read after {WEIGHED_AFTER_S:g} s; the compliance grows "
-            f"by {100.0 * creep.per_decade:.2g} % a decade"
-        )
-        yield Cause(name="creep", reason=reason, springs=np.full(2, stiffer_in_a_press))
+    press_s = pair.design.press_s
+    stiffer_in_a_press = creep.press_over_weighed(WEIGHED_AFTER_S, press_s) - 1.0
+    reason = (
+        f"in a press of {press_s:.3g} s, against a weight read after {WEIGHED_AFTER_S:g} s; the compliance grows "
+        f"by {100.0 * creep.per_decade:.2g} % a decade"
+    )
+    return Cause(name="creep", reason=reason, springs=np.full(2, stiffer_in_a_press))
 
 
 def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
     """Yield the effects on the fruit that the model leaves out: friction, large strain, and the slope of the skin.
 
-    `depths` (2, ...) [mm] are the indentations of the tips.
+    `depths` (2, ...) [mm] are the indentations of the fruit under the tips.
     """
     poisson = design.fruit.poisson
-    grip_change = no_slip(poisson)  # relative change of the fruit's stiffness if the tip does not slide
+    grip_change = no_slip(poisson)  # relative change of the fruit stiffness if the tip does not slide
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
     yield Cause(name="no slip", reason=reason, fruit=np.array([grip_change, grip_change]))
 
@@ -214,49 +236,60 @@ def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
 def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) -> Iterator[Cause]:
     """Yield the effects of lateral motion that the model leaves out: flat tips on a slope, and a fruit that rolls.
 
-    `travel` [mm] has any shape, and `deflections` (2, ...) [mm] are those of the springs.
+    `travel` [mm] has any shape, and `deflections` (2, ...) [mm] are the deflections of the springs.
     """
     design = pair.design
     sideways = pair.springs.sideways
-    if sideways is not None and not design.tips.tip_shape.obeys_hertz:  # the law of domes includes it
-        slopes = scene_of(design).slopes_deg
-        give_changes = []
-        for tip, deflection in enumerate(deflections):
-            # `lean` is the inclined force relative to its component along the press. The compliance that it adds to
-            # the spring is expressed as a softer fruit.
-            lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
-            added_fraction = float(lean @ sideways.compliance[tip, tip] @ lean / pair.C[tip, tip])
-            depth = np.maximum(LEAST_TRAVEL, travel - deflection)
-            give_changes.append(1.0 / (1.0 + added_fraction * deflection / depth) - 1.0)
-        reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
-        yield Cause(name="sideways give", reason=reason, fruit=np.array(give_changes))
-
+    if sideways is not None and not design.tips.tip_shape.obeys_hertz:  # the law of domes includes this effect
+        yield _sideways_give(pair, sideways.compliance, travel, deflections)
     radius = design.fruit.radius_mm
     if design.fruit.can_roll and radius is not None:
-        positions = design.tips.centres_mm
-        law = force_ratio_curve(pair)
-        stiffness = [
-            series_stiffness(law.springs.K_l, law.K_m_max),
-            series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
-        ]
-        roll_angles = []
-        for depth in travel.flat:
-            rolled = roll([K * depth for K in stiffness], positions, stiffness, radius)
-            # A fruit that rolls away lifts a tip: the offset is set to more than the travel.
-            roll_angles.append(
-                math.radians(rolled.angle_deg) if rolled.steady else 2.0 * depth / design.tips.spacing_mm
-            )
-        # Forces are proportional to the travel, so the coefficient of friction is the same at all travels.
-        yield Cause(
-            name="free fruit",
-            reason=f"a fruit that rolls freely on a table (friction of {rolled.friction:.2g} holds it)",
-            height_offsets=np.multiply.outer(positions, np.reshape(roll_angles, travel.shape)),
-            advice="Hold the fruit",
-        )
+        yield _free_fruit(pair, radius, travel)
+
+
+def _sideways_give(pair: PressedSensor, compliance: Floats, travel: Floats, deflections: Floats) -> Cause:
+    """Return the effect of the sideways compliance of the springs under forces that are inclined by the skin.
+
+    A force along the normal of the skin also pushes its tip down the slope. The compliance that this adds to the spring
+    is expressed as a softer fruit. `compliance` (tips, tips, 3, 3) [mm/N] relates the forces and displacements of tips.
+    """
+    slopes = scene_of(pair.design).slopes_deg
+    give_changes = []
+    for tip, deflection in enumerate(deflections):
+        # the inclined force divided by its component along the press
+        inclination = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
+        added_fraction = float(inclination @ compliance[tip, tip] @ inclination / pair.C[tip, tip])
+        depth = np.maximum(LEAST_TRAVEL, travel - deflection)
+        give_changes.append(1.0 / (1.0 + added_fraction * deflection / depth) - 1.0)
+    reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
+    return Cause(name="sideways give", reason=reason, fruit=np.array(give_changes))
+
+
+def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
+    """Return the height offsets of the tips on a fruit of `radius` [mm] that rolls on a table without friction."""
+    design = pair.design
+    positions = design.tips.centres_mm
+    law = force_ratio_curve(pair)
+    stiffness = [
+        series_stiffness(law.springs.K_l, law.K_m_max),
+        series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
+    ]
+    roll_angles = []
+    for depth in travel.flat:
+        rolled = roll([K * depth for K in stiffness], positions, stiffness, radius)
+        # If the fruit rolls away, a tip lifts off. The height offset is then set to more than the travel.
+        roll_angles.append(math.radians(rolled.angle_deg) if rolled.steady else 2.0 * depth / design.tips.spacing_mm)
+    # Forces are proportional to the travel, so the coefficient of friction is the same at all travels.
+    return Cause(
+        name="free fruit",
+        reason=f"a fruit that rolls freely on a table (friction of {rolled.friction:.2g} holds it)",
+        height_offsets=np.multiply.outer(positions, np.reshape(roll_angles, travel.shape)),
+        advice="Hold the fruit",
+    )
 
 
 def _print_scatter(process: Process) -> Iterator[Cause]:
-    """Yield the scatter from print to print, of modulus and leaf thickness, which all springs of a print share."""
+    """Yield the scatter of modulus and leaf thickness from print to print, which all springs of a print share."""
     advice = "Calibrate each printed unit"
     E = COVERAGE * process.E_scatter
     yield Cause(
@@ -267,7 +300,7 @@ def _print_scatter(process: Process) -> Iterator[Cause]:
         calibrated=True,
         advice=advice,
     )
-    accuracy = process.accuracy_mm  # [mm], of 95 % coverage
+    accuracy = process.accuracy_mm  # 95 % half width [mm]
     stiffness_changes = np.array([((t + accuracy) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
     yield Cause(
         name="leaf thickness",
@@ -283,11 +316,11 @@ def _print_scatter(process: Process) -> Iterator[Cause]:
 def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
     """Yield the scatter of the tips: of their sides, of the rounding of their edges, and of their heights.
 
-    The effect of rounding depends on the indentations `depths` (2, ...) [mm].
+    The effect of the rounding depends on the indentations `depths` (2, ...) [mm].
     """
     tips = pair.design.tips
     accuracy = tip_accuracy_mm(tips, pair.springs.process)
-    # The correction for large changes is valid up to LARGEST_CHANGE, so a larger error of the side is cut off there.
+    # Changes are only valid up to LARGEST_CHANGE, so a larger relative error of the side is cut off there.
     side_change = min(LARGEST_CHANGE, accuracy / tips.side_mm)
     reason = f"tips wider or narrower by {accuracy:g} mm (the fruit's stiffness is proportional to the side)"
     yield Cause(name="tip side", reason=reason, fruit=np.array([side_change, side_change]), scatters=True)
@@ -295,7 +328,7 @@ def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
     reason = f"edges rounded by {accuracy:g} mm, at the depth of each tip"
     yield Cause(name="tip edge", reason=reason, fruit=-edge_loss(depths, tips.side_mm, accuracy), scatters=True)
 
-    heights = np.array([-0.5 * accuracy, 0.5 * accuracy])  # up for one tip, down for the other
+    heights = np.array([-0.5 * accuracy, 0.5 * accuracy])  # one tip is lower, the other is higher
     yield Cause(
         name="tip height",
         reason=f"a step of {accuracy:g} mm between the tips",
@@ -307,7 +340,7 @@ def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
 
 
 def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
-    """Yield the scatter of fruit and press: Poisson's ratio, tilt, and the attitude of the sensor."""
+    """Yield the scatter of the fruit and the press: Poisson's ratio, the tilt, and the attitude of the sensor."""
     design = pair.design
     fruit = design.fruit
     largest_poisson = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
@@ -344,5 +377,5 @@ def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
 
 
 def zeroing(design: Design) -> str:
-    """Return the advice for a user whose tips are not level."""
+    """Return the advice for tips that are not level."""
     return f"Zero the tips on a flat plate in the attitude of the press ({design.press.attitude})"

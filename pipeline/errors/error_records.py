@@ -1,4 +1,4 @@
-"""Records of targets and errors that are parts of report.json, which is read without the solvers."""
+"""Records of targets and errors that are parts of report.json. They can be read without the solvers."""
 
 from dataclasses import dataclass
 
@@ -10,27 +10,27 @@ Interval = tuple[float | None, float | None]
 
 @dataclass(frozen=True, kw_only=True)
 class LevelTargets:
-    """P_max and NL of a level sensor with flat sharp tips at the centre of a flat fruit, by the two-spring law."""
+    """P_max and NL of a level sensor with sharp flat tips at the centre of a flat fruit, by the two-spring law."""
 
     P_max: float = report_field("1", "force ratio on the firmest fruit")
     P_max_error: float = report_field("1", "half width of the error bar of P_max")
-    NL: float = report_field("1", "nonlinearity of the force ratio over the modulus")
+    NL: float = report_field("1", "nonlinearity of the force ratio as a function of the modulus")
     NL_error: float = report_field("1", "half width of the error bar of NL")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Contribution:
-    """The effect of one cause on a number: its relative size [1], its reason, and advice for the user."""
+    """The effect of a cause on a result: its relative size [1], its reason, and advice for the user."""
 
     effect: str = report_field("", "name of the effect")
-    size: float = report_field("%", "change of the number by this effect", key="size_percent", times=100.0)
+    size: float = report_field("%", "relative change of the number due to this effect", key="size_percent", times=100.0)
     reason: str = report_field("", "how this change was found")
     advice: str = report_field("", "what a user can do about it", default="", told=False)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class UncertaintyBudget(Record):
-    """The error of one number by its sources, each relative to the number [1].
+    """The relative error of a result, divided into its sources [1].
 
     The effects of the model act together, so their sizes add. The inputs are independent, so their squares add.
     """
@@ -46,22 +46,22 @@ class UncertaintyBudget(Record):
     model_total: float = report_field("%", "sum of the sizes of all model effects", key="model_percent", times=100.0)
     inputs_total: float = report_field(
         "%",
-        "root of the sum of the squares of all input effects, two standard deviations",
+        "root sum of squares of all input effects, two standard deviations",
         key="inputs_percent",
         times=100.0,
     )
 
     @property
     def total(self) -> float:
-        """Return the total error [1] of mesh, model and inputs."""
+        """Return the total error [1] due to the mesh, the model and the inputs."""
         return self.numerical + self.model_total + self.inputs_total
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScatterBands(Record):
-    """Bands that contain the middle 95 % of prints.
+    """Intervals that contain the middle 95 % of prints.
 
-    An end is None if prints show a P that nominal springs never show.
+    An end is None if prints show a P that nominal springs cannot show.
     """
 
     K_l_N_per_m: Interval = report_field("N/m", "band of the stiffness of the low spring")
@@ -70,8 +70,8 @@ class ScatterBands(Record):
     NL: Interval = report_field("1", "band of the nonlinearity")
     modulus_error: Interval = report_field(
         "1",
-        "band of the relative error of the modulus, if it is read with the nominal stiffnesses; null where "
-        "the band has no end",
+        "band of the relative error of the modulus, if it is read with the nominal stiffnesses; null if an end of "
+        "the band is not finite",
     )
     calibrated_modulus_error: float | None = report_field(
         "1", "relative error of the modulus if both stiffnesses of the unit are known to 1 %"

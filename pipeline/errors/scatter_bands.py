@@ -1,7 +1,7 @@
-"""Scatter of prints before calibration, as bands of their numbers.
+"""Scatter of prints before calibration, as bands that contain most prints.
 
-The bands come from a sample of prints. In each print, every cause that scatters from print to print has one value,
-common to all springs.
+The bands are computed from a sample of prints. In each print, every cause that scatters from print to print has a
+single value, which all springs share.
 """
 
 import math
@@ -25,10 +25,10 @@ LEVEL = 0.95
 
 
 def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None:
-    """Return the bands that contain 95 % of the prints of a pair before calibration; None without a housing.
+    """Return the bands that contain 95 % of the prints of a pair before calibration, or None without a housing.
 
-    For a sample of prints, the stiffnesses vary and P_max, NL and the modulus read follow from `level` presses. The
-    modulus is read from P at the largest modulus as if the springs were nominal.
+    The stiffnesses vary over a sample of prints. P_max, NL and the modulus that is read are computed from the `level`
+    presses. The modulus is read from P at the largest modulus as if the springs had their nominal stiffnesses.
     """
     if pair.springs.housing is None:
         return None
@@ -40,7 +40,7 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     E = level.E[:, 0]
     K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))
     modulus_at = force_ratio_curve(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
-    error = 0.0  # of a modulus read with calibrated springs, whose errors add
+    error = 0.0  # relative error of a modulus read with calibrated springs; the errors of both springs add
     for cause in known_springs():
         low, high = (modulus_at(float(at_full_travel.largest_ratio(cause, sign))) for sign in (-1.0, 1.0))
         error += 0.5 * abs(high - low) / float(E[-1])
@@ -55,26 +55,27 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
 
 
 def _sampled_factors(causes: Sequence[Cause]) -> Floats:
-    """Return the stiffness of each spring over its nominal value for a sample of prints [1], (2, `SAMPLES`).
+    """Return the stiffness of each spring, divided by its nominal value, in a sample of prints [1], (2, `SAMPLES`).
 
-    Each cause has a normal distribution, and a Sobol sequence samples all causes together.
+    Each cause has a normal distribution. A Sobol sequence samples all causes together.
     """
-    from scipy.stats import qmc  # a tenth of all import time, and only fabrication needs it
+    from scipy.stats import qmc  # its import takes a tenth of all import time, and only fabrication needs it
 
     points = qmc.Sobol(len(causes), seed=1).random(SAMPLES)
     normal = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
     factors = np.ones((2, SAMPLES))
     for cause, deviates in zip(causes, normal.T, strict=True):
-        stiffness_change = np.reshape(cause.springs, (2, -1))[:, -1:]  # in the last press, at full travel
-        two_sigma = (1.0 + stiffness_change) ** (1.0 / cause.power) - 1.0  # relative to the nominal value of the input
+        # stiffness change in the last press, at full travel
+        stiffness_change = np.reshape(cause.springs, (2, -1))[:, -1:]
+        two_sigma = (1.0 + stiffness_change) ** (1.0 / cause.power) - 1.0  # relative change of the input
         factors = factors * (1.0 + two_sigma * deviates / COVERAGE) ** cause.power
     return factors
 
 
 def _band(values: Sequence[float] | Floats) -> Interval:
-    """Return the ends of the interval of the middle 95 % of values; None for an end that is not a finite number.
+    """Return the ends of the interval that contains the middle 95 % of values. An end that is not finite is None.
 
-    A value of nan represents a modulus beyond all that nominal springs can show, so it is counted as infinite.
+    A value of nan represents a modulus beyond the range of nominal springs, so it is treated as infinite.
     """
     numbers = np.nan_to_num(values, nan=math.inf, posinf=math.inf)
     ends = np.quantile(numbers, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], method="inverted_cdf")

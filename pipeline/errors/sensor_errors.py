@@ -1,4 +1,4 @@
-"""All errors of a sensor: budgets of its numbers, the table with bands of the modulus, and the scatter of prints."""
+"""All errors of a sensor: error budgets, the response table with modulus bands, and the scatter of prints."""
 
 import math
 from collections.abc import Sequence
@@ -29,12 +29,12 @@ from solve.contact.linear_response import SensorResponse
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ReadingTable(Record):
-    """The response of the scene, and two bands of the modulus for each P [MPa].
+    """The response of the scene, and two bands of the modulus [MPa] for each P.
 
-    `printed` and `calibrated` have shape (moduli, travels, 2), lower and upper. They are nan if a tip is out of
-    contact, or the springs show no such P. The band as printed contains the errors of mesh, model and inputs. After
-    calibration each stiffness is known to 1 %, and effects that calibration removes are left out. Row 0 is for the
-    softest possible flesh, which only NL needs; it has no band.
+    `printed` and `calibrated` have shape (moduli, travels, 2), with the lower and the upper end. They are nan if a tip
+    is out of contact, or if the springs cannot show this P. The band as printed contains the errors of the mesh, the
+    model and the inputs. After calibration, each stiffness is known to 1 %, and effects that calibration removes are
+    left out. Row 0 is for the softest possible flesh, which is needed only for NL, and has no band.
     """
 
     response: SensorResponse
@@ -44,7 +44,7 @@ class ReadingTable(Record):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SensorErrors(Record):
-    """The budgets, the table for the user, and the scatter of prints if fabrication was requested."""
+    """The error budgets, the response table, and the scatter of prints if fabrication was requested."""
 
     budgets: Budgets
     reading: ReadingTable
@@ -58,7 +58,7 @@ def sensor_errors(
     options: RunOptions,
     readings: ReadingAccuracy | None,
 ) -> SensorErrors:
-    """Return the error budgets of a sensor, its response table with bands, and the scatter of its prints.
+    """Return the error budgets of a sensor, its response table with modulus bands, and the scatter of its prints.
 
     `reached` are P_max and NL in the scene of the design. For a sensor with `readings`, the bands of the table show
     their uncertainty, and a force ratio has no budget.
@@ -76,9 +76,9 @@ def sensor_errors(
 
 
 def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress) -> ReadingTable:
-    """Return the response of a scene as a table with two bands of the modulus: as printed and after calibration.
+    """Return the response of a scene as a table with two modulus bands: as printed, and after calibration.
 
-    `curve` is the response of the scene, from which the numerical error of P comes. The other errors come from `level`
+    `curve` is the response of the scene, which gives the numerical error of P. The other errors come from `level`
     presses of the same pair.
     """
     spring_errors = [force_errors_of_springs(pair, E).sum() for E in curve.E.tolist()]
@@ -93,10 +93,10 @@ def reading_table(pair: PressedSensor, curve: SensorResponse, level: LevelPress)
 
 
 def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats) -> Floats:
-    """Return the smallest and the largest modulus [MPa] that may show each P of a curve, (moduli, travels, 2).
+    """Return the smallest and the largest modulus [MPa] that may cause each P of a curve, (moduli, travels, 2).
 
-    `errors` (moduli, travels) [1] are the relative errors of P. The band is nan for the first modulus, which is a
-    limit, and for an unknown P.
+    `errors` (moduli, travels) [1] are the relative errors of P. The band is nan for an unknown P, and for the first
+    modulus, which is a limit.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     for j in range(len(curve.x)):
@@ -110,9 +110,9 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
 
 
 def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets: Budgets) -> ReadingTable:
-    """Return the response table of a sensor with readings, with the bands of the modulus read at full travel.
+    """Return the response table of a sensor with readings. Its bands are those of the modulus read at full travel.
 
-    As printed, its springs have the scatter of prints in addition; after calibration they have the uncertainty in the
+    As printed, the springs also have the scatter of prints. After calibration, their uncertainty is the one in the
     design's `[reading]`.
     """
     rows = readings.moduli
@@ -126,8 +126,8 @@ def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets:
 def _bands_of_readings(curve: SensorResponse, rows: Sequence[ModulusAccuracy], spring_error: float) -> Floats:
     """Return the smallest and the largest modulus [MPa] for readings at full travel, (moduli, travels, 2).
 
-    Half the width is the bias plus two standard uncertainties, interpolated in ln E between the evaluated moduli.
-    `spring_error` [1] is an error of the springs in addition to that of their calibration, two standard deviations.
+    The half width is the bias plus two standard uncertainties, interpolated in ln E between the evaluated moduli.
+    `spring_error` [1] is an error of the stiffnesses in addition to the calibration error, two standard deviations.
     """
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not rows:
@@ -137,7 +137,7 @@ def _bands_of_readings(curve: SensorResponse, rows: Sequence[ModulusAccuracy], s
         two_sigma = math.hypot(2.0 * row.sources.total, spring_error * row.sources.stiffness_slope)
         widths.append(abs(row.bias.value) + two_sigma)
     E_read = [row.E for row in rows]
-    E = curve.E[1:]  # without the first modulus, which is a limit
+    E = curve.E[1:]  # the first modulus is a limit, and has no band
     width = np.interp(np.log(E), np.log(E_read), widths)
     bands[1:, -1, 0] = E * (1.0 - width)
     bands[1:, -1, 1] = E * (1.0 + width)

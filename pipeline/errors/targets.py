@@ -1,4 +1,4 @@
-"""P_max and NL of a sensor: by the two-spring law if it is exact, else at full travel in the scene of the design."""
+"""P_max and NL of a sensor, from the two-spring law if it is exact, or else at full travel in the scene."""
 
 import math
 from collections.abc import Callable
@@ -24,18 +24,19 @@ from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
 from solve.error_estimate import propagate_errors
 
-LEAST_TRAVEL = 1e-6  # errors at a smaller travel are taken at this one [mm]
+LEAST_TRAVEL = 1e-6  # smallest travel at which errors are evaluated [mm]
 
 Law = Callable[[float, float, float, float], float]
-"""A number as a function of K_l, K_h, the fruit stiffness [N/mm], and its ratio under the two tips [1]."""
+"""A function of K_l, K_h, the fruit stiffness [N/mm], and the ratio of the fruit stiffnesses under both tips [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceRatioCurve:
-    """P as a function of the fruit's stiffness: its springs and largest fruit stiffness [N/mm], with errors.
+    """The force ratio P as a function of the fruit stiffness, with the errors of its parameters.
 
-    `stiffness_ratio` [1] is the fruit's stiffness under the high tip over its stiffness under the low one; `stiffening`
-    is as in `SpringSizing`.
+    `K_m_max` [N/mm] is the largest stiffness of the fruit, under the low tip. `stiffness_ratio` [1] is the stiffness
+    under the high tip divided by the stiffness under the low tip. `spring_errors` and `K_m_error` [N/mm] are the errors
+    of the springs and of `K_m_max`. `stiffening` is defined in `SpringSizing`.
     """
 
     springs: Springs
@@ -46,11 +47,11 @@ class ForceRatioCurve:
     stiffening: tuple[float, ...] = ()
 
     def P_max(self) -> Estimate:
-        """Return the largest force ratio [1]."""
+        """Return the force ratio at the largest fruit stiffness [1]."""
         return self._estimate(lambda K_l, K_h, K_m, ratio: force_ratio(Springs(K_l=K_l, K_h=K_h), K_m, ratio))
 
     def NL(self, targets: Targets) -> Estimate:
-        """Return the nonlinearity [1] by the definition of the targets."""
+        """Return the nonlinearity [1], as the targets define it."""
 
         def law(K_l: float, K_h: float, K_m: float, ratio: float) -> float:
             return nonlinearity(Springs(K_l=K_l, K_h=K_h), K_m, targets.NL_definition, ratio, self.stiffening)
@@ -58,9 +59,9 @@ class ForceRatioCurve:
         return self._estimate(law)
 
     def fruit_stiffness(self, P: float) -> float:
-        """Return the fruit stiffness that gives a force ratio P [N/mm], by the paper's equation (4).
+        """Return the fruit stiffness [N/mm] at which the force ratio is P, by the paper's equation (4).
 
-        It is 0 for a P below that of the softest fruit, and infinite for a P above the ratio of the springs.
+        It is 0 if P is below the ratio of the softest fruit, and infinite if P is above the ratio of the springs.
         """
         if self.stiffness_ratio >= P:
             return 0.0
@@ -69,16 +70,16 @@ class ForceRatioCurve:
         return fruit_stiffness(self.springs, P, self.stiffness_ratio)
 
     def modulus_scale(self, P: Floats, E: Floats) -> Callable[[float], float] | None:
-        """Return a function that gives the modulus [MPa] for a force ratio [1] at one travel.
+        """Return a function that converts a force ratio [1] at one travel to the modulus [MPa].
 
         P (moduli,) [1] are the force ratios at the moduli E [MPa], softest first. The function interpolates linearly in
-        the fruit stiffness of the two-spring law, in which the modulus is nearly linear. Beyond the last modulus it
-        extrapolates from the last two, and below the first it gives 0. It gives nan for a ratio that the springs cannot
-        show. The result is None if some P is unknown, or if P does not rise.
+        the fruit stiffness of the two-spring law, because the modulus is nearly linear in it. Above the last modulus it
+        extrapolates from the last two; below the first it returns 0. It returns nan for a ratio that the springs cannot
+        show. The result is None if a P is unknown, or if P does not increase.
         """
 
         def stiffness(ratio: float) -> float:
-            """Return the fruit stiffness [N/mm] at which a level sensor has this ratio to P on the softest fruit."""
+            """Return the fruit stiffness [N/mm] at a ratio, scaled so that P[0] belongs to the softest fruit."""
             level_ratio = ratio / float(P[0]) * self.stiffness_ratio
             return self.fruit_stiffness(level_ratio) if math.isfinite(level_ratio) else math.nan
 
@@ -101,7 +102,7 @@ class ForceRatioCurve:
         return modulus
 
     def deflections(self, K_m: Floats | float, travel: Floats | float) -> Floats:
-        """Return the deflection of each spring (2, ...) at fruit stiffnesses [N/mm] and travels [mm] that broadcast."""
+        """Return the deflection of each spring (2, ...) [mm]. Stiffnesses [N/mm] and travels [mm] must broadcast."""
         K_m = np.asarray(K_m, dtype=np.float64)
         travel = np.maximum(LEAST_TRAVEL, travel)
         low = spring_give(self.springs.K_l, K_m, travel)
@@ -109,9 +110,9 @@ class ForceRatioCurve:
         return np.array([low, high])
 
     def _estimate(self, law: Law) -> Estimate:
-        """Return the value of a law with the error that results from the errors of springs and fruit stiffness."""
-        # At the centre of the fruit both tips press on the same stiffness, so the error of the contact does not change
-        # their ratio.
+        """Return the value of a law, with the error caused by the errors of the springs and of the fruit stiffness."""
+        # At the centre of the fruit, both tips press on the same stiffness. An error of the contact then does not
+        # change their ratio.
         ratio_error = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
         values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
         errors = (*self.spring_errors, self.K_m_error, ratio_error * self.stiffness_ratio)
@@ -119,9 +120,9 @@ class ForceRatioCurve:
 
 
 def force_ratio_curve(pair: PressedSensor) -> ForceRatioCurve:
-    """Return the law of P for a pair with its springs and the stiffness of its firmest fruit, with their errors.
+    """Return the force ratio of a pair as a function of the fruit stiffness, with the errors of its parameters.
 
-    The stiffness of the fruit comes from the solved contact, whatever sized the springs.
+    The fruit stiffness comes from the solved contact, even if the springs were sized for another stiffness.
     """
     sizing = pair.sizing
     K_m = sizing.K_m_max_contact
@@ -136,14 +137,14 @@ def force_ratio_curve(pair: PressedSensor) -> ForceRatioCurve:
 
 
 def force_errors_of_springs(sensor: PressedSensor, E: float) -> Floats:
-    """Return the relative error of each tip's force due to the numerical error of its spring at E [MPa], (tips,)."""
+    """Return the relative force error of each tip (tips,) caused by the numerical error of its spring, at E [MPa]."""
     errors = [spring.error / spring.stiffness for spring in sensor.springs.springs.values()]
     return spring_fractions(sensor.contact, sensor.C, E) * sensor.design.tips.each(*errors)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SceneTargets:
-    """P_max and NL of the scene [1], None if a tip is out of contact, and their values for a level sensor."""
+    """P_max and NL of the scene [1], or None if a tip is out of contact, and their values for a level sensor."""
 
     P_max: Estimate | None
     NL: Estimate | None
@@ -151,10 +152,10 @@ class SceneTargets:
 
 
 def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress | None) -> SceneTargets:
-    """Return P_max and NL of a sensor with their errors, by the definitions of the targets.
+    """Return P_max and NL of a sensor with their errors, as the targets define them.
 
-    They come from the forces in `press`, or in closed form from the two-spring law if `press` is None or level. More
-    than two tips are represented by a pair.
+    They come from the forces in `press`. If `press` is None or level, the two-spring law gives them in closed form.
+    More than two tips are represented by a pair.
     """
     pair = sensor.pair
     law = force_ratio_curve(pair)
@@ -166,7 +167,7 @@ def reached_targets(sensor: PressedSensor, targets: Targets, press: ScenePress |
 
 
 def _scene_P_max(pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
-    """Return P at E_max and full travel, with the errors of cells, compliance and springs [1]."""
+    """Return P at E_max and full travel [1], with the errors of the contact cells, the compliance and the springs."""
     P = float(curve.P[-1, -1])
     if not math.isfinite(P):
         return None
@@ -175,15 +176,16 @@ def _scene_P_max(pair: PressedSensor, curve: SensorResponse) -> Estimate | None:
 
 
 def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> Estimate | None:
-    """Return NL at full travel [1]; None if a tip is out of contact.
+    """Return NL at full travel [1], or None if a tip is out of contact.
 
-    The errors of springs and compliance are those of NL of a level sensor. The error of the cells is added: the larger
-    change from coarser cells at the last two travels, because at one of them it may be 0 by accident.
+    Its error contains the errors of springs and compliance, as for a level sensor, and the error of the contact cells.
+    The latter is the change of NL from coarser cells. It may happen to be 0 at one travel, so the larger change at the
+    last two travels is used.
     """
     E = curve.E.tolist()
     coarse_P = curve.P * (1.0 - curve.P_step)
     largest_step = 0.0
-    for travel in (-2, -1):  # the loop ends at full travel, whose NL is returned
+    for travel in (-2, -1):  # the loop ends at full travel, so that NL at full travel is returned
         NL = curve_nonlinearity(curve.P[:, travel].tolist(), E, targets.NL_definition)
         coarse_NL = curve_nonlinearity(coarse_P[:, travel].tolist(), E, targets.NL_definition)
         step = abs(NL - coarse_NL)
