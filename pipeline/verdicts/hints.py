@@ -1,4 +1,4 @@
-"""Hints: for each verdict that did not pass, one sentence on what to change, computed without solving anything."""
+"""Hints: for each verdict that did not pass, one sentence on what to change. No hint requires a new solution."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -16,15 +16,15 @@ from sensor.words import rounded
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "`--fruit-stiffness contact` sizes the springs for the true contact"
 UNDECIDED = "undecided by its error bar"
-# minimum travel relative to the height error of printed tips; with less, a reading would show the print
+# minimum travel divided by the height error of printed tips; with less travel, a reading would depend on the print
 LEAST_OVER_HEIGHT_ERROR = 5.0
-_MARGIN = 0.98  # factor on a bound, so that rounding and error bars stay within it
+_MARGIN = 0.98  # factor on a bound, so that a rounded value and its error bar stay within it
 
 
 def with_hints(
     verdicts: Iterable[Verdict], design: Design, springs: FittedSprings, options: RunOptions
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts, each that did not pass with its hint in the field `remedy`."""
+    """Return the verdicts after adding a hint, in the field `remedy`, to each verdict that did not pass."""
     with_remedies = []
     for verdict in verdicts:
         if verdict.passed is not True:
@@ -35,7 +35,7 @@ def with_hints(
 
 @dataclass(frozen=True, kw_only=True)
 class _Missed:
-    """A verdict that did not pass, with the design, springs and options on which its hint depends."""
+    """A verdict that did not pass, and the design, springs and options that its hint depends on."""
 
     verdict: Verdict
     design: Design
@@ -44,12 +44,12 @@ class _Missed:
 
 
 def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunOptions) -> str:
-    """Return the hint for a verdict that did not pass: one sentence on what would make it pass.
+    """Return the hint for a verdict that did not pass: one sentence on how it could pass.
 
-    Its template is the `hint` of the verdict's row in `sensor/verdicts.toml`, in which names in braces represent the
-    functions in `PARTS`. If one of these functions has no advice, the hint refers to the search for a design.
+    The template of the sentence is the `hint` of the verdict in `sensor/verdicts.toml`. A name in braces is replaced by
+    the result of the function in `PARTS` with this name. If the function has no advice, the hint suggests a search.
     """
-    if springs.monolithic:  # glued pins cause errors that no finer mesh removes
+    if springs.monolithic:  # no finer mesh removes the error caused by glued pins
         about_tolerance = tolerance_hint(verdict, options.tolerance)
         if about_tolerance is not None:
             return about_tolerance
@@ -66,21 +66,23 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
 
 
 def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
-    """Return the hint for a verdict that its error bar leaves undecided: a `--tol` that would decide it, if any.
+    """Return the hint for a verdict that is undecided because of its error bar, or None for any other verdict.
 
-    `run_tolerance` [1] is the relative tolerance of the run. None for any other verdict.
+    It names a `--tol` that would decide the verdict, if there is one. `run_tolerance` [1] is the relative tolerance of
+    the run.
     """
     limit = verdict.limit
     tolerance = verdict.tolerance
     error = verdict.error
     if verdict.passed is not None or error is None or not isinstance(limit, float) or not isinstance(tolerance, float):
         return None
-    scale = abs(limit) or 1.0  # a limit of 0 gives no scale
+    scale = abs(limit) or 1.0  # a limit of 0 cannot be a scale
     relative_error = error / scale
     allowed = tolerance if verdict.relative else tolerance / scale
     if relative_error <= allowed:
         return None
-    # An error above the sum allowed at the run's tolerance was met by no mesh, so a smaller tolerance does not help.
+    # If the error exceeds what the tolerance of the run allows, no mesh met this tolerance, and a smaller one does not
+    # help.
     parts = verdict.row.error_parts
     if allowed > 0.0 and relative_error <= parts * run_tolerance:
         tighter = rounded(allowed / parts, 1, towards=0.0)
@@ -90,16 +92,16 @@ def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
 
 
 def least_travel(design: Design) -> float:
-    """Return the minimum travel [mm] at which the fruit, and not the height error of the tips, decides a reading."""
+    """Return the minimum travel [mm] at which a reading depends on the fruit, not on the height error of the tips."""
     return LEAST_OVER_HEIGHT_ERROR * design.process.accuracy_mm
 
 
 def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float | None:
-    """Return a travel [mm], shorter than the design's, at which a verdict on strain, clearance or pressure passes.
+    """Return a shorter travel [mm] at which a verdict on a strain, a clearance or a pressure would pass.
 
-    Strain is proportional to the travel, pressure to a power of it, and a clearance decreases as much as the travel
-    increases. None for any other verdict, if a shorter travel does not help, and if it would be too short for a
-    reading.
+    A strain is proportional to the travel, and a pressure to a power of it. A clearance decreases by as much as the
+    travel increases. The result is None for any other verdict, if a shorter travel does not help, or if it would be too
+    short for a reading.
     """
     travel = design.press.travel_mm
     bound = travel  # largest travel at which the verdict passes
@@ -114,20 +116,20 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
         printable = springs.printable[kind]
         if printable.name == verdict.name and spring.highest_strain > 0.0:
             bound = travel * printable.strain_limit / spring.highest_strain
-    if bound >= travel:  # the failure does not depend on the travel, for instance the length of a leaf
+    if bound >= travel:  # the failure does not depend on the travel; the length of a leaf, for example, does not
         return None
     shorter = rounded(_MARGIN * bound, towards=0.0)
     return shorter if least_travel(design) <= shorter < travel else None
 
 
 def _shorter_travel_text(missed: _Missed) -> str | None:
-    """Return the shorter travel [mm] at which the verdict passes, as text; None if there is none."""
+    """Return the shorter travel [mm] at which the verdict passes as text, or None if there is none."""
     travel = shorter_travel(missed.verdict, missed.design, missed.springs)
     return None if travel is None else f"{travel:g}"
 
 
 def _longer_travel_text(missed: _Missed) -> str | None:
-    """Return the travel [mm] that is long enough for the verdict on the last touch, as text; None without a value."""
+    """Return a travel [mm] that is long enough for the verdict on the last touch as text, or None without a value."""
     verdict = missed.verdict
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None
@@ -137,7 +139,7 @@ def _longer_travel_text(missed: _Missed) -> str | None:
 
 
 def _sized_springs_clause(missed: _Missed) -> str | None:
-    """Return a clause that restores sized springs, or else a level press of flat tips; these meet the targets."""
+    """Return a clause that leads to sized springs or to a level press of flat tips, which meet the targets."""
     design, springs = missed.design, missed.springs
     if missed.options.fruit_stiffness == "hayes":
         return CONTACT_SIZES
@@ -149,15 +151,15 @@ def _sized_springs_clause(missed: _Missed) -> str | None:
 
 
 def _level_flat_clause(missed: _Missed) -> str | None:
-    """Return a clause that restores a level press of sharp flat tips on flat fruit, in which P does not vary.
+    """Return a clause that leads to a level press of sharp flat tips on flat fruit, in which P does not vary.
 
-    It names only the first property that differs; None if none does.
+    It names only the first property that differs. If no property differs, the result is None.
     """
     press = missed.design.press
     tips = missed.design.tips
     if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
         return "press level: `--set press.tilt_deg=0 --set press.roll_deg=0`"
-    # The shape comes first: removing the fillet does not make a non-flat shape flat.
+    # The shape comes first, because a tip of another shape is not flat even without a fillet.
     if not tips.tip_shape.has_flat_face:
         keys = [key for key in OPTIONAL_KEYS if getattr(tips, key) is not None]
         unset = "".join(f" --set tips.{key}=" for key in keys)
@@ -170,10 +172,10 @@ def _level_flat_clause(missed: _Missed) -> str | None:
 
 
 def _finer_bench_clause(missed: _Missed) -> str | None:
-    """Return a clause that names the resolution of balance or dial at which the verdict passes, and an alternative.
+    """Return a clause with the resolution of the balance or dial at which the verdict passes, and an alternative.
 
-    All errors due to a bench, except noise, are proportional to its resolution. None if noise causes the error, or if
-    the verdict has no value.
+    All errors caused by a bench, except noise, are proportional to its resolution. The result is None if the error is
+    caused by noise, or if the verdict has no value.
     """
     verdict = missed.verdict
     bench = missed.design.bench or Bench()
@@ -191,7 +193,7 @@ def _finer_bench_clause(missed: _Missed) -> str | None:
 
 
 def _steadier_press_clause(missed: _Missed) -> str:
-    """Return a clause on a press in which the flesh relaxes less, and for readings also on the best moment."""
+    """Return a clause on a press in which the flesh relaxes less. For readings, it also suggests the best time."""
     if missed.design.reading is None:
         return "press with less speed or hold for less time: `press.speed_mm_per_s`, `press.hold_s`"
     return (
@@ -208,4 +210,4 @@ PARTS: Mapping[str, Callable[[_Missed], str | None]] = {
     "steadier": _steadier_press_clause,
     "finer_bench": _finer_bench_clause,
 }
-"""Functions for the braces in hints of `sensor/verdicts.toml`: numbers and clauses, None if one does not apply."""
+"""Functions for the names in braces in `sensor/verdicts.toml`. They return None if they do not apply."""

@@ -1,4 +1,4 @@
-"""A verdict as text: its numbers, with a sign before a one-sided limit."""
+"""Verdicts as text: their values and limits, with a sign before a one-sided limit."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -10,13 +10,13 @@ from sensor.verdict import Verdict
 from sensor.words import ROUND_OFF, shown, value_with_bar
 
 ERRORS_IN_WORDS = "± holds 95 %"
-"""The statement above a table for people; files contain standard uncertainties."""
+"""The statement above a table for the screen, whose error bars are expanded. Files contain standard uncertainties."""
 UNREAD = "some poses have no reading"
-"""The reason why a verdict on readings fails although its value, over the other poses, is within the limit."""
+"""Reason for the failure of a verdict on readings whose value is within the limit, but leaves out some poses."""
 
 
 def headline(name: str, verdicts: Sequence[Verdict]) -> str:
-    """Return the answer on a design in one sentence: yes, no or not decided."""
+    """Return the answer on a design in one sentence, which begins with yes, no or not decided."""
     counts = Counter(verdict.passed for verdict in verdicts)
     if counts[False]:
         return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts in the scene of its design."
@@ -26,19 +26,19 @@ def headline(name: str, verdicts: Sequence[Verdict]) -> str:
 
 
 def is_on_the_part(verdict: Verdict) -> bool:
-    """Return whether a verdict is on the part and its print, not on targets and readings."""
+    """Return whether a verdict judges the part and its print, instead of targets and readings."""
     return verdict.row.group != "target"
 
 
 def not_passed(verdicts: Iterable[Verdict]) -> list[Verdict]:
-    """Return the verdicts that did not pass, failed ones first."""
+    """Return the verdicts that did not pass, with failed verdicts before undecided ones."""
     return sorted((one for one in verdicts if not one.passed), key=lambda one: one.passed is None)
 
 
 def as_read(verdict: Verdict) -> Verdict:
-    """Return a verdict in the units that people read: fractions in per cent, and uncertainties at 95 % coverage.
+    """Convert a verdict to display units: fractions in per cent, and uncertainties with 95 % coverage.
 
-    A limit and an absolute tolerance are converted like the value.
+    A limit and an absolute tolerance are converted in the same way as the value.
     """
     row = verdict.row
     if row.shown is None:
@@ -53,7 +53,7 @@ def as_read(verdict: Verdict) -> Verdict:
 
 
 def measured(verdict: Verdict) -> str:
-    """Return the value of a verdict with its error bar and its unit as text, empty without a value."""
+    """Return the value of a verdict with its error bar and its unit, or an empty text without a value."""
     value = verdict.value
     return (
         "" if value is None else value_with_bar(0.0 if abs(value) < ROUND_OFF else value, verdict.error, verdict.unit)
@@ -61,19 +61,19 @@ def measured(verdict: Verdict) -> str:
 
 
 def bound_sign(verdict: Verdict) -> str:
-    """Return the sign before a one-sided limit; empty for other limits."""
+    """Return the sign before a one-sided limit, or an empty text for other limits."""
     return {"at most": "≤ ", "at least": "≥ "}.get(verdict.limit_sense or "", "")
 
 
 def limit_text(verdict: Verdict, unit: str) -> str:
-    """Return the target or limit of a verdict with its unit, after the sign of a one-sided limit."""
+    """Return the target or the limit of a verdict with its unit, after the sign of a one-sided limit."""
     return bound_sign(verdict) + shown(verdict.limit, unit)
 
 
 def value_and_limit(verdict: Verdict) -> str:
-    """Return the value of a verdict with its error bar and its limit, to be followed by its reason.
+    """Return the value of a verdict with its error bar and its limit. The reason of the verdict follows this text.
 
-    The text is empty without a value, or if the limit is a text, which the reason explains.
+    The text is empty without a value, and also if the limit is itself a text, because the reason then explains it.
     """
     if verdict.value is None or isinstance(verdict.limit, str):
         return ""
@@ -82,14 +82,14 @@ def value_and_limit(verdict: Verdict) -> str:
 
 
 def tolerance_text(verdict: Verdict) -> str:
-    """Return the tolerance of a verdict, in per cent if it is relative; empty if it has none."""
+    """Return the tolerance of a verdict, in per cent if it is relative, or an empty text if it has none."""
     if verdict.relative and isinstance(verdict.tolerance, int | float):
         return shown(100.0 * verdict.tolerance, "%")
     return "" if verdict.tolerance == 0.0 else shown(verdict.tolerance, verdict.unit)
 
 
 def fails_unread(verdict: Verdict) -> bool:
-    """Return whether a verdict on readings fails only because poses have no reading, with a value within its limit."""
+    """Return whether a verdict on readings fails only because poses have no reading: its value is within its limit."""
     if verdict.passed is not False or verdict.value is None or not isinstance(verdict.limit, int | float):
         return False
     return verdict.row.needs == "reading" and verdict.limit - verdict.value > (verdict.error or 0.0)

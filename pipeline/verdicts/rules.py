@@ -1,4 +1,4 @@
-"""Verdicts on a sensor: their values, and texts that describe the values."""
+"""Functions that judge one quantity of a sensor each, and the texts that describe the value that is judged."""
 
 import math
 from dataclasses import replace
@@ -27,27 +27,28 @@ LIFTED = "a tip is off the fruit at full travel, so that there is no force ratio
 
 
 def P_max_verdict(P_max: Estimate | None, targets: Targets, scene_text: str) -> Verdict:
-    """Return the verdict on P_max [1], which is None and fails if a tip is out of contact.
+    """Return the verdict on P_max [1]. It fails if P_max is None, which means that a tip is out of contact.
 
-    `scene_text` says for which springs and scene it holds.
+    `scene_text` names the springs and the scene of the value.
     """
     text = f"force ratio at E_max {scene_text}; tolerance relative to the target"
     return judge("P_max", P_max, LIFTED if P_max is None else text, limit=targets.P_max)
 
 
 def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdict:
-    """Return the verdict on NL [1], which is None and fails if a tip is out of contact.
+    """Return the verdict on NL [1]. It fails if NL is None, which means that a tip is out of contact.
 
-    `scene_text` says for which springs and scene it holds.
+    `scene_text` names the springs and the scene of the value.
     """
     text = f"departure of P from its straight line, {targets.NL_definition}, {scene_text}; tolerance absolute"
     return judge("NL", NL, LIFTED if NL is None else text, limit=targets.NL)
 
 
 def displacement_verdict(table: SensorResponse) -> Verdict:
-    """Return the verdict on the spread of P over the travel [1], the largest over all moduli.
+    """Return the verdict on the relative variation of P over the travel [1], the largest one of all moduli.
 
-    If the contact was solved on cells, the error of the spread is twice the error of P. In closed form it is exact.
+    If the contact was solved on cells, the error of the variation is twice the error of P. In closed form there is
+    none.
     """
     name = "P_displacement_independent"
     largest = 0.0
@@ -62,7 +63,7 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
 
 
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
-    """Return the verdict on the smallest relative step of P between neighbouring moduli at full travel [1].
+    """Return the verdict on the smallest relative increase of P [1] between neighbouring moduli at full travel.
 
     `scan` has at least two moduli, in increasing order.
     """
@@ -79,9 +80,9 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
 
 
 def stiffness_verdict(name: str, spring: MadeSpring, *, monolithic: bool) -> Verdict:
-    """Return the verdict on one spring [N/m]; undecided if it was not printed.
+    """Return the verdict on the stiffness of a spring [N/m]. It is undecided if the spring was not made.
 
-    A spring with glued pins has a wider tolerance if its error exceeds the usual one.
+    A spring with glued pins has a wider tolerance if its stiffness error exceeds the usual tolerance.
     """
     row = row_of(name)
     limit = 1e3 * spring.target
@@ -95,9 +96,9 @@ def stiffness_verdict(name: str, spring: MadeSpring, *, monolithic: bool) -> Ver
 
 
 def own_part_verdict(name: str, K: Estimate, target: float, text: str) -> Verdict:
-    """Return the verdict on a spring [N/m] of a part that the user made, against its target [N/m].
+    """Return the verdict on the stiffness of a spring [N/m] in a part that the user made, against its target [N/m].
 
-    The tolerance is wider if the error bar exceeds the tolerance for a housing that a run makes.
+    The tolerance is wider if the error bar exceeds the usual tolerance.
     """
     row = row_of(name)
     is_known = K.error <= (row.tolerance or 0.0) * target
@@ -105,9 +106,9 @@ def own_part_verdict(name: str, K: Estimate, target: float, text: str) -> Verdic
 
 
 def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
-    """Return the verdict on whether the process can print one spring.
+    """Return the verdict on whether the process can print a spring.
 
-    Its value is the length of the printed leaves [mm]; None for a spring that was not solved.
+    Its value is the length of the leaves [mm], or None for a spring that was not solved.
     """
     reason = printable.reason
     passed = printable.passed
@@ -126,11 +127,11 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
 
 
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return the verdict that the contact of a dome stays on its face, on any fruit at full travel.
+    """Return the verdict that the contact of a dome stays within its face, on every fruit at full travel.
 
-    Its value is the largest distance of the edge of a contact from the centre of the face [mm], by Hertz's law. It must
-    be at most half the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular one.
-    A tip out of contact has no edge, and is skipped.
+    Its value is the largest distance from the centre of the face to the edge of a contact [mm], by Hertz's law. It must
+    be at most half the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular face.
+    A tip out of contact has no contact edge, so it is skipped.
     """
     tips = design.tips
     radius = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
@@ -153,14 +154,14 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
 
 
 def _slope_under_tip(design: Design, position: Position) -> float:
-    """Return the slope [1] of the fruit relative to a tip at `position` [mm], including tilt and roll of the press.
+    """Return the slope [1] of the fruit relative to a tip at `position` [mm], including the tilt and roll of the press.
 
-    For a printed tip, whose face is a square, it is the steeper of the slopes towards two of its sides. For other tips
-    it is the slope in the steepest direction.
+    A printed tip has a square face, so the result is the larger of the slopes across its two pairs of sides. For other
+    tips, it is the slope in the steepest direction.
     """
     radius, radius_across = design.fruit.radii_mm
     u, v = design.fruit.to_principal(position.x, position.y)
-    # Near its apex the fruit is a paraboloid with slopes u / R1 and v / R2 at u, v.
+    # Near its apex the fruit is a paraboloid, whose slopes at (u, v) are u / R1 and v / R2.
     slope_along, slope_across = design.fruit.from_principal(u / radius, v / radius_across)
     along = abs(slope_along) + abs(math.tan(math.radians(design.press.tilt_deg)))
     across = abs(slope_across) + abs(math.tan(math.radians(design.press.roll_deg)))
@@ -173,8 +174,8 @@ def _slope_under_tip(design: Design, position: Position) -> float:
 def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
     """Return the verdict on the largest bias of a reading [1].
 
-    The bias whose error bar reaches farthest is compared with the limit too, because it may belong to another pose. If
-    it reaches the limit, the verdict is undecided.
+    The bias whose error bar extends farthest may belong to another pose, so it is compared with the limit too. If its
+    bar reaches the limit, the verdict is undecided.
     """
     text = "largest |E read / E - 1| without noise, over all fruits and poses"
     if readings.moduli:
@@ -195,9 +196,9 @@ def bias_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Ver
 
 
 def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements) -> Verdict:
-    """Return the verdict on the standard uncertainty of a reading [1], at the modulus where it is worst.
+    """Return the verdict on the standard uncertainty of a reading [1], at the modulus at which it is worst.
 
-    The reference text names this modulus and the largest source.
+    The reference text names this modulus and the largest source of uncertainty.
     """
     text = "uncertainty of E over all fruits and poses"
     limit = reading.least_uncertainty_limit
@@ -211,9 +212,10 @@ def uncertainty_verdict(readings: ReadingAccuracy, reading: ReadingRequirements)
 
 
 def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
-    """Return the verdict on the largest standard uncertainty of a spring after calibration on the bench [1].
+    """Return the verdict on the largest standard uncertainty of a spring stiffness after calibration on the bench [1].
 
-    If the design gives this uncertainty, the bench is not used and the verdict passes. None if it is unknown.
+    If the design gives this uncertainty, the bench is not used and the verdict passes. If the uncertainty is unknown,
+    there is no verdict.
     """
     name = "reading.calibration"
     errors = readings.calibration
@@ -228,15 +230,15 @@ def calibration_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements
 
 
 def touch_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict:
-    """Return the verdict on the travel at which all tips touch [1]."""
+    """Return the verdict on the travel at which all tips touch the fruit, as a fraction of the whole travel [1]."""
     text = "travel at which all tips touch over the whole travel, the largest of all; at most the limit"
     return judge("reading.touch", readings.touch, text, limit=LARGEST_TOUCH_FRACTION)
 
 
 def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Verdict | None:
-    """Return the verdict on the largest mean pressure under a tip [MPa]; None if the fruit has no bruise limit.
+    """Return the verdict on the largest mean pressure under a tip [MPa], or None if the fruit has no bruise limit.
 
-    Of several moduli, the one whose pressure is highest relative to its limit counts.
+    If there are several moduli, the verdict is on the pressure that is highest relative to its limit.
     """
     pressures = readings.pressures
     if not pressures:
@@ -247,10 +249,10 @@ def skin_verdict(readings: ReadingAccuracy, _reading: ReadingRequirements) -> Ve
 
 
 def _verdict_over_poses(name: str, estimate: Estimate | None, limit: float, words: str, refused: str | None) -> Verdict:
-    """Return the verdict on an estimate over all poses [1], which fails if a pose has no reading.
+    """Return the verdict on an estimate over all poses [1]. It fails if a pose has no reading.
 
-    `refused` counts and explains such poses, and is None if there are none. The estimate leaves them out; it is None if
-    a level press has no reading.
+    `refused` counts and explains the poses without a reading; it is None if there are none. The estimate does not
+    include them. It is None if even a level press has no reading.
     """
     if refused is None:
         return judge(name, estimate, words, limit=limit)
@@ -259,9 +261,9 @@ def _verdict_over_poses(name: str, estimate: Estimate | None, limit: float, word
 
 
 def relaxation_verdict(design: Design, over_time: ReadingOverTime) -> Verdict:
-    """Return the verdict on the largest change of a reading during the hold, as the flesh relaxes [1].
+    """Return the verdict on the largest change of a reading [1] during the hold, caused by the relaxation of the flesh.
 
-    The limit is that of the bias; a design without `[reading]` has its default.
+    The limit is the limit for the bias, or its default for a design without `[reading]`.
     """
     name = "reading.relaxation"
     limit = (design.reading or ReadingRequirements()).bias_limit

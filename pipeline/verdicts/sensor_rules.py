@@ -1,4 +1,4 @@
-"""The verdicts on a sensor that need no files, each with its rule, and the verdicts on the paper's springs."""
+"""The verdicts on a sensor that need no files, with the rule for each, and the verdicts on the springs of the paper."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -41,7 +41,7 @@ Rule = Callable[["Sensor"], Verdict | None]
 def _reading_verdict(
     make_verdict: "Callable[[ReadingAccuracy, ReadingRequirements], Verdict | None]", sensor: "Sensor"
 ) -> Verdict | None:
-    """Return the verdict of a function on the readings of a sensor; None for a design without readings."""
+    """Judge the readings of a sensor with `make_verdict`. A design without readings has no such verdict."""
     reading = sensor.design.reading
     readings = None if reading is None else sensor.readings
     return None if reading is None or readings is None else make_verdict(readings, reading)
@@ -50,14 +50,15 @@ def _reading_verdict(
 def _ratio_verdict(
     name: str, make_verdict: Callable[[Estimate | None, Targets, str], Verdict], sensor: "Sensor"
 ) -> Verdict | None:
-    """Return the verdict of a function on P_max or NL, by `name`; None for a design with readings or without targets.
+    """Judge P_max or NL, whose name is `name`, with `make_verdict`.
 
-    It is undecided if the stiffnesses of the springs are not known, because they could not be printed.
+    A design with readings, or without targets, has no such verdict. The verdict is undecided if the stiffnesses of the
+    springs are unknown because they could not be made.
     """
     targets = sensor.design.targets
     if targets is None or sensor.design.reading is not None:
         return None
-    reached = sensor.reached  # refuses a scene that cannot be pressed
+    reached = sensor.reached  # raises an error for a scene that cannot be pressed
     springs = sensor.springs.as_pair
     text = ratio_in_words(springs, level=sensor.is_level, reached=reached)
     verdict = make_verdict({"P_max": reached.P_max, "NL": reached.NL}[name], targets, text)
@@ -65,30 +66,30 @@ def _ratio_verdict(
 
 
 def _stiffness_verdict(name: str, kind: str, sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the stiffness of one spring; None if springs are exactly as stiff as sized."""
+    """Return the verdict on the stiffness of a spring, or None if the springs are ideal, exactly as stiff as sized."""
     springs = sensor.springs.as_pair
     return None if springs.ideal else stiffness_verdict(name, springs.springs[kind], monolithic=springs.monolithic)
 
 
 def _displacement_verdict(sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the spread of P over the travel; None for a design with readings."""
+    """Return the verdict on the variation of P over the travel, or None for a design with readings."""
     return None if sensor.design.reading is not None else displacement_verdict(sensor.press.table)
 
 
 def _monotonic_verdict(sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the rise of P with E; None for a design with readings."""
+    """Return the verdict on the increase of P with E, or None for a design with readings."""
     return None if sensor.design.reading is not None else monotonic_verdict(sensor.press.scan)
 
 
 def _printable_verdict(kind: str, sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the printability of one spring; None for a layout without a housing."""
+    """Return the verdict on whether a spring can be printed, or None for a layout without a housing."""
     springs = sensor.springs
     has_housing = sensor.design.tips.tip_layout.has_housing
     return printable_verdict(springs.printable[kind], springs.springs[kind]) if has_housing else None
 
 
 def _tip_face_verdict(sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the faces of printed domes; None for other tips."""
+    """Return the verdict on the faces of printed domes, or None for other tips."""
     tips = sensor.design.tips
     has_domes = tips.tip_layout.has_housing and tips.tip_shape.touches_beside_centre
     return tip_face_verdict(sensor.design, sensor.press) if has_domes else None
@@ -97,7 +98,8 @@ def _tip_face_verdict(sensor: "Sensor") -> Verdict | None:
 def _bruise_verdict(sensor: "Sensor") -> Verdict | None:
     """Return the verdict on the largest pressure of a sensor that reads a force ratio.
 
-    None if the fruit has no bruise limit, and for a design with readings, which has a verdict over all poses.
+    The result is None if the fruit has no bruise limit, or if the design has readings. The verdict of such a design
+    covers all poses.
     """
     limits = sensor.design.fruit.bruise_limits_MPa
     if sensor.design.reading is not None or not limits:
@@ -107,7 +109,7 @@ def _bruise_verdict(sensor: "Sensor") -> Verdict | None:
 
 
 def _relaxation_verdict(sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the change of a reading while the flesh relaxes; None for flesh that does not relax."""
+    """Return the verdict on the change of a reading while the flesh relaxes, or None for elastic flesh."""
     over_time = sensor.over_time
     return None if over_time is None else relaxation_verdict(sensor.design, over_time)
 
@@ -130,11 +132,11 @@ RULES: tuple[tuple[str, Rule], ...] = (
     ("bruise", _bruise_verdict),
     ("reading.relaxation", _relaxation_verdict),
 )
-"""The verdicts in the order of a report, each with its rule, which returns None if the design has no such verdict."""
+"""The verdicts in the order of a report, and the rule for each. A rule returns None if it does not apply."""
 
 
 def tip_pressure(sensor: PressedSensor, press: ScenePress) -> Estimate:
-    """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
+    """Return the largest mean pressure under a tip [MPa] at the largest modulus and full travel, with its error."""
     spring_error = float(force_errors_of_springs(sensor.pair, float(press.at_largest_E.E[-1])).max())
     contact_error = float(press.at_largest_E.F_error[-1, -1])
     relative = spring_error + (contact_error if contact_error > 0.0 else 0.0)  # nan if no tip touches the fruit
@@ -143,7 +145,7 @@ def tip_pressure(sensor: PressedSensor, press: ScenePress) -> Estimate:
 
 
 def ratio_in_words(springs: FittedSprings, *, level: bool, reached: SceneTargets) -> str:
-    """Return text for the springs or the scene of P_max and NL; `level` is True for a level press."""
+    """Return text that names the springs or the scene of P_max and NL. `level` is true for a level press."""
     if springs.ideal:
         return "of springs exactly as they were sized or given"
     if springs.housing is None:
@@ -152,7 +154,7 @@ def ratio_in_words(springs: FittedSprings, *, level: bool, reached: SceneTargets
 
 
 def _scene_in_words(*, level: bool, reached: SceneTargets) -> str:
-    """Return text for the scene, with P_max and NL of a level sensor if the scene is another one."""
+    """Return text for the scene. If the press is not level, it includes P_max and NL of a level sensor."""
     if level:
         return "of a level sensor on flat fruit"
     level_text = f"P_max {reached.level.P_max:.4g}, NL {reached.level.NL:.3g}"
@@ -160,9 +162,9 @@ def _scene_in_words(*, level: bool, reached: SceneTargets) -> str:
 
 
 def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
-    """Return the verdicts on the paper's springs and targets under the contact of this design.
+    """Return the verdicts on the springs and targets of the paper, for the contact of this design.
 
-    None if fruit or tips differ from the paper's.
+    The result is None if the fruit or the tips differ from those of the paper.
     """
     if not sensor.design.has_paper_scene:
         return None
@@ -179,7 +181,7 @@ def paper_verdicts(sensor: PressedSensor) -> tuple[Verdict, ...] | None:
 
 
 def _on_paper_springs(sensor: PressedSensor) -> PressedSensor:
-    """Return the sensor on springs exactly as stiff as the paper's, which are not printed."""
+    """Return the sensor on springs that are exactly as stiff as those of the paper. They are not printed."""
     springs = {"low": MadeSpring(target=PAPER_SPRINGS.K_l), "high": MadeSpring(target=PAPER_SPRINGS.K_h)}
     ideal = replace(sensor.springs, springs=springs, fitted=None, of_plate=None, ideal=True)
     return replace(sensor, springs=ideal)
