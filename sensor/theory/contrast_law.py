@@ -113,21 +113,22 @@ def read_modulus(law: ContrastLaw, forces: Sequence[float], offset: float = 0.0)
     `offset` [mm] is added to the contrast of the gaps of the law. Raises ReadingError if a tip is out of contact, or if
     no modulus fits the forces.
     """
-    rigid, dome, body = contrast_terms(law, forces)
-    z = smallest_root(rigid + offset, dome, body)  # E^(-1/3)
+    spring_term, hertz_term, flesh_term = contrast_terms(law, forces)
+    z = smallest_root(spring_term + offset, hertz_term, flesh_term)  # E^(-1/3)
     return 1.0 / (z * z * z)
 
 
 class ContrastTerms(NamedTuple):
-    """The coefficients of the contrast rigid + dome E^(-2/3) + body E^(-1), which is zero at the modulus of the fruit.
+    """The coefficients of the contrast as a function of the modulus.
 
-    `rigid` [mm] is the part of the springs and the gaps, `dome` [mm MPa^(2/3)] the part of the Hertzian contact, and
-    `body` [mm MPa] the part of the flesh.
+    The contrast `spring_term` + `hertz_term` E^(-2/3) + `flesh_term` / E is zero at the modulus of the fruit.
+    `spring_term` [mm] contains the springs and the gaps, `hertz_term` [mm MPa^(2/3)] the Hertzian contact, and
+    `flesh_term` [mm MPa] the flesh.
     """
 
-    rigid: float
-    dome: float
-    body: float
+    spring_term: float
+    hertz_term: float
+    flesh_term: float
 
 
 def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
@@ -141,10 +142,10 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
             raise ReadingError(msg)
     weights, C, S = law.arrays
     F = np.array(forces)
-    rigid = weights @ (C @ F + law.gaps)
-    dome = law.hertz * weights @ (F ** (2.0 / 3.0))
-    body = weights @ (S @ F)
-    return ContrastTerms(rigid=float(rigid), dome=float(dome), body=float(body))
+    spring_term = weights @ (C @ F + law.gaps)
+    hertz_term = law.hertz * weights @ (F ** (2.0 / 3.0))
+    flesh_term = weights @ (S @ F)
+    return ContrastTerms(spring_term=float(spring_term), hertz_term=float(hertz_term), flesh_term=float(flesh_term))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,9 +177,9 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
 
         dg/dF_i = (w C)_i + 2/3 h w_i E^(-2/3) F_i^(-1/3) + (w S)_i / E .
     """
-    _, dome, body = contrast_terms(law, forces)
+    _, hertz_term, flesh_term = contrast_terms(law, forces)
     E_power = E ** (-2.0 / 3.0)
-    per_log_E = dome * E_power / 1.5 + body / E  # -E dg/dE [mm]
+    per_log_E = hertz_term * E_power / 1.5 + flesh_term / E  # -E dg/dE [mm]
     weights = np.array(law.weights)
     C = np.array(law.C)
     F = np.array(forces)
@@ -221,27 +222,27 @@ def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple
     return float(np.mean(heights)), slope_x, slope_y
 
 
-def smallest_root(rigid: float, dome: float, body: float) -> float:
-    """Return the smallest root z > 0 of the contrast rigid + dome z^2 + body z^3, which is E^(-1/3) [MPa^(-1/3)].
+def smallest_root(a: float, b: float, d: float) -> float:
+    """Return the smallest root z > 0 of the contrast a + b z^2 + d z^3. It is E^(-1/3) [MPa^(-1/3)].
 
-    The cubic has extrema at z = 0 and at z = -2 dome / (3 body), and it is monotonic between them. If the second
-    extremum is above 0, the root must lie before it; otherwise the cubic is monotonic for all z > 0. Raises
-    ReadingError if the cubic does not change its sign in this range.
+    `a`, `b` and `d` are the terms in `ContrastTerms`. The cubic has extrema at z = 0 and at z = -2 b / (3 d), and it is
+    monotonic between them. If the second extremum is above 0, the root must lie before it; otherwise the cubic is
+    monotonic for all z > 0. Raises ReadingError if the cubic does not change its sign in this range.
     """
-    second_extremum = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
-    end = second_extremum if second_extremum > 0.0 else _beyond_root(rigid, dome, body)
-    if not rigid * (rigid + end * end * (dome + body * end)) < 0.0:
+    second_extremum = -2.0 * b / (3.0 * d) if d != 0.0 else 0.0
+    end = second_extremum if second_extremum > 0.0 else _beyond_root(a, b, d)
+    if not a * (a + end * end * (b + d * end)) < 0.0:
         raise ReadingError(OF_ANOTHER_SENSOR)
     # Newton's method. A step that leaves the bracket of the root is replaced by a bisection.
     start = 0.0
     z = 0.5 * end
     for _ in range(_MAX_STEPS):
-        contrast = rigid + z * z * (dome + body * z)
-        if rigid * contrast > 0.0:
+        contrast = a + z * z * (b + d * z)
+        if a * contrast > 0.0:
             start = z
         else:
             end = z
-        slope = z * (2.0 * dome + 3.0 * body * z)
+        slope = z * (2.0 * b + 3.0 * d * z)
         next_z = z - contrast / slope if slope != 0.0 else start
         if next_z == z:
             break
@@ -253,12 +254,12 @@ def smallest_root(rigid: float, dome: float, body: float) -> float:
     return z
 
 
-def _beyond_root(rigid: float, dome: float, body: float) -> float:
-    """Return a point beyond the root of a cubic that is monotonic for z > 0 [MPa^(-1/3)].
+def _beyond_root(a: float, b: float, d: float) -> float:
+    """Return a point beyond the root of a cubic a + b z^2 + d z^3 that is monotonic for z > 0.
 
-    The terms of dome and body have the same sign, so the root is smaller than the root with only one of these terms.
+    `b` and `d` have the same sign, so the root is smaller than the root of the cubic without one of these terms.
     """
-    dome_root = math.sqrt(abs(rigid / dome)) if dome != 0.0 else math.inf
-    body_root = abs(rigid / body) ** (1.0 / 3.0) if body != 0.0 else math.inf
-    upper_bound = min(dome_root, body_root)
+    square_root = math.sqrt(abs(a / b)) if b != 0.0 else math.inf
+    cube_root = abs(a / d) ** (1.0 / 3.0) if d != 0.0 else math.inf
+    upper_bound = min(square_root, cube_root)
     return 2.0 * upper_bound if math.isfinite(upper_bound) else 1.0

@@ -21,7 +21,7 @@ sample. The constant gamma drops out of the covariance of u with the law:
 This is the cubic of a single sample, with covariances in place of a, b and d. Its smallest positive root z gives
 E = 1 / z^3.
 
-**No bias by noise.** The instrument of a sample is the sum of all forces in the previous sample. If the noise is
+**No bias due to noise.** The instrument of a sample is the sum of all forces in the previous sample. If the noise is
 independent from sample to sample, u and F have independent noise, and noise does not change the mean of cov(u, F). The
 sum of the sample itself would not do, because its noise is part of F (errors in variables). A sample is used if all
 tips touched the fruit in the previous sample. Selecting a sample by its own forces would favour positive noise. The
@@ -59,11 +59,11 @@ contacts, so S becomes S(gamma). The cubic is solved repeatedly until gamma conv
 is mistaken for a saddle there. It changes E only through S, by `RiseSlopes.offset` per mm.
 
 **One bad sample.** It changes E in proportion to its residual times the deviation of its instrument from the mean. The
-change is larger if there are few samples. The jackknife, which computes the modulus without each sample in turn, shows
-a change of any kind: J. W. Tukey, Ann. Math. Stat. 29 (1958) 614.
+change is larger if there are few samples. The jackknife computes the modulus without each sample in turn, and so
+detects a bad sample of any kind: J. W. Tukey, Ann. Math. Stat. 29 (1958) 614.
 
-Instruments are the subject of W. A. Fuller, Measurement Error Models (1987), section 1.4. Samples with correlated
-noise, for example after a filter, must be decimated first. Units: mm, N, MPa.
+For instruments, see W. A. Fuller, Measurement Error Models (1987), section 1.4. Samples with correlated noise, for
+example after a filter, must be decimated first. Units: mm, N, MPa.
 """
 
 import math
@@ -117,7 +117,7 @@ class RollingDomes:
 
     @cached_property
     def rolling_factor(self) -> float:
-        """Return c = 1 + r H [1], the distance of two axes over the distance of their contacts on a ball."""
+        """Return c = 1 + r H [1], the ratio of the distances between two axes and between their contacts on a ball."""
         return 1.0 + self.dome_radius * self.mean_curvature
 
     @property
@@ -257,7 +257,7 @@ def _flesh_block(S: Floats, rolling: RollingDomes) -> Floats:
 class Rise:
     """The samples of a press that are used: from the touch of the last tip to the deepest sample.
 
-    `forces` (samples, channels) [N] are all above 0. `instrument` (samples,) [N] is the total force some samples
+    `forces` (samples, channels) [N] are all above 0. `instrument` (samples,) [N] is the total force a few samples
     earlier. `rates` (samples, channels) [N/s] are the time derivatives of the forces. `touch` [N] is the total force
     when the last tip touches, `largest` [N] the total force in the deepest sample.
     """
@@ -287,7 +287,7 @@ class Rise:
         return float(self._centred_instrument @ self._centred_instrument)
 
     def without(self, first: int, count: int) -> "Rise":
-        """Return the press without `count` consecutive samples, starting at sample `first`."""
+        """Return the press without the `count` consecutive samples that start at index `first`."""
         left_out = slice(first, first + count)
         kept = [np.delete(values, left_out, axis=0) for values in (self.instrument, self.forces, self.rates)]
         return Rise(instrument=kept[0], forces=kept[1], rates=kept[2], touch=self.touch, largest=self.largest)
@@ -312,8 +312,8 @@ def rise_of(
     exceed `least_forces` (channels,) [N], a multiple of their noise. The times `t` [s] determine the rates, which are 0
     without them.
 
-    A press ends when a tip lifts off. The samples after a lift have another offset, and they are used instead if they
-    go deeper. Samples after the deepest one are not used, because the flesh may have yielded.
+    A press ends when a tip lifts off. The samples after a lift have a different offset. They are used instead of the
+    samples before it if they go deeper. Samples after the deepest one are not used, because the flesh may have yielded.
     """
     index = np.arange(len(forces))
     total = forces[:, :tips].sum(axis=1)
@@ -354,17 +354,17 @@ class BendSlopes(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class RiseSlopes:
-    """Relative change of E per unit of each cause of error.
+    """The slopes of ln E with respect to each cause of error.
 
-    `noise` (tips,) [1/N] is one standard deviation of ln E per standard deviation of the force, for noise that is
+    `noise` (tips,) [1/N] is the standard deviation of ln E per standard deviation of the force, for noise that is
     independent from sample to sample. All other errors are the same in all samples. `gains` and `springs` (tips,) [1]
-    are per relative change of the gain and of the spring stiffness, and `zeros` (tips,) [1/N] per zero error. `drifts`
-    (tips,) [1/N] are per zero error that grows linearly from the first sample to the last. `times` (tips,) [1/s] are
-    per delay of the channel.
+    are the slopes with respect to the relative errors of the gain and the spring stiffness. `zeros` (tips,) [1/N] are
+    those for a zero error, and `drifts` (tips,) [1/N] for a zero error that grows linearly from the first sample to the
+    last. `times` (tips,) [1/s] are the slopes for a delay of the channel.
 
-    `hertz` and `body` [1] are per relative change of the Hertz term and of S, which all tips share. `offset` [1/mm] is
-    per offset that is not caused by a saddle of the skin. `channel_bends` and `spring_bends` are the slopes with
-    respect to the nonlinearity of the gains and of the spring compliances.
+    `hertz` and `body` [1] are the slopes for relative errors of the Hertz term and of S, which all tips share. `offset`
+    [1/mm] is the slope for an offset that is not caused by a saddle of the skin. `channel_bends` and `spring_bends` are
+    the slopes for the nonlinearity of the gains and of the spring compliances.
     """
 
     noise: tuple[float, ...]
@@ -390,10 +390,10 @@ class RiseSlopes:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UnevenSlopes:
-    """Relative change of E per unit of the unevenness of a fruit, which differs from tip to tip.
+    """The slopes of ln E with respect to the unevenness of a fruit, which differs from tip to tip.
 
-    `heights` (waves, tips) [1/mm] are per height of each wave of the skin at the centre of a contact. `flesh` (tips,)
-    [1] are per relative change of the modulus of the flesh under each tip.
+    `heights` (waves, tips) [1/mm] are the slopes for the height of each wave of the skin at the centre of a contact.
+    `flesh` (tips,) [1] are the slopes for the relative change of the modulus of the flesh under each tip.
     """
 
     heights: Floats
@@ -432,19 +432,21 @@ def read_rise(law: RiseLaw, rise: Rise, noises: Floats, *, whole: bool = True) -
         _refuse_short_rise(rise, noises)
     E, offset, S_offset = _solve(law, rise.moments)
     at_root = _Root(law, rise, E, offset, law.S(S_offset), len(noises))
+    # The noise of a force gives G the standard deviation |c_t| sigma_t sqrt(sum (u - mean u)^2).
     noise_per_force = (
         np.abs(at_root.sum_per_tip(at_root.per_force)) * math.sqrt(rise.spread) / abs(at_root.per_log_E[0])
     )
-    by_noise = float(np.linalg.norm(noise_per_force * noises))
-    if by_noise > LARGEST_NOISE:
-        message = f"The standard uncertainty of E due to noise is {by_noise:.2g} E, above a third of E. Press farther."
-        raise RiseError("no_rise", message)
-    residual = float(np.linalg.norm(at_root.sum_per_tip(at_root.per_force) * noises))
+    relative_noise = float(np.linalg.norm(noise_per_force * noises))
+    if relative_noise > LARGEST_NOISE:
+        message = f"The standard uncertainty of E due to noise, {relative_noise:.2g} E, is above a third of E."
+        raise RiseError("no_rise", f"{message} Press farther.")
+    # The noise of the offset is the noise of the mean residual, and the change of the offset with E.
+    residual_noise = float(np.linalg.norm(at_root.sum_per_tip(at_root.per_force) * noises))
     return RiseReading(
         E=E,
         offset=offset,
-        noise=by_noise,
-        offset_noise=math.hypot(residual / math.sqrt(len(rise.forces)), at_root.per_log_E[1] * by_noise),
+        noise=relative_noise,
+        offset_noise=math.hypot(residual_noise / math.sqrt(len(rise.forces)), at_root.per_log_E[1] * relative_noise),
         offset_per_log_E=float(at_root.per_log_E[1]),
         samples=len(rise.forces),
         touch=rise.touch / rise.largest,
@@ -470,6 +472,7 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
     E, offset, S_offset = _solve(law, rise.moments)
     root = _Root(law, rise, E, offset, law.S(S_offset), rise.forces.shape[1])
     weights = law.contrast.arrays[0]
+    # By Hertz's law, the indentation is h (F / E)^(2/3).
     contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
     heights = [weights * rise.rise_and_mean(effective_heights(k, contact_radius)) for k in wave_numbers]
     return UnevenSlopes(
@@ -481,16 +484,17 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
 def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequence[float]) -> Floats:
     """Return the sensitivity of the modulus of a press to form errors that all domes have in common.
 
-    The first slope [1] is per relative change of the dome radius. The others [1/mm] are per height of a cap at the
-    apex, one for each of the `cap_radii` [mm]. The change of the distances between contacts is that of a half-space.
+    The first result [1] is the change of ln E per relative change of the dome radius. The others [1/mm] are its changes
+    per height of a cap at the apex, one for each of the `cap_radii` [mm]. The distances between the contacts are
+    assumed to change as on a half-space.
     Raises RiseError like `read_rise`.
     """
     _refuse_few_samples(rise)
     E, offset, S_offset = _solve(law, rise.moments)
     root = _Root(law, rise, E, offset, law.S(S_offset), rise.forces.shape[1])
     relative = domes.relative_radius
-    # If the real dome is rounder than the law assumes, the law is too flat, so the sign is opposite to a change of the
-    # law.
+    # The Hertz term is proportional to R*^(-1/3), and S to 1 + r H = r / R*. The dome changes, not the law: if the dome
+    # has a larger radius than the law assumes, this acts like a law with a smaller radius. So the signs are reversed.
     hertz_change = relative / domes.dome_radius / 3.0 * root.hertz
     distance_change = -relative * domes.mean_curvature * root.flesh
     weights = law.contrast.arrays[0]
@@ -591,31 +595,33 @@ class _Root:
     def __init__(self, law: RiseLaw, rise: Rise, E: float, offset: float, S: Floats, tips: int) -> None:
         """Linearise the law at the modulus E [MPa] and the offset [mm] of a press, where the compliance is S.
 
-        `tips` is the number of tips, each of which may have several channels. Each attribute is the derivative of the
-        law with respect to one kind of cause, or a factor of such derivatives.
+        The law is w.(C F) + h z^2 w.F^(2/3) + z^3 w.(S F) + gamma = 0 with z = E^(-1/3). `tips` is the number of tips,
+        each of which may have several channels. Each attribute is the derivative of the law with respect to one kind of
+        cause, or a factor of such derivatives.
         """
         self._weights, self._C, _ = law.contrast.arrays
         self._rise = rise
         self._tips = tips
         z = math.pow(E, -1.0 / 3.0)
-        domes = law.contrast.hertz * z**2 * self._weights
+        hertz_factors = law.contrast.hertz * z**2 * self._weights
         F, two_thirds = rise.moments
         self._inverse_roots = rise.rise_and_mean(1.0 / np.cbrt(rise.forces))
         # derivative with respect to each force [mm/N], without Hertzian contact
-        self._body = self._weights @ (self._C + S * z**3)
-        self._dome = domes / 1.5  # derivative of the Hertz term with respect to each force, times F^(1/3)
-        self.hertz = two_thirds @ domes
+        self._linear_slope = self._weights @ (self._C + S * z**3)
+        # derivative of the Hertz term with respect to each force, times F^(1/3)
+        self._hertz_slope = hertz_factors / 1.5
+        self.hertz = two_thirds @ hertz_factors
         self.flesh = F @ (self._weights @ S) * z**3
         # derivative with respect to -ln E, because E = z^(-3)
         self.per_log_E = (2.0 * self.hertz + 3.0 * self.flesh) / 3.0
         # A dome indents the flesh under it by Hertz's law, proportional to E^(-2/3); a flat tip indents it by F / E.
-        self.own_flesh = self._dome * two_thirds if law.contrast.hertz else self._weights * np.diag(S) * z**3 * F
+        self.own_flesh = self._hertz_slope * two_thirds if law.contrast.hertz else self._weights * np.diag(S) * z**3 * F
         self.per_offset = F @ (self._weights @ law.per_offset(offset)) * z**3
 
     @property
     def per_force(self) -> Floats:
         """Return c_t [mm/N], (channels,), the derivative of the residual with respect to each force."""
-        return np.asarray(self._body + self._dome * self._inverse_roots[1])
+        return np.asarray(self._linear_slope + self._hertz_slope * self._inverse_roots[1])
 
     def sum_per_tip(self, per_channel: Floats) -> Floats:
         """Return the sums of derivatives over the channels of each tip, (..., tips).
@@ -650,10 +656,10 @@ class _Root:
         squares = rise.rise_and_mean(rise.forces**2)
         index = np.arange(len(rise.forces))[:, None]
         drift = rise.rise_and_mean(index / (len(index) - 1))[0]  # from 0 at the first sample to 1 at the last
-        gains = self.sum_per_tip(self._body * F + self._dome * two_thirds)
+        gains = self.sum_per_tip(self._linear_slope * F + self._hertz_slope * two_thirds)
         spring_slopes = self._weights @ self._C
         springs = self.sum_per_tip(-0.5 * (self._weights * (F @ self._C.T) + spring_slopes * F))
-        zeros = self.sum_per_tip(self._dome * self._inverse_roots[0])
+        zeros = self.sum_per_tip(self._hertz_slope * self._inverse_roots[0])
         return RiseSlopes(
             noise=_numbers(noise_per_force),
             gains=_numbers(self.slope_with_saddle(*gains)),
