@@ -164,8 +164,8 @@ def _elephants_foot(leaves: Sequence[Flexure]) -> Cause:
     """Return the stiffening of the leaves by their first layer, which is wider than the others."""
     foot_changes = []
     for leaf in leaves:
-        # K is proportional to the cube of the thickness, but only over the part of the depth that the wide layer
-        # takes up.
+        # K is proportional to the cube of the thickness, but only over the part of the depth that the wide layer takes
+        # up.
         thickness_ratio = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
         foot_changes.append(FOOT_HIGH_MM / leaf.depth * (thickness_ratio**BEAM_SLOPE - 1.0))
     return Cause(

@@ -1,4 +1,4 @@
-"""Bisection for the end of the range in which a condition holds. It avoids SciPy, so that sizing starts faster."""
+"""Find the end of the range in which a condition holds, by bisection. Without SciPy, sizing starts faster."""
 
 from collections.abc import Callable
 

@@ -152,8 +152,8 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> ContrastTerms:
 class ReadingSlopes:
     """Sensitivity of a reading at one moment: the relative change of E per unit of each input.
 
-    `forces` [1/N] and `springs` [1] have one entry per tip; `springs` is per relative change of the stiffness.
-    `contrast` [1/mm] is per contrast of gaps that the law does not contain.
+    `forces` [1/N] and `springs` [1] have one entry per tip; `springs` are the changes per relative change of the
+    stiffness. `contrast` [1/mm] is the change per contrast of additional gaps.
     """
 
     forces: tuple[float, ...]

@@ -307,9 +307,9 @@ def rise_of(
 
     `forces` (samples, channels) [N] contain the forces of the tips in the first `tips` channels; the sum of these is
     the instrument. The same number of channels derived from these forces may follow (`RiseLaw.over_time`). The
-    instrument of a sample is the sum `lag` samples earlier: 1 for white noise, 2 if the channels were interpolated to
-    a common time. A sample is used if its own forces are above 0, and if all forces of the `lag` samples before it
-    exceed `least_forces` (channels,) [N], a multiple of their noise. The times `t` [s] determine the rates, which are 0
+    instrument of a sample is the sum `lag` samples earlier: 1 for white noise, 2 if the channels were interpolated to a
+    common time. A sample is used if its own forces are above 0, and if all forces of the `lag` samples before it exceed
+    `least_forces` (channels,) [N], a multiple of their noise. The times `t` [s] determine the rates, which are 0
     without them.
 
     A press ends when a tip lifts off. The samples after a lift have a different offset. They are used instead of the
@@ -486,8 +486,7 @@ def form_slopes(law: RiseLaw, rise: Rise, domes: RollingDomes, cap_radii: Sequen
 
     The first result [1] is the change of ln E per relative change of the dome radius. The others [1/mm] are its changes
     per height of a cap at the apex, one for each of the `cap_radii` [mm]. The distances between the contacts are
-    assumed to change as on a half-space.
-    Raises RiseError like `read_rise`.
+    assumed to change as on a half-space. Raises RiseError like `read_rise`.
     """
     _refuse_few_samples(rise)
     E, offset, S_offset = _solve(law, rise.moments)

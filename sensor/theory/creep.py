@@ -1,4 +1,4 @@
-"""Plastic springs that creep: their stiffness under a weight and in a press, and the zero shift after a press.
+"""Creep of plastic springs: their stiffness under a weight and in a press, and the zero shift after a press.
 
 Under a constant load, the compliance of a printed spring grows by the same fraction c [1] in each decade of time,
 
@@ -11,8 +11,8 @@ superposition see W. N. Findley, J. S. Lai, K. Onaran, Creep and Relaxation of N
 **A weight** that has been hanging for a time t measures the stiffness K(t) = K(1 s) t^-n.
 
 **A press.** Under a force that rises linearly for a time T, the compliance is J(T) / (1 + n), the mean of J. A hand
-slows down before it stops, x = X (1 - (1 - t / T)^2). To first order in n, the force divided by the deflection at the
-stop is then K(T / sqrt(e)). A press is read by slopes, which weight late samples differently. For presses by hand and
+slows down before it stops: x = X (1 - (1 - t / T)^2). To first order in n, the force divided by the deflection at the
+stop is then K(T / sqrt(e)). A press is read from slopes, which weight late samples differently. For presses by hand and
 at constant speed, with flat tips and domes, the stiffness is K at a time between T / 3 and 1.6 T. So K(T / sqrt(e)) is
 used for every press. The time T / sqrt(e) is known within a factor of e.
 
@@ -28,7 +28,7 @@ which is the mean of J at the end of the hold divided by the mean of J at the st
 the force falls during the hold. The error of g is then at most (g - 1)^2.
 
 **The zero.** By superposition, a press of duration T shifts the zero at a time s after its lift. The shift is at most
-J(s + T) - J(s) times the largest force. J grows ever more slowly, so the shift is largest if the force stays at its
+J(s + T) - J(s) times the largest force. J grows more and more slowly, so the shift is largest if the force stays at its
 maximum during the whole press.
 """
 
@@ -75,7 +75,7 @@ class CreepLaw:
         """Return g [1]: the compliance of springs after a hold of `held_s` [s], divided by their compliance before it.
 
         `press_s` [s] is the duration of the press before the hold, from the first touch to the deepest point. Its speed
-        is constant.
+        is assumed to be constant.
         """
         held = held_s / press_s
         return float((1.0 + held) ** (1.0 + self.exponent) - held ** (1.0 + self.exponent))

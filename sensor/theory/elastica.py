@@ -1,4 +1,4 @@
-"""Large deflection of guided leaves by the elastica. It is exact for thin leaves; the series avoid cancellation."""
+"""Large deflection of guided leaves by the elastica, which is exact for thin leaves."""
 
 from dataclasses import dataclass
 
@@ -18,8 +18,8 @@ _MAX_STEPS = 40  # each iteration reduces the error to a quarter or less
 class Cantilever:
     """A cantilever of unit length and unit bending stiffness EI, under a transverse force at its end.
 
-    `force` and `deflection` are those of the end. `stiffening` is the relative increase of the secant stiffness over
-    the stiffness at small deflections, force / (3 deflection) - 1. The three arrays have the same shape.
+    `force` and `deflection` refer to the end. `stiffening` is the relative increase of the secant stiffness over the
+    stiffness at small deflections, force / (3 deflection) - 1. The three arrays have the same shape.
     """
 
     force: Floats
@@ -47,7 +47,7 @@ def cantilever(sine: Floats | float) -> Cantilever:
 
 
 def _check_bounds(name: str, values: Floats, bounds: Bounds, hint: str) -> None:
-    """Raise InputError if any of the values lies outside its bounds [1]."""
+    """Raise InputError if any of the values [1] is out of bounds."""
     for value in (float(values.min()), float(values.max())):
         if not bounds.hold(value):
             raise validation_error(name, value, "1", str(bounds), hint)

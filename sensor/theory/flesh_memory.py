@@ -1,7 +1,7 @@
 """The memory of earlier forces in flesh that relaxes. In each arm of its Prony series, tau_i dm_i/dt = n - m_i.
 
-Here n is the force with which elastic flesh would resist the same indentation. The force of flesh that relaxes is
-then F(t) = n(t) - sum g_i m_i(t): E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
+Here n is the force with which elastic flesh would resist the same indentation. The force of flesh that relaxes is then
+F(t) = n(t) - sum g_i m_i(t): E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438, doi:10.1115/1.3644020.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ class Memory:
     """The memory m_i of elastic forces n in each arm of a Prony series; n is piecewise linear in time."""
 
     def __init__(self, relaxation: Relaxation) -> None:
-        """Start at a time before any force."""
+        """Start without any previous force."""
         self._shares = np.array(relaxation.shares)[:, None, None]
         self._times = np.array(relaxation.times)[:, None]
         self._kept: Floats | float = 0.0

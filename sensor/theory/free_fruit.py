@@ -1,4 +1,4 @@
-"""Effects of a fruit that lies free on a table: it is indented at the table, and unequal tips make it roll.
+"""Effects of a fruit that lies freely on a table: it is indented at the table, and unequal tips make it roll.
 
 In the model of the sensor, the fruit is clamped at its base. Here the fruit is a ball. Units: N, mm, MPa.
 """
@@ -50,7 +50,7 @@ class Roll:
 def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[float], radius: float) -> Roll:
     """Return the roll of a ball of `radius` R [mm] on a table, under tips at `places` x [mm] from the apex.
 
-    `forces` [N] are vertical. `stiffness` [N/mm] has one entry per tip, for its spring and the flesh in series. A roll
+    `forces` [N] are vertical. `stiffness` [N/mm] has one entry per tip, for its spring and the flesh in series. Rolling
     by u moves the point of support by u. It also lifts the skin under a tip by x u / R, which presses this tip harder.
     So the moment about the support is sum F x - u (sum F - sum k x^2 / R). A friction force H at the tips resists the
     roll with the moment 2 R H.

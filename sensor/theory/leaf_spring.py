@@ -1,4 +1,4 @@
-"""A flexure: two parallel leaves that guide a shuttle. Its dimensions, and its stiffness by beam theory."""
+"""Dimensions and beam-theory stiffness of a flexure: two parallel leaves that guide a shuttle."""
 
 import math
 from dataclasses import dataclass
@@ -70,8 +70,8 @@ def root_strain(thickness: float, length: float, deflection: float) -> float:
 def natural_frequency(stiffness: float, shuttle_mass: float, leaf_mass: float) -> float:
     """Return the first natural frequency of a shuttle on a pair of leaves [Hz from N/mm, g].
 
-    `leaf_mass` is the mass of one leaf. By Rayleigh's quotient with the static shape, each leaf moves like 13/35 of its
-    mass: S. Timoshenko, Vibration Problems in Engineering, 1937, art. 16.
+    `leaf_mass` is the mass of one leaf. By Rayleigh's quotient with the static shape, each leaf contributes 13/35 of
+    its mass: S. Timoshenko, Vibration Problems in Engineering, 1937, art. 16.
     """
     mass = shuttle_mass + 2.0 * (13.0 / 35.0) * leaf_mass
     return math.sqrt(1e6 * stiffness / mass) / (2.0 * math.pi)

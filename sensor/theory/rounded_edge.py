@@ -2,8 +2,8 @@
 
 The tip is modelled as a round tip of the same width. Its profile is a flat face of radius a, followed by a quarter
 circle with the radius of the edge. I. N. Sneddon, Int. J. Eng. Sci. 3, 1965, doi 10.1016/0020-7225(65)90019-4, gives
-the depth and the force of any round tip on a half-space. From a depth of 0.02 sides on, unilateral contact of square
-tips has the same loss within 0.003.
+the depth and the force of any round tip on a half-space. From a depth of 0.02 sides on, the loss of square tips in
+unilateral contact is the same within 0.003.
 """
 
 import functools
@@ -12,10 +12,10 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-_CURVE = 40  # steps of the curve of the force loss against the depth
+_CURVE = 40  # number of steps of the curve of force loss against depth
 # largest sine of the edge angle in contact; at the side wall, where it is 1, the depth tends to infinity
 _WIDEST = 0.999
-_POINTS = 48  # points per integral of the midpoint rule; the error is 1e-4 of the loss
+_POINTS = 48  # points per integral by the midpoint rule; the relative error of the loss is 1e-4
 _MIDPOINTS = (np.arange(_POINTS) + 0.5) / _POINTS
 
 
@@ -53,7 +53,7 @@ def _loss_curve(edge: float) -> tuple[Floats, Floats]:
 
 
 def _depth_of_contact(edge: float, sine: Floats) -> Floats:
-    """Return the depth [half sides] at which the contact extends to the angle of the edge whose sine is `sine`.
+    """Return the depth [half sides] at which the contact extends up to the edge angle with this sine.
 
     By Sneddon, the depth is t times the integral of g' / sqrt(t^2 - r^2) over the radius r, where t is the radius of
     the contact and g the profile of the tip.

@@ -15,11 +15,10 @@ _DIRECTIONS = np.pi * (np.arange(64) + 0.5) / 64.0  # angles [rad]; the mean ove
 
 
 def slope_factor(poisson: float, slope: float) -> float:
-    """Return the vertical compliance of a skin that falls by `slope` [1], relative to a level skin [1].
+    """Return the vertical compliance of a skin that falls by `slope` [1], divided by its value on a level skin [1].
 
     A vertical load has a component along the normal and a component down the slope: K. L. Johnson, Contact Mechanics
     (1985), equations (3.22) and (3.75), doi:10.1017/CBO9781139171731.
-    equations (3.22) and (3.75), doi:10.1017/CBO9781139171731.
     """
     sine_squared = slope**2 / (1.0 + slope**2)
     share = sine_squared * poisson / (1.0 - poisson)
@@ -30,8 +29,8 @@ def slope_factor(poisson: float, slope: float) -> float:
 def log_coefficient(poisson: float, slope: float) -> float:
     """Return the coefficient C [1] of the compliance that the curvature of the skin adds on a slope [1].
 
-    A skin of mean curvature H [1/mm] adds -C H ln(r) to the vertical compliance times E [1/mm] at a distance r. With
-    H = (k1 + k2) / 2, the skin lies H r^2 / 2 below its tangent plane, averaged over all directions. Removing the
+    A skin of mean curvature H [1/mm] adds -C H ln(r) to the vertical compliance times E [1/mm] at a distance r. With H
+    = (k1 + k2) / 2, the skin lies H r^2 / 2 below its tangent plane, averaged over all directions. Removing the
     material between them releases its strain energy 1/2 sigma:eps under two unit loads (a shape derivative). The
     surface stresses of normal and tangential loads are those of Johnson, equations (3.20) and (3.76).
     """
@@ -49,14 +48,14 @@ def frictionless_press(poisson: float, slope: float) -> float:
     """Return the relative change of the fruit stiffness [1] if a guided tip slides on a slope instead of gripping it.
 
     A frictionless tip presses along the normal. When it moves down by d, it indents the fruit by d cos(slope) along the
-    normal. The vertical component of its force has the factor cos(slope); the guide carries the horizontal component.
-    The result is negative, usually about -sin^2 of the slope angle.
+    normal. Only the component cos(slope) of its force is vertical; the guide carries the horizontal component. The
+    result is negative, usually about -sin^2 of the slope angle.
     """
     return slope_factor(poisson, slope) / ((1.0 + slope**2) * stretch_factor(slope)) - 1.0
 
 
 def stretch_factor(slope: float) -> float:
-    """Return the compliance along the normal of a skin that falls by `slope` [1], relative to a level skin [1].
+    """Return the compliance along the normal of a skin that falls by `slope` [1], divided by its level value [1].
 
     The load is circular when seen from above, so it is elongated down the slope. The factor is the mean of 1 / r over
     all directions.
@@ -66,7 +65,7 @@ def stretch_factor(slope: float) -> float:
 
 
 def _stretched(slope: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the length on the slope of a horizontal unit step: its component down the slope, and its total [1].
+    """Return the length on the slope of a step of horizontal length 1: its component down the slope, and its total.
 
     Both are arrays over the directions of the step.
     """

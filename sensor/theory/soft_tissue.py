@@ -1,6 +1,7 @@
-"""Corrections for soft tissue under a tip: grip and large strain, which linear frictionless contact does not include.
+"""Corrections for soft tissue under a tip: grip and large strain, which linear frictionless contact neglects.
 
-The grip has a closed form. The forces at large strain were computed by finite elements; large_strain.toml holds them.
+The grip has a closed form. The forces at large strain were computed by finite elements and are stored in
+large_strain.toml.
 """
 
 import functools
@@ -40,7 +41,8 @@ def large_strain_factor(depth: Floats | float, poisson: float, law: FleshLawName
     """
     table = _table(law)
     change = np.zeros(np.shape(depth))
-    weights = np.eye(len(table.rows))  # of each row at each tabulated Poisson's ratio: 1 at its own and 0 at the others
+    # weight of each row at each tabulated Poisson's ratio: 1 at its own, 0 at the others
+    weights = np.eye(len(table.rows))
     for (solved_depths, factors), weight in zip(table.rows, weights, strict=True):
         extrapolation = np.maximum(1.0, depth / solved_depths[-1])
         change_of_row = (np.interp(depth, solved_depths, factors) - 1.0) * extrapolation

@@ -1,16 +1,16 @@
-"""Straight lines through measured values against a load: slope, zero, standard error, curvature and outlier.
+"""Straight lines fitted to measured values as a function of a load: slope, zero, standard error, curvature and outlier.
 
-**Lack of fit.** A channel that is not linear reads c = p0 + p1 F + p2 F^2 under a force F; a deflection may do the
-same. The straight line fitted under the calibration weights has the slope s = cov(F, c) / var(F) = p1 + 2 p2 m. Here m
-= cov(F, F^2) / (2 var F) is the middle of the weights. A press is read by co-moments with its instrument u, so its
-slope is p1 + 2 p2 m', where m' = cov(u, F^2) / (2 cov(u, F)) is the middle of its samples. A reading at one moment uses
-the slope of the chord from zero, for which m' = F / 2. So the relative error of a press is
+**Lack of fit.** A channel or a deflection that is not linear in the force F follows c = p0 + p1 F + p2 F^2. The
+straight line fitted to the calibration weights has the slope s = cov(F, c) / var(F) = p1 + 2 p2 m. Here m = cov(F, F^2)
+/ (2 var F) is the force at which the parabola has this slope. A press is read by co-moments with its instrument u, so
+its slope is p1 + 2 p2 m' with m' = cov(u, F^2) / (2 cov(u, F)). A reading at one moment uses the slope of the chord
+from zero, for which m' = F / 2. So the relative error of a press is
 
     e = k (m' - m),    k = 2 p2 / s.
 
-It is a linear function of m'. Its value at m' = 0, which is -k m, and its slope k determine it for any press. The error
-has a known sign, and changes ln E by e times the slope of ln E with respect to a gain or a compliance. Because it is
-not corrected, its magnitude is added to the half width (JCGM 100:2008, F.2.4.5).
+Two numbers determine it for any press: its value -k m at m' = 0, and its slope k. The error has a known sign, and it
+changes ln E by e times the slope of ln E with respect to a gain or a compliance. Because it is not corrected, its
+magnitude is added to the half width (JCGM 100:2008, F.2.4.5).
 """
 
 from collections.abc import Sequence
@@ -45,11 +45,12 @@ class LackOfFit(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Bend:
-    """The change of the slope from the first point of a line to the last, relative to the slope [1].
+    """The curvature of a line of measured points, from a parabola through them.
 
-    `deviation` [1] is the standard deviation of `change`. `middle` is the x at which the parabola has the slope of the
-    straight line, and `span` is the range of x. `scatter` is the standard deviation of the values about the parabola,
-    increased by Student's t if there are few points.
+    `change` [1] is the change of the slope from the first point to the last, relative to the slope. `deviation` [1] is
+    its standard deviation. `middle` is the x at which the parabola has the slope of the straight line, and `span` is
+    the range of x. `scatter` is the standard deviation of the values about the parabola, increased by Student's t if
+    there are few points.
     """
 
     change: float = 0.0
@@ -115,7 +116,7 @@ class Line:
 
 
 def fit_line(x: Floats, values: Floats, resolutions: Floats, levels: Floats | None = None) -> Line:
-    """Fit a straight line to `values` (n,) against x (n,) by least squares. Its error covers curvature.
+    """Fit a straight line to `values` (n,) against x (n,) by least squares. The error of its slope covers curvature.
 
     There must be at least `FEWEST` points, with at least two different x. The standard error of the slope includes the
     scatter of the points and the rounding of each value to its resolution. If the points lie on a curve, the scatter is

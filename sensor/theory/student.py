@@ -1,4 +1,4 @@
-"""Student's t distribution, which accounts for a standard deviation that is estimated from few values."""
+"""Student's t distribution, for standard deviations that are estimated from few values."""
 
 UPPER_END = 0.975
 """Cumulative probability at the upper end of the central 95 % interval."""

@@ -1,7 +1,7 @@
 """The two-spring law of the paper, in both directions: from targets to stiffnesses, and from stiffnesses to P.
 
-Equation numbers are those of "Design and Simulation of a Tactile Sensor for Fruit Ripeness Detection",
-WCECS 2019, ISBN 978-988-14048-7-9. All stiffnesses have the same unit; in this project it is N/mm.
+Equation numbers are those of "Design and Simulation of a Tactile Sensor for Fruit Ripeness Detection", WCECS 2019, ISBN
+978-988-14048-7-9. All stiffnesses have the same unit; in this project it is N/mm.
 
 K_m is the stiffness of the fruit under the low tip. Away from the middle of a fruit, the stiffness under the high tip
 differs: it is `stiffness_ratio` times K_m. P is then `stiffness_ratio` times the force ratio of springs K_l and
@@ -19,7 +19,7 @@ from sensor.float_or_array import FloatOrArray
 Definition = Literal["mid-range", "largest"]
 
 SOFTEST = 1e-9  # modulus, divided by E_max, of a fruit so soft that all springs are practically rigid
-CURVE_STEPS = 24  # steps of a curve of P along which each modulus is solved; even, so that E_max / 2 is one of them
+CURVE_STEPS = 24  # number of steps of a curve of P whose moduli are all solved; even, so that E_max / 2 is one of them
 _NL_LIMIT = 0.5  # limit of NL as K_h tends to 0
 _STIFFEST = -14.0  # ln(K_m,max / K_h) at which the high spring is practically rigid
 
@@ -78,7 +78,7 @@ def series_stiffness(K: float, K_m: FloatOrArray) -> FloatOrArray:
 
 
 def spring_give(K: float, K_m: FloatOrArray, travel: FloatOrArray) -> FloatOrArray:
-    """Return the deflection of a spring, if the spring and the fruit in series share a travel [unit of `travel`]."""
+    """Return the deflection of a spring in series with the fruit, at a travel that both share [unit of `travel`]."""
     return travel * series_stiffness(K, K_m) / K
 
 
@@ -172,8 +172,8 @@ def nonlinearity(
     """Return NL [1], the deviation of P from a straight line over 0..K_m,max, divided by the rise of P.
 
     "mid-range" evaluates it at K_m,max / 2 as in (7), "largest" at its maximum. Under a skin, K_m is not proportional
-    to the modulus of the flesh. Then pass K_m / K_m,max [1] at the `curve_shares` of E_max as `stiffening`; the line
-    is then straight in E instead of K_m.
+    to the modulus of the flesh. Then pass K_m / K_m,max [1] at the `curve_shares` of E_max as `stiffening`; the line is
+    then straight in E instead of K_m.
     """
     if stiffening:
         P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]

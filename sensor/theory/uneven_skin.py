@@ -6,9 +6,9 @@ weighted mean of h over the contact. The weight is the pressure p_0 of a flat pu
     dF = dF/d(approach) * integral of h p_0,    p_0 = 1 / (2 pi a sqrt(a^2 - r^2)),    integral of p_0 = 1.
 
 This follows from Betti's reciprocal theorem, applied to the pressure that h adds and to a flat punch at unit depth. The
-edge of the contact moves too, but the pressure there is 0. The punch is given in K. L. Johnson, Contact Mechanics
-(1985), equations (3.34) and (3.36), doi:10.1017/CBO9781139171731. A wave A cos(k . X), with X measured from the centre
-of the contact, has the mean A sin(k a) / (k a).
+edge of the contact moves too, but the pressure there is 0. For the punch see K. L. Johnson, Contact Mechanics (1985),
+equations (3.34) and (3.36), doi:10.1017/CBO9781139171731. A wave A cos(k . X), with X measured from the centre of the
+contact, has the mean A sin(k a) / (k a).
 
 So the effective height under a dome changes while its contact grows. A constant height would be an offset, which does
 not affect a press, but a changing height is mistaken for a rise of the contrast. Short waves average out only after the
