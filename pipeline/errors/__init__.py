@@ -1,1 +1,1 @@
-"""The error budget of each number, and the scatter of prints."""
+"""The error budgets of the results of a sensor, and the scatter of prints."""

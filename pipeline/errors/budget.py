@@ -30,7 +30,7 @@ Change = Callable[[Cause, float], Floats]
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Budgets(Record):
-    """The error budgets of the results. `contact` is the budget of the compliance s11 - s12 of the fruit.
+    """The error budgets of the results of a sensor. `contact` is the budget of the compliance s11 - s12 of the fruit.
 
     Springs that are not printed have no budget. P_max and NL have none if a tip is out of contact, or if the sensor
     does not read a force ratio. Domes have no s11 - s12, because their contact area grows.
@@ -86,12 +86,12 @@ class LevelPress:
         return ratio
 
     def largest_ratio(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return P [1] at the largest modulus and full travel, like `ratio`."""
+        """Return P [1] at the largest modulus and full travel, with a cause as in `ratio`."""
         largest: Floats = self.ratio(cause, times)[-1, -1]
         return largest
 
     def nonlinearity(self, cause: Cause = NO_CAUSE, times: float = 0.0) -> Floats:
-        """Return NL [1] at full travel by its definition in the targets, like `ratio`."""
+        """Return NL [1] at full travel, as the targets define it, with a cause as in `ratio`."""
         P = self.ratio(cause, times)[:, -1]
         return np.asarray(curve_nonlinearity(P.tolist(), self.E[:, 0].tolist(), self.NL_definition))
 
@@ -186,10 +186,10 @@ def relative_change(number: Callable[..., Floats], scale: float | None = None) -
 
 
 def _with_pose(change: Change, value: float, tilted: Sequence[float]) -> Change:
-    """Return a function for the change of a result in its scene, whose effect of the pose comes from tilted presses.
+    """Replace the effect of the pose in `change` by its effect in presses that were solved at other tilts.
 
-    `tilted` holds the result at the tilt minus and plus its spread, or nan if a tip is out of contact. If `tilted` is
-    empty, `change` is returned.
+    `value` is the result in its scene. `tilted` holds the result at the tilt minus and plus its spread, or nan if a tip
+    is out of contact. If `tilted` is empty, `change` is returned unchanged.
     """
     if not tilted:
         return change

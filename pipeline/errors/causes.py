@@ -142,14 +142,14 @@ def _housing_effects(pair: PressedSensor, deflections: Floats) -> Iterator[Cause
 
 
 def _large_deflection(leaves: Sequence[Flexure], deflections: Floats) -> Cause:
-    """Return the stiffening of the leaves by their deflections (2, ...) [mm], by the elastica."""
+    """Return the stiffening of the leaves at their deflections (2, ...) [mm], according to the elastica."""
     deflections_text = " and ".join(f"{deflection.max():.3g}" for deflection in deflections)
     changes = np.array([stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True)])
     return Cause(name="large deflection", reason=f"elastica of leaves bent by {deflections_text} mm", springs=changes)
 
 
 def _engraved_marks(leaves: Sequence[Flexure], pair: PressedSensor) -> Cause:
-    """Return an upper bound for the softening by the engraved marks: a frame that is thinner by their depth."""
+    """Return an upper bound for the softening by engraved marks: the whole frame is thinner by their depth."""
     mark_changes = []
     for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, pair.springs.stiffnesses.stiffnesses, strict=True):
         # The frame contributes this fraction of the compliance 1/K. A frame that is thinner by the depth of the marks
@@ -188,7 +188,7 @@ def _other_mount() -> Cause:
 
 
 def _creep_in_press(pair: PressedSensor) -> Cause:
-    """Return the stiffness of plastic springs in a press relative to their stiffness under a hanging weight."""
+    """Return the relative change of the stiffness of plastic springs from a hanging weight to a press."""
     creep = pair.springs.creep
     press_s = pair.design.press_s
     stiffer_in_a_press = creep.press_over_weighed(WEIGHED_AFTER_S, press_s) - 1.0
@@ -248,7 +248,7 @@ def _motion_effects(pair: PressedSensor, travel: Floats, deflections: Floats) ->
 
 
 def _sideways_give(pair: PressedSensor, compliance: Floats, travel: Floats, deflections: Floats) -> Cause:
-    """Return the effect of the sideways compliance of the springs under forces that are inclined by the skin.
+    """Return the effect of the sideways compliance of the springs under forces that the skin inclines.
 
     A force along the normal of the skin also pushes its tip down the slope. The compliance that this adds to the spring
     is expressed as a softer fruit. `compliance` (tips, tips, 3, 3) [mm/N] relates the forces and displacements of tips.
@@ -266,7 +266,7 @@ def _sideways_give(pair: PressedSensor, compliance: Floats, travel: Floats, defl
 
 
 def _free_fruit(pair: PressedSensor, radius: float, travel: Floats) -> Cause:
-    """Return the height offsets of the tips on a fruit of `radius` [mm] that rolls on a table without friction."""
+    """Return the effect of a fruit of `radius` [mm] that rolls on a table without friction: height offsets."""
     design = pair.design
     positions = design.tips.centres_mm
     law = force_ratio_curve(pair)
@@ -300,7 +300,7 @@ def _print_scatter(process: Process) -> Iterator[Cause]:
         calibrated=True,
         advice=advice,
     )
-    accuracy = process.accuracy_mm  # 95 % half width [mm]
+    accuracy = process.accuracy_mm  # half width of the 95 % interval [mm]
     stiffness_changes = np.array([((t + accuracy) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm])
     yield Cause(
         name="leaf thickness",
@@ -320,7 +320,7 @@ def _tip_scatter(pair: PressedSensor, depths: Floats) -> Iterator[Cause]:
     """
     tips = pair.design.tips
     accuracy = tip_accuracy_mm(tips, pair.springs.process)
-    # Changes are only valid up to LARGEST_CHANGE, so a larger relative error of the side is cut off there.
+    # Relative changes are valid only up to LARGEST_CHANGE, so a larger error of the side is cut off there.
     side_change = min(LARGEST_CHANGE, accuracy / tips.side_mm)
     reason = f"tips wider or narrower by {accuracy:g} mm (the fruit's stiffness is proportional to the side)"
     yield Cause(name="tip side", reason=reason, fruit=np.array([side_change, side_change]), scatters=True)

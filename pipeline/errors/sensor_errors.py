@@ -34,7 +34,7 @@ class ReadingTable(Record):
     `printed` and `calibrated` have shape (moduli, travels, 2), with the lower and the upper end. They are nan if a tip
     is out of contact, or if the springs cannot show this P. The band as printed contains the errors of the mesh, the
     model and the inputs. After calibration, each stiffness is known to 1 %, and effects that calibration removes are
-    left out. Row 0 is for the softest possible flesh, which is needed only for NL, and has no band.
+    left out. Row 0 is for a modulus of nearly zero. It is needed only for NL, and has no band.
     """
 
     response: SensorResponse
@@ -110,10 +110,10 @@ def _bands_of_ratio(law: ForceRatioCurve, curve: SensorResponse, errors: Floats)
 
 
 def table_of_readings(curve: SensorResponse, readings: ReadingAccuracy, budgets: Budgets) -> ReadingTable:
-    """Return the response table of a sensor with readings. Its bands are those of the modulus read at full travel.
+    """Return the response table of a sensor with readings. Its bands are for the modulus read at full travel.
 
-    As printed, the springs also have the scatter of prints. After calibration, their uncertainty is the one in the
-    design's `[reading]`.
+    As printed, the springs also have the scatter of prints. After calibration, they have the uncertainty in
+    `[reading]`.
     """
     rows = readings.moduli
     return ReadingTable(

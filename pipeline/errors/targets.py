@@ -122,7 +122,7 @@ class ForceRatioCurve:
 def force_ratio_curve(pair: PressedSensor) -> ForceRatioCurve:
     """Return the force ratio of a pair as a function of the fruit stiffness, with the errors of its parameters.
 
-    The fruit stiffness comes from the solved contact, even if the springs were sized for another stiffness.
+    The fruit stiffness is that of the solved contact, even if the springs were sized for another stiffness.
     """
     sizing = pair.sizing
     K_m = sizing.K_m_max_contact
@@ -179,13 +179,13 @@ def _scene_NL(law: ForceRatioCurve, targets: Targets, curve: SensorResponse) -> 
     """Return NL at full travel [1], or None if a tip is out of contact.
 
     Its error contains the errors of springs and compliance, as for a level sensor, and the error of the contact cells.
-    The latter is the change of NL from coarser cells. It may happen to be 0 at one travel, so the larger change at the
-    last two travels is used.
+    The error of the cells is estimated from the change of NL with coarser cells. This change may happen to be 0 at one
+    travel, so the larger change at the last two travels is used.
     """
     E = curve.E.tolist()
     coarse_P = curve.P * (1.0 - curve.P_step)
     largest_step = 0.0
-    for travel in (-2, -1):  # the loop ends at full travel, so that NL at full travel is returned
+    for travel in (-2, -1):  # full travel comes last, because its NL is returned
         NL = curve_nonlinearity(curve.P[:, travel].tolist(), E, targets.NL_definition)
         coarse_NL = curve_nonlinearity(coarse_P[:, travel].tolist(), E, targets.NL_definition)
         step = abs(NL - coarse_NL)

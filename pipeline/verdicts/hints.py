@@ -1,4 +1,4 @@
-"""Hints: for each verdict that did not pass, one sentence on what to change. No hint requires a new solution."""
+"""Hints: for each verdict that did not pass, one sentence on what to change. Nothing is solved for a hint."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -24,7 +24,7 @@ _MARGIN = 0.98  # factor on a bound, so that a rounded value and its error bar s
 def with_hints(
     verdicts: Iterable[Verdict], design: Design, springs: FittedSprings, options: RunOptions
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts after adding a hint, in the field `remedy`, to each verdict that did not pass."""
+    """Return the verdicts, with a hint in the field `remedy` of each verdict that did not pass."""
     with_remedies = []
     for verdict in verdicts:
         if verdict.passed is not True:
@@ -34,7 +34,7 @@ def with_hints(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Missed:
+class _HintContext:
     """A verdict that did not pass, and the design, springs and options that its hint depends on."""
 
     verdict: Verdict
@@ -55,10 +55,10 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
             return about_tolerance
     row = verdict.row
     template = (row.hint_without_value if verdict.value is None else "") or row.hint
-    missed = _Missed(verdict=verdict, design=design, springs=springs, options=options)
+    context = _HintContext(verdict=verdict, design=design, springs=springs, options=options)
     sentence = ""
     for text, part_name, *_ in Formatter().parse(template):
-        part = PARTS[part_name](missed) if part_name else ""
+        part = PARTS[part_name](context) if part_name else ""
         if part is None:
             return SEARCH
         sentence += text + part
@@ -116,47 +116,47 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
         printable = springs.printable[kind]
         if printable.name == verdict.name and spring.highest_strain > 0.0:
             bound = travel * printable.strain_limit / spring.highest_strain
-    if bound >= travel:  # the failure does not depend on the travel; the length of a leaf, for example, does not
+    if bound >= travel:  # the failure does not depend on the travel, as with the length of a leaf
         return None
     shorter = rounded(_MARGIN * bound, towards=0.0)
     return shorter if least_travel(design) <= shorter < travel else None
 
 
-def _shorter_travel_text(missed: _Missed) -> str | None:
+def _shorter_travel_text(context: _HintContext) -> str | None:
     """Return the shorter travel [mm] at which the verdict passes as text, or None if there is none."""
-    travel = shorter_travel(missed.verdict, missed.design, missed.springs)
+    travel = shorter_travel(context.verdict, context.design, context.springs)
     return None if travel is None else f"{travel:g}"
 
 
-def _longer_travel_text(missed: _Missed) -> str | None:
+def _longer_travel_text(context: _HintContext) -> str | None:
     """Return a travel [mm] that is long enough for the verdict on the last touch as text, or None without a value."""
-    verdict = missed.verdict
+    verdict = context.verdict
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None
-    travel = missed.design.press.travel_mm
+    travel = context.design.press.travel_mm
     shortest = (verdict.value + (verdict.error or 0.0)) * travel / (_MARGIN * verdict.limit)
     return f"{rounded(shortest, towards=math.inf):g}"
 
 
-def _sized_springs_clause(missed: _Missed) -> str | None:
-    """Return a clause that leads to sized springs or to a level press of flat tips, which meet the targets."""
-    design, springs = missed.design, missed.springs
-    if missed.options.fruit_stiffness == "hayes":
+def _sized_springs_clause(context: _HintContext) -> str | None:
+    """Return a clause on how to get sized springs, or else a level press of flat tips. Both meet the targets."""
+    design, springs = context.design, context.springs
+    if context.options.fruit_stiffness == "hayes":
         return CONTACT_SIZES
     if springs.housing is None and not springs.ideal:
         return "the springs were not made: see printable.low and printable.high"
     if design.springs.given and design.tips.tip_layout.takes_targets:
         return "leave the springs to the targets: `--set springs.K_l_N_per_m= --set springs.K_h_N_per_m=`"
-    return _level_flat_clause(missed)
+    return _level_flat_clause(context)
 
 
-def _level_flat_clause(missed: _Missed) -> str | None:
-    """Return a clause that leads to a level press of sharp flat tips on flat fruit, in which P does not vary.
+def _level_flat_clause(context: _HintContext) -> str | None:
+    """Return a clause on how to get a level press of sharp flat tips on flat fruit, in which P does not vary.
 
     It names only the first property that differs. If no property differs, the result is None.
     """
-    press = missed.design.press
-    tips = missed.design.tips
+    press = context.design.press
+    tips = context.design.tips
     if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
         return "press level: `--set press.tilt_deg=0 --set press.roll_deg=0`"
     # The shape comes first, because a tip of another shape is not flat even without a fillet.
@@ -166,19 +166,19 @@ def _level_flat_clause(missed: _Missed) -> str | None:
         return f"take flat tips: `--set tips.shape=cube{unset}`"
     if tips.fillet_mm != 0.0:
         return "take sharp edges: `--set tips.fillet_mm=0`"
-    if missed.design.fruit.shape != "block":
+    if context.design.fruit.shape != "block":
         return "take smaller tips, under which the fruit is flatter: `tips.side_mm`"
     return None
 
 
-def _finer_bench_clause(missed: _Missed) -> str | None:
+def _finer_bench_clause(context: _HintContext) -> str | None:
     """Return a clause with the resolution of the balance or dial at which the verdict passes, and an alternative.
 
     All errors caused by a bench, except noise, are proportional to its resolution. The result is None if the error is
     caused by noise, or if the verdict has no value.
     """
-    verdict = missed.verdict
-    bench = missed.design.bench or Bench()
+    verdict = context.verdict
+    bench = context.design.bench or Bench()
     if not isinstance(verdict.limit, float) or not verdict.value:
         return None
     finer = _MARGIN * verdict.limit / verdict.value
@@ -192,9 +192,9 @@ def _finer_bench_clause(missed: _Missed) -> str | None:
     return None
 
 
-def _steadier_press_clause(missed: _Missed) -> str:
+def _steadier_press_clause(context: _HintContext) -> str:
     """Return a clause on a press in which the flesh relaxes less. For readings, it also suggests the best time."""
-    if missed.design.reading is None:
+    if context.design.reading is None:
         return "press with less speed or hold for less time: `press.speed_mm_per_s`, `press.hold_s`"
     return (
         "read at the moment that moves least, press with less speed or hold for less time: `reading.at_s`, "
@@ -202,7 +202,7 @@ def _steadier_press_clause(missed: _Missed) -> str:
     )
 
 
-PARTS: Mapping[str, Callable[[_Missed], str | None]] = {
+PARTS: Mapping[str, Callable[[_HintContext], str | None]] = {
     "less_travel": _shorter_travel_text,
     "more_travel": _longer_travel_text,
     "as_sized": _sized_springs_clause,

@@ -16,7 +16,7 @@ UNREAD = "some poses have no reading"
 
 
 def headline(name: str, verdicts: Sequence[Verdict]) -> str:
-    """Return the answer on a design in one sentence, which begins with yes, no or not decided."""
+    """Return the overall result of a design as a sentence that begins with Yes, No or Not decided."""
     counts = Counter(verdict.passed for verdict in verdicts)
     if counts[False]:
         return f"No: {name} fails {counts[False]} of {len(verdicts)} verdicts in the scene of its design."
@@ -53,7 +53,7 @@ def as_read(verdict: Verdict) -> Verdict:
 
 
 def measured(verdict: Verdict) -> str:
-    """Return the value of a verdict with its error bar and its unit, or an empty text without a value."""
+    """Return the value of a verdict with its error bar and its unit, or an empty string without a value."""
     value = verdict.value
     return (
         "" if value is None else value_with_bar(0.0 if abs(value) < ROUND_OFF else value, verdict.error, verdict.unit)
@@ -61,7 +61,7 @@ def measured(verdict: Verdict) -> str:
 
 
 def bound_sign(verdict: Verdict) -> str:
-    """Return the sign before a one-sided limit, or an empty text for other limits."""
+    """Return the sign before a one-sided limit, or an empty string for other limits."""
     return {"at most": "≤ ", "at least": "≥ "}.get(verdict.limit_sense or "", "")
 
 
@@ -73,7 +73,7 @@ def limit_text(verdict: Verdict, unit: str) -> str:
 def value_and_limit(verdict: Verdict) -> str:
     """Return the value of a verdict with its error bar and its limit. The reason of the verdict follows this text.
 
-    The text is empty without a value, and also if the limit is itself a text, because the reason then explains it.
+    The string is empty without a value, and also if the limit is a text, because the reason then explains it.
     """
     if verdict.value is None or isinstance(verdict.limit, str):
         return ""
@@ -82,7 +82,7 @@ def value_and_limit(verdict: Verdict) -> str:
 
 
 def tolerance_text(verdict: Verdict) -> str:
-    """Return the tolerance of a verdict, in per cent if it is relative, or an empty text if it has none."""
+    """Return the tolerance of a verdict, in per cent if it is relative, or an empty string if it has none."""
     if verdict.relative and isinstance(verdict.tolerance, int | float):
         return shown(100.0 * verdict.tolerance, "%")
     return "" if verdict.tolerance == 0.0 else shown(verdict.tolerance, verdict.unit)

@@ -1,4 +1,4 @@
-"""Functions that judge one quantity of a sensor each, and the texts that describe the value that is judged."""
+"""Functions that each judge one quantity of a sensor, with the texts that describe its value."""
 
 import math
 from dataclasses import replace
@@ -45,10 +45,10 @@ def NL_verdict(NL: Estimate | None, targets: Targets, scene_text: str) -> Verdic
 
 
 def displacement_verdict(table: SensorResponse) -> Verdict:
-    """Return the verdict on the relative variation of P over the travel [1], the largest one of all moduli.
+    """Return the verdict on the relative variation of P over the travel [1], at the modulus with the largest variation.
 
-    If the contact was solved on cells, the error of the variation is twice the error of P. In closed form there is
-    none.
+    If the contact was solved on cells, the error of the variation is twice the error of P. A closed form has no
+    error.
     """
     name = "P_displacement_independent"
     largest = 0.0
@@ -127,7 +127,7 @@ def printable_verdict(printable: Printable, spring: MadeSpring) -> Verdict:
 
 
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return the verdict that the contact of a dome stays within its face, on every fruit at full travel.
+    """Return the verdict on whether the contact of a dome stays within its face, on every fruit at full travel.
 
     Its value is the largest distance from the centre of the face to the edge of a contact [mm], by Hertz's law. It must
     be at most half the width of the face. A printed dome ends in a square face, and a dome on a pin in a circular face.

@@ -1,1 +1,1 @@
-"""What a person may choose, and what a process can print; the standard library only."""
+"""What the user may choose, and what a process can print. It needs only the standard library."""

@@ -1,4 +1,4 @@
-"""Design files: conversion of designs and single settings from TOML, and of designs to TOML."""
+"""Read designs and single settings from TOML, and write designs as TOML."""
 
 import dataclasses
 import json
@@ -30,7 +30,7 @@ TABLE_TYPES: dict[str, Any] = {
 
 
 def not_a_table(name: str, value: object) -> InputError:
-    """Return the error for a value that is not a table, although the key `name` needs one."""
+    """Return the error for a key `name` whose value must be a table, but is not."""
     message = f"{name} = {value} must be a table. Write [{name}] and its keys below it."
     return InputError(message, field=name, value=value, bound="a table")
 
@@ -172,9 +172,9 @@ def design_as_toml(design: Design) -> str:
 
 
 def tables_as_toml(data: Mapping[str, Any]) -> str:
-    """Return keys and tables, for instance those of a design, as TOML text. The keys outside tables come first.
+    """Return keys and tables, for instance a whole design, as TOML text. The keys outside tables come first.
 
-    A table may contain tables, which must not contain further tables.
+    Tables inside a table are allowed, but no deeper ones.
     """
     lines = [f"{key} = {value_as_toml(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
     tables = {name: values for name, values in data.items() if isinstance(values, Mapping)}
@@ -188,5 +188,5 @@ def tables_as_toml(data: Mapping[str, Any]) -> str:
 
 
 def value_as_toml(value: object) -> str:
-    """Return a number, a string or a list as TOML, which writes these values in the same way as JSON."""
+    """Return a number, a string or a list as TOML. Its notation for these values is the same as in JSON."""
     return json.dumps(value, ensure_ascii=False)

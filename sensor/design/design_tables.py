@@ -75,7 +75,7 @@ class DesignTables:
         return cls.from_file(design_as_mapping(design), Path())
 
     def changed(self, settings: Mapping[str, object]) -> "DesignTables":
-        """Return the tables after changing `settings`, whose names are TABLE.KEY.
+        """Return new tables with these settings changed. The name of a setting is TABLE.KEY.
 
         The value None removes a key, or a whole table such as `reading`. The path of a process file is relative to the
         working folder. The order of the settings does not matter, because tables are removed before keys are set.

@@ -28,7 +28,7 @@ FruitShape = Literal["block", "sphere", "ellipsoid"]
 
 @dataclass(frozen=True, kw_only=True)
 class Fruit:
-    """The fruit, fixed at its base, with the tips above it. Its length is along the tips, its width across them.
+    """The fruit, fixed at its base, with the tips above it. Its length is along the tips, and its width across them.
 
     A sphere or an ellipsoid has its apex at the centre of the top, and is whole down to its base. If a length and a
     width are given, they cut a piece out of it. `thickness_mm` is the thickness of the flesh under the apex, down to
@@ -224,7 +224,7 @@ class Fruit:
             self._check_piece(self.radius_mm)
 
     def _check_keys_of_shape(self) -> None:
-        """Raise InputError if a radius of this shape is missing, or if a radius or thickness does not belong to it."""
+        """Raise InputError if a radius of this shape is missing, or if a dimension of another shape is given."""
         required = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
         optional = () if self.shape == "block" else ("thickness_mm",)
         for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
@@ -305,7 +305,10 @@ class Fruit:
 
     @property
     def _whole_plan_mm(self) -> tuple[float, float]:
-        """Return the length and the width [mm] of the whole fruit, seen from above. A block has those of the paper."""
+        """Return the length and the width [mm] of the whole fruit, seen from above.
+
+        The default size of a block is that of the block in the paper.
+        """
         if self.radius_mm is None:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
         # The half axes of the ellipsoid are R along the tips and upwards, and sqrt(R R_across) across, with R =
@@ -323,7 +326,7 @@ class Fruit:
 
     @property
     def derived_keys(self) -> tuple[str, ...]:
-        """Return which of the keys of length and width have the values of the whole fruit. A file may omit them."""
+        """Return the keys of length and width that equal those of the whole fruit. A file may omit these keys."""
         if self.radius_mm is None:
             return ()
         sizes = zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True)
@@ -337,7 +340,7 @@ class Fruit:
 
     @property
     def mirrored(self) -> bool:
-        """Return whether the fruit is symmetric about the vertical plane along the tips and the one across them."""
+        """Return whether the fruit is symmetric about the vertical planes along and across the tips."""
         return not self.azimuth_deg or self.azimuth_deg % 90.0 == 0.0
 
     def to_principal(self, x: FloatOrArray, y: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
@@ -371,7 +374,10 @@ class Fruit:
 
     @property
     def can_roll(self) -> bool:
-        """Return whether the fruit can roll on a table. It must be curved and whole, its centre above the table."""
+        """Return whether the fruit can roll on a table.
+
+        It can roll if it is curved and whole, and if its centre is above the table.
+        """
         return self.radius_mm is not None and self.whole and self.depth_mm > self.radius_mm
 
     @property
@@ -392,7 +398,10 @@ class Fruit:
 
     @property
     def bruise_limits_MPa(self) -> tuple[float, ...]:
-        """Return the mean pressure [MPa] at which flesh of each modulus in `E_MPa` bruises, or () without a limit."""
+        """Return the mean pressure [MPa] at which flesh of each modulus in `E_MPa` bruises.
+
+        The result is empty if the fruit has no limit.
+        """
         limit = self.bruise_limit_MPa
         if limit is None or isinstance(limit, tuple):
             return limit or ()
@@ -412,7 +421,7 @@ class Fruit:
         )
 
     def fall_mm(self, x: float, y: float) -> float:
-        """Return the depth [mm] of the skin below the apex at (x, y) [mm]. It is infinite if no skin is there."""
+        """Return the depth [mm] of the skin below the apex at (x, y) [mm]. It is infinite beyond the fruit."""
         if self.radius_mm is None:
             return 0.0
         x, y = self.to_principal(x, y)

@@ -1,4 +1,4 @@
-"""Fruits by name, from fruits.toml: their shape at the place where a sensor presses them, and their moduli."""
+"""Fruits by name, from fruits.toml: their shape where they are pressed, and their moduli."""
 
 import math
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
-"""Every number that a user may choose: targets, fruit, tips, press and print. Records are frozen, checked when created.
+"""Every number that the user may choose: targets, fruit, tips, press and print.
 
-Units: mm, N, MPa, degrees; a field whose name ends in N_per_m is in N/m. The defaults describe the sensor of the paper,
-which is also designs/paper.toml.
+The records are frozen, and are checked when they are created. Units: mm, N, MPa, degrees; a field whose name ends in
+N_per_m is in N/m. The defaults describe the sensor of the paper, which is also designs/paper.toml.
 """
 
 import dataclasses
@@ -70,7 +70,7 @@ class Targets:
         check_fields(self, "targets")
 
 
-PAPER_TARGETS = Targets(P_max=5.0, NL=0.05)  # the paper's choice before (10), and its 5 % under (12)
+PAPER_TARGETS = Targets(P_max=5.0, NL=0.05)  # the values in the paper: P_max above its equation (10), NL below (12)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,7 +118,7 @@ _WHOLE_LINES_HINT = "give a whole multiple of the line width of the process"
 class Print:
     """The print process of the housing, and the parts between which its screws clamp it.
 
-    `process_file` is only a key of design files. When a design file is read, the process goes to `Design.printer`.
+    `process_file` may only be set in a design file, whose reader stores the process in `Design.printer`.
     `E_MPa` is the modulus measured on a printed coupon; without it, the modulus of the process is used.
     """
 
@@ -480,7 +480,7 @@ class Design:
 
     @property
     def press_s(self) -> float:
-        """Return the duration of a press from the first touch to the stop [s]. Without a speed, a hand presses."""
+        """Return the duration of a press from the first touch to the stop [s]. Without a speed, a hand is assumed."""
         return self.stop_s or PRESS_S  # stop_s is 0 if no speed is given
 
     @property

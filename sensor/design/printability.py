@@ -1,7 +1,7 @@
 """Whether a print process can make the two springs, by the law of a guided beam.
 
-The solution on the solid changes the leaf length by up to `LENGTH_MARGIN`. So a leaf whose length is this close to a
-bound is undecided (`passed` is None) until its solved length is given.
+Finite elements on the solid change the leaf length of beam theory by up to `LENGTH_MARGIN`. So a leaf whose length is
+this close to a bound is undecided (`passed` is None) until its solved length is given.
 """
 
 from dataclasses import dataclass
@@ -13,8 +13,10 @@ from sensor.theory.leaf_spring import LeafProfile, pair_length, root_strain
 from sensor.theory.two_spring_law import Springs, spring_give
 
 LENGTH_MARGIN = 0.15
-SHORTEST_LEAF = 5.0  # minimum length divided by thickness; the stiffness of a shorter leaf depends little on its length
-FILLET_STRAIN = 1.3  # strain at the fillet, divided by the strain of beam theory; finite elements give 1.17 to 1.27
+SHORTEST_LEAF = 5.0
+"""Minimum length of a leaf divided by its thickness. The stiffness of a shorter leaf depends little on its length."""
+FILLET_STRAIN = 1.3
+"""Strain at the fillet divided by the strain of beam theory. Finite elements give 1.17 to 1.27."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,7 +20,7 @@ _PRESSES = Bounds(at_least=1.0, at_most=100.0)
 
 _ENDS = 2
 RANGES = ("radius_mm", "radius_across_mm", "thickness_mm")
-# largest travel to the touch of the last tip, divided by the whole travel; above it, too little rise remains
+# largest fraction of the travel at which the last tip may touch; above it, too little rise remains
 LARGEST_TOUCH_FRACTION = 0.5
 PRESS_SAMPLES = 60
 """Number of samples of a press over which its noise is averaged: `PRESS_S` at 20 samples per second."""

@@ -23,7 +23,7 @@ _AS_SOLD = "omit it to use the data sheet of the amplifier"
 class Amplifier(Sourced):
     """An amplifier with its converter. Its input range is +-`full_scale_mV`, with a resolution of `bits` bits.
 
-    Its noise is one standard deviation. `rate_Hz` is the sample rate of one channel. The `channels` inputs are
+    `noise_nV` is one standard deviation. `rate_Hz` is the sample rate of one channel. The `channels` inputs are
     converted one after the other. The error of the time of a conversion is at most `time_error_periods` of the time
     between two samples.
     """
@@ -55,7 +55,7 @@ class Amplifier(Sourced):
 class Probe(Sourced):
     """A displacement sensor at a shuttle: its sensitivity, noise (one standard deviation), drifts and dimensions.
 
-    The sensitivity is that at the supply voltage. `zero_um` is the zero error at constant temperature. `magnet_mm` is
+    The sensitivity holds at the supply voltage. `zero_um` is the zero error at constant temperature. `magnet_mm` is
     the diameter of each of the two magnetic discs, and `face_out_mm` is the distance from their faces to the marked
     face of the sensor. The package is `package_height_mm` long in the direction of the press.
     """
@@ -93,7 +93,7 @@ class Board(Sourced):
 
     @property
     def pins(self) -> dict[str, int]:
-        """Return the pin number of the board for the name of each amplifier pin that is connected to it."""
+        """Return a mapping from the name of each amplifier pin to the number of the board pin connected to it."""
         return {name: int(getattr(self, name.lower())) for name in ("SCLK", "DIN", "DOUT", "CS", "DRDY")}
 
 

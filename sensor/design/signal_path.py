@@ -28,7 +28,7 @@ class SpringToRead:
 class SignalPath:
     """The conversion of forces to counts. Lists are in the order of the tips, and fields are keys of report.json.
 
-    Drifts are upper bounds for the temperature changes that [readout] allows.
+    Drifts are upper limits for the temperature changes in [readout].
     """
 
     amplifier: str = report_field("", "name of the amplifier")
@@ -94,7 +94,7 @@ class SpringReadOut:
 
     `bench` is the bench that will calibrate the springs, or None if the design needs no calibration. `fastest_s` is the
     shortest duration of a press by hand [s] that the signal path can follow, or None if it is unknown. `folder` is the
-    folder of the report of the design, as it is written in commands.
+    name of the folder of the report in printed commands.
     """
 
     springs: Sequence[SpringToRead]
@@ -164,7 +164,7 @@ def signal_path(
             "zero_drift_N": zero_V / V_per_N,
         }
 
-    def by_tip(key: str) -> tuple[float, ...]:
+    def per_tip(key: str) -> tuple[float, ...]:
         """Return one number per channel, in the order of the tips."""
         return tuple(by_kind[kind][key] for kind in kinds)
 
@@ -174,10 +174,10 @@ def signal_path(
         rate_Hz=amplifier.rate_Hz,
         excitation_V=amplifier.supply_V,
         saturation_counts=amplifier.saturation,
-        full_counts=by_tip("full_counts"),
-        counts_per_N=by_tip("counts_per_N"),
-        noise_N=by_tip("noise_N"),
-        zero_drift_N=by_tip("zero_drift_N"),
+        full_counts=per_tip("full_counts"),
+        counts_per_N=per_tip("counts_per_N"),
+        noise_N=per_tip("noise_N"),
+        zero_drift_N=per_tip("zero_drift_N"),
         gain_drift_percent=(gain_percent,) * len(kinds),
         modulus_drift_percent=100.0 * abs(process.E_per_K or 0.0) * readout.drift_K,
         delay_ms=channel_delays(readout, kinds),

@@ -10,8 +10,10 @@ from sensor.design.parameters import Design
 from sensor.design.processes import Process
 from sensor.quantity import validation_error
 
-_MIN_PAD_MM = 0.2  # thickness of two layers of a coarse print
-_MIN_ASPECT = 2.0  # minimum ratio of depth to thickness of a leaf; a leaf with less is a rod, nearly as soft sideways
+_MIN_PAD_MM = 0.2
+"""Thickness of two layers of a coarse print."""
+_MIN_ASPECT = 2.0
+"""Minimum ratio of the depth of a leaf to its thickness. A leaf below it is a rod, nearly as soft sideways."""
 
 
 class TipMount(NamedTuple):
@@ -64,5 +66,5 @@ def plate_depth(design: Design, process: Process) -> float:
 
 
 def pad_height(process: Process) -> float:
-    """Return the height of the pads on the back of a plate [mm]. Two pads make at least the minimum gap."""
+    """Return the height of the pads on the back of a plate [mm]. Two pads fill at least the minimum gap."""
     return max(_MIN_PAD_MM, 0.5 * process.min_gap_mm)

@@ -124,7 +124,7 @@ class Tips(ShapeKeys):
 
     @cached_property
     def tip_shape(self) -> TipShape:
-        """Return the shape of each tip."""
+        """Return the shape that all tips have."""
         return tip_shape(self.shape, self.side_mm, self)
 
     @cached_property
@@ -169,7 +169,7 @@ class Tips(ShapeKeys):
 
     @cached_property
     def height_offset_mm(self) -> tuple[float, ...]:
-        """Return the design height of each tip relative to the tips that protrude most [mm], at most 0.
+        """Return the design height of each tip relative to the tips that protrude most [mm]. It is at most 0.
 
         Only the outer tips of a line protrude; without `outer_mm`, all tips have the same height.
         """
@@ -207,7 +207,8 @@ class PressMotion:
     """The motion of the sensor in a press: its travel, its tilt along the tips, and its roll across them.
 
     The travel is measured at the centre of the tips, from the first touch of a level sensor. A tilt or a roll rotates
-    the sensor about this centre. So a tip of a pair travels x +- spacing / 2 tan(tilt), and may touch earlier or later.
+    the sensor about this centre. At a travel x, a tip of a pair moves by x +- spacing / 2 tan(tilt), so it may touch
+    earlier or later.
 
     `tilt_spread_deg` is the uncertainty of the tilt of a press, two standard deviations. `attitude` is the direction in
     which the tips point. It determines how the weight of the moving parts bends the springs.
