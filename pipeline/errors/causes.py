@@ -211,6 +211,7 @@ def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
 
     sides_deep = depths / design.tips.side_mm
     deepest = float(sides_deep.max())
+    # The finite elements cover flat faces up to a certain depth. Beyond it, the user has to check the sensor.
     is_solved = design.tips.tip_shape.has_flat_face and deepest <= deepest_solved()
     advice = "Calibrate at full travel" if is_solved else "Check the deepest press on a body of known modulus"
     method = f"(FE of one tip, at most {deepest:.2g} tip sides deep)"
@@ -344,6 +345,7 @@ def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
     design = pair.design
     fruit = design.fruit
     largest_poisson = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
+    # On a half-space, the stiffness is proportional to 1 / (1 - nu^2).
     change = (1.0 - fruit.poisson**2) / (1.0 - largest_poisson**2) - 1.0
     yield Cause(
         name="Poisson's ratio",
@@ -354,6 +356,7 @@ def _scene_scatter(pair: PressedSensor) -> Iterator[Cause]:
     )
 
     degrees = design.press.tilt_spread_deg
+    # A tilt lowers one tip by this step and raises the other.
     step = 0.5 * design.tips.spacing_mm * math.tan(math.radians(degrees))
     yield Cause(
         name=POSE,

@@ -40,17 +40,17 @@ def scatter_bands(pair: PressedSensor, level: LevelPress) -> ScatterBands | None
     E = level.E[:, 0]
     K_l, K_h = (1e3 * K * factor for K, factor in zip(level.K, factors, strict=True))
     modulus_at = force_ratio_curve(pair).modulus_scale(at_full_travel.ratio()[:, 0], E) or (lambda _: math.nan)
-    error = 0.0  # relative error of a modulus read with calibrated springs; the errors of both springs add
+    calibrated_error = 0.0  # relative error of a modulus read with calibrated springs; the errors of both springs add
     for cause in known_springs():
         low, high = (modulus_at(float(at_full_travel.largest_ratio(cause, sign))) for sign in (-1.0, 1.0))
-        error += 0.5 * abs(high - low) / float(E[-1])
+        calibrated_error += 0.5 * abs(high - low) / float(E[-1])
     return ScatterBands(
         K_l_N_per_m=_band(K_l),
         K_h_N_per_m=_band(K_h),
         P_max=_band(P[-1]),
         NL=_band([curve_nonlinearity(each, E.tolist(), level.NL_definition) for each in P.T.tolist()]),
         modulus_error=_band([modulus_at(each) / E[-1] - 1.0 for each in P[-1].tolist()]),
-        calibrated_modulus_error=error if math.isfinite(error) else None,
+        calibrated_modulus_error=calibrated_error if math.isfinite(calibrated_error) else None,
     )
 
 

@@ -83,7 +83,7 @@ def tolerance_hint(verdict: Verdict, run_tolerance: float) -> str | None:
         return None
     # If the error exceeds what the tolerance of the run allows, no mesh met this tolerance, and a smaller one does not
     # help.
-    parts = verdict.row.error_parts
+    parts = verdict.row.error_parts  # number of errors that add up, each as large as the tolerance of a run
     if allowed > 0.0 and relative_error <= parts * run_tolerance:
         tighter = rounded(allowed / parts, 1, towards=0.0)
         if tighter < run_tolerance and TOLERANCES.hold(tighter):

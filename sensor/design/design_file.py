@@ -89,6 +89,7 @@ def table_as_record(table: str, values: object) -> Any:  # noqa: ANN401 - one of
         raise not_a_table(table, values)
     record_type = TABLE_TYPES[table]
     known = [item.name for item in dataclasses.fields(record_type)]
+    # Keys of earlier versions are dropped if they had no effect, and refused otherwise.
     values = drop_ineffective_keys(table, values)
     refuse_gone(*(f"{table}.{key}" for key in values))
     for key in values:

@@ -49,7 +49,7 @@ class DesignTables:
         if the design file also has a table `printer`.
         """
         tables = {key: value for key, value in data.items() if key != "printer"}
-        print_value = tables.get("print")
+        print_value = tables.get("print")  # may be invalid, which is reported when the design is built
         print_table = dict(print_value) if isinstance(print_value, Mapping) else {}
         file_name = print_table.pop("process_file", None)
         process = print_table.get("process")
@@ -116,8 +116,8 @@ class DesignTables:
             own = _read_processes(file_name, Path())
             if settings.get(_PROCESS) is not None:
                 _refuse_unlisted(process, own, file_name)
-            elif process not in [*own]:  # the process belongs to the previous process file
-                print_table.pop("process", None)
+            elif process not in [*own]:  # a list, because an invalid name may not be hashable
+                print_table.pop("process", None)  # it belongs to the previous process file
         elif process in [*self.own] and _PROCESS not in settings:  # the settings remove its process file
             del print_table["process"]
         return DesignTables(tables={**tables, "print": print_table}, own=own)

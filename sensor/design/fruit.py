@@ -316,13 +316,16 @@ class Fruit:
         # otherwise the equator. `base_height` is the height of the base above the centre, divided by R.
         base_height = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
         width_over_R = 2.0 * math.sqrt(1.0 - base_height**2) if base_height < 1.0 else 2.0
-        a = self.radius_mm * width_over_R
-        b = math.sqrt(self.radius_mm * self._across) * width_over_R
+        axis_along = self.radius_mm * width_over_R
+        axis_across = math.sqrt(self.radius_mm * self._across) * width_over_R
         if not self.azimuth_deg:
-            return a, b
+            return axis_along, axis_across
         cosine, sine = self._azimuth_components
         # sides of the bounding box of the rotated ellipse
-        return math.hypot(a * cosine, b * sine), math.hypot(a * sine, b * cosine)
+        return (
+            math.hypot(axis_along * cosine, axis_across * sine),
+            math.hypot(axis_along * sine, axis_across * cosine),
+        )
 
     @property
     def derived_keys(self) -> tuple[str, ...]:

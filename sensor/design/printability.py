@@ -96,20 +96,12 @@ def check_printable(
     """
     process = design.process
     largest_K_m = K_m_max * design.fruit.largest_E_MPa / design.fruit.E_max_MPa
-    K_m = (largest_K_m, stiffness_ratio * largest_K_m)
+    K_m = (largest_K_m, stiffness_ratio * largest_K_m)  # under the low and the high tip
     keys = _determining_keys(design, springs)
     verdicts = []
     for i, (name, K) in enumerate(zip(("low", "high"), springs.stiffnesses, strict=True)):
-        leaf = _Leaf(
-            process=process,
-            profile=LeafProfile(
-                depth=plate_depth(design, process),
-                thickness=process.leaf_thicknesses_mm[i],
-                fillet=process.fillet_mm,
-            ),
-            deflection=spring_give(K, K_m[i], max(0.0, design.full_travels_mm[i])),
-            longest=design.print.max_length_mm,
-        )
+        # A tip that does not reach the fruit has a negative travel, and no deflection.
+        leaf = _leaf_of(design, i, spring_give(K, K_m[i], max(0.0, design.full_travels_mm[i])))
         length = leaf.length(K) if lengths_mm is None else lengths_mm[i]
         passed, reason = _judge_leaf(leaf, length, LENGTH_MARGIN if lengths_mm is None else 0.0)
         if passed is not True:
@@ -128,6 +120,17 @@ def check_printable(
             )
         )
     return tuple(verdicts)
+
+
+def _leaf_of(design: Design, index: int, deflection: float) -> _Leaf:
+    """Return the leaves of the low (index 0) or the high (index 1) spring with this deflection [mm]."""
+    process = design.process
+    profile = LeafProfile(
+        depth=plate_depth(design, process),
+        thickness=process.leaf_thicknesses_mm[index],
+        fillet=process.fillet_mm,
+    )
+    return _Leaf(process=process, profile=profile, deflection=deflection, longest=design.print.max_length_mm)
 
 
 def _determining_keys(design: Design, springs: Springs) -> tuple[str, str]:

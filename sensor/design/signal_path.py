@@ -144,6 +144,8 @@ def signal_path(
     the standard displacement sensor, except for the numbers that `readout` overrides. The drifts are those for the
     temperature changes of `readout`. The stiffness of the springs drifts with the modulus of the `process`.
     """
+    # The amplifier and the displacement sensor have independent errors, so their squares add. Factors of 1e-3, 1e-4 and
+    # 1e-9 convert mV to V and um to mm, ppm to per cent, and nV to V.
     amplifier = readout.circuit
     V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
     noise_um = PROBE.noise_um if readout.noise_um is None else readout.noise_um

@@ -189,10 +189,10 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
     dome_slopes = law.hertz * E_power / 1.5 * weights * F ** (-1.0 / 3.0)
     per_force = (spring_slopes + flesh_slopes + dome_slopes) / per_log_E
     # A spring that is 1 % stiffer reduces its row and its column of C by 0.5 % each.
-    as_pair = -0.5 * (weights * (C @ F) + spring_slopes * F) / per_log_E
+    per_spring = -0.5 * (weights * (C @ F) + spring_slopes * F) / per_log_E
     return ReadingSlopes(
         forces=tuple(per_force.tolist()),
-        springs=tuple(as_pair.tolist()),
+        springs=tuple(per_spring.tolist()),
         contrast=1.0 / per_log_E,
     )
 

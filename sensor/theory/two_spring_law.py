@@ -209,6 +209,7 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
     top = min(max(departure.index(max(departure)), 1), len(P) - 2)
     before, here, after = departure[top - 1 : top + 2]
     bend = before - 2.0 * here + after
+    # height of the vertex of the parabola through the three deviations
     return here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here
 
 
@@ -266,7 +267,7 @@ def size_springs(
         bound = f"P_max > {stiffness_ratio:g}, 0 < NL < 0.5, K_m_max > 0"
         msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm must be {bound}. Check the targets."
         raise ValueError(msg)
-    r = 4.0 * NL / (1.0 - 2.0 * NL)
+    r = 4.0 * NL / (1.0 - 2.0 * NL)  # mid-range
     if definition == "largest":
         r = ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
 
