@@ -54,7 +54,7 @@ class Process(Sourced):
         "1/K",
         Bounds(at_least=-0.1, at_most=0.1),
         default=None,
-        meaning="change of the modulus per kelvin near 23 °C, as a fraction of E; required by [readout]",
+        meaning="change of the modulus per kelvin near 23 C, as a fraction of E; required by [readout]",
     )
     creep_per_decade: float | None = quantity(
         "1",

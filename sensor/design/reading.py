@@ -136,7 +136,7 @@ class ReadingRequirements:
         CALIBRATED_BY,
         default=None,
         meaning="weights calibrate the force of each channel; a press on a hard plate also calibrates its deflection; "
-        "`ball` adds presses on a ball of known modulus to the plate, which calibrate the form of the domes",
+        "with `ball`, presses on a ball of known modulus also calibrate the form of the domes",
     )
     ball_percent: float = quantity(
         "%",
