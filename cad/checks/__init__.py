@@ -1,1 +1,1 @@
-"""Verdicts on solids and files; most are measured on the geometry instead of computed from lengths of the design."""
+"""Verdicts on solids and files. Most are measured on the geometry, not computed from the dimensions of the design."""

@@ -1,4 +1,4 @@
-"""Comparison of a file with its design: the largest distance between both surfaces, its place and a likely cause."""
+"""Comparison of a file with its design: the largest distance between their surfaces, its place and its likely cause."""
 
 from __future__ import annotations
 
@@ -24,28 +24,29 @@ from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
 
 NAME = "geometry.as_designed"
-OWN_MM = 0.02  # largest distance of a file of this program, in addition to the chord of its triangles
-FOREIGN_MM = 0.05  # largest distance of a file of another program, which chose its own chord
+OWN_MM = 0.02  # largest distance allowed for a file of this program, in addition to the chord of its triangles
+FOREIGN_MM = 0.05  # largest distance allowed for a file of another program, whose chord is unknown
 STEP_KINDS = (".step", ".stp")
 _STEP_ANGLE_RAD = 0.5  # largest angle between triangles of STEP files; the chord already bounds their distance
 _SAME_MM = 1e-4  # corners are equal if they round to the same multiple; an STL file resolves 4e-6 mm at 60 mm
-_SAME_SHARE = 1e-3  # relative accuracy of a distance, added to _SAME_MM
-_DIGITS = 4  # decimals of a distance [mm], as accurate as _SAME_MM
-_APART_MM = 0.4  # distance between rows of points on a triangle, and between points in a row
-_COVER_MM = math.sqrt(1.25) * _APART_MM  # largest distance of a point of a triangle from its nearest row point
-# Number of nearest sample points whose triangles bound a distance: one for all points, eight where that bound is large.
+_RELATIVE_ACCURACY = 1e-3  # relative accuracy of a distance, in addition to `_SAME_MM`
+_DECIMALS = 4  # decimals of a distance [mm], which is as accurate as `_SAME_MM`
+_SPACING_MM = 0.4  # distance between rows of points on a triangle, and between points in a row
+_COVER_MM = math.sqrt(1.25) * _SPACING_MM  # largest distance from a point of a triangle to the nearest sample point
+# The triangles of this many nearest sample points bound a distance: one at first, then eight if the bound is large.
 _NEAREST = (1, 8)
 _BATCH = 20_000  # points measured together, so that the arrays fit in the memory of a small machine
-_TRIED = 300  # approximate number of corners of a moved file that are measured before its whole surface
+_TESTED_CORNERS = 300  # approximate number of corners of a moved file that are measured before its whole surface
 UNITS = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0}  # length of each unit in mm
-_SAME_SIZE = 0.01  # relative tolerance of a scale factor
-_SAME_DEG = 0.05  # smallest rotation that is reported; angles are written with one decimal
+_SCALE_TOLERANCE = 0.01  # relative tolerance of a scale factor
+_MIN_ROTATION_DEG = 0.05  # smallest rotation that is reported; angles are written with one decimal
 
 
 class Farthest(NamedTuple):
-    """The largest distance [mm] between two surfaces, the point [mm] where it is measured, and the owner of the point.
+    """The largest distance [mm] between the surfaces of a file and of its design.
 
-    The owner is "file" or "design".
+    `point` [mm] is the point from which it is measured. `owner` is the surface that contains the point: "file" or
+    "design".
     """
 
     distance: float
@@ -58,15 +59,15 @@ def as_designed_verdict(
 ) -> Verdict:
     """Return geometry.as_designed, the verdict on the largest distance [mm] between files and their designs.
 
-    `pairs` holds the triangles [mm] of each file and of its design, by the name of the file. Without a `limit` [mm],
-    each file gets the limit for files of this program. The verdict names the file that exceeds its limit most, and
-    `against`, the part of the design that it was compared with. Beyond the limit, the reference text begins with the
-    likely causes.
+    `pairs` holds the triangles [mm] of each file and of its design, by the name of the file. If `limit` [mm] is None,
+    each file gets the limit for files of this program. The verdict is given for the file that exceeds its limit most or
+    comes closest to it. If its distance exceeds the limit, the reference text begins with the likely causes. `against`
+    names the part of the design with which the file was compared.
     """
     farthest_points = {}
     for name, (mesh, design) in pairs.items():
-        own_limit = OWN_MM + (0.0 if Path(name).suffix.lower() in STEP_KINDS else CHORD_MM)
-        farthest_points[name] = (largest_distance(mesh, design), own_limit if limit is None else limit)
+        default_limit = OWN_MM + (0.0 if Path(name).suffix.lower() in STEP_KINDS else CHORD_MM)
+        farthest_points[name] = (largest_distance(mesh, design), default_limit if limit is None else limit)
     worst = max(farthest_points, key=lambda name: farthest_points[name][0].distance - farthest_points[name][1])
     farthest, worst_limit = farthest_points[worst]
     mesh, design = pairs[worst]
@@ -77,13 +78,15 @@ def as_designed_verdict(
         *(() if farthest.distance <= worst_limit else _likely_causes(mesh, design, worst_limit)),
         f"distance between both surfaces, measured from each{part}{place}",
     ]
-    volume_change = round(enclosed_volume(mesh) - enclosed_volume(design), _DIGITS) + 0.0  # + 0.0 turns -0 into 0
+    volume_change = (
+        round(enclosed_volume(mesh) - enclosed_volume(design), _DECIMALS) + 0.0
+    )  # + 0.0 replaces -0.0 by 0.0
     remarks.append(f"volume {volume_change:+g} mm^3 compared with {enclosed_volume(design):.1f} mm^3 in the design")
     return judge(NAME, farthest.distance, f"{worst}: {'; '.join(remarks)}", limit=worst_limit)
 
 
 def part_triangles(path: Path) -> trimesh.Trimesh:
-    """Return the triangles [mm] of a STEP, STL or 3MF file; raises ValueError for a file that cannot be read."""
+    """Return the triangles [mm] of a STEP, STL or 3MF file. Raises ValueError if the file cannot be read."""
     kind = path.suffix.lower()
     if kind in STEP_KINDS:
         return shape_triangles(read_step(path), kind)
@@ -91,7 +94,7 @@ def part_triangles(path: Path) -> trimesh.Trimesh:
 
 
 def shape_triangles(shape: cq.Shape, kind: str) -> trimesh.Trimesh:
-    """Return the triangles [mm] of a shape, for a comparison with a file of this suffix, such as ".step".
+    """Return the triangles [mm] of a shape, to be compared with a file whose suffix is `kind`, such as ".step".
 
     The triangles deviate from the shape by at most 0.005 mm.
     """
@@ -99,18 +102,18 @@ def shape_triangles(shape: cq.Shape, kind: str) -> trimesh.Trimesh:
 
 
 def largest_distance(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> Farthest:
-    """Return the largest distance between the surfaces of a file and of its design, measured from both sides [mm].
+    """Return the largest distance [mm] between the surfaces of a file and of its design.
 
-    It is measured from points 0.4 mm apart and from every corner. Triangles that both surfaces share are left out,
-    because they are equal within 1e-4 mm.
+    The distance is measured from each surface to the other, at points 0.4 mm apart and at every corner. Triangles that
+    both surfaces share are skipped, because they are equal within 1e-4 mm.
     """
     return _largest_distance(_surface_of(mesh), _surface_of(design))
 
 
 def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
-    """Return the largest distance between the surfaces of a file and of its design, measured from both sides [mm].
+    """Return the largest distance [mm] between the surfaces of a file and of its design.
 
-    Only triangles that the other surface does not have are measured.
+    The distance is measured from each surface to the other. Only triangles that the other surface lacks are measured.
     """
     candidates = [Farthest(0.0, file.corners[0, 0], "file")]
     file_only, design_only = file.unshared_triangles(design), design.unshared_triangles(file)
@@ -119,8 +122,8 @@ def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
         ("design", design_only, file_only, file),
     ):
         points, _ = _sample_points(own_triangles.corners)
-        # Most often these points lie on the unshared triangles of the other surface, which divides the same face
-        # differently. These triangles are few, so they are tried before the whole surface.
+        # Usually both surfaces divide the same face into different triangles. The points then lie on the unshared
+        # triangles of the other surface. These are few, so they are tried before the whole surface.
         is_subset = 0 < len(other_triangles.corners) < len(other_surface.corners)
         if len(points) and not (is_subset and _farthest_point(points, other_triangles)[0] == 0.0):
             candidates.append(Farthest(*_farthest_point(points, other_surface), owner))
@@ -128,130 +131,133 @@ def _largest_distance(file: _Surface, design: _Surface) -> Farthest:
 
 
 def _surface_of(mesh: trimesh.Trimesh) -> _Surface:
-    """Return the surface of a mesh of trimesh."""
+    """Return the surface of a trimesh mesh."""
     return _Surface(np.asarray(mesh.triangles))
 
 
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """Triangles given by their corners [mm], shape (n, 3, 3); keys and sample points are computed on first use."""
+    """A surface of triangles, given by their corners [mm], shape (n, 3, 3)."""
 
     corners: Floats
 
     def unshared_triangles(self, other: _Surface) -> _Surface:
-        """Return the surface without the triangles that the other surface has too."""
+        """Return the surface without the triangles that it shares with the other surface."""
         is_shared = np.array([key in other.keys for key in self.triangle_keys])
         return _Surface(self.corners[~is_shared])
 
     @functools.cached_property
     def triangle_keys(self) -> list[bytes]:
-        """Return a key for each triangle, in the order of the triangles.
+        """Return one key per triangle; triangles with the same corners have the same key.
 
-        Triangles have equal keys if their corners are equal within 1e-4 mm, in any order.
+        Corners are the same if they round to the same multiple of 1e-4 mm. Their order does not matter.
         """
         rounded = np.round(self.corners / _SAME_MM).astype(np.int64)
-        # A view of each corner as one record of three integers makes the sort order whole corners.
+        # Each corner is viewed as one record of three integers, so that whole corners are sorted, not coordinates.
         sorted_corners = np.sort(rounded.view([("", np.int64)] * 3).reshape(-1, 3), axis=1)
         return [row.tobytes() for row in sorted_corners]
 
     @functools.cached_property
     def keys(self) -> frozenset[bytes]:
-        """Return the keys of all triangles."""
+        """Return the set of all triangle keys."""
         return frozenset(self.triangle_keys)
 
     @functools.cached_property
     def samples(self) -> tuple[cKDTree, npt.NDArray[np.int64]]:
-        """Return a search tree of sample points on the triangles, and the index of the triangle of each point, (n,)."""
-        points, of_triangle = _sample_points(self.corners)
-        return cKDTree(points), of_triangle
+        """Return a search tree of sample points on the triangles, and the triangle index of each point, (n,)."""
+        points, triangle_index = _sample_points(self.corners)
+        return cKDTree(points), triangle_index
 
 
 def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Return points on triangles (n, 3, 3) in rows along their longest sides, and the triangle index of each point.
+    """Return points on triangles (n, 3, 3), in rows parallel to their longest sides, and the triangle index of each.
 
-    Rows are at most 0.4 mm apart, and so are the points in a row. The angles at the longest side are acute, so every
-    point between two rows lies above the longer row. Such a point is therefore at most sqrt(1 + 1/4) x 0.4 mm away from
-    the nearest point of that row.
+    Rows are at most d = 0.4 mm apart, and so are the points in a row. The angles at the longest side are acute, so
+    every point between two rows lies directly above the longer row. It is at most d above this row, and its foot is at
+    most d / 2 from the nearest point of the row. Its distance from that point is therefore at most sqrt(1 + 1/4) d.
     """
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     corner_order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3
-    # The longest side runs from a to b. Rows are parallel to it, at shares of the height from 0 at this side to 1 at c.
+    # The longest side runs from a to b. Each row is at a fraction of the height, from 0 at this side to 1 at c.
     a, b, c = np.take_along_axis(corners, corner_order[:, :, None], axis=1).transpose(1, 0, 2)
     longest = sides.max(axis=1)
     doubled_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     heights = np.divide(doubled_areas, longest, out=np.zeros_like(longest), where=longest > 0.0)
-    row_triangles, row_shares = _spread_evenly(1 + np.ceil(heights / _APART_MM).astype(np.int64))
-    starts = a[row_triangles] + row_shares[:, None] * (c - a)[row_triangles]
-    ends = b[row_triangles] + row_shares[:, None] * (c - b)[row_triangles]
-    rows, point_shares = _spread_evenly(
-        1 + np.ceil(longest[row_triangles] * (1.0 - row_shares) / _APART_MM).astype(np.int64)
+    row_triangles, row_fractions = _spread_evenly(1 + np.ceil(heights / _SPACING_MM).astype(np.int64))
+    starts = a[row_triangles] + row_fractions[:, None] * (c - a)[row_triangles]
+    ends = b[row_triangles] + row_fractions[:, None] * (c - b)[row_triangles]
+    rows, point_fractions = _spread_evenly(
+        1 + np.ceil(longest[row_triangles] * (1.0 - row_fractions) / _SPACING_MM).astype(np.int64)
     )
-    return starts[rows] + point_shares[:, None] * (ends - starts)[rows], row_triangles[rows]
+    return starts[rows] + point_fractions[:, None] * (ends - starts)[rows], row_triangles[rows]
 
 
 def _spread_evenly(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
-    """Return, for every member of consecutive sets of these sizes, the index of its set and its relative position.
+    """Return the set index and the relative position [1] of each member of consecutive sets with these `counts`.
 
-    The relative positions in a set are evenly spaced from 0 to 1; a set of one member has position 0.
+    The relative positions in a set are evenly spaced from 0 to 1. A set of one member has the position 0.
     """
-    owner = np.repeat(np.arange(len(counts)), counts)
-    position = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return owner, position / np.maximum(counts[owner] - 1, 1)
+    set_index = np.repeat(np.arange(len(counts)), counts)
+    position_in_set = np.arange(len(set_index)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return set_index, position_in_set / np.maximum(counts[set_index] - 1, 1)
 
 
 def _farthest_point(points: Floats, surface: _Surface) -> tuple[float, Floats]:
-    """Return the largest distance [mm] of points (n, 3) from a surface, and the point where it occurs.
+    """Return the largest distance [mm] from points (n, 3) to a surface, and the point with this distance.
 
-    A distance up to 1e-4 mm is returned as 0. The points are measured in descending order of their upper bounds. The
-    search ends when no remaining bound exceeds the largest distance by more than 0.1 % and 1e-4 mm.
+    A distance of up to 1e-4 mm is returned as 0. The points are measured in descending order of their upper bounds. The
+    search ends when no remaining bound exceeds the largest distance by more than 0.1 % plus 1e-4 mm.
     """
-    tree, of_triangle = surface.samples
-    bounds = _distance_bounds(points, surface)  # an entry is replaced by the distance when its point is measured
+    tree, triangle_index = surface.samples
+    bounds = _distance_bounds(points, surface)  # each bound is replaced by the distance once its point is measured
     largest = 0.0
     for index in np.argsort(-bounds):
-        if bounds[index] <= (1.0 + _SAME_SHARE) * largest + _SAME_MM:
+        if bounds[index] <= (1.0 + _RELATIVE_ACCURACY) * largest + _SAME_MM:
             break
-        # The nearest triangle has a sample point within this radius, because samples cover it to within `_COVER_MM`.
+        # The nearest triangle has a sample point within this radius: no point of it is farther than `_COVER_MM` from
+        # one of its sample points.
         nearby = tree.query_ball_point(points[index], bounds[index] + _COVER_MM)
-        bounds[index] = _triangle_distances(points[index], surface.corners[np.unique(of_triangle[nearby])]).min()
+        bounds[index] = _triangle_distances(points[index], surface.corners[np.unique(triangle_index[nearby])]).min()
         largest = max(largest, bounds[index])
     worst = int(np.argmax(bounds))
-    return round(float(bounds[worst]), _DIGITS) if bounds[worst] > _SAME_MM else 0.0, points[worst]
+    return round(float(bounds[worst]), _DECIMALS) if bounds[worst] > _SAME_MM else 0.0, points[worst]
 
 
 def _distance_bounds(points: Floats, surface: _Surface) -> Floats:
-    """Return upper bounds of the distances of points (n, 3) from a surface, (n,) [mm]; the largest of them are tight.
+    """Return upper bounds on the distances from points (n, 3) to a surface, (n,) [mm].
 
-    A bound is the distance from the triangles of the nearest sample points. The true distance is at most `_COVER_MM`
-    smaller than the distance from the nearest sample. So the largest distance from a sample, minus `_COVER_MM`, is a
-    lower bound of the result, and points with bounds below it need no tighter bound.
+    A bound is the distance to the triangles of the nearest sample points. It is computed again with more sample points
+    if the point may be the farthest one. The true distance is at most `_COVER_MM` smaller than the distance to the
+    nearest sample. So the largest distance to a sample, minus `_COVER_MM`, is a lower bound on the largest true
+    distance. A point with an upper bound below it cannot be the farthest.
     """
-    tree, of_triangle = surface.samples
+    tree, triangle_index = surface.samples
     bounds = np.full(len(points), np.inf)
     lower_bound = _SAME_MM
     for count in _NEAREST:
-        doubtful = np.flatnonzero(bounds > lower_bound)
-        for start in range(0, len(doubtful), _BATCH):
-            batch = doubtful[start : start + _BATCH]
+        doubtful_points = np.flatnonzero(bounds > lower_bound)
+        for start in range(0, len(doubtful_points), _BATCH):
+            batch = doubtful_points[start : start + _BATCH]
             to_samples, nearest = tree.query(points[batch], k=np.arange(1, 1 + min(count, tree.n)))
             bounds[batch] = _triangle_distances(
-                points[batch][:, None], surface.corners[of_triangle[np.asarray(nearest)]]
+                points[batch][:, None], surface.corners[triangle_index[np.asarray(nearest)]]
             ).min(axis=1)
             lower_bound = max(lower_bound, float(np.asarray(to_samples)[:, 0].max()) - _COVER_MM)
     return bounds
 
 
 def _triangle_distances(points: Floats, corners: Floats) -> Floats:
-    """Return the distances of points (..., 3) from triangles (..., 3, 3), shape (...) [mm].
+    """Return the distances from points (..., 3) to triangles (..., 3, 3), shape (...) [mm].
 
-    A point whose projection lies inside a triangle has its height as distance; any other point is nearest to an edge.
+    If the projection of a point lies inside the triangle, the distance is the height of the point above it. Otherwise
+    it is the distance to the nearest edge.
     """
     edges = np.roll(corners, -1, axis=-2) - corners
     from_corners = points[..., None, :] - corners
     squared_lengths = np.einsum("...i,...i->...", edges, edges)
-    # The nearest point of each edge, as a share of the edge from its first corner. A collapsed edge has length 0.
-    shares = np.einsum("...i,...i->...", from_corners, edges) / np.where(squared_lengths > 0.0, squared_lengths, 1.0)
-    to_edges = np.linalg.norm(from_corners - np.clip(shares, 0.0, 1.0)[..., None] * edges, axis=-1).min(axis=-1)
+    # Position of the nearest point of each edge, as a fraction of the edge. A collapsed edge has the length 0.
+    fractions = np.einsum("...i,...i->...", from_corners, edges) / np.where(squared_lengths > 0.0, squared_lengths, 1.0)
+    to_edges = np.linalg.norm(from_corners - np.clip(fractions, 0.0, 1.0)[..., None] * edges, axis=-1).min(axis=-1)
     normals = np.cross(edges[..., 0, :], edges[..., 1, :])
     doubled_areas = np.linalg.norm(normals, axis=-1)
     # A point projects into the triangle if it lies on the inner side of all three edges.
@@ -264,16 +270,16 @@ def _triangle_distances(points: Floats, corners: Floats) -> Floats:
 
 
 def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float) -> Iterator[str]:
-    """Yield the likely causes of a large distance: a wrong unit, position, rotation, or a mirror image.
+    """Yield the likely causes of a large distance: a wrong unit, a wrong position or rotation, or a mirror image.
 
-    A cause is given only if correcting it brings the file within `limit` [mm] of its design. A person who exported a
-    correct part in inches then reads the cause in addition to a distance.
+    The unit is inferred from the ratio of the volumes. A wrong position, rotation or mirror image is yielded only if
+    correcting it brings the file within `limit` [mm] of its design.
     """
     if not (enclosed_volume(mesh) > 0.0 and enclosed_volume(design) > 0.0):
         return
     scale = (enclosed_volume(design) / enclosed_volume(mesh)) ** (1.0 / 3.0)
     for unit, factor in UNITS.items():
-        if math.isclose(scale, factor, rel_tol=_SAME_SIZE):
+        if math.isclose(scale, factor, rel_tol=_SCALE_TOLERANCE):
             yield f"the file is in {unit}: its numbers are {factor:g} times smaller than in mm"
             mesh = mesh.copy()
             mesh.apply_transform(np.diag([factor, factor, factor, 1.0]))
@@ -282,7 +288,7 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
         moved_mesh = mesh.copy()
         moved_mesh.apply_transform(transform)
         corners = np.asarray(moved_mesh.vertices)
-        sampled_corners = corners[:: max(1, len(corners) // _TRIED)]
+        sampled_corners = corners[:: max(1, len(corners) // _TESTED_CORNERS)]
         if (
             _distance_bounds(sampled_corners, design_surface).max() <= limit
             and _largest_distance(_surface_of(moved_mesh), design_surface).distance <= limit
@@ -292,17 +298,17 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
 
 
 def _aligning_transforms(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list[Floats]:
-    """Return candidate matrices (4, 4) of rigid motions that move a body onto its design, mirror images last.
+    """Return candidate transforms (4, 4) that may move a body onto its design.
 
-    Each aligns the centres of mass; all but the identity rotation also align the principal axes of inertia. The axes
-    have no sign, so there are eight ways to align them. Proper rotations come first, the one by the smallest angle
-    foremost.
+    Each transform aligns the centres of mass. The first transform does not rotate; the others also align the principal
+    axes of inertia. Because the axes have no sign, there are eight ways to align them. Rotations come first, in
+    ascending order of their angles, and mirror images come last.
     """
     own_axes, design_axes = (np.asarray(each.principal_inertia_vectors) for each in (mesh, design))
     rotations = [np.eye(3)]
     rotations += [design_axes.T @ np.diag(signs) @ own_axes for signs in itertools.product((1.0, -1.0), repeat=3)]
     transforms = []
-    # The determinant of a mirror image is -1. The trace of a rotation decreases as its angle grows.
+    # A mirror image has the determinant -1. The trace of a rotation decreases as its angle grows.
     for rotation in sorted(rotations, key=lambda rotation: (np.linalg.det(rotation) < 0.0, -np.trace(rotation))):
         transform = np.eye(4)
         transform[:3, :3] = rotation
@@ -312,18 +318,18 @@ def _aligning_transforms(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list
 
 
 def _displacement_text(transform: Floats, mesh: trimesh.Trimesh) -> Iterator[str]:
-    """Yield a description of the position of a file, given the rigid transform (4, 4) that puts it on its design.
+    """Yield a description of how a file is displaced; `transform` (4, 4) moves it onto its design.
 
-    Nothing is yielded for a file in the position of its design.
+    Nothing is yielded if the file is in the position of its design.
     """
     rotation = transform[:3, :3]
     if np.linalg.det(rotation) < 0.0:
         yield "the part is mirrored, but otherwise as designed"
         return
     centre = np.asarray(mesh.center_mass)
-    x, y, z = np.round(centre - (rotation @ centre + transform[:3, 3]), _DIGITS) + 0.0
+    x, y, z = np.round(centre - (rotation @ centre + transform[:3, 3]), _DECIMALS) + 0.0
     # The trace of a rotation by an angle is 1 + 2 cos(angle).
     angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(rotation)) - 1.0)))))
-    rotation_text = f" and rotated by {angle:.1f} deg" if angle > _SAME_DEG else ""
+    rotation_text = f" and rotated by {angle:.1f} deg" if angle > _MIN_ROTATION_DEG else ""
     if rotation_text or any((x, y, z)):
         yield f"moved by ({x:g}, {y:g}, {z:g}) mm at its centre of mass{rotation_text}, but otherwise as designed"

@@ -1,4 +1,4 @@
-"""Verdicts on assembled parts: a cover, made or read from a file, on its housing, and the two plates of a square."""
+"""Verdicts on assembled parts: a cover on its housing, and the two back-to-back plates of a square of tips."""
 
 import cadquery as cq
 
@@ -10,15 +10,16 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
 
-_TO_THE_STOP = (0.0, 0.5, 1.0)  # measured positions of an arm, as fractions of its distance to the stop
+_STOP_FRACTIONS = (0.0, 0.5, 1.0)  # positions at which an arm is measured, as fractions of its distance to the stop
 
 
 def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
-    """Return geometry.cover_clearance and geometry.cover_over_fruit [mm] for a cover on both faces of its housing.
+    """Return geometry.cover_clearance and geometry.cover_over_fruit [mm] for the covers on both faces of a housing.
 
-    `cover` is placed as the back cover, and a rotated copy as the front cover. A plate of a square has only a front
-    cover. The clearance is the smallest distance between a cover and shuttles, necks and leaves: at rest, half way to
-    the stops, and at the stops. A Hall read-out adds geometry.sensor_windows [mm].
+    `cover` is placed as the back cover, and a rotated copy as the front cover. One of two back-to-back plates has only
+    a front cover. The clearance is the smallest distance between a cover and the shuttles, necks and leaves. It is
+    measured at rest, half way to the stops, and at the stops. With a Hall read-out, geometry.sensor_windows [mm] is
+    returned too.
     """
     front, back = cover_places(sensor.housing)
     covers = {} if sensor.housing.back_to_back else {"back": cover.moved(back)}
@@ -38,26 +39,26 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
 
 
 def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
-    """Return pairs of a name and a shape: each arm of the first plate at fractions of its distance to the stop.
+    """Return the shape of each arm of the first plate at rest, half way to its stop, and at its stop, with a name.
 
-    An arm moves as a rigid body. Its leaves then move farther than they would by bending, which is conservative.
+    An arm is moved as a rigid body. Its leaves then move farther than they would in bending, which is conservative.
     """
     placement = plate_places(sensor.housing)[0]
     poses = []
     for arm in sensor.housing.arms:
         shape = moving_part(sensor, arm)
         stop = sensor.housing.cavity_level - arm.top_level
-        for fraction in _TO_THE_STOP:
+        for fraction in _STOP_FRACTIONS:
             moved_arm = shape.moved(placement * cq.Location(cq.Vector(0.0, 0.0, fraction * stop)))
             poses.append((f"{arm.name} arm {100.0 * fraction:g} % of the way to the stop", moved_arm))
     return poses
 
 
 def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.plates [mm] for the two back-to-back plates of a square of tips, and nothing for other sensors.
+    """Return geometry.plates [mm] for two back-to-back plates, or an empty tuple for a sensor with one plate.
 
     The verdict fails if the plates intersect or their pads do not meet. Otherwise its value is the smallest distance
-    between the moving parts of one plate and the other plate, at rest, half way to the stops and at the stops.
+    between the moving parts of one plate and the other plate: at rest, half way to the stops and at the stops.
     """
     if not sensor.housing.back_to_back:
         return ()

@@ -1,4 +1,4 @@
-"""Clearances: from frame and necks to the fruit at full travel, and from moving parts to their stops."""
+"""Verdicts on clearances: from frame and necks to the fruit at full travel, and from moving parts to their stops."""
 
 import itertools
 import math
@@ -18,28 +18,29 @@ from cad.parts.sensor import SensorSolids
 from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
 
-STOP_SAFETY = 1.2  # smallest ratio of the deflection at a stop to that at full travel; a judgement
+STOP_SAFETY = 1.2  # smallest ratio of the deflection at the stop to the deflection at full travel; chosen by judgement
 HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] direction that a tilt lowers, from +x towards +y
-_MARGIN = 1.0  # [mm] extension of a cutting box beyond the plate, so that no thin layer remains
+_MARGIN_MM = 1.0  # distance by which a cutting box extends beyond the plate, so that no thin layer remains
 _CHORD_MM = 2e-3  # largest distance between a face and the triangles that preselect headings
-_CHORD_ANGLE = 0.5  # [rad] largest angle between neighbouring triangles of a face
-_ON_SHUTTLE = (0.02, 0.5, 0.98)  # measured points on a shuttle, as shares of its width
-_ON_LEAF = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # measured points on a leaf, as shares of its length from the wall
+_CHORD_ANGLE_RAD = 0.5  # largest angle between neighbouring triangles of a face
+_SHUTTLE_FRACTIONS = (0.02, 0.5, 0.98)  # measured points on a shuttle, as fractions of its width
+_LEAF_FRACTIONS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # measured points on a leaf, as fractions of its length
 
 
 def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.frame_clearance and geometry.neck_clearance: the smallest distances from the fruit [mm].
 
-    The housing is lowered by the travel and tilted towards 16 directions. The necks are tilted by the tilt of the
-    press, the frame by at least 3 degrees. The fruit is undeformed, which is conservative, because a pressed fruit
+    The housing is lowered by the travel and tilted in 16 directions. The necks are tilted by the tilt of the press, and
+    the frame by at least 3 degrees. The fruit is taken as undeformed. This is conservative, because pressed fruit
     recedes.
     """
     housing = sensor.housing
     low, high = housing.arms
     half_width = 0.5 * (housing.spacing + housing.shuttle_width)
-    # A printed tip may touch the fruit, so the neck begins above it. The foot of a pin may not, so it is included.
+    # A printed tip may touch the fruit, so the neck is measured from above the tip. The foot of a pin must not touch
+    # the fruit, so it is included.
     tip_height = housing.tip_height if housing.pin is None else 0.0
-    moving_box = box_through(housing.depth, (low.wall, high.wall), (-_MARGIN, housing.cavity_level))
+    moving_box = box_through(housing.depth, (low.wall, high.wall), (-_MARGIN_MM, housing.cavity_level))
     frame = sensor.part.shape.cut(moving_box)
     necks = sensor.part.shape.intersect(
         box_through(housing.depth, (-half_width, half_width), (tip_height, housing.neck_level))
@@ -54,31 +55,31 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 def fruit_clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape) -> Verdict:
     """Return the verdict on the distance [mm] between the fruit and a shape that moves with the frame, such as a cover.
 
-    `shape` is in the coordinates of the sensor. It is tilted like the frame in `clearance_verdicts`.
+    `shape` is in sensor coordinates. It is tilted like the frame in `clearance_verdicts`.
     """
     return _clearance_verdict(name, sensor, shape, largest_tilt(sensor.press))
 
 
 def moving_part(sensor: SensorSolids, arm: Arm) -> cq.Shape:
-    """Return the moving part of one spring [mm]: shuttle, neck, tip and leaves, cut off at the roots of the leaves."""
+    """Return the moving part of one spring [mm]: its shuttle, neck, tip and leaves, cut off at the leaf roots."""
     x_range = (min(arm.wall, 0.0), max(arm.wall, 0.0))
-    box = box_through(sensor.housing.depth, x_range, (-_MARGIN, sensor.housing.cavity_level))
+    box = box_through(sensor.housing.depth, x_range, (-_MARGIN_MM, sensor.housing.cavity_level))
     pieces = sensor.part.shape.intersect(box)
-    # The box also cuts out fillets of the cavity, which belong to the frame; the arm is the largest solid.
+    # The box also cuts off fillets of the cavity, which belong to the frame. The arm is the largest of the solids.
     return max(pieces.Solids(), key=lambda solid: solid.Volume(), default=pieces)
 
 
 def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: float) -> Verdict:
     """Return the verdict on the smallest distance [mm] between a shape and the fruit at full travel.
 
-    The shape is tilted by `tilt` [deg] in every direction of `HEADINGS`.
+    The shape is tilted by `tilt` [deg] in each direction of `HEADINGS`.
     """
     travel = sensor.press.travel_mm
     fruit = sensor.fruit_box()
-    at_first_touch = shape.moved(cq.Location(cq.Vector(0.0, 0.0, sensor.housing.beyond_face)))
+    touching_shape = shape.moved(cq.Location(cq.Vector(0.0, 0.0, sensor.housing.beyond_face)))
     distances = {}
-    for heading in nearest_headings(at_first_touch, fruit, travel, tilt) if tilt > 0.0 else (0.0,):
-        distances[heading] = _signed_distance(at_first_touch.moved(pressed_pose(travel, tilt, heading)), fruit)
+    for heading in nearest_headings(touching_shape, fruit, travel, tilt) if tilt > 0.0 else (0.0,):
+        distances[heading] = _signed_distance(touching_shape.moved(pressed_pose(travel, tilt, heading)), fruit)
     worst = min(distances, key=distances.__getitem__)
     pose = f"travel {travel:g} mm, tilt {tilt:g} deg in any direction"
     direction = f"smallest if the tilt lowers the side at {worst:g} deg from +x"
@@ -87,11 +88,11 @@ def _clearance_verdict(name: str, sensor: SensorSolids, shape: cq.Shape, tilt: f
 
 
 def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: float) -> tuple[float, ...]:
-    """Return the headings [deg] in which a tilted shape may come nearest to the box of a fruit.
+    """Return the headings [deg] in which a tilted shape may come closest to the box of a fruit.
 
-    The CAD kernel measures distances slowly, so the gaps between triangles preselect the headings. A triangle deviates
-    from its face by at most `_CHORD_MM`. A heading is kept if its gap exceeds the smallest gap by at most twice this
-    deviation. All headings are kept if the triangles do not bound a body.
+    The CAD kernel measures distances slowly, so headings are preselected by the gaps between triangles. A triangle
+    deviates from its face by at most `_CHORD_MM`. Therefore a heading is kept if its gap exceeds the smallest gap by at
+    most twice this deviation. All headings are kept if the triangles do not enclose a body.
     """
     corners, triangles = _triangulate(shape)
     body = _enclosed_body(corners, triangles)
@@ -106,7 +107,7 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
         corner_distances = np.linalg.norm(
             np.maximum(0.0, np.maximum(bounds[0] - posed_corners, posed_corners - bounds[1])), axis=1
         )
-        # The nearest corner bounds the gap from above, and manifold searches only within such a bound.
+        # Manifold searches only up to a given distance. The nearest corner is an upper bound on the gap.
         gaps[heading] = body.transform(matrix).min_gap(box, corner_distances.min() + _CHORD_MM)
     largest_gap = min(gaps.values()) + 2.0 * _CHORD_MM
     return tuple(heading for heading, gap in gaps.items() if gap <= largest_gap)
@@ -114,25 +115,25 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
 
 def _triangulate(shape: cq.Shape) -> tuple[Floats, NDArray[np.uint64]]:
     """Return a triangulation of a shape: its corners (n, 3) [mm], and the corner indices of each triangle (m, 3)."""
-    # OCCT stores triangles in the shape. A copy without triangles is not affected by an earlier, coarser triangulation.
+    # OCCT stores triangles in the shape, and would reuse an earlier, coarser triangulation. The copy has no triangles.
     copy = shape.copy()
-    OCP.BRepMesh.BRepMesh_IncrementalMesh(copy.wrapped, _CHORD_MM, isRelative=False, theAngDeflection=_CHORD_ANGLE)
-    vertices, triangles = copy.tessellate(_CHORD_MM, _CHORD_ANGLE)
+    OCP.BRepMesh.BRepMesh_IncrementalMesh(copy.wrapped, _CHORD_MM, isRelative=False, theAngDeflection=_CHORD_ANGLE_RAD)
+    vertices, triangles = copy.tessellate(_CHORD_MM, _CHORD_ANGLE_RAD)
     corners = np.array([vertex.toTuple() for vertex in vertices]).reshape(-1, 3)
     return corners, np.array(triangles, dtype=np.uint64).reshape(-1, 3)
 
 
 def _enclosed_body(corners: Floats, triangles: NDArray[np.uint64]) -> manifold3d.Manifold:
-    """Return the body that triangles enclose; its status is an error if they do not enclose one."""
+    """Return the body that triangles enclose. Its status is an error if the triangles do not enclose a body."""
     mesh = manifold3d.Mesh64(corners, triangles)
     mesh.merge()
     return manifold3d.Manifold(mesh)
 
 
 def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
-    """Return the distance between a shape and the fruit [mm], negative if the shape enters the fruit.
+    """Return the distance between a shape and the fruit [mm]; it is negative if the shape enters the fruit.
 
-    A negative value is the level z of the lowest point of their intersection; the top of the fruit is at z = 0.
+    A negative value is the height z of the lowest point of their intersection. The top of the fruit is at z = 0.
     """
     distance = shape.distance(fruit)
     if distance > 0.0:
@@ -142,10 +143,10 @@ def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
 
 
 def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple[Verdict, ...]:
-    """Return geometry.stops_* and geometry.deflected_gap_* [mm] for the springs low and high.
+    """Return geometry.stops_* and geometry.deflected_gap_* [mm] for the low and the high spring.
 
-    geometry.stops_* is the deflection at which shuttle or leaf first meets the frame. It must be at least 1.2 times the
-    deflection at full travel, given by `deflections` [mm] for the low and the high spring. geometry.deflected_gap_* is
+    geometry.stops_* is the deflection at which the shuttle or a leaf first meets the frame. It must be at least 1.2
+    times the deflection at full travel, which `deflections` [mm] holds for both springs. geometry.deflected_gap_* is
     the gap that remains between leaf and frame when the shuttle is at its stop.
     """
     lines = solid_lines(sensor.part.shape)
@@ -156,55 +157,68 @@ def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple
 
 
 def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
-    """Return the verdicts on the stop of an arm and on the gap above its leaf at the stop.
+    """Return the verdicts on the stop of an arm and on the gap above its upper leaf at the stop.
 
     `deflection` [mm] is the deflection of the shuttle at full travel. The frame stops the shuttle or a point of the
-    leaf, whichever meets it first. A point of the leaf moves by `guided_leaf_shape` of the deflection of the shuttle.
+    leaf, whichever meets it first. If the shuttle deflects by d, a point at the fraction s of the leaf deflects by
+    `guided_leaf_shape`(s) d. So a gap g above this point stops the arm at d = g / `guided_leaf_shape`(s).
     """
     stop_name = f"geometry.stops_{arm.name}"
     gap_name = f"geometry.deflected_gap_{arm.name}"
     limit = STOP_SAFETY * deflection
-    shuttle_stop = math.inf
-    for fraction in _ON_SHUTTLE:
-        x = arm.shuttle - arm.sign * fraction * housing.shuttle_width
-        shuttle_stop = min(shuttle_stop, _gap_above(lines, (x, 0.0, housing.neck_level)))
-    leaf_gaps = {}  # gap [mm] above each point of the upper leaf, by the share of the shuttle's deflection it makes
-    for fraction in _ON_LEAF:
-        deflection_share = guided_leaf_shape(fraction)
-        x = arm.wall + fraction * (arm.shuttle - arm.wall)
-        leaf_gaps[deflection_share] = _gap_above(lines, (x, 0.0, arm.levels[1]))
-
-    # Neither verdict has a value if nothing is above the whole shuttle, or above one of the measured points of the
-    # leaf.
+    shuttle_stop = _gap_above_shuttle(lines, housing, arm)
+    leaf_gaps = _gaps_above_leaf(lines, arm)
+    # Neither verdict has a value if a gap is infinite: above the whole shuttle, or above any point of the leaf.
     for blocked, distance in (("shuttle", shuttle_stop), ("leaf", max(leaf_gaps.values()))):
         if math.isinf(distance):
             reference = f"no stop: the {blocked} already touches the frame, or nothing is above it"
             return judge(stop_name, None, reference, limit=limit), judge(gap_name, None, reference)
 
-    leaf_stop = min(distance / deflection_share for deflection_share, distance in leaf_gaps.items())
+    leaf_stop = min(distance / deflection_ratio for deflection_ratio, distance in leaf_gaps.items())
     first = "shuttle" if shuttle_stop <= leaf_stop else "leaf"
     limit_text = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
     reference = f"lines from shuttle and leaf to the frame; limit is {limit_text}; the {first} touches first"
     stop = judge(stop_name, min(shuttle_stop, leaf_stop), reference, limit=limit)
-    smallest_gap = min(distance - shuttle_stop * deflection_share for deflection_share, distance in leaf_gaps.items())
+    smallest_gap = min(distance - shuttle_stop * deflection_ratio for deflection_ratio, distance in leaf_gaps.items())
     reference = f"smallest distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
     return stop, judge(gap_name, smallest_gap, reference)
 
 
-def guided_leaf_shape(s: float) -> float:
-    """Return the deflection of a guided leaf at a point, as a share of the deflection of its shuttle [1].
+def _gap_above_shuttle(lines: Lines, housing: Housing, arm: Arm) -> float:
+    """Return the smallest gap [mm] above the shuttle of an arm, infinite if there is no gap above the whole shuttle."""
+    smallest = math.inf
+    for fraction in _SHUTTLE_FRACTIONS:
+        x = arm.shuttle - arm.sign * fraction * housing.shuttle_width
+        smallest = min(smallest, _gap_above(lines, (x, 0.0, housing.neck_level)))
+    return smallest
 
-    `s` is the distance of the point from the wall, as a share of the length of the leaf. The formula is the cubic shape
-    of a beam between two ends that do not rotate.
+
+def _gaps_above_leaf(lines: Lines, arm: Arm) -> dict[float, float]:
+    """Return the gap [mm] above each measured point of the upper leaf of an arm.
+
+    The keys are the deflections of these points, divided by the deflection of the shuttle [1].
+    """
+    gaps = {}
+    for fraction in _LEAF_FRACTIONS:
+        x = arm.wall + fraction * (arm.shuttle - arm.wall)
+        gaps[guided_leaf_shape(fraction)] = _gap_above(lines, (x, 0.0, arm.levels[1]))
+    return gaps
+
+
+def guided_leaf_shape(s: float) -> float:
+    """Return the deflection of a point of a guided leaf, divided by the deflection of its shuttle [1].
+
+    `s` [1] is the distance of the point from the wall, divided by the length of the leaf. The cubic 3 s^2 - 2 s^3 is
+    the deflection curve of a beam whose ends do not rotate.
     """
     return 3.0 * s**2 - 2.0 * s**3
 
 
 def _gap_above(lines: Lines, point: Vector) -> float:
-    """Return the open distance [mm] between the material around a point and the next material above it.
+    """Return the gap [mm] between the material around a point and the next material above it.
 
-    The distance is infinite if the point is outside the material, or if nothing is above it. A second body that touches
-    the material is treated as one with it.
+    The gap is infinite if the point is outside the material, or if there is no material above it. A second body that
+    touches the material is treated as part of it.
     """
     spans = lines(point, UP)
     for material, next_material in itertools.pairwise(spans):

@@ -1,4 +1,4 @@
-"""Thickness of the leaves, measured along vertical lines through a solid or a mesh."""
+"""Verdicts on the leaf thickness, which is measured along vertical lines through a solid or a mesh."""
 
 import itertools
 from collections.abc import Mapping
@@ -7,23 +7,23 @@ from cad.checks.line_probe import UP, Lines, Vector
 from cad.parts.housing import Arm, Housing
 from sensor.verdict import Verdict, judge
 
-THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
-_ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # measured points along a leaf, as shares of its straight part
-_BESIDE_MIDDLE = 0.03  # fraction of the depth; a line in the plane of symmetry would coincide with edges of triangles
-_ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # measured points from mid-depth, as shares of the depth; two are near faces
+THICKNESS_TOLERANCE_MM = 1e-3  # the drawing rounds to 0.001 mm; single precision in a mesh file is finer, 4e-6 mm
+_LENGTH_FRACTIONS = (0.02, 0.25, 0.5, 0.75, 0.98)  # measured points along a leaf, as fractions of its straight part
+_BESIDE_MIDDLE = 0.03  # fraction of the depth; a line in the plane of symmetry would coincide with triangle edges
+_DEPTH_FRACTIONS = (-0.42, _BESIDE_MIDDLE, 0.42)  # measured points from mid-depth, as fractions of the depth
 
 
 def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Verdict, ...]:
     """Return geometry.leaf_thickness_low and _high: the measured thickness [mm] that deviates most from the design.
 
-    `forms` holds the line probe of each form of the part, by its name: the solid, the STEP file and the STL file, all
-    in the coordinates of the sensor. Each leaf is measured at 15 points in every form.
+    `forms` holds a line probe for each form of the part: the solid, the STEP file and the STL file. The keys are the
+    names of the forms, and all probes use sensor coordinates. Each leaf is measured at 15 points in every form.
     """
     return tuple(_leaf_thickness_verdict(housing, arm, forms) for arm in housing.arms)
 
 
 def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Lines]) -> Verdict:
-    """Return the verdict on both leaves of an arm; it fails if a vertical line through a leaf meets no material."""
+    """Return the verdict on both leaves of an arm. It fails if there is no material at a measured point."""
     name = f"geometry.leaf_thickness_{arm.name}"
     nominal = arm.flexure.thickness
     worst = nominal
@@ -42,11 +42,11 @@ def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Line
 
 
 def _leaf_points(housing: Housing, arm: Arm) -> list[Vector]:
-    """Return points [mm] on the middle planes of both leaves of an arm, in the straight parts between the fillets."""
+    """Return points [mm] on the mid-planes of both leaves of an arm, in the straight parts between the fillets."""
     left, right = arm.roots
     start = left + arm.flexure.fillet
     straight_length = right - arm.flexure.fillet - start
     return [
-        (start + length_share * straight_length, depth_share * housing.depth, level)
-        for level, length_share, depth_share in itertools.product(arm.levels, _ALONG, _ACROSS)
+        (start + length_fraction * straight_length, depth_fraction * housing.depth, level)
+        for level, length_fraction, depth_fraction in itertools.product(arm.levels, _LENGTH_FRACTIONS, _DEPTH_FRACTIONS)
     ]

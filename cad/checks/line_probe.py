@@ -1,6 +1,6 @@
-"""The chords of a straight line in a part, the spans where the line is inside the material.
+"""The chords of a straight line through a part: the intervals in which the line is inside the material.
 
-They are exact for a B-rep solid, and computed from the triangles for a mesh.
+For a B-rep solid the chords are exact; for a mesh they are computed from its triangles.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from sensor.arrays import Floats
 
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
-_EDGE = 1e-9  # tolerance of barycentric coordinates, so that a line through a shared edge hits both triangles
+_EDGE_TOLERANCE = 1e-9  # added to barycentric coordinates, so that a line through a shared edge hits both triangles
 
 
 class Chord(NamedTuple):
-    """The span of a line inside the material, from entry to exit [mm along the line]."""
+    """An interval of a line inside the material, from entry to exit [mm along the line]."""
 
     enter: float
     leave: float
 
 
 Lines = Callable[[Vector, Vector], tuple[Chord, ...]]
-"""A function of a start [mm] and a unit direction that returns the spans of this infinite line inside a part."""
+"""A function that returns the chords of an infinite line, given by a point [mm] and a unit direction, in a part."""
 
 
 def solid_lines(shape: cq.Shape) -> Lines:
-    """Return a function that measures the chords of lines in a B-rep solid [mm]."""
+    """Return a function that measures the chords [mm] of lines in a B-rep solid."""
     intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
     intersector.Load(shape.wrapped, 1e-7)
 
@@ -46,7 +46,7 @@ def solid_lines(shape: cq.Shape) -> Lines:
 
 
 def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
-    """Return a function that measures the chords of lines in a closed mesh of triangles [mm].
+    """Return a function that measures the chords [mm] of lines in a closed triangle mesh.
 
     The intersection of a line with a triangle is computed by the method of T. Moller and B. Trumbore, J. Graphics Tools
     2 (1997) 21.
@@ -62,23 +62,29 @@ def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
         direction_x_second = np.cross(unit, second_side)
         determinant = np.einsum("ij,ij->i", first_side, direction_x_second)
         with np.errstate(divide="ignore", invalid="ignore"):  # triangles parallel to the line
-            # Barycentric coordinates u and v of the crossing point in the plane of the triangle, and its distance along
-            # the line.
+            # u and v are the barycentric coordinates of the point where the line crosses the plane of the triangle.
+            # `crossings` is the position of this point along the line.
             u = np.einsum("ij,ij->i", from_origin, direction_x_second) / determinant
             offset_x_first = np.cross(from_origin, first_side)
             v = offset_x_first @ unit / determinant
             crossings = np.einsum("ij,ij->i", second_side, offset_x_first) / determinant
-            is_hit = (u >= -_EDGE) & (v >= -_EDGE) & (u + v <= 1.0 + _EDGE) & np.isfinite(crossings)
+            is_hit = (
+                (u >= -_EDGE_TOLERANCE)
+                & (v >= -_EDGE_TOLERANCE)
+                & (u + v <= 1.0 + _EDGE_TOLERANCE)
+                & np.isfinite(crossings)
+            )
         return _pair_crossings(crossings[is_hit])
 
     return measure_chords
 
 
 def _pair_crossings(crossings: Floats) -> tuple[Chord, ...]:
-    """Return the chords between crossings of a line with a surface [mm], which alternate between entry and exit.
+    """Return the chords between the crossings [mm] of a line with a closed surface.
 
-    Crossings within `NEAR_MM` are merged, because a line through a shared edge crosses two faces at one point. An odd
-    number of crossings has no such pairs, and gives no chords.
+    Crossings alternate between entry and exit. Crossings within `NEAR_MM` are merged, because a line through a shared
+    edge crosses two faces at one point. If the number of crossings is odd, they do not form pairs, and no chord is
+    returned.
     """
     ordered = np.sort(crossings)
     is_distinct = np.diff(ordered, prepend=-np.inf) > NEAR_MM

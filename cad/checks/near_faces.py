@@ -1,4 +1,4 @@
-"""The smallest distance between separate bodies, measured only between faces whose bounding boxes are close."""
+"""The smallest distance between bodies, measured only between faces whose bounding boxes are close to each other."""
 
 from collections.abc import Mapping
 
@@ -7,16 +7,16 @@ import numpy as np
 
 from sensor.arrays import Floats
 
-PLACE_TOLERANCE_MM = 1e-3  # tolerance of a distance or a wall against its limit
-_ROUND_OFF = 1e-9  # [mm] round-off of the gap between two boxes
+PLACE_TOLERANCE_MM = 1e-3  # tolerance when a distance or a wall thickness is compared with its limit
+_ROUND_OFF_MM = 1e-9  # round-off error of the gap between two boxes
 
 
 def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, float]:
     """Return the name of the pair of shapes that are closest to each other, and their distance [mm].
 
-    The distance is 0 if the shapes intersect or one lies inside the other. The CAD kernel measures pairs of faces in
-    ascending order of the gaps between their bounding boxes. It stops when the next gap exceeds the smallest distance
-    found, because faces cannot be closer than their boxes.
+    The distance is 0 if the shapes intersect or if one lies inside the other. The CAD kernel measures pairs of faces in
+    ascending order of the gaps between their bounding boxes. The search stops when the next gap exceeds the smallest
+    distance found, because faces cannot be closer to each other than their boxes.
     """
     faces = {shape: shape.Faces() for pair in pairs.values() for shape in pair}
     boxes = {shape: _bounding_boxes(shape_faces) for shape, shape_faces in faces.items()}
@@ -28,7 +28,7 @@ def nearest_pair(pairs: Mapping[str, tuple[cq.Shape, cq.Shape]]) -> tuple[str, f
         gaps = _box_gaps(boxes[first], boxes[second])
         for index in np.argsort(gaps, axis=None, kind="stable").tolist():
             i, j = divmod(index, len(faces[second]))
-            if gaps[i, j] >= smallest_distance - _ROUND_OFF:
+            if gaps[i, j] >= smallest_distance - _ROUND_OFF_MM:
                 break
             distance = faces[first][i].distance(faces[second][j])
             if distance < smallest_distance:
@@ -49,6 +49,9 @@ def _bounding_boxes(faces: list[cq.Face]) -> Floats:
 
 
 def _box_gaps(boxes: Floats, other_boxes: Floats) -> Floats:
-    """Return the gaps [mm] between two sets of bounding boxes, shape (boxes, other boxes); 0 for boxes that overlap."""
+    """Return the gaps [mm] between two sets of bounding boxes, shape (boxes, other boxes).
+
+    The gap between boxes that overlap is 0.
+    """
     separations = np.maximum(other_boxes[None, :, 0] - boxes[:, None, 1], boxes[:, None, 0] - other_boxes[None, :, 1])
     return np.asarray(np.linalg.norm(np.maximum(separations, 0.0), axis=2))

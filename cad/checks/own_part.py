@@ -1,4 +1,4 @@
-"""A solid that the user made: read, checked to be one part, its faces identified, and described as an extrusion."""
+"""Read a solid that the user made, check that it is one part, identify its faces, and describe it as an extrusion."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from sensor.quantity import InputError, validation_error
 Place = tuple[float, float, float]
 
 _INCH_MM = 25.4
-_SAME_SIZE = 0.1  # relative: a part of a design is as large as its housing, and not an inch for a millimetre
-_ON_FACE_MM = 0.05  # as far as geometry.as_designed lets a file of another program lie from its design
-_ANGLE_TOLERANCE = 1e-4  # maximum component along an axis of a unit normal that is perpendicular to it
-_SWEPT_SHARE = 0.8  # smallest share of the surface that must be parallel or perpendicular to the sweep
-_SAMPLES = (0.1, 0.5, 0.9)  # parameters at which the normal of a face is evaluated, as shares of their range
-_NEAR_MM = 1e-5  # geometric tolerance: points closer than this are the same point
-_ONE_SIDED = 0.5  # smallest length of the mean normal of a face that has a direction; a closed ring has 0
+_SIZE_TOLERANCE = 0.1  # relative tolerance of the length ratio from which a part in inches is recognised
+_ON_FACE_MM = 0.05  # a point this close to a face lies on it; the limit of geometry.as_designed for a foreign file
+_ANGLE_TOLERANCE = 1e-4  # a unit normal is perpendicular to an axis if its component along the axis is below this
+_MIN_SWEPT_FRACTION = 0.8  # smallest fraction of the surface area that is parallel or perpendicular to the sweep
+_SAMPLES = (0.1, 0.5, 0.9)  # surface parameters at which a normal is evaluated, as fractions of their range
+_NEAR_MM = 1e-5  # geometric tolerance: points closer than this are treated as one point
+_MIN_MEAN_NORMAL = 0.5  # smallest length of the mean unit normal of a face to press; for a closed ring it is 0
 _WALL_POINTS = 3000  # approximate number of points on a part at which its wall thickness is measured
-_STEP_MM = 1e-3  # step into the material before a ray is cast; also the thinnest layer that gets a section
-_CORNER_SHARE = 0.25  # element size at a cylindrical face, as a share of half its circumference
+_STEP_MM = 1e-3  # step into the material before a ray is cast; also the thinnest layer in which a section is cut
+_CORNER_FRACTION = 0.25  # element size at a cylindrical face, as a fraction of half its circumference
 _CHORD_MM, _ANGLE_RAD = 0.01, 0.3  # largest deviations of triangles from their face
-_BESIDE_MM2 = 0.01  # largest area of another section that may lie outside the swept section
-_UNEVEN = 1e-3  # largest offset of the centre of a face from the middle of the part, as a share of the depth
-_PIECE_MM = 0.5  # size of the pieces of a face on which the depths of part and mesh are compared
-_BEYOND = 1.0  # [mm] margin outside the part, for the start of a ray and for the size of a cutting plane
+_OUTSIDE_MM2 = 0.01  # largest area of another section that may lie outside the swept section
+_OFF_CENTRE = 1e-3  # largest distance of the centroid of a face from mid-depth, as a fraction of the depth
+_PIECE_MM = 0.5  # size of the pieces of a face on which the depth of the part is compared with that of the mesh
+_MARGIN_MM = 1.0  # distance by which rays and cutting planes extend beyond the part
 
 
 def require_one_solid(
@@ -44,9 +44,10 @@ def require_one_solid(
 ) -> cq.Solid:
     """Return the solid [mm] of a shape that consists of exactly one valid, closed solid.
 
-    `name` is the name of the file or part for messages. With a `housing`, a part whose inches were written as
-    millimetres is recognised by its length. `any_size` skips the check of the size, for a call before the housing is
-    known. Raises InputError if the shape has no solid or several, faces outside it, an invalid surface or a wrong size.
+    `name` is the name of the file or part in error messages. If `housing` is given, a part that was exported in inches
+    is recognised by its length. `any_size` skips the size check, for calls before the housing is known. Raises
+    InputError if the number of solids is not one, or if there are faces outside the solid. InputError is also raised
+    for an invalid surface and for a wrong size.
     """
     solids = shape.Solids()
     if not solids:
@@ -58,7 +59,7 @@ def require_one_solid(
         raise validation_error("PART", name, "", bound, "join them, or export the part that is printed")
     unattached = len(shape.Faces()) - len(solids[0].Faces())
     if unattached:
-        bound = f"one closed solid: {unattached} more faces do not belong to it"
+        bound = f"one closed solid: {unattached} faces do not belong to it"
         raise validation_error("PART", name, "", bound, "export the solid without these faces")
     solid = solids[0]
     if not OCP.BRepCheck.BRepCheck_Analyzer(solid.wrapped).IsValid() or not solid.Volume() > 0.0:
@@ -78,17 +79,21 @@ def _volume_and_centre(solid: cq.Solid) -> str:
 def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
     """Raise InputError if a solid is too small or too large for a part in millimetres.
 
-    With a `housing`, a solid that is 25.4 times smaller or larger than the housing was written in inches.
+    A solid that is 25.4 times smaller or larger than its `housing` was exported in inches, and is refused too.
     """
     box = solid.BoundingBox()
     longest = max(box.xlen, box.ylen, box.zlen)
     size = f"{box.xlen:.4g} x {box.ylen:.4g} x {box.zlen:.4g} mm"
     if housing is not None:
         ratio = (housing.right - housing.left) / longest
-        for factor, written, meant in ((_INCH_MM, "inches", "smaller"), (1.0 / _INCH_MM, "inches twice", "larger")):
-            if abs(ratio / factor - 1.0) < _SAME_SIZE:
+        mistakes = (
+            (_INCH_MM, "smaller", "in inches"),
+            (1.0 / _INCH_MM, "larger", "converted from inches twice"),
+        )
+        for factor, comparison, mistake in mistakes:
+            if abs(ratio / factor - 1.0) < _SIZE_TOLERANCE:
                 bound = (
-                    f"in millimetres: at {size} it is {_INCH_MM:g} times {meant} than the design, as if in {written}"
+                    f"in millimetres: at {size} it is {_INCH_MM:g} times {comparison} than the design, as if {mistake}"
                 )
                 raise validation_error("PART", name, "", bound, "export it in millimetres")
     if not SHORTEST_MM <= longest <= LONGEST_MM:
@@ -97,9 +102,10 @@ def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
 
 
 def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool = False) -> cq.Solid:
-    """Return the one solid [mm] of a STEP file; `housing` and `any_size` are passed to `require_one_solid`.
+    """Read the only solid [mm] of a STEP file.
 
-    Raises InputError if the file cannot be read, or if it does not hold exactly one valid solid.
+    `housing` and `any_size` are passed to `require_one_solid`. Raises InputError if the file cannot be read, or if it
+    does not hold exactly one valid solid.
     """
     try:
         shape = read_step(path)
@@ -109,10 +115,11 @@ def read_own_solid(path: Path, housing: Housing | None = None, *, any_size: bool
 
 
 def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, ...]:
-    """Return the indices in `solid.Faces()` of the faces on which points [mm] lie, each index once.
+    """Return the indices in `solid.Faces()` of the faces on which the points [mm] lie, each index once.
 
-    If a cylindrical wall is divided into several faces, the indices of all of them are returned. `flag` is the
-    command-line flag of the points, for messages. Raises InputError if a point lies on no face or on an edge.
+    If a point lies on a cylindrical wall that is divided into several faces, the indices of all of them are returned.
+    `flag` names the command-line flag of the points in error messages. Raises InputError if a point is not on a face,
+    or if it is on an edge.
     """
     faces = solid.Faces()
     indices: list[int] = []
@@ -124,9 +131,9 @@ def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, 
             point_text = ",".join(f"{value:g}" for value in point)
             bound = f"within {_ON_FACE_MM:g} mm of a face: the nearest is {distances[nearest]:.3g} mm away"
             raise validation_error(
-                flag, point_text, "mm", bound, "take a point on the face, in the coordinates of the file"
+                flag, point_text, "mm", bound, "give a point on the face, in the coordinates of the file"
             )
-        wall = _whole_wall(faces, nearest)
+        wall = _faces_of_wall(faces, nearest)
         _reject_edge(faces, distances, wall, flag, point)
         indices += wall
     return tuple(dict.fromkeys(indices))
@@ -135,23 +142,23 @@ def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, 
 def _reject_edge(
     faces: Sequence[cq.Face], distances: Sequence[float], wall: Sequence[int], flag: str, point: Place
 ) -> None:
-    """Raise InputError if `point` [mm] lies on the edge between a wall and a face at an angle to it.
+    """Raise InputError if `point` [mm] lies on an edge where a wall meets a face at an angle.
 
-    `wall` holds the indices of the faces of the wall, and `distances` [mm] the distances of all `faces` from the point.
+    `wall` holds the indices of the faces of the wall. `distances` [mm] are the distances of all `faces` from the point.
     """
     location = cq.Vector(*point)
     for index, face in enumerate(faces):
         if index in wall or distances[index] > min(distances) + _NEAR_MM:
             continue
-        # A face that continues the wall smoothly is no ambiguity, because a press acts on both in the same direction.
+        # If a face continues the wall smoothly, the point is not ambiguous: a press acts on both in one direction.
         if abs(face.normalAt(location).dot(faces[wall[0]].normalAt(location))) < 1.0 - _ANGLE_TOLERANCE:
             point_text = ",".join(f"{value:g}" for value in point)
-            bound = "on one face: it lies on the edge between two"
-            raise validation_error(flag, point_text, "mm", bound, "take a point inside the face")
+            bound = "on one face: it lies on the edge between two faces"
+            raise validation_error(flag, point_text, "mm", bound, "give a point inside the face")
 
 
-def _whole_wall(faces: Sequence[cq.Face], index: int) -> list[int]:
-    """Return the indices of the faces that form one wall with a face: they touch it and lie on the same cylinder."""
+def _faces_of_wall(faces: Sequence[cq.Face], index: int) -> list[int]:
+    """Return the indices of the faces that touch a face and lie on the same cylinder, including the face itself."""
     axis = _cylinder_parameters(faces[index])
     if axis is None:
         return [index]
@@ -168,10 +175,10 @@ def _whole_wall(faces: Sequence[cq.Face], index: int) -> list[int]:
 
 
 def _cylinder_parameters(face: cq.Face) -> Floats | None:
-    """Return radius, axis direction and axis foot of a cylindrical face as one vector (7,); None for another face.
+    """Return the radius, the axis direction and the axis foot of a cylindrical face as one vector, shape (7,).
 
-    The foot [mm] is the point of the axis nearest to the origin. The largest component of the direction is positive, so
-    that equal cylinders have equal parameters.
+    The foot [mm] is the point of the axis nearest to the origin. The direction is chosen so that its largest component
+    is positive, because equal cylinders must have equal parameters. For any other face, None is returned.
     """
     if face.geomType() != "CYLINDER":
         return None
@@ -185,10 +192,10 @@ def _cylinder_parameters(face: cq.Face) -> Floats | None:
 
 
 def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[int, ...]:
-    """Return the indices in `solid.Faces()` of the faces with a tag of a CadQuery workplane.
+    """Return the indices in `solid.Faces()` of the faces that have a tag in a CadQuery workplane.
 
-    `flag` is the argument that held the tag, for messages. Raises InputError if the workplane has no such tag, or if
-    none of the tagged faces is a face of the solid.
+    `flag` names the argument that held the tag in error messages. Raises InputError if the workplane has no such tag,
+    or if none of the tagged faces is a face of the solid.
     """
     tags = plane.ctx.tags if isinstance(plane, cq.Workplane) else {}
     if tag not in tags:
@@ -206,9 +213,10 @@ def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[i
 
 
 def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place:
-    """Return the unit vector of a press on faces, opposite to their mean outer normal.
+    """Return the direction in which a press acts on faces: the unit vector opposite to their mean outer normal.
 
-    `indices` are those of the faces in `solid.Faces()`. Raises InputError if the normals cancel, as on a closed ring.
+    `indices` are the indices of the faces in `solid.Faces()`. Raises InputError if the normals cancel, as they do on a
+    closed ring.
     """
     faces = solid.Faces()
     area_vector = np.zeros(3)
@@ -219,12 +227,12 @@ def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place
             mean_normal if face.wrapped.Orientation() != OCP.TopAbs.TopAbs_REVERSED else -mean_normal
         )
         area += face.Area()
-    # A plane face has an area vector as long as its area; the vector of a closed ring is zero.
+    # The area vector of a plane face is as long as its area is large; the area vector of a closed ring is zero.
     resultant = float(np.linalg.norm(area_vector))
-    if not resultant > _ONE_SIDED * area:
+    if not resultant > _MIN_MEAN_NORMAL * area:
         bound = "a face whose normals have a common direction"
         raise validation_error(flag, "a face all round", "", bound, "press a plane face or a dome")
-    # Adding 0.0 turns -0.0 into 0.0.
+    # Adding 0.0 replaces -0.0 by 0.0.
     x, y, z = np.round(-area_vector / resultant, 9) + 0.0
     return float(x), float(y), float(z)
 
@@ -232,7 +240,7 @@ def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place
 def combine_shapes(solid: object) -> cq.Shape:
     """Return a CadQuery shape unchanged, or the shapes on a workplane as one shape.
 
-    Raises InputError if `solid` is neither.
+    Raises InputError if `solid` is neither a shape nor a workplane.
     """
     if isinstance(solid, cq.Shape):
         return solid
@@ -246,11 +254,11 @@ def combine_shapes(solid: object) -> cq.Shape:
 
 
 def fill_round_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
-    """Return a solid whose spherical tips are filled up to a bar that ends in the plane tangent to the sphere.
+    """Return a solid in which each spherical tip is filled up to a square bar, which ends in the tangent plane.
 
-    The mesh of a housing has such square tips. `points` [mm] are the points where the tips touch first; a point on a
-    face that is no sphere changes nothing. The filling changes the compliance 1 / K_h of the high spring by less than
-    5e-4 (tests/cad/parts/test_domes.py).
+    The mesh of a housing has such square tips. `points` [mm] are the points at which the tips first touch the fruit. A
+    point on a face that is not spherical changes nothing. The filling changes the compliance 1 / K_h of the high spring
+    by less than 5e-4 (tests/cad/parts/test_domes.py).
     """
     shape: cq.Shape = solid
     for point in points:
@@ -264,7 +272,7 @@ def fill_round_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
 
 
 def tip_points(housing: Housing) -> dict[str, Place]:
-    """Return, by the name of its spring, the point [mm] at which each tip of a housing first touches the fruit."""
+    """Return the point [mm] at which each tip of a housing first touches the fruit, by the name of its spring."""
     return {arm.name: (arm.centre, 0.0, 0.0) for arm in housing.arms}
 
 
@@ -277,9 +285,9 @@ def hole_points(housing: Housing) -> tuple[Place, ...]:
 class Extrusion:
     """A part described as one section that is swept along y.
 
-    `turn` (3, 3) is the rotation from the part's own frame to the frame of the sweep. `lines` are the straight edges of
-    slanted faces, projected into the section: ((x, z), (x, z)) [mm]. The sweep extends from y = `low` to y = `high`
-    [mm]. `plane` is the level y [mm] at which the section was cut.
+    `turn` (3, 3) is the rotation from the coordinates of the part to the coordinates of the sweep. `lines` holds the
+    straight edges of slanted faces, projected onto the section: ((x, z), (x, z)) [mm]. The sweep extends from y = `low`
+    to y = `high` [mm]. The section was cut at y = `plane` [mm].
     """
 
     part: Part
@@ -291,22 +299,22 @@ class Extrusion:
     plane: float
 
     def spans(self, x: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return where the part begins and ends on lines along y, and the length of material between, each (n,) [mm].
+        """Return the smallest and the largest y of the part on lines along y, and the material length, each (n,) [mm].
 
-        `x` and `z` (n,) [mm] are the positions of the lines. If a line misses the part, the length is 0, and both ends
-        are below the part.
+        The material length is the part of a line that lies inside the material. `x` and `z` (n,) [mm] are the positions
+        of the lines. If a line misses the part, the length is 0, and both values of y are below the part.
         """
         intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
         intersector.Load(self.part.shape.wrapped, 1e-7)
         y_direction = OCP.gp.gp_Dir(0.0, 1.0, 0.0)
         box = self.part.shape.BoundingBox()
-        start, ray_length = box.ymin - _BEYOND, box.ylen + 2.0 * _BEYOND
+        start, ray_length = box.ymin - _MARGIN_MM, box.ylen + 2.0 * _MARGIN_MM
         first, last, lengths = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
         for i, (line_x, line_z) in enumerate(zip(x.tolist(), z.tolist(), strict=True)):
             line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(line_x, start, line_z), y_direction)
             intersector.Perform(line, 0.0, ray_length)
             distances = sorted(intersector.WParameter(number + 1) for number in range(intersector.NbPnt()))
-            # A line through the edge between two faces crosses both at one point, which is counted once.
+            # A line through the edge between two faces crosses both faces at one point, which must count once.
             distances = [
                 distance
                 for distance, following in itertools.pairwise([*distances, math.inf])
@@ -318,11 +326,11 @@ class Extrusion:
         return first + start, last + start, lengths
 
     def uneven(self) -> Iterator[tuple[Floats, float, float]]:
-        """Yield small pieces of the faces where the part is shallower or deeper than the sweep.
+        """Yield small pieces of the faces at which the part is shallower or deeper than the sweep.
 
-        They are the bottoms of pockets, the tops of ribs, and slanted faces. Each piece has its position (x, z) [mm],
-        its area seen along y [mm^2] and the mean width [mm] of its face. These faces are found from the solid, because
-        a narrow feature such as a saw cut may lie between the lines of any grid.
+        Such faces are the bottoms of pockets, the tops of ribs, and slanted faces. For each piece, its position (x, z)
+        [mm], its area projected along y [mm^2] and the mean width [mm] of its face are returned. The faces are found
+        from the solid, because a narrow feature such as a saw cut may lie between the lines of any grid.
         """
         for face in self.part.shape.Faces():
             face_normals = _FaceNormals(face)
@@ -339,14 +347,14 @@ class Extrusion:
             yield from ((middle, area, width) for middle, area in pieces)
 
     def is_even(self, name: str) -> bool:
-        """Return whether the centroid of the faces of this name is at mid-depth, within 0.1 % of the depth."""
+        """Return whether the centroid of the faces with this name is at mid-depth, within 0.1 % of the depth."""
         all_faces = self.part.shape.Faces()
         faces = [all_faces[index] for index in self.part.faces[name]]
         moment = sum(face.Area() * (face.Center().y - 0.5 * (self.low + self.high)) for face in faces)
-        return abs(moment) < _UNEVEN * (self.high - self.low) * sum(face.Area() for face in faces)
+        return abs(moment) < _OFF_CENTRE * (self.high - self.low) * sum(face.Area() for face in faces)
 
     def polygon_area(self, name: str) -> float | None:
-        """Return the area of the faces of this name [mm^2]; None if one of them is curved or has a curved edge."""
+        """Return the area [mm^2] of the faces with this name, or None if one of them is curved or has a curved edge."""
         all_faces = self.part.shape.Faces()
         faces = [all_faces[index] for index in self.part.faces[name]]
         is_straight = all(
@@ -355,9 +363,9 @@ class Extrusion:
         return sum(face.Area() for face in faces) if is_straight else None
 
     def are_on_face(self, name: str, points: Floats, tolerance: float) -> Flags:
-        """Return for each point (3, n) [mm] whether it lies within `tolerance` [mm] of a face of this name, shape (n,).
+        """Return whether each point (3, n) [mm] lies within `tolerance` [mm] of a face with this name, shape (n,).
 
-        Distances to a face are slow, so only points inside its bounding box are measured.
+        Distances to a face are slow to compute, so only points inside its bounding box are measured.
         """
         is_on_face = np.zeros(points.shape[1], dtype=bool)
         all_faces = self.part.shape.Faces()
@@ -373,13 +381,13 @@ class Extrusion:
 def extrusion_of(part: Part) -> Extrusion | None:
     """Return a part as a section that is swept along y, or None if the part is not such an extrusion.
 
-    The direction of the sweep is the normal of a plane face for which the sides and ends of the sweep cover the largest
-    share of the surface. The part is no extrusion if this share is below 80 %, or for the reasons in
-    `_largest_section`.
+    Every normal of a plane face is tried as the direction of the sweep. The direction is used for which the sides and
+    the ends of the sweep cover the largest fraction of the surface. A part is not an extrusion if this fraction is
+    below 80 %, or for the reasons given in `_largest_section`.
     """
     faces = [_FaceNormals(face) for face in part.shape.Faces()]
-    direction = max(_plane_normals(faces), key=lambda axis: _swept_shares(faces, axis), default=None)
-    if direction is None or _swept_shares(faces, direction)[0] < _SWEPT_SHARE:
+    direction = max(_plane_normals(faces), key=lambda axis: _swept_fractions(faces, axis), default=None)
+    if direction is None or _swept_fractions(faces, direction)[0] < _MIN_SWEPT_FRACTION:
         return None
     rotation = _rotation_to_y(direction)
     rotated = (
@@ -391,22 +399,23 @@ def extrusion_of(part: Part) -> Extrusion | None:
 
 
 class _FaceNormals:
-    """A face with its area [mm^2], its centre of mass [mm], and its unit normals at up to nine points, (n, 3)."""
+    """The area [mm^2], the centroid [mm], and up to nine unit normals (n, 3) of a face."""
 
     def __init__(self, face: cq.Face) -> None:
-        """Evaluate the normals on a grid of three by three points in the parameters of the face."""
+        """Evaluate the normals on a grid of three by three surface parameters."""
         self.area = float(face.Area())
         self.middle = np.array(face.Center().toTuple())
-        u0, u1, v0, v1 = face._uvBounds()
+        u_min, u_max, v_min, v_max = face._uvBounds()
         surface = OCP.BRepAdaptor.BRepAdaptor_Surface(face.wrapped)
         normals = []
-        for u, v in itertools.product(_SAMPLES, _SAMPLES):
-            local_properties = OCP.BRepLProp.BRepLProp_SLProps(surface, u0 + u * (u1 - u0), v0 + v * (v1 - v0), 1, 1e-9)
+        for u_fraction, v_fraction in itertools.product(_SAMPLES, _SAMPLES):
+            u, v = u_min + u_fraction * (u_max - u_min), v_min + v_fraction * (v_max - v_min)
+            local_properties = OCP.BRepLProp.BRepLProp_SLProps(surface, u, v, 1, 1e-9)
             if local_properties.IsNormalDefined():
                 normal = local_properties.Normal()
                 normals.append((normal.X(), normal.Y(), normal.Z()))
-        # A normal is undefined at a singular point, such as the tip of a cone. Without any, the face is neither cap nor
-        # side.
+        # The normal is undefined at a singular point, such as the apex of a cone. If it is undefined at all points, a
+        # zero vector replaces it. The face is then a side of every sweep, and defines no direction of a sweep.
         self.normals = np.array(normals or [(0.0, 0.0, 0.0)])
 
     def is_cap(self, direction: Floats) -> bool:
@@ -422,7 +431,7 @@ class _FaceNormals:
 def _plane_normals(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
     """Yield the unit normals of the plane faces, each direction once, from the largest face to the smallest.
 
-    Normals are rounded to nine decimals, which makes those along the coordinate axes exact.
+    Normals are rounded to nine decimals, so that a normal along a coordinate axis is exact.
     """
     earlier: list[Floats] = []
     for face in sorted(faces, key=lambda face: -face.area):
@@ -435,11 +444,11 @@ def _plane_normals(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
             yield normal
 
 
-def _swept_shares(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[float, float]:
-    """Return the shares of a surface that a sweep along a unit vector forms: sides with ends, and only ends [1].
+def _swept_fractions(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[float, float]:
+    """Return two fractions of the surface area [1]: the sides and ends of a sweep along a unit vector, and the ends.
 
-    The ends are the two levels with the largest cap area. Both shares are rounded to three decimals, so that rounding
-    errors do not decide between equal directions.
+    The ends are the caps at the two levels with the largest cap area. Both fractions are rounded to three decimals, so
+    that rounding errors do not decide between equally good directions.
     """
     total = sum(face.area for face in faces)
     cap_areas: dict[float, float] = {}
@@ -453,9 +462,10 @@ def _swept_shares(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[flo
 
 
 def _rotation_to_y(direction: Floats) -> Floats:
-    """Return the rotation matrix (3, 3) that maps a unit vector to the y axis; the identity for the y axis itself."""
+    """Return a rotation matrix (3, 3) that maps a unit vector to the y axis; it is the identity for the y axis."""
     y = direction
-    # The new x axis is the old x or y axis, whichever is farther from the direction, made perpendicular to it.
+    # The new x axis is the old x axis, or the old y axis if x is too close to the direction. It is then made
+    # perpendicular to the direction.
     x = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < math.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
     x = x - (x @ y) * y
     x /= np.linalg.norm(x)
@@ -463,22 +473,22 @@ def _rotation_to_y(direction: Floats) -> Floats:
 
 
 def _rotation_location(rotation: Floats) -> cq.Location:
-    """Return the location of CadQuery that rotates a shape by a matrix (3, 3)."""
+    """Return the CadQuery location that rotates a shape by a matrix (3, 3)."""
     transform = OCP.gp.gp_Trsf()
     transform.SetValues(*(value for row in rotation.tolist() for value in (*row, 0.0)))
     return cq.Location(transform)
 
 
 def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
-    """Return the largest section across y of a part, with the ends of its sweep; None if it does not describe the part.
+    """Return the extrusion of the largest section perpendicular to y, or None if it does not describe the part.
 
-    `rotation` (3, 3) is the rotation already applied to the part. The result is None if the part has fewer than two
-    levels of faces across y, if the section is in pieces, or if another section has material outside it.
+    `rotation` (3, 3) is the rotation that was already applied to the part. None is returned in three cases: fewer than
+    two levels have a face perpendicular to y, the section is in pieces, or another section has material outside it.
     """
     y_axis = np.array([0.0, 1.0, 0.0])
     shape = part.shape
     box = shape.BoundingBox()
-    levels = [box.ymin, box.ymax]  # at these the section may change
+    levels = [box.ymin, box.ymax]  # levels y [mm] at which the section may change
     lines = []
     cap_areas: dict[float, float] = {}
     for face in shape.Faces():
@@ -493,10 +503,9 @@ def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     if len(cap_areas) < 2:  # noqa: PLR2004 - a sweep has two ends
         return None
     low, high = sorted(sorted(cap_areas, key=lambda level: -cap_areas[level])[:2])
-    width = 2.0 * max(box.xlen, box.zlen) + 2.0 * _BEYOND
+    width = 2.0 * max(box.xlen, box.zlen) + 2.0 * _MARGIN_MM
     gaps = itertools.pairwise(sorted(levels))
-    # One section is cut in the middle of the sweep, and one between each pair of levels at which the section may
-    # change.
+    # Cut one section in the middle of the sweep, and one between each pair of neighbouring levels.
     planes = [0.5 * (low + high), *(round(0.5 * (a + b), 6) for a, b in gaps if b - a > _STEP_MM)]
     sections = []
     for plane in dict.fromkeys(planes):
@@ -505,17 +514,17 @@ def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     section, plane = max(sections, key=lambda each: round(each[0].Area(), 3))
     if len(section.Faces()) != 1:
         return None
-    # A sweep of the section would leave out a bridge or a second leaf outside it.
-    if any(_area_outside(other, level, section, plane) > _BESIDE_MM2 for other, level in sections if level != plane):
+    # Material outside the section, such as a bridge or a second leaf, would be missing from the sweep.
+    if any(_area_outside(other, level, section, plane) > _OUTSIDE_MM2 for other, level in sections if level != plane):
         return None
     edges = tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
     return Extrusion(part=part, turn=rotation, section=section.Faces()[0], lines=edges, low=low, high=high, plane=plane)
 
 
 def _section_levels(face: cq.Face) -> list[float]:
-    """Return the levels y [mm] of the corners of a slanted face; for a curved face also its lowest and highest level.
+    """Return the levels y [mm] of a slanted face at which a bridge between other faces may begin or end.
 
-    A bridge between other faces may begin or end at these levels.
+    They are the levels of its corners. For a curved face, the lowest and the highest level are added.
     """
     corners = [corner.Y for corner in face.Vertices()]
     box = face.BoundingBox()
@@ -523,19 +532,20 @@ def _section_levels(face: cq.Face) -> list[float]:
 
 
 def _area_outside(other: cq.Shape, level: float, section: cq.Shape, plane: float) -> float:
-    """Return the area [mm^2] of one section of a part that lies outside another.
+    """Return the area [mm^2] of one section of a part that lies outside another section.
 
-    `other` is the section at y = `level` [mm], and `section` the one at y = `plane` [mm] to which it is compared.
+    The section `other` at y = `level` [mm] is compared with `section`, which lies at y = `plane` [mm].
     """
     other_in_plane = other.translate(cq.Vector(0.0, plane - level, 0.0))
     return float(other_in_plane.cut(section).Area()) if other.Area() > 0.0 else 0.0
 
 
 def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
-    """Yield the centroids [mm] of small triangles of a face, with the area of each projected along y [mm^2].
+    """Yield the centroids [mm] of small triangles on a face, and the projected area along y of each [mm^2].
 
-    Every triangle of the face is divided into count^2 equal triangles, about 0.5 mm wide or less. Only those with the
-    orientation of the original are used, count (count + 1) / 2 of them, and each represents an equal share of the area.
+    Every triangle of the face is divided into count^2 equal triangles, about 0.5 mm wide or less. Only the
+    count (count + 1) / 2 triangles with the orientation of the original are used. The projected area of the original
+    triangle is divided equally among them.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])
@@ -550,7 +560,7 @@ def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
 
 
 def _projected_edge(edge: cq.Edge) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the ends of a straight edge projected into the section, ((x, z), (x, z)) [mm], in ascending order."""
+    """Return the ends of a straight edge projected onto the section, ((x, z), (x, z)) [mm], in ascending order."""
     a, b = sorted((round(point.x, 6), round(point.z, 6)) for point in (edge.startPoint(), edge.endPoint()))
     return a, b
 
@@ -561,7 +571,7 @@ def own_part(solid: cq.Solid, faces: Mapping[str, tuple[int, ...]]) -> Part:
 
 
 def name_side_faces(part: Part, name: str, level: float) -> tuple[Part, bool]:
-    """Return a part in which the faces at y = -`level` and y = `level` [mm] have a name, and whether there are any."""
+    """Name the plane faces at y = -`level` and y = `level` [mm], and return the part and whether it has such faces."""
     tests = [plane_face_test(1, side * level) for side in (-1.0, 1.0)]
     indices = tuple(index for index, face in enumerate(part.shape.Faces()) if any(test(face) for test in tests))
     return (replace(part, faces={**part.faces, name: indices}), True) if indices else (part, False)
@@ -569,17 +579,18 @@ def name_side_faces(part: Part, name: str, level: float) -> tuple[Part, bool]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Walls:
-    """Points on the surface of a part, (3, n) [mm], and the element size required at each, (n,) [mm]."""
+    """Points on the surface of a part, (3, n) [mm], and the element size required at each point, (n,) [mm]."""
 
     points: Floats
     sizes: Floats
 
 
 def walls_of(part: Part) -> Walls:
-    """Return points on every face of a part, with the wall thickness there, or less at cylindrical faces.
+    """Return points on every face of a part, and the element size required at each: the wall thickness or less.
 
-    At each point a ray is cast into the material. The thickness is the distance to the face where the ray leaves the
-    part; a point is left out if the ray meets no face.
+    At each point, a ray is cast into the material. The wall thickness is the distance to the face at which the ray
+    leaves the part. A point is omitted if its ray hits no face. At a cylindrical face, the element size is limited
+    further by `_max_element_size`.
     """
     shape = part.shape
     intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
@@ -587,11 +598,11 @@ def walls_of(part: Part) -> Walls:
     spacing = math.sqrt(float(shape.Area()) / _WALL_POINTS)
     points, sizes = [], []
     for face in shape.Faces():
-        largest_size = _corner_size(face)
+        largest_size = _max_element_size(face)
         for point, normal in _sample_points(face, spacing):
             ray = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*(point - _STEP_MM * normal)), OCP.gp.gp_Dir(*(-normal)))
             intersector.Perform(ray, 0.0, LONGEST_MM)
-            # The first hit may be the face itself, from which its triangles deviate by up to their chord.
+            # The first hit may be on the face itself, because its triangles deviate from it by up to `_CHORD_MM`.
             depths = [intersector.WParameter(number + 1) for number in range(intersector.NbPnt())]
             depth = min((depth for depth in depths if depth > 2.0 * _CHORD_MM), default=math.inf)
             if math.isfinite(depth):
@@ -600,19 +611,19 @@ def walls_of(part: Part) -> Walls:
     return Walls(points=np.array(points).T, sizes=np.array(sizes))
 
 
-def _corner_size(face: cq.Face) -> float:
-    """Return the largest element size [mm] at a face: a quarter of half the circumference of a cylinder.
+def _max_element_size(face: cq.Face) -> float:
+    """Return the largest element size [mm] at a cylindrical face: a quarter of half its circumference.
 
-    It is infinite for a face that is not cylindrical.
+    The size is infinite for any other face.
     """
     axis = _cylinder_parameters(face)
-    return math.inf if axis is None else _CORNER_SHARE * math.pi * float(axis[0])
+    return math.inf if axis is None else _CORNER_FRACTION * math.pi * float(axis[0])
 
 
 def _sample_points(face: cq.Face, spacing: float) -> Iterator[tuple[Floats, Floats]]:
-    """Yield points on a face, about `spacing` [mm] from each other, with the outer unit normal at each.
+    """Yield points on a face, about `spacing` [mm] apart, and the outer unit normal at each point.
 
-    They are the centroids of small triangles, as in `_pieces_along_y`.
+    The points are the centroids of small triangles, as in `_pieces_along_y`.
     """
     corners, triangles = face.tessellate(_CHORD_MM, _ANGLE_RAD)
     positions = np.array([corner.toTuple() for corner in corners])

@@ -1,4 +1,4 @@
-"""Verdicts on one part of any origin: a solid, triangles, or a STEP, STL or 3MF file."""
+"""Verdicts on a single part of any origin: a solid, a triangle mesh, or a STEP, STL or 3MF file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
 def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
-    """Return geometry.valid (number of faulty faces, edges and vertices) and geometry.one_solid (number of solids)."""
+    """Return geometry.valid, the number of faulty faces, edges and vertices, and geometry.one_solid."""
     analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
     faulty = 0
     if not analyser.IsValid():
@@ -49,10 +49,10 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
 
 
 def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
-    """Return every verdict on triangles [mm]: closed surface, number of bodies, size, wall, gap and overhang.
+    """Return every verdict on a triangle mesh [mm]: closed surface, number of bodies, size, wall, gap and overhang.
 
-    `poses` are the print poses considered, names from `POSES`. Wall, gap and overhang are left out if the mesh is not
-    closed, because then inside and outside are undefined.
+    `poses` are the names in `POSES` of the print poses to consider. Wall, gap and overhang are omitted if the mesh is
+    not closed, because it then has no inside.
     """
     mesh = drop_collapsed_triangles(mesh)
     closed = closed_verdicts(mesh)
@@ -65,9 +65,9 @@ def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) ->
 def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict, ...]:
     """Return every verdict on a STEP, STL or 3MF file of any origin, for a print process.
 
-    An STL or 3MF file is assumed to be in print pose; a STEP file is checked in the best of six poses. Raises
-    FileNotFoundError for a missing file, and InputError for another kind of file. A file that cannot be read fails
-    geometry.readable.
+    An STL or 3MF file is assumed to be in its print pose; a STEP file is checked in the best of six poses. A file that
+    cannot be read fails geometry.readable. Raises FileNotFoundError if there is no file, and InputError if the file is
+    of another kind.
     """
     kind = path.suffix.lower()
     if kind not in KINDS:
@@ -86,7 +86,7 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
 
 
 def require_file(path: Path) -> Path:
-    """Return the path unchanged; raises FileNotFoundError if there is no file."""
+    """Return the path unchanged. Raises FileNotFoundError if there is no file at the path."""
     if not path.is_file():
         msg = f"{path.name}: there is no such file; check the path"
         raise FileNotFoundError(msg)
@@ -94,19 +94,19 @@ def require_file(path: Path) -> Path:
 
 
 def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
-    """Return every verdict on a STEP file: on its solid and on triangles of it. Raises ValueError if it has no face."""
+    """Return the verdicts on the solid of a STEP file and on its triangles. Raises ValueError if it has no face."""
     shape = read_step(path)
     if not shape.Faces():
         contents = f"{len(shape.Edges())} edges and {len(shape.Vertices())} points"
         msg = f"STEP: {path.name} holds {contents} but no face; export the solid"
         raise ValueError(msg)
     mesh_verdicts = check_mesh(triangles(shape), process, POSES)
-    # The solids themselves are counted, and not the connected sets of their triangles.
+    # geometry.one_solid is the number of solids here, not the number of connected sets of triangles.
     return (*check_solid(shape), *(verdict for verdict in mesh_verdicts if verdict.name != "geometry.one_solid"))
 
 
 def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
-    """Return every verdict on a 3MF file: geometry.3mf_strict on its conformity, and the verdicts on its triangles."""
+    """Return geometry.3mf_strict, the conformity of a 3MF file to its standard, and the verdicts on its triangles."""
     package = read_3mf(path)
     names = ", ".join(repr(name) for name in package.names)
     faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]

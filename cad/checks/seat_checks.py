@@ -1,4 +1,4 @@
-"""Verdicts on the walls around the magnets and the Hall sensors, computed from the lengths of the design."""
+"""Verdicts on the walls around magnets and Hall sensors, computed from the dimensions of the design."""
 
 from collections.abc import Mapping
 
@@ -10,9 +10,10 @@ from sensor.verdict import Verdict, judge
 
 
 def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return geometry.magnet_pockets, the thinnest wall [mm] around a magnet pocket; nothing without a Hall read-out.
+    """Return geometry.magnet_pockets, the thinnest wall [mm] around a magnet pocket.
 
-    The walls above and below the two pockets of a shuttle are left out: they are millimetres thick in every design.
+    The walls above and below the two pockets of a shuttle are not measured, because they are millimetres thick in every
+    design. Without a Hall read-out, an empty tuple is returned.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None:
@@ -28,7 +29,7 @@ def pocket_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.sensor_windows, the thinnest wall [mm] of the cover under and between its sensor windows.
 
-    The verdict fails if the Hall sensors do not fit side by side. Nothing is returned without a Hall read-out.
+    The verdict fails if the Hall sensors do not fit side by side. Without a Hall read-out, an empty tuple is returned.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None:
@@ -44,7 +45,7 @@ def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def _thinnest_wall_verdict(name: str, walls: Mapping[str, float], limit: float) -> Verdict:
-    """Return the verdict on the thinnest of some walls; `walls` holds their thicknesses [mm] by their places."""
+    """Return the verdict on the thinnest wall. `walls` holds the wall thicknesses [mm] by their places."""
     place = min(walls, key=walls.__getitem__)
     reference = f"thinnest wall by the lengths of the design: {place}"
     return judge(name, walls[place], reference, limit=limit, tolerance=PLACE_TOLERANCE_MM)

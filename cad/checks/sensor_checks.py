@@ -16,7 +16,7 @@ from sensor.verdict import READABLE, Verdict, judge
 
 
 def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: Path) -> tuple[Verdict, ...]:
-    """Return every geometry verdict on a sensor, and on housing.step and housing.stl in a folder.
+    """Return every geometry verdict on a sensor, and on the files housing.step and housing.stl in a folder.
 
     `deflections` [mm] are the deflections of the low and the high spring at full travel. A file that cannot be read
     fails geometry.readable. Raises FileNotFoundError if one of the files is missing.
@@ -31,7 +31,10 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
 
 
 def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: FormsRead) -> tuple[Verdict, ...]:
-    """Return every geometry verdict on a sensor and on the files that were read back; see `check_sensor`."""
+    """Return every geometry verdict on a sensor and on the files `read` back from its folder.
+
+    `deflections` [mm] are the deflections of the low and the high spring at full travel.
+    """
     shape = sensor.part.shape
     step = read.step
     stl = sensor_pose(read.stl, sensor.housing.depth, back_up=sensor.housing.back_to_back is not None)
@@ -48,5 +51,4 @@ def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: 
 
 
 def _solid_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
-    """Return the verdicts on the solid of the housing."""
     return check_solid(sensor.part.shape)

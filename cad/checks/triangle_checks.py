@@ -1,4 +1,4 @@
-"""Verdicts on triangles of any origin: closed surface, size, walls, gaps and overhangs."""
+"""Verdicts on a triangle mesh of any origin: closed surface, size, walls, gaps and overhangs."""
 
 from __future__ import annotations
 
@@ -15,46 +15,47 @@ from sensor.verdict import Verdict, judge
 
 Indices = npt.NDArray[np.int64]
 
-RAY_TOLERANCE_MM = 1e-3  # a mesh file holds single precision
-SHORTEST_MM = 5.0  # lower limit of the longest side of a part; a sensor exported in metres measures 0.07
-LONGEST_MM = 1000.0  # upper limit of the longest side of a part; a sensor exported in micrometres measures 70000
+RAY_TOLERANCE_MM = 1e-3  # tolerance of a distance along a ray, because a mesh file holds single precision
+SHORTEST_MM = 5.0  # lower limit on the longest side of a part; the number in a file in metres would be 0.07
+LONGEST_MM = 1000.0  # upper limit on the longest side of a part; the number in a file in micrometres would be 70000
 AS_IT_STANDS = "as it stands"
 POSES = {
     AS_IT_STANDS: (0.0, 0.0, 1.0), "upside down": (0.0, 0.0, -1.0), "+x up": (1.0, 0.0, 0.0),
     "-x up": (-1.0, 0.0, 0.0), "+y up": (0.0, 1.0, 0.0), "-y up": (0.0, -1.0, 0.0),
 }  # fmt: skip
-_FACES_OF_AN_EDGE = 2  # triangles at each edge of a closed surface
-_SAMPLES = 2000  # random points from which rays are cast
-_OPPOSITE = -0.75  # largest cosine between the normals of a wall; the faces of a 45 degree wedge are not a wall
-_FARTHEST_MM = 16.0  # far more than any wall or gap that matters
+_TRIANGLES_PER_EDGE = 2  # number of triangles that meet at each edge of a closed surface
+_SAMPLES = 2000  # number of random points from which rays are cast
+_OPPOSITE = -0.75  # largest cosine between the normals of opposite faces; it excludes the faces of a 45 degree wedge
+_FARTHEST_MM = 16.0  # longest distance that is measured, far more than any wall or gap that matters
 _OFF_SURFACE_MM = 1e-5  # distance of the start of a ray from its own triangle, so that the ray does not hit it
-_BED_MM = 0.05  # height above the lowest point up to which a face lies on the print bed
-_SPREAD_DEG = 0.5  # angular error of a facet of a round or 45 degree face
+_BED_MM = 0.05  # a face up to this height above the lowest point lies on the print bed
+_FACET_ERROR_DEG = 0.5  # angular error of a triangle on a round face or a 45 degree face
 
 
 def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
-    """Return geometry.watertight and geometry.manifold: the numbers of edges with 1 and with 3 or more triangles.
+    """Return geometry.watertight and geometry.manifold, two verdicts on the edges of a mesh.
 
-    If the surface is closed but its triangles face inward, the value of geometry.watertight is 1.
+    Their values are the number of edges with one triangle and the number of edges with three or more. If the surface is
+    closed but its triangles face inward, the value of geometry.watertight is 1.
     """
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
-    open_edges = edges[counts < _FACES_OF_AN_EDGE]
-    crowded_edges = edges[counts > _FACES_OF_AN_EDGE]
-    faults = len(open_edges)
+    open_edges = edges[counts < _TRIANGLES_PER_EDGE]
+    crowded_edges = edges[counts > _TRIANGLES_PER_EDGE]
+    fault_count = len(open_edges)
     if len(open_edges) == 0 and len(crowded_edges) == 0:
         faces_inward = not mesh.is_winding_consistent or enclosed_volume(mesh) < 0.0
-        faults = int(faces_inward)
+        fault_count = int(faces_inward)
     first_open, first_crowded = _first_edge_text(mesh, open_edges), _first_edge_text(mesh, crowded_edges)
     watertight_text = f"edges with one triangle, or triangles that face inward, of {len(edges)} edges{first_open}"
     manifold_text = f"edges that join more than two triangles, of {len(edges)}{first_crowded}"
     return (
-        judge("geometry.watertight", faults, watertight_text),
+        judge("geometry.watertight", fault_count, watertight_text),
         judge("geometry.manifold", len(crowded_edges), manifold_text),
     )
 
 
 def _first_edge_text(mesh: trimesh.Trimesh, edges: Indices) -> str:
-    """Return the ends of the first of some edges as text, or an empty text if there are no edges."""
+    """Return the ends of the first edge as text, or an empty string if there are no edges."""
     if len(edges) == 0:
         return ""
     start, end = mesh.vertices[edges[0]]
@@ -67,19 +68,19 @@ def _point_text(point: Floats) -> str:
 
 
 def enclosed_volume(mesh: trimesh.Trimesh) -> float:
-    """Return the volume that the triangles enclose [mm^3], negative if they face inward, and 0 for a flat mesh."""
-    # Trimesh also computes a centre of mass, and divides by the volume even if the volume is 0.
+    """Return the volume [mm^3] enclosed by a mesh: negative if its triangles face inward, and 0 for a flat mesh."""
+    # trimesh also computes the centre of mass, and divides by the volume even if it is 0.
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(mesh.volume)
 
 
 def body_verdict(mesh: trimesh.Trimesh) -> Verdict:
-    """Return geometry.one_solid for a mesh, whose value is the number of connected sets of triangles."""
+    """Return geometry.one_solid for a mesh. Its value is the number of connected sets of triangles."""
     return judge("geometry.one_solid", mesh.body_count, "connected sets of triangles")
 
 
 def drop_collapsed_triangles(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return a mesh without collapsed triangles, those with two equal corners.
+    """Return a mesh without its collapsed triangles, which have two equal corners.
 
     CAD kernels write such triangles at the poles of spheres.
     """
@@ -122,8 +123,8 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
 def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return geometry.min_wall, geometry.min_gap and geometry.overhang [mm] for a print process.
 
-    `poses` are names from `POSES`, and the verdict uses the pose with the smallest overhang. A file in print pose has
-    only the pose "as it stands".
+    `poses` are names of print poses in `POSES`. The overhang is the smallest of all these poses. A file that is already
+    in its print pose is checked only in the pose "as it stands".
     """
     widths = {pose: widest_ledge(mesh, np.array(POSES[pose]), process.overhang_deg) for pose in poses}
     best_pose = min(widths, key=widths.__getitem__)
@@ -156,11 +157,11 @@ def narrowest_gap(mesh: trimesh.Trimesh) -> FacingDistance | None:
 
 
 def _shortest_facing_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDistance | None:
-    """Return the shortest distance between two opposite faces, measured along rays; None if there is none up to 16 mm.
+    """Return the shortest distance between two opposite faces, or None if there is none of at most 16 mm.
 
-    A `sense` of 1 sends the rays outward, across gaps, and -1 inward, through walls. Rays start at random points, with
-    a fixed seed, and at the centre of the largest triangle of each plane face. Faces are opposite if the cosine of the
-    angle between their normals is below `_OPPOSITE`.
+    Distances are measured along rays. If `sense` is 1, the rays run outward, across gaps; if it is -1, they run inward,
+    through walls. They start at random points (with a fixed seed), and at the centre of the largest triangle of each
+    plane face. Faces are opposite if the cosine of the angle between their normals is below `_OPPOSITE`.
     """
     random_points, random_faces = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
     plane_faces = [facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets]
@@ -181,7 +182,7 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDist
 
 
 def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, method: str) -> Verdict:
-    """Return the verdict on a wall or a gap against its lower limit [mm]; it passes if there is no wall or gap."""
+    """Return the verdict on a wall or a gap and its lower limit [mm]. It passes if there is no wall or gap."""
     if distance is None:
         return judge(name, None, f"{method}; none within {_FARTHEST_MM:g} mm", limit=limit, passed=True)
     reference = f"{method}; smallest at {_point_text(distance.start)} mm"
@@ -189,14 +190,14 @@ def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, 
 
 
 def widest_ledge(mesh: trimesh.Trimesh, up: Floats, limit_deg: float) -> float:
-    """Return the width [mm] of the widest overhang: the widest connected patch of faces that need support in print.
+    """Return the width [mm] of the widest overhang: the widest connected patch of faces that need support in printing.
 
     A face overhangs if its angle from the vertical exceeds `limit_deg` and the face does not lie on the print bed. The
-    width of a patch is the short side of the smallest rectangle around it in plan view. `up` is a unit vector along one
-    of the axes, in either direction.
+    width of a patch is the short side of the smallest rectangle around it in plan view. The unit vector `up` is
+    parallel to one of the axes.
     """
     heights = np.asarray(mesh.triangles) @ up
-    is_steep = -(np.asarray(mesh.face_normals) @ up) > np.sin(np.radians(min(limit_deg + _SPREAD_DEG, 90.0)))
+    is_steep = -(np.asarray(mesh.face_normals) @ up) > np.sin(np.radians(min(limit_deg + _FACET_ERROR_DEG, 90.0)))
     is_overhang = is_steep & (heights.max(axis=1) - heights.min() > _BED_MM)
     neighbours = np.asarray(mesh.face_adjacency)
     overhanging_pairs = neighbours[is_overhang[neighbours].all(axis=1)]
