@@ -1,1 +1,1 @@
-"""The drawing of the housing: views, dimensions, measuring table, frame and title block, as DXF, SVG and PDF."""
+"""The drawing of the housing: views, dimensions, measuring table, frame and title block, in DXF, SVG and PDF."""

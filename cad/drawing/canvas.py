@@ -1,4 +1,4 @@
-"""A drawing as a DXF document in millimetres of the part: lines, arcs, texts, and dimensions with measured lengths."""
+"""A drawing as a DXF document in part millimetres: lines, arcs, texts, and dimensions that measure their lengths."""
 
 import copy
 import io
@@ -39,29 +39,29 @@ LAYERS = {
     "SHEET": 8,
     "HATCH": 9,
     "AXES": 4,
-}  # layers, each with its colour by AutoCAD's index
-THICK = 50  # width of visible and cut edges [0.01 mm on paper]; thin lines have half of it, ISO 128-20
+}  # AutoCAD colour index of each layer
+THICK = 50  # width of visible and cut edges [0.01 mm on paper]; thin lines are half as wide, ISO 128-20
 PENS = dict.fromkeys(LAYERS, THICK // 2) | {"PART": THICK, "SHEET": 35}  # line widths [0.01 mm on paper]
-TEXT_MM = 2.5  # height of a capital on paper, ISO 3098
-LETTER = 0.83  # ratio of the width of a monospaced letter to the height of a capital: DejaVu Sans Mono, 0.602 / 0.729
+TEXT_MM = 2.5  # height of a capital letter on paper, ISO 3098
+LETTER = 0.83  # width of a monospaced letter divided by the height of a capital: DejaVu Sans Mono, 0.602 / 0.729
 DECIMALS = 2  # decimals of a length with its own tolerance, because no tolerance is finer than 0.01 mm
-SMALL_MM = 0.5  # shortest length with a general tolerance in ISO 2768-1; a shorter one needs its own
+SMALL_MM = 0.5  # shortest length with a general tolerance in ISO 2768-1; a shorter one needs its own tolerance
 HATCH_STEP_MM = 2.0  # distance between hatch lines on paper, ISO 128-50
 MEASURED = "<>"
-"""The placeholder for the measured length in the text of a dimension, as in DXF."""
+"""The DXF placeholder for the measured length in the text of a dimension."""
 IN_TABLE = ")"
-"""The sign after the letter of a dimension whose tolerance is in a table."""
-_DASHES = {"AXES": ("CENTER", 4.0)}  # line pattern of ezdxf, and its length on paper [mm]
+"""The character after the letter of a dimension whose tolerance is given in the measuring table."""
+_DASHES = {"AXES": ("CENTER", 4.0)}  # for each layer with dashed lines, ezdxf's pattern and its length on paper [mm]
 _FONT = "MONOSPACED"
 _STYLE = "WORKSHOP"
 _BY_LAYER = 256
-_OFF_CORNERS_MM = 0.00271  # shift of the hatch on paper; an odd number, so that no hatch line passes through a corner
+_OFF_CORNERS_MM = 0.00271  # shift of the hatch on paper; not a round number, so that hatch lines miss all corners
 _UPRIGHT_DEG = 45.0  # a text rotated by more than this is upright; texts are rotated by 0 or 90 degrees
 LINE_TO_TEXT = 0.8  # distance from a dimension line to the middle of its text, in text heights
-_LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # level text, no centre mark
-_CODES = {"Ø": "%%c", "±": "%%p"}  # codes of DXF, which every viewer shows in any font
+_LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # horizontal text, no centre mark
+_CODES = {"Ø": "%%c", "±": "%%p"}  # DXF control codes, which every viewer can show in any font
 
-options.write_fixed_meta_data_for_testing = True  # ezdxf then writes no time and no random id
+options.write_fixed_meta_data_for_testing = True  # prevents ezdxf from writing the time and a random identifier
 
 Point = tuple[float, float]
 
@@ -76,7 +76,7 @@ class Box(NamedTuple):
 
     @property
     def corners(self) -> tuple[Point, Point, Point, Point]:
-        """Return the four corners counter-clockwise, starting at the lower left [mm]."""
+        """Return the four corners [mm], counter-clockwise from the lower left."""
         left, bottom, right, top = self
         return (left, bottom), (right, bottom), (right, top), (left, top)
 
@@ -90,7 +90,7 @@ class DimensionText(NamedTuple):
 
 
 class CalloutText(NamedTuple):
-    """The text of a radius or diameter: a point [mm], the side of it on which the text stands, and the label."""
+    """The text of a radius or a diameter: a point [mm], the side of the point on which it is written, and the label."""
 
     beside: Point
     side: Literal["left", "right"]
@@ -98,7 +98,7 @@ class CalloutText(NamedTuple):
 
 
 def text_width(text: str, height: float) -> float:
-    """Return the width of a line of text with letters of this height [mm]."""
+    """Return the width [mm] of a line of text whose capital letters have this height [mm]."""
     return LETTER * height * len(text)
 
 
@@ -108,16 +108,16 @@ def length_text(length: float, decimals: int = DECIMALS) -> str:
 
 
 class Canvas:
-    """A drawing in millimetres of the part, for a sheet at a scale.
+    """A drawing in part millimetres, to be printed at a scale.
 
-    The scale [1] is the ratio of a length on paper to the same length of the part. Texts have one height on paper at
-    every scale.
+    The scale [1] is the ratio of a length on paper to the length on the part. The height of texts on paper does not
+    depend on the scale.
     """
 
     def __init__(self, scale: float, decimals: int = DECIMALS) -> None:
-        """Create an empty drawing at a scale.
+        """Create an empty drawing.
 
-        `decimals` is the number of decimals of lengths that have only the general tolerance.
+        `decimals` is the number of decimals of a length to which only the general tolerance applies.
         """
         self.scale = scale
         self.decimals = decimals
@@ -126,9 +126,9 @@ class Canvas:
         self.space: BaseLayout = self.document.modelspace()
 
     def paper(self, corner: Point) -> "Canvas":
-        """Return a canvas in millimetres of the paper, whose origin is the lower left corner of the sheet.
+        """Return a canvas in paper millimetres, with its origin at the lower left corner of the sheet.
 
-        This canvas draws into a block of the same document, which is inserted at `corner` [mm of the part].
+        The canvas draws into a block of the same document. The block is inserted at `corner` [mm on the part].
         """
         paper = copy.copy(self)
         paper.scale = 1.0
@@ -138,29 +138,29 @@ class Canvas:
         return paper
 
     def entity_count(self) -> int:
-        """Return the number of entities drawn until now, for use with `extents`."""
+        """Return the number of entities drawn until now, for the argument `after` of `extents`."""
         return len(self.space)
 
     def extents(self, after: int = 0) -> Box:
-        """Return the bounding box [mm] of all entities except the first `after` ones."""
+        """Return the bounding box [mm] of the entities that were drawn after the first `after` entities."""
         corners = bbox.extents(list(self.space)[after:], fast=True)
         return Box(corners.extmin.x, corners.extmin.y, corners.extmax.x, corners.extmax.y)
 
     def label_width(self, label: str, length: float) -> float:
-        """Return the width [mm] of the text of a dimension with this label and measured `length` [mm]."""
+        """Return the width [mm] of the text of a dimension with this label, which measures `length` [mm]."""
         number = length_text(length, self._decimals(label, length))
         return text_width(label.replace(MEASURED, number), self.text_height)
 
     def _decimals(self, label: str, length: float) -> int:
-        """Return the number of decimals of a length [mm]; a length with only the general tolerance has fewer."""
+        """Return the number of decimals of a length [mm], which depends on whether the general tolerance applies."""
         return self.decimals if IN_TABLE not in label and length >= SMALL_MM else DECIMALS
 
     def line(self, start: Point, end: Point, layer: str = "PART") -> None:
-        """Draw a straight line, which is dash-dotted on the layer AXES."""
+        """Draw a straight line; on the layer AXES it is dash-dotted."""
         self.space.add_line(start, end, dxfattribs=self._line_attributes(layer))
 
     def _line_attributes(self, layer: str) -> dict[str, Any]:
-        """Return the DXF attributes of a line on a layer, with the dash pattern of the layer."""
+        """Return the DXF attributes of a line on a layer, including the dash pattern of the layer."""
         if layer not in _DASHES:
             return {"layer": layer}
         pattern, length = _DASHES[layer]
@@ -171,33 +171,33 @@ class Canvas:
         self.polyline((*box.corners, box.corners[0]), layer)
 
     def circle(self, centre: Point, radius: float, layer: str = "PART") -> None:
-        """Draw a circle with this centre and radius [mm]."""
+        """Draw a circle with the given centre and radius [mm]."""
         self.space.add_circle(centre, radius, dxfattribs=self._line_attributes(layer))
 
     def centre_mark(self, centre: Point, radius: float) -> None:
-        """Draw the two centre lines of a hole that is seen along its axis, given its centre and radius [mm]."""
+        """Draw the two centre lines of a hole seen along its axis, given its centre and radius [mm]."""
         x, z = centre
         self.centre_line((x - radius, z), (x + radius, z))
         self.centre_line((x, z - radius), (x, z + radius))
 
     def centre_line(self, start: Point, end: Point) -> None:
-        """Draw a centre line, extended beyond both ends by 2 mm on paper."""
-        extension_share = 2.0 / (self.scale * math.dist(start, end))
-        extension = (extension_share * (end[0] - start[0]), extension_share * (end[1] - start[1]))
+        """Draw a centre line that extends 2 mm on paper beyond both ends."""
+        relative_extension = 2.0 / (self.scale * math.dist(start, end))
+        extension = (relative_extension * (end[0] - start[0]), relative_extension * (end[1] - start[1]))
         self.line(
             (start[0] - extension[0], start[1] - extension[1]), (end[0] + extension[0], end[1] + extension[1]), "AXES"
         )
 
     def hatch(self, outlines: Sequence[Sequence[Point]]) -> None:
-        """Hatch an area, leaving out the texts on it.
+        """Hatch an area, but leave the texts on it free.
 
-        The area lies inside the first of the closed outlines [mm] and outside the others, which are its holes. The
-        lines of ezdxf's pattern are drawn as plain lines in the order of their coordinates. So every viewer shows the
-        same hatch, and equal drawings have equal bytes.
+        The area lies inside the first of the closed outlines [mm] and outside the other outlines, which are its holes.
+        The lines of ezdxf's pattern are drawn as plain lines in the order of their coordinates. So every viewer shows
+        the same hatch, and equal drawings have equal bytes.
         """
         hatch = self.space.add_hatch()
-        step = HATCH_STEP_MM / (self.scale * math.sqrt(2.0))  # step from one line to the next along x and along z
-        off_corners = (_OFF_CORNERS_MM / self.scale, 0.0)  # ezdxf itself would take a random offset
+        step = HATCH_STEP_MM / (self.scale * math.sqrt(2.0))  # offset of the next line along x and along z
+        off_corners = (_OFF_CORNERS_MM / self.scale, 0.0)  # replaces the random offset of ezdxf
         hatch.set_pattern_fill("CUT", definition=[[45.0, off_corners, (-step, step), []]])
         for outline in (*outlines, *self._text_frames(outlines)):
             hatch.paths.add_polyline_path(outline, is_closed=True)
@@ -207,10 +207,10 @@ class Canvas:
             self.line((x, z), (end_x, end_z), "HATCH")
 
     def _text_frames(self, outlines: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
-        """Return rectangles around texts, which a hatch leaves empty.
+        """Return a frame around each text that a hatch must not cover.
 
-        They belong to texts that lie inside the first outline and outside the others. The margin around a text is half
-        of its height.
+        These texts lie inside the first outline and outside the other outlines. The margin around a text is half of the
+        text height.
         """
         outer, *holes = outlines
         margin = 0.5 * self.text_height
@@ -223,20 +223,19 @@ class Canvas:
         return frames
 
     def dimensions(self) -> list[Dimension]:
-        """Return all dimensions of the drawing."""
+        """Return all dimensions of the drawing, in the order in which they were drawn."""
         return [cast(Dimension, entity) for entity in self.space.query("DIMENSION")]
 
     def texts(self) -> list[tuple[str, Box]]:
-        """Return every text of the drawing with its bounding box [mm].
+        """Return every text of the drawing and its bounding box [mm].
 
-        They are plain texts, texts in the block of the sheet, and texts of dimensions.
+        Plain texts, texts in the block of the sheet and texts of dimensions are included.
         """
         texts = []
         sheet_entities = [
             text for sheet in self.space.query("INSERT") for text in cast(Insert, sheet).virtual_entities()
         ]
-        # Entities in a block have the coordinates of the block; virtual entities are copies in the coordinates of the
-        # drawing.
+        # The entities of a block have block coordinates. Virtual entities are copies of them in drawing coordinates.
         for entity in (*self.space, *sheet_entities):
             if isinstance(entity, Text) and entity.plain_text():
                 extents = bbox.extents([entity])
@@ -248,26 +247,26 @@ class Canvas:
         return texts
 
     def polyline(self, points: Sequence[Point], layer: str = "PART") -> None:
-        """Draw straight lines from each point to the next one [mm]."""
+        """Draw a straight line from each point [mm] to the next one."""
         for start, end in itertools.pairwise(points):
             self.line(start, end, layer)
 
     def arc(self, centre: Point, radius: float, start: float, end: float, layer: str = "PART") -> None:
-        """Draw an arc counter-clockwise from the angle `start` to the angle `end` [deg]."""
+        """Draw an arc, counter-clockwise from the angle `start` to the angle `end` [deg]."""
         self.space.add_arc(centre, radius, start, end, dxfattribs={"layer": layer})
 
     def write_text(
-        self, text: str, at: Point, height: float, layer: str = "DIMENSIONS", *, from_the_left: bool = False
+        self, text: str, at: Point, height: float, layer: str = "DIMENSIONS", *, left_aligned: bool = False
     ) -> None:
-        """Write a line of text with letters of this height [mm of the part].
+        """Write a line of text whose capital letters have this height [mm on the part].
 
-        `at` [mm] is the centre of the text, or the middle of its left end if `from_the_left`.
+        `at` [mm] is the centre of the text, or the middle of its left end if `left_aligned` is true.
         """
         entity = self.space.add_text(_encode_signs(text), height=height, dxfattribs={"layer": layer, "style": _FONT})
-        align = TextEntityAlignment.MIDDLE_LEFT if from_the_left else TextEntityAlignment.MIDDLE_CENTER
+        align = TextEntityAlignment.MIDDLE_LEFT if left_aligned else TextEntityAlignment.MIDDLE_CENTER
         entity.set_placement(at, align=align)
 
-    def length(
+    def linear_dimension(
         self,
         axis: Literal["x", "z"],
         start: Point,
@@ -280,7 +279,8 @@ class Canvas:
         `level` [mm] is the position of the dimension line: its z for the axis x, or its x for the axis z.
         """
         index = 0 if axis == "x" else 1
-        start, end = sorted((start, end), key=lambda point: point[index])  # ezdxf reverses the arrows of other orders
+        # If the points are not in ascending order, ezdxf reverses the arrows.
+        start, end = sorted((start, end), key=lambda point: point[index])
         distance = end[index] - start[index]
         dimension = self.space.add_linear_dim(
             base=(text.at[0], level) if axis == "x" else (level, text.at[1]),
@@ -306,10 +306,11 @@ class Canvas:
         text: DimensionText,
         half_width: float,
     ) -> None:
-        """Extend a dimension line to the far end of its text, if the text is not between the ends of the line.
+        """Extend a dimension line to the far end of its text, unless the text is between the ends of the line.
 
-        `ends` are the two ends and `level` the position of the dimension line [mm], as in `length`. `half_width` [mm]
-        is half the width of the text. A level text beside an upright line is underlined, and the line bends to it.
+        `ends` are the coordinates of the two ends along the axis [mm], and `level` [mm] is as in `linear_dimension`.
+        `half_width` [mm] is half the width of the text. To a horizontal text beside a vertical line, the line continues
+        to the height of the text, bends, and underlines the text.
         """
         low, high = ends
         middle = text.at[0] if axis == "x" else text.at[1]
@@ -337,10 +338,10 @@ class Canvas:
     ) -> None:
         """Draw the dimension of a radius or a diameter, with a leader to its text.
 
-        `size` [mm] is the radius or the diameter, and `centre` [mm] the centre of its circle. The arrow of a radius
-        meets the arc at `angle` [deg]. The arrow of a diameter meets the circle on the side of its text.
+        `size` [mm] is the radius or the diameter, and `centre` [mm] is the centre of the circle. The arrow of a radius
+        meets the arc at `angle` [deg]. The arrow of a diameter meets the circle on the side of the text.
         """
-        gap = 2.0 * self.text_height  # room for the arrow of the leader, chosen by eye
+        gap = 2.0 * self.text_height  # space for the arrow of the leader, chosen by eye
         x, z = text.beside
         leader_end = (x + (gap if text.side == "right" else -gap), z)
         attributes: dict[str, Any] = {
@@ -352,20 +353,24 @@ class Canvas:
         if kind == "radius":
             dimension = self.space.add_radius_dim(centre, radius=size, angle=angle, **attributes)
             dimension.set_location(leader_end, leader=True)
-        else:  # ezdxf places the arrow of a diameter itself
+        else:  # ezdxf chooses where the arrow of a diameter meets the circle
             dimension = self.space.add_diameter_dim(centre, radius=0.5 * size, location=leader_end, **attributes)
         dimension.render()
 
     def dxf(self) -> str:
-        """Return the drawing as the text of a DXF R2010 file; equal drawings give equal texts."""
-        for kind in sorted(self.document.entitydb.dxf_types_in_use()):
-            self.document.classes.add_class(kind)  # otherwise ezdxf adds them in the order of a set, which varies
+        """Return the drawing as the text of a DXF R2010 file. Equal drawings have equal texts."""
+        # Otherwise ezdxf adds the classes in the order of a set, which varies from run to run.
+        for entity_type in sorted(self.document.entitydb.dxf_types_in_use()):
+            self.document.classes.add_class(entity_type)
         text = io.StringIO()
         self.document.write(text)
         return text.getvalue()
 
     def write_svg(self, path: Path, window: Box) -> None:
-        """Write a window of the drawing [mm] to an SVG file that prints at the scale of the drawing; raises OSError."""
+        """Write a window of the drawing [mm] to an SVG file that prints at the scale of the drawing.
+
+        Raises OSError if the file cannot be written.
+        """
         backend = SVGBackend()
         self._draw_on(backend)
         page = layout.Page(*self._size_on_paper(window))
@@ -374,25 +379,28 @@ class Canvas:
         path.write_text(backend.get_string(page, settings=settings, render_box=paper), encoding="utf-8")
 
     def write_pdf(self, path: Path, window: Box) -> None:
-        """Write a window of the drawing [mm] to a PDF file that prints at the scale of the drawing; raises OSError."""
+        """Write a window of the drawing [mm] to a PDF file that prints at the scale of the drawing.
+
+        Raises OSError if the file cannot be written.
+        """
         page = PdfPage((window.left, window.bottom), self.scale)
         self._draw_on(page)
         path.write_bytes(page.file(*self._size_on_paper(window)))
 
     def _draw_on(self, recorder: Recorder) -> None:
-        """Draw the document, black on white, on a recorder of ezdxf, such as an SVG backend or a PDF page."""
+        """Draw the document in black on white on an ezdxf recorder, such as an SVG backend or a PDF page."""
         config = Configuration(background_policy=BackgroundPolicy.WHITE, color_policy=ColorPolicy.BLACK)
         Frontend(RenderContext(self.document), recorder, config=config).draw_layout(self.document.modelspace())
 
     def _size_on_paper(self, window: Box) -> tuple[float, float]:
-        """Return the width and the height of a window of the drawing on paper [mm]."""
+        """Return the width and the height that a window of the drawing has on paper [mm]."""
         return self.scale * (window.right - window.left), self.scale * (window.top - window.bottom)
 
 
 class _Radius(RadiusDimension):
-    """A radius whose arrow points from its text to the arc.
+    """A radius dimension whose arrow always points from its text to the arc.
 
-    ezdxf reverses the arrow of every text outside the circle, even if the text is on the side of the centre.
+    If a text is outside the circle, ezdxf reverses the arrow, even if the text is on the side of the centre.
     """
 
     def is_location_outside(self, location: Vec2) -> bool:
@@ -401,18 +409,18 @@ class _Radius(RadiusDimension):
 
 
 class _Renderer(DimensionRenderer):
-    """ezdxf's renderer of dimensions, with the arrows of `_Radius` for radii."""
+    """ezdxf's renderer of dimensions, with `_Radius` for radius dimensions."""
 
     def radius(self, dimension: Dimension, ucs: UCS | None = None, override: DimStyleOverride | None = None) -> _Radius:
-        """Return the renderer of one radius dimension."""
+        """Return the renderer of a radius dimension."""
         return _Radius(dimension, ucs, override)
 
 
 def _new_document(text_height: float) -> Drawing:
     """Return an empty document with the layers and the dimension style of the drawings.
 
-    `text_height` [mm of the part] is the height of dimension texts. The variables of the style, such as `dimtxt`, are
-    defined in group DIMSTYLE of AutoCAD's DXF reference.
+    `text_height` [mm on the part] is the height of dimension texts. The variables of the style, such as `dimtxt`, are
+    defined in the section on DIMSTYLE of AutoCAD's DXF reference.
     """
     document = new("R2010", setup=["linetypes"])
     document.units = units.MM
@@ -426,7 +434,7 @@ def _new_document(text_height: float) -> Drawing:
         style.dxf.set(name, heights * text_height)
     for name in ("dimclrd", "dimclre", "dimclrt"):  # colours of dimension lines, extension lines and texts
         style.dxf.set(name, _BY_LAYER)
-    # No trailing zeros; the text stands above the line, is rotated with it, and moves out if it does not fit.
+    # No trailing zeros. The text is above the line and rotated with it, and is moved outside if it does not fit.
     for name, number in {"dimdec": DECIMALS, "dimzin": 8, "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtix": 0}.items():
         style.dxf.set(name, number)
     style.dxf.set("dimdsep", ord("."))
@@ -440,7 +448,7 @@ def _is_inside(point: Point, outline: Sequence[Point]) -> bool:
 
 
 def _box_of(text: MText) -> Box:
-    """Return the bounding box of the text of a dimension [mm], which is either level or upright."""
+    """Return the bounding box [mm] of the text of a dimension, which is either horizontal or vertical."""
     half_length = 0.5 * text_width(str(text.plain_text()), text.dxf.char_height)
     half_letter = 0.5 * text.dxf.char_height
     is_upright = abs(text.get_rotation()) > _UPRIGHT_DEG
@@ -450,7 +458,7 @@ def _box_of(text: MText) -> Box:
 
 
 def _encode_signs(text: str) -> str:
-    """Return a text with the diameter and plus-minus signs replaced by their DXF codes."""
+    """Return a text with its diameter and plus-minus signs replaced by DXF control codes."""
     for sign, code in _CODES.items():
         text = text.replace(sign, code)
     return text

@@ -1,10 +1,11 @@
-"""The drawing of a housing, which is also its measuring sheet [mm].
+"""The drawing of a housing [mm], which also serves as its measuring sheet.
 
 It shows the section, the view from the left and, for a plate with pads, the view from behind. Every dimension is given
-once. Dimensions that determine K or the contact are in a table with empty cells for measured values.
+once. The dimensions that determine the stiffness K or the contact are also listed in a table, which has empty cells for
+the measured values.
 
-Distances between lines and texts are multiples of the text height; those without a reason were chosen by eye on printed
-sheets.
+Distances between lines and texts are multiples of the text height. Where no reason is given, they were chosen by eye on
+printed sheets.
 """
 
 import math
@@ -14,8 +15,8 @@ from dataclasses import dataclass
 import cadquery as cq
 
 from cad.drawing.canvas import MEASURED, SMALL_MM, Box, CalloutText, Canvas, DimensionText, Point, text_width
-from cad.drawing.lengths import Length, draw_lengths
-from cad.drawing.measuring_table import HEADS, STEP_MM, MeasuredDimension, measuring_table
+from cad.drawing.lengths import LinearDimension, draw_dimensions
+from cad.drawing.measuring_table import HEADINGS, STEP_MM, MeasuredDimension, measuring_table
 from cad.drawing.projection import draw_view, view_of
 from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Table, Title, lay_out_sheet
@@ -27,20 +28,20 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.design.readout import PROBE
 
-_BESIDE_BEHIND_MM = 20.0  # space for dimensions to the left of the view from behind, on paper
-_ASIDE = 0.6  # distance from a short dimension line to the text beside it, in text heights
-_TITLE = 1.4  # letter height of the name of a view, in text heights
-_NAME = 0.8  # letter height of the name of a spring, in text heights
-_ROOM_BEHIND_MM = 14.0  # space for a row of dimensions above the view from behind, on paper
+_SPACE_LEFT_MM = 20.0  # space for dimensions to the left of the view from behind, on paper
+_SPACE_ABOVE_MM = 14.0  # space for a row of dimensions above the view from behind, on paper
+_BESIDE_LINE = 0.6  # distance from a short dimension line to the text beside it, in text heights
+_VIEW_NAME = 1.4  # letter height of the name of a view, in text heights
+_SPRING_NAME = 0.8  # letter height of the name of a spring, in text heights
 _NAME_BELOW_MM = 9.0  # distance from the view from behind to its name, on paper
-_SPOT_MM = 0.8  # radius of the circle that marks a Hall sensor, on paper
+_SENSOR_MARK_MM = 0.8  # radius of the circle that marks a Hall sensor, on paper
 
 Measured = Mapping[str, MeasuredDimension]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _SheetContents:
-    """The contents of the sheet: the sensor, sections of housing and pins, visible edges, and the measuring table."""
+    """The contents of the sheet: sensor, sections of housing and pins, edges of both views, and measuring table."""
 
     sensor: SensorSolids
     cut: cq.Shape
@@ -55,20 +56,23 @@ class _SheetContents:
 
 
 def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
-    """Return the drawing sheet of a housing: the section y = 0 seen along +y, and to its right the view from the left.
+    """Return the drawing sheet of a housing; `title` holds the contents of its title block.
 
-    A plate with pads is also shown from behind, below these views. `title` holds the contents of the title block.
+    The sheet shows the section y = 0 seen along +y, and to its right the view from the left. A plate with pads is also
+    shown from behind, below these views.
     """
     housing = sensor.housing
-    pin = housing.pin
-    pins = [] if pin is None else [pin_solid(pin, sensor.tips).moved(place) for place in pin_places(housing).values()]
-    printed = sensor.part.shape
+    pins = []
+    if housing.pin is not None:
+        pin_shape = pin_solid(housing.pin, sensor.tips)
+        pins = [pin_shape.moved(place) for place in pin_places(housing).values()]
+    printed_part = sensor.part.shape
     contents = _SheetContents(
         sensor=sensor,
-        cut=section(printed),
+        cut=section(printed_part),
         pin_cuts=[section(pin) for pin in pins],
-        from_left=view_of(cq.Compound.makeCompound([printed, *pins]), "left"),
-        from_behind=view_of(printed, "behind") if housing.back_to_back else (),
+        from_left=view_of(cq.Compound.makeCompound([printed_part, *pins]), "left"),
+        from_behind=view_of(printed_part, "behind") if housing.back_to_back else (),
         measured=measuring_table(sensor, title.process),
     )
     return lay_out_sheet(lambda canvas: _draw_views(canvas, contents), _notes(contents, title.process), title)
@@ -77,8 +81,8 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
 def _draw_views(canvas: Canvas, contents: _SheetContents) -> tuple[Table, list[Box]]:
     """Draw all views, and return the measuring table of the sheet and the bounding box of each view [mm].
 
-    The section is drawn first, because its box determines the places of the other views. A view consists of the
-    entities added to the canvas after the view before it.
+    The section is drawn first, because its box determines the positions of the other views. The box of each further
+    view is the box of the entities that were added to the canvas for it.
     """
     housing = contents.housing
     measured = contents.measured
@@ -93,39 +97,39 @@ def _draw_views(canvas: Canvas, contents: _SheetContents) -> tuple[Table, list[B
         _draw_from_behind(canvas, contents, housing.back_to_back, section_box)
         boxes.append(canvas.extents(after=drawn_count))
     rows = [row for dimension in measured.values() for row in dimension.rows]
-    to_fill = ("plate 1", "plate 2") if housing.back_to_back else ("measured",)
-    return Table(heads=HEADS, to_fill=to_fill, rows=rows), boxes
+    blank_headings = ("plate 1", "plate 2") if housing.back_to_back else ("measured",)
+    return Table(headings=HEADINGS, blank_headings=blank_headings, rows=rows), boxes
 
 
 def _draw_section(canvas: Canvas, contents: _SheetContents) -> None:
-    """Draw the section with its dimensions, in the coordinates x, z of the housing."""
+    """Draw the section and its dimensions, in the coordinates x and z of the housing."""
     housing = contents.housing
     measured = contents.measured
     draw_section(canvas, contents.cut)
     for pin in contents.pin_cuts:
         draw_section(canvas, pin, "NOTES")
-    lengths = [
-        *_frame_lengths(housing, measured),
-        *_spring_lengths(housing, measured),
-        *_tip_lengths(housing, measured),
+    dimensions = [
+        *_frame_dimensions(housing, measured),
+        *_spring_dimensions(housing, measured),
+        *_tip_dimensions(housing, measured),
     ]
-    draw_lengths(canvas, lengths, Box(housing.left, -housing.beyond_face, housing.right, housing.top_level))
+    draw_dimensions(canvas, dimensions, Box(housing.left, -housing.beyond_face, housing.right, housing.top_level))
     for arm in housing.arms:
         _draw_thickness_and_name(canvas, arm, measured[f"{arm.name} thickness"])
         _draw_stop(canvas, housing, arm, measured[f"{arm.name} stop"])
     _draw_callouts(canvas, housing, measured["fillet"])
     if contents.sensor.seats is not None:
         _draw_magnet_pockets(canvas, housing, contents.sensor.seats)
+    # The name of the section is written above all dimensions.
     level = canvas.extents().top + 1.6 * canvas.text_height
-    # The name of the section is above all dimensions.
-    canvas.write_text("A-A", (0.5 * (housing.left + housing.right), level), _TITLE * canvas.text_height)
+    canvas.write_text("A-A", (0.5 * (housing.left + housing.right), level), _VIEW_NAME * canvas.text_height)
     _mark_holes(canvas, housing, lambda x, z: (x, z))
 
 
 def _mark_holes(canvas: Canvas, housing: Housing, to_view: Callable[[float, float], Point]) -> None:
-    """Draw the centre lines of the holes for screws and dowels.
+    """Draw the centre lines of the screw holes and dowel holes.
 
-    `to_view` maps the coordinates x, z of the housing to the point in a view [mm].
+    `to_view` maps the coordinates x and z of the housing to a point in the view [mm].
     """
     for hole in housing.holes:
         canvas.centre_mark(to_view(*hole), 0.5 * housing.hole_diameter)
@@ -134,10 +138,11 @@ def _mark_holes(canvas: Canvas, housing: Housing, to_view: Callable[[float, floa
             canvas.centre_mark(to_view(*hole), 0.5 * housing.back_to_back.dowel_hole)
 
 
-def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the dimensions of the frame, each with the side of the section on which it is drawn.
+def _frame_dimensions(housing: Housing, measured: Measured) -> list[LinearDimension]:
+    """Return the dimensions of the frame, to be drawn around the section.
 
-    They are the outer sizes, the walls, the positions of screw holes, and the height of the tips below the frame.
+    They are the outer sizes, the wall thicknesses, the positions of the screw holes, and the distance by which the tips
+    protrude from the frame.
     """
     low, high = housing.arms
     bottom_left = (housing.left, housing.protrusion)
@@ -146,75 +151,76 @@ def _frame_lengths(housing: Housing, measured: Measured) -> list[Length]:
     lower_hole, upper_hole = low.holes
     tip_corner = (low.centre - 0.5 * housing.touching_side, -housing.beyond_face)
     return [
-        Length("top", top_left, top_right),
-        Length("top", upper_hole, high.holes[1]),
-        Length("top", top_left, upper_hole),
-        Length("bottom", bottom_left, (low.wall, housing.protrusion)),
-        Length("right", (high.wall, housing.cavity_level), top_right),
-        Length("left", bottom_left, top_left),
-        Length("left", lower_hole, upper_hole),
-        Length("left", bottom_left, lower_hole),
-        Length("left", tip_corner, bottom_left, measured["height"].label()),
+        LinearDimension("top", top_left, top_right),
+        LinearDimension("top", upper_hole, high.holes[1]),
+        LinearDimension("top", top_left, upper_hole),
+        LinearDimension("bottom", bottom_left, (low.wall, housing.protrusion)),
+        LinearDimension("right", (high.wall, housing.cavity_level), top_right),
+        LinearDimension("left", bottom_left, top_left),
+        LinearDimension("left", lower_hole, upper_hole),
+        LinearDimension("left", bottom_left, lower_hole),
+        LinearDimension("left", tip_corner, bottom_left, measured["height"].label()),
     ]
 
 
-def _spring_lengths(housing: Housing, measured: Measured) -> list[Length]:
+def _spring_dimensions(housing: Housing, measured: Measured) -> list[LinearDimension]:
     """Return the dimensions of the springs: the levels of the leaves, and the leaf length of each spring."""
     high = housing.arms[1]
     lower_root = (high.wall, high.levels[0])
     upper_root = (high.wall, high.levels[1])
-    lengths = [
-        Length("right", (high.centre, 0.0), lower_root),
-        Length("right", lower_root, upper_root),
+    dimensions = [
+        LinearDimension("right", (high.centre, 0.0), lower_root),
+        LinearDimension("right", lower_root, upper_root),
     ]
     for arm in housing.arms:
         left, right = arm.roots
         underside = arm.levels[0] - 0.5 * arm.flexure.thickness
-        lengths.append(Length("bottom", (left, underside), (right, underside), measured[f"{arm.name} length"].label()))
-    return lengths
+        label = measured[f"{arm.name} length"].label()
+        dimensions.append(LinearDimension("bottom", (left, underside), (right, underside), label))
+    return dimensions
 
 
 def _has_neck(housing: Housing) -> bool:
-    """Return whether the tips are narrower than the shuttles, or shallower than the plate, so that there is a neck."""
+    """Return whether there is a neck, because the tips are narrower than the shuttles or shallower than the plate."""
     return max(housing.shuttle_width, housing.depth) - housing.tip_side > NEAR_MM
 
 
-def _tip_lengths(housing: Housing, measured: Measured) -> list[Length]:
-    """Return the dimensions of the tips: their distance, and the widths and levels of tips, necks and pins.
+def _tip_dimensions(housing: Housing, measured: Measured) -> list[LinearDimension]:
+    """Return the dimensions of the tips: their spacing, the width of a shuttle, and the levels of tips, necks and pins.
 
-    With pins, the printed tip is the foot from which the pin protrudes. A tip as wide as its shuttle has no neck, and
-    the dimensions of the neck are then left out.
+    If there are pins, a printed tip is the foot from which a pin protrudes. If there are no necks, the dimensions of
+    the necks are omitted.
     """
     low, high = housing.arms
     half_width = 0.5 * housing.shuttle_width
     neck_level = housing.neck_level
-    high_tip = (high.centre, 0.0)
+    high_face = (high.centre, 0.0)
     pin_protrusion = housing.beyond_face
-    lengths = [
-        Length("bottom", (low.centre, -pin_protrusion), (high.centre, -pin_protrusion), measured["spacing"].label()),
-        Length(
-            "bottom", (low.centre - half_width, neck_level), (low.centre + half_width, neck_level), f"2x {MEASURED}"
-        ),
+    low_end, high_end = (low.centre, -pin_protrusion), (high.centre, -pin_protrusion)
+    shuttle_left, shuttle_right = (low.centre - half_width, neck_level), (low.centre + half_width, neck_level)
+    dimensions = [
+        LinearDimension("bottom", low_end, high_end, measured["spacing"].label()),
+        LinearDimension("bottom", shuttle_left, shuttle_right, f"2x {MEASURED}"),  # both shuttles are equally wide
     ]
     if housing.pin:
         pin_corner = (low.centre - 0.5 * housing.pin.side, -pin_protrusion)
         foot_corner = (low.centre - 0.5 * housing.tip_side, 0.0)
-        lengths.append(Length("left", pin_corner, foot_corner))
+        dimensions.append(LinearDimension("left", pin_corner, foot_corner))
     if not _has_neck(housing):
-        return lengths
-    lengths.append(Length("right", high_tip, (high.centre + half_width, neck_level)))
+        return dimensions
+    dimensions.append(LinearDimension("right", high_face, (high.centre + half_width, neck_level)))
     if housing.tip_height < neck_level - NEAR_MM:
         shoulder = (high.centre + 0.5 * housing.tip_side, housing.tip_height)
-        lengths.append(Length("right", high_tip, shoulder))
-    return lengths
+        dimensions.append(LinearDimension("right", high_face, shoulder))
+    return dimensions
 
 
 def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimension) -> None:
-    """Draw the thickness of the leaves and the name of the spring, both in the window between its leaves.
+    """Draw the leaf thickness and the name of a spring, both in the window between its two leaves.
 
-    The dimension is at the upper leaf near its left root, with its text below. If the window is too narrow for the
-    name, such as "LOW SPRING (L)", the short form "LOW (L)" is written. `measured` is the entry of the measuring table
-    for the thickness.
+    `measured` is the entry of the measuring table for the thickness. The dimension is at the upper leaf near its left
+    root, with its text below. If the window is too narrow for a name such as "LOW SPRING (L)", the short form "LOW (L)"
+    is written.
     """
     height = canvas.text_height
     left, right = arm.roots
@@ -222,41 +228,41 @@ def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimensi
     lower_leaf, upper_leaf = arm.levels
     underside = upper_leaf - 0.5 * thickness
     label = measured.label()
-    x = left + max(_ASIDE * height, 0.1 * (right - left))
-    text_position = (x + _ASIDE * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
-    canvas.length("z", (x, underside), (x, underside + thickness), x, DimensionText(text_position, label))
+    x = left + max(_BESIDE_LINE * height, 0.1 * (right - left))
+    text_position = (x + _BESIDE_LINE * height + 0.5 * canvas.label_width(label, thickness), underside - 2.0 * height)
+    canvas.linear_dimension("z", (x, underside), (x, underside + thickness), x, DimensionText(text_position, label))
 
     window_centre = (0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf) + 0.3 * height)
     name = arm.name.upper()
-    initial = name[0]
-    full_name = f"{name} SPRING ({initial})"
-    if text_width(full_name, _NAME * height) >= right - left - height:
-        full_name = f"{name} ({initial})"
-    canvas.write_text(full_name, window_centre, _NAME * height)
+    spring_letter = name[0]
+    full_name = f"{name} SPRING ({spring_letter})"
+    if text_width(full_name, _SPRING_NAME * height) >= right - left - height:
+        full_name = f"{name} ({spring_letter})"
+    canvas.write_text(full_name, window_centre, _SPRING_NAME * height)
 
 
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:
     """Draw the gap above a shuttle, which is the distance to its stop.
 
-    The text is above the frame, beside the dimension line, on the side of the spring. `measured` is the entry of the
-    measuring table for the gap.
+    The text is above the frame, on the side of the dimension line on which the spring is. `measured` is the entry of
+    the measuring table for the gap.
     """
     height = canvas.text_height
     x = arm.centre
     shuttle_top = arm.top_level
     frame_underside = housing.cavity_level
     label = measured.label()
-    offset = _ASIDE * height + 0.5 * canvas.label_width(label, frame_underside - shuttle_top)
+    offset = _BESIDE_LINE * height + 0.5 * canvas.label_width(label, frame_underside - shuttle_top)
     text_position = (x + arm.sign * offset, housing.top_level + 1.7 * height)
-    canvas.length("z", (x, shuttle_top), (x, frame_underside), x, DimensionText(text_position, label))
+    canvas.linear_dimension("z", (x, shuttle_top), (x, frame_underside), x, DimensionText(text_position, label))
 
 
 def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) -> None:
-    """Draw two callouts that apply to several places: the radius of the fillets and the diameter of the screw holes.
+    """Draw the radius of the fillets and the diameter of the screw holes, each once for all places.
 
-    The radius is drawn at the fillet between the wall of the low spring and the upper side of its lower leaf. The
-    diameter is drawn at the upper hole beside the low spring. `fillet` is the entry of the measuring table for the
-    fillets; screw holes have only the general tolerance, and no entry.
+    The radius is drawn at the fillet between the wall of the low spring and the top of its lower leaf. The diameter is
+    drawn at the upper hole beside the low spring. `fillet` is the entry of the measuring table for the fillets. Screw
+    holes have no entry, because only the general tolerance applies to them.
     """
     height = canvas.text_height
     low, _ = housing.arms
@@ -264,7 +270,7 @@ def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) 
     label = fillet.label(f"{len(fillet_corners(housing))}x {MEASURED}")
     leaf_top = low.levels[0] + 0.5 * low.flexure.thickness
     centre = (low.wall + radius, leaf_top + radius)
-    # The multiples of the text height keep the texts clear of leaves and dimension lines; they were chosen by eye.
+    # These multiples of the text height keep the texts away from leaves and dimension lines. They were chosen by eye.
     text = CalloutText((low.wall, leaf_top + 1.4 * height), "right", label)
     canvas.callout("radius", centre, radius, text, angle=225.0)  # the arc faces the corner, left and below
     text = CalloutText((housing.left, housing.top_level + 2.4 * height), "left", f"{len(housing.holes)}x {MEASURED}")
@@ -272,7 +278,7 @@ def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) 
 
 
 def _draw_magnet_pockets(canvas: Canvas, housing: Housing, seats: HallSeats) -> None:
-    """Draw the outlines of the magnet pockets as notes, because they lie in front of the plane of the section."""
+    """Draw the outlines of the magnet pockets on the layer NOTES, because they lie in front of the cutting plane."""
     for arm in housing.arms:
         for depth_below_top in seats.discs:
             canvas.circle((arm.centre, housing.top_level - depth_below_top), 0.5 * seats.pocket_diameter, "NOTES")
@@ -281,8 +287,8 @@ def _draw_magnet_pockets(canvas: Canvas, housing: Housing, seats: HallSeats) -> 
 def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
     """Draw both ends of the cutting line of section A-A on the view from the left, and the name of this view.
 
-    The line is at x = `middle`, and `view` is the bounding box of the view [mm]. The arrows show the direction in which
-    the section is seen: along +y, which is to the left in this view.
+    The cutting line is at x = `middle`, and `view` is the bounding box of the view [mm]. The arrows show the viewing
+    direction of the section: along +y, which points to the left in this view.
     """
     height = canvas.text_height
     for edge, inward in ((view.top, -1.0), (view.bottom, 1.0)):
@@ -290,16 +296,17 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
         canvas.line((middle, start), (middle, start - 2.0 * inward * height))
         tip_x, tip_z = middle - 1.6 * height, start - inward * height
         canvas.line((middle, tip_z), (tip_x, tip_z), "DIMENSIONS")
-        for slope in (0.3, -0.3):  # the two strokes of the arrow head
-            canvas.line((tip_x, tip_z), (tip_x + 0.8 * height, tip_z + slope * height), "DIMENSIONS")
+        for arrow_slope in (0.3, -0.3):  # the two strokes of the arrowhead
+            canvas.line((tip_x, tip_z), (tip_x + 0.8 * height, tip_z + arrow_slope * height), "DIMENSIONS")
         canvas.write_text("A", (middle + height, tip_z), 1.2 * height)
     canvas.write_text("FROM THE LEFT", (middle, view.top + 5.0 * height), height)
 
 
 def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: Box) -> None:
-    """Draw the view from the left, to the right of the section: pad and back are to the left, the front to the right.
+    """Draw the view from the left, to the right of the section.
 
-    The plane y = 0 of the housing is the vertical line x = `middle_x` of the drawing. Levels z are as in the section.
+    In this view, the pad and the back of the housing are on the left, and its front is on the right. The plane y = 0 of
+    the housing is the line x = `middle_x` of the drawing. Heights z are as in the section.
     """
     housing = contents.housing
     measured = contents.measured
@@ -310,132 +317,134 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
     middle_x = back + 0.5 * housing.depth
     top = housing.top_level
     draw_view(canvas, contents.from_left, (middle_x, 0.0))
-    lengths = [
-        Length("top", (back, top), (front, top), measured["depth"].label()),
+    dimensions = [
+        LinearDimension("top", (back, top), (front, top), measured["depth"].label()),
         *_widths_from_the_left(housing, measured["tip"], middle_x),
     ]
     if housing.back_to_back:
-        lengths.append(Length("top", (pad_left, top), (back, top), measured["pad"].label()))
+        dimensions.append(LinearDimension("top", (pad_left, top), (back, top), measured["pad"].label()))
     if contents.sensor.seats is not None:
-        lengths += _draw_hall_parts(canvas, housing, contents.sensor.seats, front)
-    draw_lengths(canvas, lengths, Box(pad_left, -housing.beyond_face, front, top))
+        dimensions += _draw_hall_parts(canvas, housing, contents.sensor.seats, front)
+    draw_dimensions(canvas, dimensions, Box(pad_left, -housing.beyond_face, front, top))
     if housing.dome:
         radius = housing.dome.radius
         half_tip = 0.5 * housing.tip_side
         text = CalloutText(
             (middle_x + half_tip, -1.2 * canvas.text_height), "right", measured["tip"].label(f"2x S{MEASURED}")
         )
-        # The arrow meets the dome half way between its apex, at 270 degrees, and the edge of the tip.
+        # The arrow meets the dome half way between its apex, which is at 270 degrees, and the edge of the tip.
         angle = 270.0 + math.degrees(0.5 * half_tip / radius)
         canvas.callout("radius", (middle_x, radius), radius, text, angle=angle)
     _draw_cutting_line(canvas, middle_x, canvas.extents(after=drawn_count))
 
 
-def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle: float) -> list[Length]:
-    """Return the dimensions of the widths of pins and tips across the plate in the view from the left.
+def _widths_from_the_left(housing: Housing, measured: MeasuredDimension, middle: float) -> list[LinearDimension]:
+    """Return the dimensions of the widths of pins and tips in the view from the left.
 
-    The middle plane of the plate is at x = `middle` [mm]. `measured` is the entry of the measuring table for the part
-    that touches the fruit. Its letter is on the width of the pins, or else on that of flat tips. Domes have the letter
-    on their radius instead.
+    The mid-plane of the plate is at x = `middle` [mm]. `measured` is the entry of the measuring table for the part that
+    touches the fruit. Its letter is written at the width of the pins, or at the width of flat tips if there are no
+    pins. For domes, it is written at their radius instead.
     """
-    lengths = []
+    dimensions = []
     if housing.pin:
         half_pin = 0.5 * housing.pin.side
         pin_protrusion = housing.pin.outside
         label = measured.label(f"2x {'Ø' if housing.pin.is_round else '□'}{MEASURED}")
-        lengths.append(
-            Length("bottom", (middle - half_pin, -pin_protrusion), (middle + half_pin, -pin_protrusion), label)
+        dimensions.append(
+            LinearDimension("bottom", (middle - half_pin, -pin_protrusion), (middle + half_pin, -pin_protrusion), label)
         )
     if _has_neck(housing):
         half_tip = 0.5 * housing.tip_side
         label = MEASURED if housing.pin or housing.dome else measured.label(f"2x □{MEASURED}")
-        lengths.append(Length("bottom", (middle - half_tip, 0.0), (middle + half_tip, 0.0), label))
-    return lengths
+        dimensions.append(LinearDimension("bottom", (middle - half_tip, 0.0), (middle + half_tip, 0.0), label))
+    return dimensions
 
 
-def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: float) -> list[Length]:
-    """Draw magnet pockets and Hall sensor in the view from the left, and return the dimensions of their positions.
+def _draw_hall_parts(canvas: Canvas, housing: Housing, seats: HallSeats, front: float) -> list[LinearDimension]:
+    """Draw the magnet pockets and the Hall sensor in the view from the left, and return their position dimensions.
 
-    The pockets are open to the front, at x = `front` [mm], and the sensor is in front of them.
+    The pockets open at the front of the plate, at x = `front` [mm]. The sensor is in front of them.
     """
     top_corner = (front, housing.top_level)
-    lengths = []
+    dimensions = []
     for depth_below_top in seats.discs:
         level = housing.top_level - depth_below_top
         half_width = 0.5 * seats.pocket_diameter
         canvas.rectangle(Box(front - seats.pocket_depth, level - half_width, front, level + half_width), "NOTES")
-        lengths.append(Length("right", (front, level), top_corner))
+        dimensions.append(LinearDimension("right", (front, level), top_corner))
     sensor_centre = (front + seats.face_out, housing.top_level - seats.sensor)
-    canvas.circle(sensor_centre, _SPOT_MM / canvas.scale, "NOTES")
+    canvas.circle(sensor_centre, _SENSOR_MARK_MM / canvas.scale, "NOTES")
     return [
-        *lengths,
-        Length("right", sensor_centre, top_corner),
-        Length("bottom", (front, housing.protrusion), sensor_centre),
+        *dimensions,
+        LinearDimension("right", sensor_centre, top_corner),
+        LinearDimension("bottom", (front, housing.protrusion), sensor_centre),
     ]
 
 
 def _draw_from_behind(canvas: Canvas, contents: _SheetContents, back_to_back: BackToBack, section_box: Box) -> None:
-    """Draw the back of a plate of a square below the other views, with its pads and its dowel holes.
+    """Draw the back of one of two back-to-back plates below the other views, with its pads and its dowel holes.
 
     `section_box` is the bounding box of the section [mm]. Seen from behind, +x of the housing points to the left.
     """
     housing = contents.housing
     height = canvas.text_height
-    # The origin of the housing in the drawing: the view is left-aligned with the section, with room for its dimensions.
+    # `origin` is the position of the origin of the housing in the drawing. The view begins at the left edge of the
+    # section, plus the space for its own dimensions.
     origin = (
-        section_box.left + _BESIDE_BEHIND_MM / canvas.scale + housing.right,
-        section_box.bottom - BETWEEN_MM / canvas.scale - housing.top_level - _ROOM_BEHIND_MM / canvas.scale,
+        section_box.left + _SPACE_LEFT_MM / canvas.scale + housing.right,
+        section_box.bottom - BETWEEN_MM / canvas.scale - housing.top_level - _SPACE_ABOVE_MM / canvas.scale,
     )
 
     def to_view(x: float, z: float) -> Point:
-        """Return the place in the drawing of a point x, z of the housing [mm]."""
+        """Return the point of the drawing at which the point (x, z) of the housing is drawn [mm]."""
         return origin[0] - x, origin[1] + z
 
     draw_view(canvas, contents.from_behind, origin)
     top_left = to_view(housing.right, housing.top_level)
     bottom_left = to_view(housing.right, housing.protrusion)
     bottom_right = to_view(housing.left, housing.protrusion)
-    # In this view the dowel with the smallest x of the housing is on the right.
+    # Seen from behind, the dowel with the smallest x is on the right.
     right_dowel, left_dowel = (to_view(*dowel) for dowel in sorted(housing.dowels))
-    lengths = [
-        Length("top", top_left, left_dowel),
-        Length("top", left_dowel, right_dowel),
-        Length("left", bottom_left, left_dowel),
+    dimensions = [
+        LinearDimension("top", top_left, left_dowel),
+        LinearDimension("top", left_dowel, right_dowel),
+        LinearDimension("left", bottom_left, left_dowel),
     ]
-    lengths += _pad_lengths(housing, to_view)
+    dimensions += _pad_dimensions(housing, to_view)
     _, bar_underside = to_view(0.0, housing.cavity_level + SETBACK_MM)
     canvas.write_text("PAD", (origin[0], 0.5 * (bar_underside + top_left[1])), height)
-    draw_lengths(canvas, lengths, Box(top_left[0], bottom_left[1], bottom_right[0], top_left[1]))
+    draw_dimensions(canvas, dimensions, Box(top_left[0], bottom_left[1], bottom_right[0], top_left[1]))
     _mark_holes(canvas, housing, to_view)
     window_level = origin[1] + 0.5 * (housing.cavity_level + housing.protrusion)
     text = CalloutText((right_dowel[0], window_level), "left", f"2x {MEASURED}")
     canvas.callout("diameter", right_dowel, back_to_back.dowel_hole, text)
     level = bottom_left[1] - _NAME_BELOW_MM / canvas.scale
-    canvas.write_text("FROM BEHIND", (origin[0], level), _TITLE * height)
+    canvas.write_text("FROM BEHIND", (origin[0], level), _VIEW_NAME * height)
 
 
-def _pad_lengths(housing: Housing, to_view: Callable[[float, float], Point]) -> list[Length]:
+def _pad_dimensions(housing: Housing, to_view: Callable[[float, float], Point]) -> list[LinearDimension]:
     """Return the dimensions of a pad: the width of its posts, the height of its bar, and the level of its foot.
 
-    A pad is an upside-down U on the back of the frame: a post on each wall and a bar along the top. Its edges are set
-    back from the cavity, in which the arms move. `to_view` maps the coordinates x, z of the housing to the view [mm].
+    A pad is an upside-down U on the back of the frame, with a post on each wall and a bar along the top. Its edges are
+    set back from the cavity in which the arms move. `to_view` maps the coordinates x and z of the housing to a point in
+    the view [mm].
     """
     foot_level = max(housing.cover_level, housing.protrusion)
     post_edge = housing.right - housing.wall_width + SETBACK_MM
     pad_foot = to_view(housing.right, foot_level)
-    lengths = [
-        Length("bottom", pad_foot, to_view(post_edge, foot_level), f"2x {MEASURED}"),
-        Length(
+    dimensions = [
+        LinearDimension("bottom", pad_foot, to_view(post_edge, foot_level), f"2x {MEASURED}"),
+        LinearDimension(
             "left", to_view(post_edge, housing.cavity_level + SETBACK_MM), to_view(housing.right, housing.top_level)
         ),
     ]
     if foot_level - housing.protrusion > NEAR_MM:
-        lengths.append(Length("left", to_view(housing.right, housing.protrusion), pad_foot))
-    return lengths
+        dimensions.append(LinearDimension("left", to_view(housing.right, housing.protrusion), pad_foot))
+    return dimensions
 
 
 def _notes(contents: _SheetContents, process: Process) -> list[str]:
-    """Return the notes of the sheet, one text per line, from the top."""
+    """Return the notes of the sheet, one string per line, from top to bottom."""
     housing = contents.housing
     measured = contents.measured
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""

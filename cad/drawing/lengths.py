@@ -1,4 +1,4 @@
-"""Dimensions in rows around a view: short ones inside, long ones outside, with no text on another text or a line."""
+"""Linear dimensions in rows around a view, placed so that no text covers a line or another text."""
 
 import itertools
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ _STEP_MM = 7.0  # distance between rows of dimensions, on paper
 
 
 class Interval(NamedTuple):
-    """An interval of the coordinate along one side of a view [mm]."""
+    """An interval of the coordinate along a side of a view [mm]."""
 
     low: float
     high: float
@@ -24,13 +24,13 @@ class Interval(NamedTuple):
         return self.low < x < self.high
 
     def overlaps(self, interval: "Interval", gap: float = 0.0) -> bool:
-        """Return whether two intervals overlap or are separated by less than `gap` [mm]."""
+        """Return whether two intervals overlap, or are less than `gap` [mm] apart."""
         return self.low < interval.high + gap and interval.low < self.high + gap
 
 
 @dataclass(frozen=True)
-class Length:
-    """A dimension of the length between two points of a view [mm], and the side of the view on which it is drawn."""
+class LinearDimension:
+    """A dimension between two points of a view [mm], to be drawn on one side of the view."""
 
     side: Side
     start: Point
@@ -39,81 +39,83 @@ class Length:
 
     @property
     def span(self) -> Interval:
-        """Return the interval between the ends of the length, in the coordinate along the side [mm]."""
+        """Return the interval between the two points, in the coordinate along the side [mm]."""
         axis = 0 if self.side in ("top", "bottom") else 1
         return Interval(*sorted((self.start[axis], self.end[axis])))
 
 
 @dataclass(frozen=True)
-class _PlacedLength:
-    """A dimension in a row, with the interval of its text along the side [mm]; row 0 is next to the view."""
+class _PlacedDimension:
+    """A dimension, the number of its row (0 is next to the view), and the interval of its text along the side [mm]."""
 
-    length: Length
+    dimension: LinearDimension
     row: int
     text: Interval
 
     @property
     def extent(self) -> Interval:
-        """Return the interval that the dimension line and the text occupy along the side [mm]."""
-        span = self.length.span
+        """Return the interval that the dimension line and its text occupy along the side [mm]."""
+        span = self.dimension.span
         return Interval(min(span.low, self.text.low), max(span.high, self.text.high))
 
-    def collides(self, placed: "_PlacedLength", gap: float) -> bool:
+    def collides(self, placed: "_PlacedDimension", gap: float) -> bool:
         """Return whether two dimensions collide.
 
-        In one row, their lines or their texts may overlap; texts must be at least `gap` [mm] apart. In two rows, an
-        extension line of the outer dimension may cross the text of the inner one, or pass it within the gap.
+        Dimensions in the same row collide if their lines overlap, or if their texts are less than `gap` [mm] apart.
+        Dimensions in different rows collide if an extension line of the outer dimension comes within `gap` of the text
+        of the inner one.
         """
         if self.row == placed.row:
             return self.extent.overlaps(placed.extent) or self.text.overlaps(placed.text, gap)
         inner, outer = (self, placed) if self.row < placed.row else (placed, self)
         text = Interval(inner.text.low - gap, inner.text.high + gap)
-        return any(text.contains(end) for end in outer.length.span)
+        return any(text.contains(end) for end in outer.dimension.span)
 
 
-def draw_lengths(canvas: Canvas, lengths: Sequence[Length], view: Box) -> None:
-    """Draw the dimensions around a view, from short to long, each in the row nearest to the view that is free.
+def draw_dimensions(canvas: Canvas, dimensions: Sequence[LinearDimension], view: Box) -> None:
+    """Draw dimensions around a view, whose bounding box is `view` [mm].
 
-    `view` is the bounding box of the view [mm].
+    On each side, the dimensions are placed from the shortest to the longest. Each gets the row nearest to the view in
+    which it does not collide with the dimensions already placed. So short dimensions are inside and long ones outside.
     """
     for side in SIDES:
-        side_lengths = [length for length in lengths if length.side == side]
-        # Lengths that differ only by round-off are sorted by their position.
-        side_lengths.sort(key=lambda length: (round(length.span.high - length.span.low, 6), length.span))
-        placed_lengths: list[_PlacedLength] = []
-        for number, length in enumerate(side_lengths):
-            later_ends = [end for later in side_lengths[number + 1 :] for end in later.span]
-            placed_lengths.append(_place_length(canvas, length, placed_lengths, later_ends))
-            _draw_length(canvas, placed_lengths[-1], view)
+        side_dimensions = [dimension for dimension in dimensions if dimension.side == side]
+        # Dimensions whose lengths differ only by round-off are sorted by their positions.
+        side_dimensions.sort(key=lambda dimension: (round(dimension.span.high - dimension.span.low, 6), dimension.span))
+        placed_dimensions: list[_PlacedDimension] = []
+        for number, dimension in enumerate(side_dimensions):
+            later_ends = [end for later in side_dimensions[number + 1 :] for end in later.span]
+            placed_dimensions.append(_place_dimension(canvas, dimension, placed_dimensions, later_ends))
+            _draw_dimension(canvas, placed_dimensions[-1], view)
 
 
-def _place_length(
-    canvas: Canvas, length: Length, placed: Sequence[_PlacedLength], later_ends: Sequence[float]
-) -> _PlacedLength:
-    """Return a dimension in the nearest row in which it collides with none of the dimensions already `placed`.
+def _place_dimension(
+    canvas: Canvas, dimension: LinearDimension, placed: Sequence[_PlacedDimension], later_ends: Sequence[float]
+) -> _PlacedDimension:
+    """Place a dimension in the nearest row in which it collides with none of the dimensions already `placed`.
 
-    `later_ends` [mm] are the ends of longer lengths, which get rows farther outside. Their extension lines cross this
-    row, so positions of the text are tried in ascending order of the number of these lines that cross it.
+    `later_ends` [mm] are the ends of longer dimensions, which are placed later, in outer rows. Their extension lines
+    may cross the text. So the text positions that are crossed by the fewest of these lines are tried first.
     """
-    texts = _text_positions(canvas, length)
+    texts = _text_positions(canvas, dimension)
     texts.sort(key=lambda text: sum(text.contains(end) for end in later_ends))
     outermost = 1 + max((each.row for each in placed), default=-1)  # the first empty row
     for row, text in itertools.product(range(outermost + 1), texts):
-        candidate = _PlacedLength(length, row, text)
+        candidate = _PlacedDimension(dimension, row, text)
         if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):  # a gap chosen by eye
             return candidate
-    # Its extension line crosses the text of an inner row, as it would from any other row.
-    return _PlacedLength(length, outermost, texts[0])
+    # In every row, an extension line crosses the text of an inner row, or comes too close to it. Accept that.
+    return _PlacedDimension(dimension, outermost, texts[0])
 
 
-def _text_positions(canvas: Canvas, length: Length) -> list[Interval]:
-    """Return the possible intervals of the text of a length along its side [mm].
+def _text_positions(canvas: Canvas, dimension: LinearDimension) -> list[Interval]:
+    """Return the possible intervals of the text of a dimension along its side [mm], the preferred one first.
 
-    The text is in the middle if it fits there, or otherwise beyond an end; the preferred position comes first. The
-    distances of 2 and 1.2 text heights leave room for arrows, and were chosen by eye.
+    The preferred position is the middle of the dimension line, if the text fits there. The other positions are beyond
+    its ends. The distances of 2 and 1.2 text heights leave room for arrows, and were chosen by eye.
     """
-    low, high = length.span
-    width = canvas.label_width(length.label, high - low)
+    low, high = dimension.span
+    width = canvas.label_width(dimension.label, high - low)
     offset = 2.0 * canvas.text_height
     positions = [
         Interval(high + offset, high + offset + width),
@@ -125,22 +127,22 @@ def _text_positions(canvas: Canvas, length: Length) -> list[Interval]:
     return positions
 
 
-def _draw_length(canvas: Canvas, placed: _PlacedLength, view: Box) -> None:
-    """Draw a dimension in its row beside the view, whose bounding box is `view` [mm]."""
-    length = placed.length
+def _draw_dimension(canvas: Canvas, placed: _PlacedDimension, view: Box) -> None:
+    """Draw a dimension in its row beside a view, whose bounding box is `view` [mm]."""
+    dimension = placed.dimension
     distance = (_FIRST_MM + placed.row * _STEP_MM) / canvas.scale
-    levels = {
+    line_positions = {
         "top": view.top + distance,
         "bottom": view.bottom - distance,
         "left": view.left - distance,
         "right": view.right + distance,
     }
-    level = levels[length.side]
+    level = line_positions[dimension.side]
     middle = 0.5 * (placed.text.low + placed.text.high)
     text_offset = LINE_TO_TEXT * canvas.text_height
-    if length.side in ("top", "bottom"):
-        text = DimensionText((middle, level + text_offset), length.label)
-        canvas.length("x", length.start, length.end, level, text)
+    if dimension.side in ("top", "bottom"):
+        text = DimensionText((middle, level + text_offset), dimension.label)
+        canvas.linear_dimension("x", dimension.start, dimension.end, level, text)
     else:
-        text = DimensionText((level - text_offset, middle), length.label, rotation=90.0)
-        canvas.length("z", length.start, length.end, level, text)
+        text = DimensionText((level - text_offset, middle), dimension.label, rotation=90.0)
+        canvas.linear_dimension("z", dimension.start, dimension.end, level, text)

@@ -1,9 +1,12 @@
-"""The table of the dimensions that determine K or the contact: nominal value, tolerance, and effect of an error.
+"""The measuring table: the dimensions that determine K or the contact, their tolerances, and the effects of errors.
 
-K is the stiffness of a spring. The tolerance of a leaf is the accuracy of a thin wall in the process, and that of most
-others is the general tolerance. The effects are closed forms. Each guided leaf has the stiffness E w t^3 / L^3, and the
-force is proportional to the travel. The contact stiffness of a flat face is proportional to its width, and that of a
-sphere to the square root of its radius. See K. L. Johnson, Contact Mechanics, 1985, 3.35 and 4.23.
+K is the stiffness of a spring. The tolerance of a leaf is the accuracy of a thin wall in the print process. Most other
+dimensions have the general tolerance. The effect of an error follows from closed forms:
+
+- Each guided leaf of width w, thickness t and length L has the stiffness E w t^3 / L^3.
+- The force is proportional to the travel.
+- The contact stiffness of a flat face is proportional to its width; the contact stiffness of a sphere is proportional
+  to the square root of its radius. See K. L. Johnson, Contact Mechanics, 1985, equations 3.35 and 4.23.
 """
 
 import math
@@ -17,20 +20,21 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.theory.leaf_spring import Flexure, pair_stiffness
 
-GENERAL_MM = 0.2  # general tolerance of a plastic print: the accuracy of a part in guides of print services
-PIN_FIT = "h8"  # 0 to -14 um up to 3 mm, -18 um up to 6 mm, ISO 286-2: contact is proportional to the width, to 1.4 %
-STEP_MM = 0.1  # error of a dimension whose effect the table shows
-HEADS = ("", "measure", "mm", "within", f"+{STEP_MM:g} moves")
+GENERAL_MM = 0.2  # general tolerance of a plastic print: the accuracy of parts in the guides of print services
+PIN_FIT = "h8"  # 0 to -14 um up to 3 mm, 0 to -18 um up to 6 mm (ISO 286-2); changes the contact by at most 1.4 %
+STEP_MM = 0.1  # dimensional error for which the table shows the effect
+HEADINGS = ("", "measure", "mm", "within", f"+{STEP_MM:g} moves")
 _LETTERS = "abcdefghjkmnpqrstuvwxyz"  # without i, l and o, which look like digits
-_LENGTHS_MM = {6.0: 0.1, 30.0: 0.2, 120.0: 0.3, 400.0: 0.5, 1000.0: 0.8}  # ISO 2768-1 m, table 1, by largest length
-_RADII_MM = {3.0: 0.2, 6.0: 0.5, math.inf: 1.0}  # ISO 2768-1 m, table 2
+# The tolerances of ISO 2768-1 m, each by the largest length or radius for which it is valid.
+_LENGTHS_MM = {6.0: 0.1, 30.0: 0.2, 120.0: 0.3, 400.0: 0.5, 1000.0: 0.8}  # table 1
+_RADII_MM = {3.0: 0.2, 6.0: 0.5, math.inf: 1.0}  # table 2
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredDimension:
-    """A dimension to be measured [mm]: its letter on the drawing, and its places, each with a row in the table.
+    """A dimension to be measured [mm], which has one row in the table for each of its places.
 
-    `moves` describes, as text, the effect of an error of +0.1 mm.
+    `letter` identifies the dimension on the drawing. `moves` describes the effect of an error of +0.1 mm.
     """
 
     places: tuple[str, ...]
@@ -40,12 +44,12 @@ class MeasuredDimension:
     letter: str = ""
 
     def label(self, text: str = MEASURED) -> str:
-        """Return the text of the dimension on the drawing: its letter, and `text` with a placeholder for the length."""
+        """Return the text of the dimension on the drawing; `text` contains the placeholder for the measured length."""
         return f"{self.letter}{IN_TABLE} {text}"
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Return the rows of the table as texts, with one text for each of HEADS."""
+        """Return the rows of the table, each with one string for each of HEADINGS."""
         letters = [self.letter]
         if len(self.places) > 1:
             letters = [f"{self.letter}{number}" for number in range(1, len(self.places) + 1)]
@@ -54,7 +58,7 @@ class MeasuredDimension:
 
 
 def general_mm(process: Process, length: float, *, is_radius: bool = False) -> float:
-    """Return the general tolerance of a length [+/- mm]; below 0.5 mm it is the wall accuracy of the process."""
+    """Return the general tolerance of a length [+/- mm]; below 0.5 mm, it is the wall accuracy of the process."""
     if length < SMALL_MM:
         return process.accuracy_mm
     if not process.is_metal:
@@ -64,7 +68,7 @@ def general_mm(process: Process, length: float, *, is_radius: bool = False) -> f
 
 
 def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
-    """Return the dimensions to be measured on a housing by name, in the order of the table, each with its letter."""
+    """Return the dimensions to be measured on a housing, by their names, in the order of the table."""
     housing = sensor.housing
     dimensions = {
         **_leaf_dimensions(housing, process),
@@ -87,7 +91,6 @@ def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, Meas
 
 
 def _plus_minus(tolerance: float) -> str:
-    """Return a symmetric tolerance [mm] as text."""
     return f"±{tolerance:g}"
 
 
@@ -99,29 +102,26 @@ def _single_dimension(place: str, nominal: float, process: Process, moves: str =
 
 
 def _change_text(name: str, ratio: float) -> str:
-    """Return the change of a quantity in per cent, as text; `ratio` is the new value divided by the old one [1]."""
+    """Return the change of a quantity in per cent as text; `ratio` is the new value divided by the old value [1]."""
     return f"{name} {100.0 * (ratio - 1.0):+.2g} %"
 
 
 def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
-    """Return the stiffness of a pair of leaves after a change of its dimensions, divided by the one before [1].
-
-    `thickness` and `length` are the changes [mm].
-    """
+    """Return the factor [1] by which changes of thickness and length [mm] change the stiffness of a pair of leaves."""
     t, L, w = flexure.thickness, flexure.length, flexure.depth
     return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
 
 
 def _leaf_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
-    """Return the dimensions of the leaves: thickness and length by spring, and the depth of the plate.
+    """Return the dimensions of the leaves: the thickness and length for each spring, and the depth of the plate.
 
-    The thickness is measured at both leaves of a spring, because each contributes half of its stiffness.
+    The thickness is measured on both leaves of a spring, because each leaf contributes half of the stiffness.
     """
     dimensions = {}
     tolerance = _plus_minus(process.accuracy_mm)
     for arm in housing.arms:
         flexure = arm.flexure
-        gain = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))  # the other leaf is unchanged
+        gain = 0.5 * (1.0 + stiffness_gain(flexure, thickness=STEP_MM))  # the thickness of only one leaf changes
         dimensions[f"{arm.name} thickness"] = MeasuredDimension(
             places=tuple(f"thickness, {arm.name}: {leaf} leaf" for leaf in ("upper", "lower")),
             nominal=flexure.thickness,
@@ -143,7 +143,7 @@ def _leaf_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDi
 
 
 def _stop_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDimension]:
-    """Return the gaps above the shuttles, by spring."""
+    """Return the gap above the shuttle of each spring."""
     return {
         f"{arm.name} stop": _single_dimension(f"gap, {arm.name} stop", housing.cavity_level - arm.top_level, process)
         for arm in housing.arms
@@ -151,12 +151,13 @@ def _stop_dimensions(housing: Housing, process: Process) -> dict[str, MeasuredDi
 
 
 def _tip_dimensions(sensor: SensorSolids, process: Process) -> dict[str, MeasuredDimension]:
-    """Return the spacing, the heights and the width of the tips; for domes the radius instead of the width."""
+    """Return the spacing, the heights and the width of the tips; domes have a radius instead of a width."""
     housing = sensor.housing
-    # A height error adds to the travel. Very soft springs take all of the travel, and the force is proportional to the
-    # travel. Very stiff springs take none, and the force of a dome follows Hertz's law. The larger exponent is used.
-    power = 1.5 if housing.dome else 1.0
-    force_change = _change_text("force", (1.0 + STEP_MM / sensor.press.travel_mm) ** power)
+    # A height error adds to the travel. Very soft springs deflect by the whole travel, and the force is proportional to
+    # it. With very stiff springs, the fruit is indented by the whole travel, and the force of a dome is proportional to
+    # travel^1.5 (Hertz). The larger exponent is used.
+    exponent = 1.5 if housing.dome else 1.0
+    force_change = _change_text("force", (1.0 + STEP_MM / sensor.press.travel_mm) ** exponent)
     height = housing.protrusion + housing.beyond_face
     accuracy = GROUND_MM if housing.pin else process.accuracy_mm
     return {
@@ -175,7 +176,7 @@ def _tip_dimensions(sensor: SensorSolids, process: Process) -> dict[str, Measure
 
 
 def _contact_dimension(sensor: SensorSolids, process: Process) -> MeasuredDimension:
-    """Return the dimension of a tip that determines the contact: radius of a dome, size of a pin, width of a face."""
+    """Return the dimension of a tip that determines the contact: a dome radius, a pin size, or a face width."""
     housing = sensor.housing
     names = [arm.name for arm in housing.arms]
     if housing.dome:

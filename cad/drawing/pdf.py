@@ -1,6 +1,7 @@
-"""A drawing as a PDF file of one page at true size, with lines, curves and filled areas.
+"""A one-page PDF file of a drawing at true size, with lines, curves and filled areas.
 
-Adobe, PDF Reference 1.7, 2006: operators of a page in appendix A, structure of a file in section 3.4.
+The format is described in Adobe, PDF Reference 1.7, 2006: page operators in appendix A, and file structure in
+section 3.4.
 """
 
 import zlib
@@ -16,13 +17,13 @@ POINTS = 72.0 / 25.4  # points per millimetre
 
 
 class PdfPage(Recorder):
-    """A black-and-white page, which collects the PDF operators for everything that ezdxf draws on it [mm]."""
+    """A black-and-white page. It collects the PDF operators of everything that ezdxf draws on it [mm]."""
 
     def __init__(self, corner: tuple[float, float], scale: float) -> None:
         """Create an empty page.
 
         `corner` [mm] is the point of the drawing at the lower left corner of the page. `scale` [1] is the ratio of a
-        length on paper to the same length in the drawing.
+        length on paper to the length in the drawing.
         """
         super().__init__()
         self._corner = Vec2(corner)
@@ -30,10 +31,10 @@ class PdfPage(Recorder):
         self._operators = ["1 J 1 j"]  # round line caps and joins
 
     def file(self, width: float, height: float) -> bytes:
-        """Return the PDF file of the page, given the width and height of the paper [mm].
+        """Return the bytes of a PDF file with this page, given the width and height of the paper [mm].
 
-        A file consists of a header, numbered objects, a table of their byte offsets, and a trailer with the offset of
-        the table. Object 1 is the catalog, 2 the list of pages, 3 the page, 4 its content.
+        A PDF file consists of a header, numbered objects, a table of their byte offsets, and a trailer with the offset
+        of this table. Object 1 is the catalog, object 2 the list of pages, object 3 the page, and object 4 its content.
         """
         content = zlib.compress("\n".join(self._operators).encode("ascii"), 9)
         media_box = f"/MediaBox [0 0 {width * POINTS:.2f} {height * POINTS:.2f}]".encode("ascii")
@@ -55,15 +56,15 @@ class PdfPage(Recorder):
         return file + table_header + table + trailer
 
     def draw_point(self, pos: Vec2, properties: BackendProperties) -> None:
-        """Draw a point as a line of zero length, which the round line caps make visible."""
+        """Draw a point as a line of zero length, which is visible because line caps are round."""
         self.draw_line(pos, pos, properties)
 
     def draw_line(self, start: Vec2, end: Vec2, properties: BackendProperties) -> None:
-        """Draw a straight line between two points of the drawing."""
+        """Draw a straight line between two points of the drawing [mm]."""
         self._stroke(f"{self._coordinates(start)} m {self._coordinates(end)} l", properties)
 
     def draw_solid_lines(self, lines: Iterable[tuple[Vec2, Vec2]], properties: BackendProperties) -> None:
-        """Draw straight lines, each given by its ends."""
+        """Draw straight lines, each given by its two ends [mm]."""
         for start, end in lines:
             self.draw_line(start, end, properties)
 
@@ -72,31 +73,31 @@ class PdfPage(Recorder):
         self._stroke(self._path_operators(path), properties)
 
     def draw_filled_paths(self, paths: Iterable[BkPath2d], properties: BackendProperties) -> None:  # noqa: ARG002
-        """Fill the points that lie inside an odd number of outlines (even-odd rule), so that holes stay empty."""
+        """Fill the area inside outlines by the even-odd rule, so that holes stay empty."""
         outlines = [f"{self._path_operators(path)} h" for path in paths if len(path)]
         if outlines:
             self._operators.append(" ".join([*outlines, "f*"]))
 
     def draw_filled_polygon(self, points: BkPoints2d, properties: BackendProperties) -> None:  # noqa: ARG002
-        """Fill a polygon."""
+        """Fill the polygon with these corners [mm]."""
         first, *following = points.vertices()
         lines = " ".join(f"{self._coordinates(point)} l" for point in following)
         self._operators.append(f"{self._coordinates(first)} m {lines} h f")
 
     def _coordinates(self, *points: Vec2) -> str:
-        """Return the page coordinates of points of the drawing, as text."""
-        on_page = [self._unit * (Vec2(point) - self._corner) for point in points]
-        return " ".join(f"{point.x:.2f} {point.y:.2f}" for point in on_page)
+        """Return the page coordinates of points of the drawing as text."""
+        page_points = [self._unit * (Vec2(point) - self._corner) for point in points]
+        return " ".join(f"{point.x:.2f} {point.y:.2f}" for point in page_points)
 
     def _stroke(self, path: str, properties: BackendProperties) -> None:
-        """Draw the line along a path, given by its operators, with the line width of `properties`."""
+        """Draw a line along a path, which is given by its operators, with the line width in `properties`."""
         self._operators.append(f"{POINTS * properties.lineweight:.2f} w {path} S")
 
     def _path_operators(self, path: BkPath2d) -> str:
         """Return the operators that construct a path.
 
-        A quadratic curve is written as the equal cubic curve, because PDF has only cubic ones. Its control points are
-        two thirds of the way from each end to the quadratic control point.
+        PDF has only cubic Bezier curves, so a quadratic curve is written as the equivalent cubic curve. The cubic
+        control points are two thirds of the way from each end to the quadratic control point.
         """
         start = Vec2(path.start)
         operators = [f"{self._coordinates(start)} m"]

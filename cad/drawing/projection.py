@@ -1,6 +1,6 @@
-"""Views of a solid: its visible edges, seen from one side.
+"""Views of a solid: its visible edges, as seen from one side.
 
-The CAD kernel removes hidden lines. A view lies in the plane z = 0, with x to the right and y up.
+The CAD kernel removes the hidden lines. A view lies in the plane z = 0, with x to the right and y up.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from OCP.HLRBRep import HLRBRep_Algo, HLRBRep_HLRToShape
 from cad.drawing.canvas import Canvas, Point
 
 Side = Literal["left", "behind", "corner"]
-# Directions towards the eye and to the right of the view, for a sensor whose tips lie along x and whose front is at -y.
-_EYES: dict[Side, tuple[gp_Dir, gp_Dir]] = {
+# The directions towards the viewer and to the right of the view. The tips of a sensor lie along x; its front is at -y.
+_DIRECTIONS: dict[Side, tuple[gp_Dir, gp_Dir]] = {
     "left": (gp_Dir(-1.0, 0.0, 0.0), gp_Dir(0.0, -1.0, 0.0)),
     "behind": (gp_Dir(0.0, 1.0, 0.0), gp_Dir(-1.0, 0.0, 0.0)),
     # From the right, in front and above: 60 degrees from the front direction, 25 degrees above the horizontal.
     "corner": (gp_Dir(0.7849, -0.4532, 0.4226), gp_Dir(0.5, 0.8660, 0.0)),
 }
 _FULL_DEG = 360.0
-_STEPS = 24  # number of straight segments that replace a curved edge
-_SAME_MM = 1e-3  # an edge is straight if its length exceeds its chord by less than the square of this value
+_SEGMENTS = 24  # number of straight segments that replace a curved edge
+_STRAIGHT_MM = 1e-6  # an edge is straight if its length exceeds its chord by less than this
 
 
 def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
-    """Return the visible edges of a solid seen from a side [mm], in the plane z = 0."""
+    """Return the visible edges of a solid as seen from a side [mm], projected onto the plane z = 0."""
     hidden_line_removal = HLRBRep_Algo()
     hidden_line_removal.Add(shape.wrapped)
     hidden_line_removal.Projector(HLRAlgo_Projector(_frame(side)))
@@ -39,34 +39,34 @@ def view_of(shape: cq.Shape, side: Side) -> list[cq.Edge]:
     hidden_line_removal.Hide()
     projected = HLRBRep_HLRToShape(hidden_line_removal)
     edges: list[cq.Edge] = []
-    # Sharp edges, and the silhouettes of curved faces.
-    for compound in (projected.VCompound(), projected.OutLineVCompound()):
+    sharp_edges, silhouettes = projected.VCompound(), projected.OutLineVCompound()
+    for compound in (sharp_edges, silhouettes):
         if compound and not compound.IsNull():  # OCCT returns null instead of an empty compound
-            BRepLib.BuildCurves3d_s(compound)
+            BRepLib.BuildCurves3d_s(compound)  # the projected edges have only 2-D curves
             edges += cq.Shape(compound).Edges()
     return edges
 
 
 def _frame(side: Side) -> gp_Ax2:
-    """Return the coordinate system of a view: z points towards the eye, x to the right."""
-    to_eye, right = _EYES[side]
-    return gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), to_eye, right)
+    """Return the coordinate system of a view, whose z points towards the viewer and whose x points to the right."""
+    towards_viewer, right = _DIRECTIONS[side]
+    return gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), towards_viewer, right)
 
 
 def point_in_view(point: cq.Vector, side: Side) -> Point:
-    """Return the coordinates of a point in the view from a side [mm]."""
+    """Return the coordinates [mm] that a point of the solid has in the view from a side."""
     frame = _frame(side)
     x, y = (point.dot(cq.Vector(axis)) for axis in (frame.XDirection(), frame.YDirection()))
     return x, y
 
 
 def draw_view(canvas: Canvas, edges: Sequence[cq.Edge], origin: Point) -> None:
-    """Draw a view; `origin` [mm] is the point of the drawing at which the origin of the solid is placed."""
+    """Draw the edges of a view; the origin of the solid is placed at the point `origin` [mm] of the drawing."""
     draw_edges(canvas, [edge.translate(cq.Vector(*origin, 0.0)) for edge in edges])
 
 
 def draw_edges(canvas: Canvas, edges: Sequence[cq.Edge], layer: str = "PART") -> None:
-    """Draw edges in the plane z = 0; curves other than circles and arcs become straight segments."""
+    """Draw edges that lie in the plane z = 0. Curves other than circles and arcs are drawn as straight segments."""
     for edge in edges:
         points = edge_points(edge)
         if edge.geomType() != "CIRCLE":
@@ -76,21 +76,22 @@ def draw_edges(canvas: Canvas, edges: Sequence[cq.Edge], layer: str = "PART") ->
         if edge.IsClosed():
             canvas.circle((centre.x, centre.y), edge.radius(), layer)
             continue
-        first, middle, last = (_angle(centre, edge.positionAt(share)) for share in (0.0, 0.5, 1.0))
-        if (middle - first) % _FULL_DEG > (last - first) % _FULL_DEG:  # the edge runs clockwise
+        first, middle, last = (_angle(centre, edge.positionAt(fraction)) for fraction in (0.0, 0.5, 1.0))
+        # Canvas arcs run counter-clockwise. If the edge runs clockwise, its ends are exchanged.
+        if (middle - first) % _FULL_DEG > (last - first) % _FULL_DEG:
             first, last = last, first
         canvas.arc((centre.x, centre.y), edge.radius(), first, last, layer)
 
 
 def edge_points(edge: cq.Edge) -> list[Point]:
-    """Return points along an edge [mm]; for a straight edge only its ends."""
-    positions = [edge.positionAt(step / _STEPS) for step in range(_STEPS + 1)]
+    """Return points along an edge [mm]; for a straight edge, only its two ends are returned."""
+    positions = [edge.positionAt(step / _SEGMENTS) for step in range(_SEGMENTS + 1)]
     points = [(position.x, position.y) for position in positions]
     chord = math.dist(points[0], points[-1])
-    length = sum(math.dist(points[step], points[step + 1]) for step in range(_STEPS))
-    return [points[0], points[-1]] if length < chord + _SAME_MM**2 else points
+    length = sum(math.dist(points[step], points[step + 1]) for step in range(_SEGMENTS))
+    return [points[0], points[-1]] if length < chord + _STRAIGHT_MM else points
 
 
 def _angle(centre: cq.Vector, point: cq.Vector) -> float:
-    """Return the direction from a centre to a point, counter-clockwise from x in 0 to 360 [deg]."""
+    """Return the direction from a centre to a point [deg]: from 0 to 360, counter-clockwise from the x axis."""
     return math.degrees(math.atan2(point.y - centre.y, point.x - centre.x)) % _FULL_DEG

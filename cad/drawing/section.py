@@ -1,4 +1,4 @@
-"""The section of a solid at mid-depth: its edges and its hatched faces, with x to the right and z up."""
+"""The section of a solid at mid-depth, drawn with its edges and hatched faces; x is to the right, and z is up."""
 
 from __future__ import annotations
 
@@ -8,30 +8,31 @@ from OCP.TopAbs import TopAbs_Orientation
 from cad.drawing.canvas import Canvas, Point
 from cad.drawing.projection import draw_edges, edge_points
 
-_WIDTH = 4e3  # side of the cutting plane [mm], far larger than any part
+_PLANE_MM = 4e3  # width of the cutting plane, far larger than any part
 
 
 def section(shape: cq.Shape) -> cq.Shape:
-    """Return the section of a solid by the plane y = 0 [mm], rotated into the plane z = 0 for drawing."""
-    plane = cq.Face.makePlane(_WIDTH, _WIDTH, cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0))
+    """Return the section of a solid in the plane y = 0 [mm], rotated into the plane z = 0 for drawing."""
+    plane = cq.Face.makePlane(_PLANE_MM, _PLANE_MM, cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0))
     return plane.intersect(shape).rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), -90.0)
 
 
 def draw_section(canvas: Canvas, cut: cq.Shape, layer: str = "PART") -> None:
-    """Draw the edges of a section."""
+    """Draw the edges of a section, which `section` has computed."""
     draw_edges(canvas, cut.Edges(), layer)
 
 
 def hatch_section(canvas: Canvas, cut: cq.Shape) -> None:
-    """Hatch the faces of a section, leaving out the texts that are already drawn on them."""
+    """Hatch the faces of a section, but leave the texts that are already drawn on them free."""
     for face in cut.Faces():
         canvas.hatch([_outline(wire) for wire in (face.outerWire(), *face.innerWires())])
 
 
 def _outline(wire: cq.Wire) -> list[Point]:
-    """Return points along a closed wire [mm]; curves become straight segments."""
+    """Return points along a closed wire [mm], with straight segments in place of curves."""
     outline: list[Point] = []
-    for edge in wire:  # in the order of the wire; a reversed edge runs against its own direction
+    for edge in wire:
         points = edge_points(edge)
+        # The wire passes through a reversed edge from its end to its start.
         outline += reversed(points) if edge.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else points
     return outline

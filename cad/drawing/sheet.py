@@ -1,4 +1,4 @@
-"""The sheet of a drawing: size and standard scale at which the views fit, frame, title block, table and notes."""
+"""The sheet of a drawing: its size, a standard scale at which the views fit, and its frame, title block and notes."""
 
 import hashlib
 import itertools
@@ -17,21 +17,21 @@ SCALES = {"2:1": 2.0, "1:1": 1.0, "1:2": 0.5, "1:5": 0.2}  # ISO 5455
 BETWEEN_MM = 14.0  # distance between the dimensions of neighbouring views, on paper
 _NOTE_MM = 2.0  # text height of a note
 _NOTE_STEP_MM = 4.0  # distance between lines of notes
-_NOTE_MARGIN_MM = 4.0  # distance from the frame to the notes, and between their columns
-_ROOM_MM = 4.0  # smallest distance of a view from frame, table and notes
-_NEAR = 1e-6  # round-off of a comparison of two positions [mm]
+_NOTE_MARGIN_MM = 4.0  # distance from the frame to the notes, and between columns of notes
+_CLEARANCE_MM = 4.0  # smallest distance from a view to the frame, the table and the notes
+_NEAR_MM = 1e-6  # tolerance for round-off when two positions are compared
 
 
 class Size(NamedTuple):
-    """Width and height [mm]."""
+    """A width and a height [mm]."""
 
     width: float
     height: float
 
 
 SIZES = {"A4": Size(297.0, 210.0), "A3": Size(420.0, 297.0), "A2": Size(594.0, 420.0)}  # ISO 216, landscape
-_DIGEST_DECIMALS = 4  # decimals of lengths [mm] in the digest of a drawing, because round-off differs by processor
-# Sizes and scales in the order in which they are tried.
+_DIGEST_DECIMALS = 4  # decimals of lengths [mm] in the digest of a drawing; round-off depends on the processor
+# The combinations of size and scale, in the order in which they are tried.
 _CHOICES = (
     ("A4", "2:1"),
     ("A3", "2:1"),
@@ -40,15 +40,15 @@ _CHOICES = (
     ("A2", "1:1"),
     *itertools.product(("A4", "A3", "A2"), ("1:2", "1:5")),
 )
-_MARGIN = Box(20.0, 10.0, 10.0, 10.0)  # margins between frame and edges of the sheet, ISO 5457
+_MARGIN = Box(20.0, 10.0, 10.0, 10.0)  # margins between the frame and the edges of the sheet, ISO 5457
 _BLOCK = Size(124.0, 48.0)  # size of the title block
-_ROW_MM = 5.0  # height of a row in the table above the title block
+_ROW_MM = 5.0  # height of a row of the table above the title block
 _CELLS_MM = (7.0, 47.0, 12.0, 13.0, 23.0)  # widths of the printed cells of a row
-_MEASURED_MM = _BLOCK.width - sum(_CELLS_MM)  # width of the empty cells of a row, for measured values
+_MEASURED_MM = _BLOCK.width - sum(_CELLS_MM)  # total width of the empty cells of a row, for measured values
 _TABLE_LETTER_MM = 2.0  # text height in the table
 _TITLE_LETTER_MM = 3.0  # text height in the title block
-_HEAD_LETTER_MM = 1.4  # text height of the heads in the title block
-_UNDER_HEAD_MM = 3.8  # height of the middle of a text under a head above the foot of its cell
+_HEADING_LETTER_MM = 1.4  # text height of the headings in the title block
+_UNDER_HEADING_MM = 3.8  # height of a text under a heading: from the bottom of its cell to the middle of the text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,34 +61,34 @@ class Title:
 
     @property
     def general_tolerance(self) -> str:
-        """Return the tolerance of dimensions without one of their own, as text [mm]."""
+        """Return the general tolerance, which applies to dimensions without a tolerance of their own, as text [mm]."""
         return "ISO 2768-1 m" if self.process.is_metal else f"±{GENERAL_MM:g}"
 
     @property
     def decimals(self) -> int:
-        """Return the number of decimals of lengths, limited by the tolerance of a plastic print."""
+        """Return the number of decimals of lengths. One is enough for the tolerance of a plastic print."""
         return DECIMALS if self.process.is_metal else 1
 
 
 class Table(NamedTuple):
     """A table to be filled in by hand.
 
-    `heads` and `rows` are printed texts; `to_fill` are the heads of the empty columns to their right.
+    `headings` and `rows` are printed. `blank_headings` are the headings of the empty columns to their right.
     """
 
-    heads: Sequence[str]
-    to_fill: Sequence[str]
+    headings: Sequence[str]
+    blank_headings: Sequence[str]
     rows: Sequence[Sequence[str]]
 
     @property
     def height(self) -> float:
-        """Return the height on paper [mm]."""
+        """Return the height of the table on paper [mm], including the row of headings."""
         return _ROW_MM * (1 + len(self.rows))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """A drawing on its sheet: size, scale, and the window of the drawing that the sheet covers [mm of the part]."""
+    """A drawing on its sheet: size, scale, and the part of the drawing that the sheet covers [mm on the part]."""
 
     canvas: Canvas
     size: str
@@ -96,7 +96,10 @@ class Sheet:
     window: Box
 
     def write(self, path: Path) -> tuple[Path, ...]:
-        """Write the sheet as DXF, SVG and PDF files next to `path`, and return their paths; raises OSError."""
+        """Write the sheet as DXF, SVG and PDF files, and return their paths.
+
+        The suffix of `path` is replaced for each file. Raises OSError if a file cannot be written.
+        """
         dxf, svg, pdf = (path.with_suffix(suffix) for suffix in (".dxf", ".svg", ".pdf"))
         dxf.write_text(self.canvas.dxf(), encoding="utf-8", newline="")
         self.canvas.write_svg(svg, self.window)
@@ -107,25 +110,26 @@ class Sheet:
 def lay_out_sheet(
     draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
 ) -> Sheet:
-    """Return the first sheet of `_CHOICES` on which the views fit, with frame, table, title block and notes.
+    """Return the drawing on the first sheet on which its views fit, with frame, table, title block and notes.
 
-    `draw_views` draws the views on a canvas, and returns the table and the bounding box of each view [mm]. The table is
-    placed above the title block in the lower right corner, and the notes in the lower left one.
+    Sheets from A4 to A2 are tried at standard scales. `draw_views` draws the views on a canvas, and returns the table
+    and the bounding box of each view [mm]. The table is placed above the title block in the lower right corner, and the
+    notes are placed in the lower left corner.
     """
     layout = _first_layout_that_fits(draw_views, notes, title)
-    canvas = layout.drawn.canvas
+    canvas = layout.scaled_views.canvas
     paper = SIZES[layout.size]
     left, bottom = layout.corner
     window = Box(left, bottom, left + paper.width / canvas.scale, bottom + paper.height / canvas.scale)
     paper_canvas = canvas.paper(layout.corner)
     _draw_frame(paper_canvas, paper, notes)
-    _draw_table(paper_canvas, paper, layout.drawn.table)
+    _draw_table(paper_canvas, paper, layout.scaled_views.table)
     _draw_title(paper_canvas, paper, _title_rows(title, layout.size, layout.scale, _revision(canvas, title)))
     return Sheet(canvas=canvas, size=layout.size, scale=layout.scale, window=window)
 
 
 class _ScaledViews(NamedTuple):
-    """The views drawn at one scale: their canvas, the table of the sheet, and the bounding box of each view [mm]."""
+    """All views drawn at one scale: their canvas, the table of the sheet, and the bounding box of each view [mm]."""
 
     canvas: Canvas
     table: Table
@@ -133,23 +137,24 @@ class _ScaledViews(NamedTuple):
 
 
 class _Layout(NamedTuple):
-    """A sheet with views on it: the names of size and scale, the views, and the lower left corner of the sheet.
+    """A choice of sheet: its size, its scale, the views at this scale, and the lower left corner of the sheet.
 
-    The corner is in coordinates of the drawing [mm of the part], because the sheet is placed around the views.
+    The corner is in drawing coordinates [mm on the part], because the sheet is placed around the views.
     """
 
     size: str
     scale: str
-    drawn: _ScaledViews
+    scaled_views: _ScaledViews
     corner: Point
 
 
 def _first_layout_that_fits(
     draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
 ) -> _Layout:
-    """Return the first layout of `_CHOICES` in which nothing overlaps; the arguments are as in `lay_out_sheet`.
+    """Return the first of all layouts in which nothing overlaps; the arguments are the same as in `lay_out_sheet`.
 
-    If there is none, return the last choice, with its lower left corner at that of the views.
+    If there is none, the layout tried last is returned, with the lower left corner of the views at the corner of the
+    sheet.
     """
     by_scale: dict[str, _ScaledViews] = {}
     for size, scale in _CHOICES:
@@ -166,44 +171,34 @@ def _first_layout_that_fits(
 
 
 def _revision(canvas: Canvas, title: Title) -> str:
-    """Return the revision of a drawing: eight hexadecimal digits of a hash of its texts and lengths.
+    """Return the revision of a drawing: the first eight hexadecimal digits of a hash of its texts and lengths.
 
-    Equal drawings have equal revisions. A running number is impossible, because changes of a design are not counted.
+    Equal drawings have equal revisions. A consecutive number is impossible, because changes of a design are not
+    counted.
     """
     texts = [text for text, _ in canvas.texts()]
-    lengths = [round(float(length.get_measurement()), _DIGEST_DECIMALS) for length in canvas.dimensions()]
-    return hashlib.sha256(f"{replace(title, mass_g=None)}{texts}{lengths}".encode()).hexdigest()[:8]
+    measured_lengths = [round(float(length.get_measurement()), _DIGEST_DECIMALS) for length in canvas.dimensions()]
+    return hashlib.sha256(f"{replace(title, mass_g=None)}{texts}{measured_lengths}".encode()).hexdigest()[:8]
 
 
-def _sheet_corner(paper: Size, drawn: _ScaledViews, notes: Sequence[str]) -> Point | None:
-    """Return the lower left corner of a sheet in the drawing [mm], or None if the views overlap anything on the sheet.
+def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str]) -> Point | None:
+    """Return the lower left corner of a sheet in the drawing [mm], or None if the views do not fit on the sheet.
 
-    Three positions of the views on the sheet are tried. Boxes are in mm of paper from the lower left corner of the
-    sheet.
+    Three positions of the views on the sheet are tried. All boxes are in paper millimetres from the lower left corner
+    of the sheet.
     """
-    scale = drawn.canvas.scale
+    scale = scaled_views.canvas.scale
     frame = _frame_of(paper)
-    columns, lines = _note_columns(paper, notes)
-    note_width = columns * (_note_width(notes) + _NOTE_MARGIN_MM)
-    note_box = Box(frame.left, frame.bottom, frame.left + note_width, frame.bottom + _NOTE_STEP_MM * (lines + 1))
-    block_top = frame.bottom + _BLOCK.height + drawn.table.height
-    block = Box(frame.right - _BLOCK.width, frame.bottom, frame.right, block_top)
-    if _boxes_overlap(note_box, block):
+    note_box = _note_box(paper, notes)
+    block_top = frame.bottom + _BLOCK.height + scaled_views.table.height
+    table_box = Box(frame.right - _BLOCK.width, frame.bottom, frame.right, block_top)
+    if _boxes_overlap(note_box, table_box):
         return None
-    usable = Box(frame.left + _ROOM_MM, frame.bottom + _ROOM_MM, frame.right - _ROOM_MM, frame.top - _ROOM_MM)
-    views = Box(*(scale * side for side in _bounding_box(drawn.views)))
-    centre_x = 0.5 * (views.left + views.right)
-    centre_y = 0.5 * (views.bottom + views.top)
-    # Shifts of the views to the right and up; the corner of the sheet lies at the negative shift in the drawing.
-    shifts = (
-        # centred in the area above table and notes
-        (0.5 * (usable.left + usable.right) - centre_x, 0.5 * (max(block.top, note_box.top) + usable.top) - centre_y),
-        # centred in the area above the notes, left of the table
-        (0.5 * (usable.left + block.left) - centre_x, 0.5 * (note_box.top + usable.top) - centre_y),
-        # in the upper left corner
-        (usable.left - views.left, usable.top - views.top),
+    usable = Box(
+        frame.left + _CLEARANCE_MM, frame.bottom + _CLEARANCE_MM, frame.right - _CLEARANCE_MM, frame.top - _CLEARANCE_MM
     )
-    for shift_x, shift_y in shifts:
+    views = Box(*(scale * side for side in _bounding_box(scaled_views.views)))
+    for shift_x, shift_y in _shifts_to_try(views, usable, note_box, table_box):
         shifted_views = [
             Box(
                 scale * box.left + shift_x,
@@ -211,28 +206,61 @@ def _sheet_corner(paper: Size, drawn: _ScaledViews, notes: Sequence[str]) -> Poi
                 scale * box.right + shift_x,
                 scale * box.top + shift_y,
             )
-            for box in drawn.views
+            for box in scaled_views.views
         ]
         is_clear = not any(
-            _boxes_overlap(box, occupied, _ROOM_MM) for box in shifted_views for occupied in (note_box, block)
+            _boxes_overlap(box, occupied, _CLEARANCE_MM) for box in shifted_views for occupied in (note_box, table_box)
         )
         if is_clear and _is_within(_bounding_box(shifted_views), usable):
+            # A shift of the views moves the corner of the sheet the other way in the drawing.
             return -shift_x / scale, -shift_y / scale
     return None
 
 
+def _shifts_to_try(views: Box, usable: Box, note_box: Box, table_box: Box) -> tuple[Point, ...]:
+    """Return three shifts (right, up) of the views on a sheet [mm on paper], in the order in which they are tried.
+
+    `views` is the bounding box of all views before the shift. `usable` is the area inside the frame. `table_box` is the
+    box of the title block and the table above it.
+    """
+    centre_x = 0.5 * (views.left + views.right)
+    centre_y = 0.5 * (views.bottom + views.top)
+    return (
+        # centred in the area above the table and the notes
+        (
+            0.5 * (usable.left + usable.right) - centre_x,
+            0.5 * (max(table_box.top, note_box.top) + usable.top) - centre_y,
+        ),
+        # centred in the area above the notes and left of the table
+        (0.5 * (usable.left + table_box.left) - centre_x, 0.5 * (note_box.top + usable.top) - centre_y),
+        # in the upper left corner
+        (usable.left - views.left, usable.top - views.top),
+    )
+
+
+def _note_box(paper: Size, notes: Sequence[str]) -> Box:
+    """Return the box of the notes in the lower left corner of the frame [mm on paper]."""
+    frame = _frame_of(paper)
+    columns, lines = _note_columns(paper, notes)
+    note_width = columns * (_note_width(notes) + _NOTE_MARGIN_MM)
+    return Box(frame.left, frame.bottom, frame.left + note_width, frame.bottom + _NOTE_STEP_MM * (lines + 1))
+
+
 def _frame_of(paper: Size) -> Box:
-    """Return the frame of a sheet [mm of paper]."""
+    """Return the frame of a sheet [mm on paper]."""
     return Box(_MARGIN.left, _MARGIN.bottom, paper.width - _MARGIN.right, paper.height - _MARGIN.top)
 
 
 def _note_width(notes: Sequence[str]) -> float:
-    """Return the width of the longest note [mm of paper]."""
+    """Return the width of the longest note [mm on paper]."""
     return max(text_width(note, _NOTE_MM) for note in notes)
 
 
 def _note_columns(paper: Size, notes: Sequence[str]) -> tuple[int, int]:
-    """Return the number of columns of notes that fit beside the title block, at least one, and of lines per column."""
+    """Return the number of columns of notes beside the title block, and the number of lines per column.
+
+    There are as many columns as fit, but at least one.
+    """
     width = paper.width - _MARGIN.left - _MARGIN.right - _BLOCK.width
     columns = max(1, int(width // (_note_width(notes) + _NOTE_MARGIN_MM)))
     return columns, math.ceil(len(notes) / columns)
@@ -245,19 +273,19 @@ def _bounding_box(boxes: Sequence[Box]) -> Box:
 
 
 def _is_within(box: Box, outer: Box) -> bool:
-    """Return whether a box lies inside another one, `outer`, within round-off [mm]."""
-    is_within_width = box.left >= outer.left - _NEAR and box.right <= outer.right + _NEAR
-    return is_within_width and box.bottom >= outer.bottom - _NEAR and box.top <= outer.top + _NEAR
+    """Return whether a box lies inside the box `outer`; both may touch, within round-off [mm]."""
+    is_within_width = box.left >= outer.left - _NEAR_MM and box.right <= outer.right + _NEAR_MM
+    return is_within_width and box.bottom >= outer.bottom - _NEAR_MM and box.top <= outer.top + _NEAR_MM
 
 
 def _boxes_overlap(box: Box, other: Box, gap: float = 0.0) -> bool:
-    """Return whether two boxes overlap or are separated by less than `gap` [mm]."""
-    is_beside = box.left >= other.right + gap - _NEAR or other.left >= box.right + gap - _NEAR
-    return not is_beside and box.bottom < other.top + gap - _NEAR and other.bottom < box.top + gap - _NEAR
+    """Return whether two boxes overlap, or are less than `gap` [mm] apart."""
+    is_beside = box.left >= other.right + gap - _NEAR_MM or other.left >= box.right + gap - _NEAR_MM
+    return not is_beside and box.bottom < other.top + gap - _NEAR_MM and other.bottom < box.top + gap - _NEAR_MM
 
 
 def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
-    """Draw the edge of the sheet, its frame, and the notes in columns from the lower left corner of the frame."""
+    """Draw the edge of the sheet, its frame, and the notes, in columns from the lower left corner of the frame."""
     paper.rectangle(Box(0.0, 0.0, size.width, size.height), "NOTES")
     frame = _frame_of(size)
     paper.rectangle(frame, "SHEET")
@@ -266,19 +294,19 @@ def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
     for number, note in enumerate(notes):
         column, line = divmod(number, lines)
         position = (frame.left + _NOTE_MARGIN_MM + column * step, frame.bottom + _NOTE_STEP_MM * (lines - line))
-        paper.write_text(note, position, _NOTE_MM, "NOTES", from_the_left=True)
+        paper.write_text(note, position, _NOTE_MM, "NOTES", left_aligned=True)
 
 
 class _Cell(NamedTuple):
-    """A cell of the title block or the table: its head, its text and its width [mm of paper]."""
+    """A cell of the title block or the table: its heading, its text and its width [mm on paper]."""
 
-    head: str
+    heading: str
     text: str
     width: float
 
 
 def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> None:
-    """Draw the title block: rows of cells with heads above their texts, and the symbol of first-angle projection."""
+    """Draw the title block: rows of cells with headings above their texts, and the symbol of first-angle projection."""
     row_height = _BLOCK.height / len(rows)
     for number, row in enumerate(reversed(rows)):
         _draw_row(paper, size, row, _MARGIN.bottom + number * row_height, row_height)
@@ -286,20 +314,20 @@ def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> N
 
 
 def _draw_table(paper: Canvas, size: Size, table: Table) -> None:
-    """Draw the table above the title block, with its heads on top and empty cells for measured values on the right."""
-    widths = (*_CELLS_MM, *[_MEASURED_MM / len(table.to_fill)] * len(table.to_fill))
-    empty = [""] * len(table.to_fill)
-    rows = [[*table.heads, *table.to_fill], *([*row, *empty] for row in table.rows)]
+    """Draw the table above the title block: headings at the top, empty cells for measured values on the right."""
+    widths = (*_CELLS_MM, *[_MEASURED_MM / len(table.blank_headings)] * len(table.blank_headings))
+    empty = [""] * len(table.blank_headings)
+    rows = [[*table.headings, *table.blank_headings], *([*row, *empty] for row in table.rows)]
     for number, texts in enumerate(reversed(rows)):
         cells = [_Cell("", text, width) for text, width in zip(texts, widths, strict=True)]
         _draw_row(paper, size, cells, _MARGIN.bottom + _BLOCK.height + number * _ROW_MM, _ROW_MM)
 
 
 def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, row_height: float) -> None:
-    """Draw a row of cells, as wide as the title block, with its lower edge at the height `base` [mm of paper].
+    """Draw a row of cells, as wide as the title block, with its lower edge at the height `base` [mm on paper].
 
-    The head of a cell stands in small letters above its text. Without a head, the text is centred in the height of the
-    cell. Margins of 1 to 2.5 mm were chosen by eye.
+    The heading of a cell is written in small letters above its text. If there is no heading, the text is centred in the
+    height of the cell. The margins of 1 to 2.5 mm were chosen by eye.
     """
     right = size.width - _MARGIN.right
     x = right - _BLOCK.width
@@ -307,21 +335,23 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
     for edge in (base, top):
         paper.line((x, edge), (right, edge), "SHEET")
     for cell in cells:
-        largest = _TITLE_LETTER_MM if cell.head else _TABLE_LETTER_MM
-        height = min(largest, (cell.width - 2.5) / text_width(cell.text or " ", 1.0))  # long texts get small letters
+        largest_height = _TITLE_LETTER_MM if cell.heading else _TABLE_LETTER_MM
+        letter_height = min(
+            largest_height, (cell.width - 2.5) / text_width(cell.text or " ", 1.0)
+        )  # long texts get small letters
         paper.line((x, base), (x, top), "SHEET")
-        if cell.head:
-            paper.write_text(cell.head, (x + 1.0, top - 2.0), _HEAD_LETTER_MM, "NOTES", from_the_left=True)
-        text_level = base + (_UNDER_HEAD_MM if cell.head else 0.5 * row_height)
+        if cell.heading:
+            paper.write_text(cell.heading, (x + 1.0, top - 2.0), _HEADING_LETTER_MM, "NOTES", left_aligned=True)
+        text_height = base + (_UNDER_HEADING_MM if cell.heading else 0.5 * row_height)
         if cell.text:
-            paper.write_text(cell.text, (x + 1.5, text_level), height, "SHEET", from_the_left=True)
+            paper.write_text(cell.text, (x + 1.5, text_height), letter_height, "SHEET", left_aligned=True)
         x += cell.width
 
 
 def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Sequence[_Cell], ...]:
-    """Return the rows of the title block from the top, with the data fields of ISO 7200.
+    """Return the rows of the title block from top to bottom, with the data fields of ISO 7200.
 
-    Three cells are left empty for handwriting.
+    Three cells are left empty, to be filled in by hand.
     """
     date = given_date()
     empty_cells = (
@@ -352,10 +382,10 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
 
 
 def _draw_first_angle(paper: Canvas, x: float, y: float) -> None:
-    """Draw the symbol of first-angle projection, ISO 5456-2, about a point [mm of paper].
+    """Draw the symbol of first-angle projection, ISO 5456-2, around a point [mm on paper].
 
-    It shows a truncated cone from the side, and to the right its two circles from the small end. The cone is 5 mm long
-    with diameters of 2.6 and 5.2 mm; the standard leaves the size of the symbol to the sheet.
+    It shows a truncated cone from the side, and to its right the two circles of the cone seen from its small end. The
+    cone is 5 mm long, with diameters of 2.6 and 5.2 mm. The standard does not prescribe the size of the symbol.
     """
     small_top, small_foot = (x - 7.0, y + 1.3), (x - 7.0, y - 1.3)
     large_top, large_foot = (x - 2.0, y + 2.6), (x - 2.0, y - 2.6)
