@@ -336,9 +336,8 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
         paper.line((x, edge), (right, edge), "SHEET")
     for cell in cells:
         largest_height = _TITLE_LETTER_MM if cell.heading else _TABLE_LETTER_MM
-        letter_height = min(
-            largest_height, (cell.width - 2.5) / text_width(cell.text or " ", 1.0)
-        )  # long texts get small letters
+        # A long text is written in smaller letters, so that it fits into its cell.
+        letter_height = min(largest_height, (cell.width - 2.5) / text_width(cell.text or " ", 1.0))
         paper.line((x, base), (x, top), "SHEET")
         if cell.heading:
             paper.write_text(cell.heading, (x + 1.0, top - 2.0), _HEADING_LETTER_MM, "NOTES", left_aligned=True)

@@ -1,4 +1,4 @@
-"""The bill of materials: printed, bought and wired parts with counts, sizes and standards."""
+"""The bill of materials: printed parts, bought parts and wiring, with their counts, sizes and standards."""
 
 import csv
 import io
@@ -38,8 +38,8 @@ def bill_of_materials(
 ) -> tuple[BillLine, ...]:
     """Return every line of the bill; the parts are counted in the assembly of the sensor.
 
-    `masses` are the masses of the printed parts by name [g]. With a signal path, the bill includes glue, wire and
-    board.
+    `masses` holds the masses of the printed parts [g] by their names. If there is a signal path, the bill also lists
+    the electronic parts, wire and glue.
     """
     housing = sensor.housing
     text = render_template(
@@ -62,13 +62,13 @@ def bill_of_materials(
 
 
 def screw_name(grip_mm: float) -> str:
-    """Return the name of the shortest screw for a grip [mm], or of a threaded rod if every screw is too short."""
+    """Return the name of the shortest screw for a grip [mm], or a threaded rod if every standard screw is too short."""
     length = screw_length(grip_mm)
     return "M3 threaded rod, cut" if length is None else f"M3 x {length}"
 
 
 def bill_csv(rows: Sequence[BillLine]) -> str:
-    """Return the bill as CSV with a header line."""
+    """Return the bill as CSV text with a header line."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([field.name for field in fields(BillLine)])

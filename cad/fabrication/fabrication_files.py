@@ -1,4 +1,4 @@
-"""The files for a maker, apart from the housing: drawing, coupon, cover, bracket, bill of materials and sheet."""
+"""The files that a maker needs in addition to the housing: drawing, coupon, cover, bracket, bill and sheet."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +24,7 @@ from sensor.design.signal_path import SpringReadOut
 
 @dataclass(frozen=True, kw_only=True)
 class MakerFiles:
-    """The paths of the written files, and cover and bracket as read back from their STEP files [mm]."""
+    """The paths of the written files, and the cover and the bracket as read back from their STEP files [mm]."""
 
     paths: tuple[Path, ...]
     cover: cq.Shape
@@ -32,10 +32,10 @@ class MakerFiles:
 
 
 def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOut, folder: Path) -> MakerFiles:
-    """Write the drawing, coupon, cover, bracket, plate, exploded view, bill and sheet to a folder.
+    """Write the drawing, coupon, cover, bracket, print plate, exploded view, bill and sheet to a folder.
 
-    With a signal path, the wiring plan wiring.svg is written too. Raises OSError if a file cannot be written, and
-    ExportError if the volume read back from a file is wrong.
+    If `read_out` has a signal path, the wiring plan wiring.svg is written too. Raises OSError if a file cannot be
+    written, and ExportError if the volume read back from a file is wrong.
     """
     housing = sensor.housing
     process = title.process
@@ -65,7 +65,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         paths.append(folder / "wiring.svg")
         write_wiring(paths[-1], sensor.tips.names, housing.plates, signal.board)
     paths.append(folder / "exploded.svg")
-    # The bracket is a part of the exploded view, but not of the assembly that is counted for the bill.
+    # The bracket is added only for the exploded view. The bill, which counts the parts of the assembly, is complete.
     write_exploded(assembly.add(parts["mount"]), bill, paths[-1])
     texts = {
         "bom.csv": bill_csv(bill),

@@ -1,4 +1,4 @@
-"""The sheet for the maker, fabrication.md: how to make, finish, measure, wire and mount a sensor."""
+"""The fabrication sheet, fabrication.md, which explains how to make, finish, measure, wire and mount a sensor."""
 
 import math
 from collections.abc import Sequence
@@ -27,11 +27,11 @@ from sensor.design.tips import shown_by_ball
 from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.straight_line import slope_error_of_resolution
 
-_COUPON_FRACTION = 0.5  # share of the strain limit that the largest weight on a coupon uses
-_SLICED = (0.99, 1.04)  # range of the ratio of a slicer's mass at 100 % infill to the solid mass; see the template
-_TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half the strength of the softest plastic here
-_K_ERROR = 0.01  # relative error of a stiffness (95 %) that rounded readings of a calibration may cause
-_STOCK = {  # sizes [mm], and the fit of a pin, that are the same for all sensors
+_COUPON_FRACTION = 0.5  # fraction of the strain limit that is reached under the largest weight on a coupon
+_SLICER_MASS_RATIO = (0.99, 1.04)  # mass in a slicer at 100 % infill, divided by the solid mass; see the template
+_TORQUE_N_M = 0.5  # gives 0.8 kN per screw, 28 MPa under its washer: half the strength of the softest plastic
+_K_ERROR = 0.01  # largest relative error of a stiffness (95 %) caused by rounded calibration readings
+_FIXED_SIZES = {  # sizes [mm], and the fit of a pin, which are the same for all sensors
     "cover": COVER_MM,
     "cover_plate": PLATE_MM,
     "cover_rim": RECESS_MM,
@@ -47,19 +47,20 @@ _STOCK = {  # sizes [mm], and the fit of a pin, that are the same for all sensor
 }
 
 
-def coarsest_resolution(full: float) -> float:
-    """Return the coarsest resolution, a power of ten, that determines K to 1 % from readings up to `full` [its unit].
+def coarsest_resolution(largest_reading: float) -> float:
+    """Return the coarsest resolution, as a power of ten, from which K is determined to 1 %.
 
-    The 1 % is an expanded uncertainty (95 %), to which force and deflection contribute equally.
+    The resolution has the unit of `largest_reading`. The 1 % is an expanded uncertainty (95 %), to which force and
+    deflection contribute equally.
     """
-    resolution = _K_ERROR / COVERAGE / math.sqrt(2.0) / slope_error_of_resolution(1.0, full, WEIGHED_AT)
+    resolution = _K_ERROR / COVERAGE / math.sqrt(2.0) / slope_error_of_resolution(1.0, largest_reading, WEIGHED_AT)
     return 10.0 ** math.floor(math.log10(resolution))
 
 
 def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
-    """Return the row of the sheet on a leaf of the coupon, with its largest weight [g] and its sag then [mm].
+    """Return the row of the sheet on a leaf of the coupon: its largest weight [g] and its sag under this weight [mm].
 
-    `factor` [1/mm] converts the ratio of weight to sag into E, as in `modulus_factor`.
+    `factor` [1/mm] converts force / sag into E, as in `modulus_factor`.
     """
     factor = modulus_factor(arm.flexure)
     force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
@@ -73,26 +74,27 @@ def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
 
 
 def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str | float]:
-    """Return the row of the sheet on the calibration of a spring, with its largest deflection [mm] and weight [g].
+    """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g].
 
-    The resolutions of dial gauge [mm] and balance [g] are taken from the bench. Without a bench they are the coarsest
-    ones that determine K to 1 %.
+    The resolutions of the dial gauge [mm] and the balance [g] are taken from the bench. Without a bench, they are the
+    coarsest resolutions from which K is determined to 1 %.
     """
     deflection = PRESSED * spring.deflection
-    grams = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY
+    weight_g = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY
     return {
         "name": spring.name,
         "deflection": deflection,
-        "grams": grams,
+        "grams": weight_g,
         "dial": coarsest_resolution(deflection) if bench is None else bench.dial_mm,
-        "balance": coarsest_resolution(grams) if bench is None else bench.balance_g,
+        "balance": coarsest_resolution(weight_g) if bench is None else bench.balance_g,
     }
 
 
 def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLine], read_out: SpringReadOut) -> str:
-    """Return the sheet in Markdown: dimensions, bill, and instructions to make, calibrate and read the springs.
+    """Return the fabrication sheet as Markdown text: the bill, sizes, and instructions for making and calibrating.
 
-    The text is in the template `fabrication_sheet.md.jinja`, which gets the values below by name; lengths are in mm.
+    The text comes from the template `fabrication_sheet.md.jinja`, which refers to the values below by their names.
+    Lengths are in mm.
     """
     process = title.process
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()
@@ -102,11 +104,11 @@ def fabrication_sheet(sensor: SensorSolids, title: Title, bill: Sequence[BillLin
         sensor=sensor,
         bill=bill,
         read_out=read_out,
-        stock=_STOCK,
+        stock=_FIXED_SIZES,
         probe=PROBE,
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,
-        sliced=_SLICED,
+        sliced=_SLICER_MASS_RATIO,
         slicer_settings=slicer_settings(process, sensor.housing),
         tip_accuracy=tip_accuracy_mm(sensor.tips, process),
         takes_ball=shown_by_ball(sensor.fruit, sensor.tips),

@@ -1,4 +1,4 @@
-"""The shape that each file of a sensor must hold according to its design, in the pose of the file."""
+"""The shape that each file of a sensor must contain according to the design, in the pose of the file."""
 
 from __future__ import annotations
 
@@ -22,15 +22,18 @@ from cad.parts.pose import print_pose
 from cad.parts.sensor import SensorSolids
 from sensor.verdict import Verdict
 
-_TOOL_COLOUR = cq.Color(0.45, 0.62, 0.35)  # colour of the coupon, which is not a part of a sensor
-_TINY = 1e-12  # replaces a volume or an area of 0 in a ratio
+_TOOL_COLOUR = cq.Color(0.45, 0.62, 0.35)  # colour of the coupon, which is not a part of the sensor
+_TINY = 1e-12  # lower limit on a volume or an area, so that no ratio is divided by 0
 HOUSING_FILES = ("housing.step", "housing.stl", "housing.3mf")
 RUN_FILES = (*HOUSING_FILES, "assembly.step")
-"""Files of solids that every run writes, except a quick run on coarse meshes."""
+"""The files of solids that every run writes, except a quick run on coarse meshes."""
 
 
 def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]:
-    """Return the functions that draw the parts added by `pipeline design`; each part is written as STEP and as STL."""
+    """Return a function that draws each part added by `pipeline design`, by the name of the part.
+
+    Each part is written to a STEP file and an STL file.
+    """
     return {
         "coupon": lambda: cq.Assembly(coupon_part(sensor.housing).shape, name="coupon", color=_TOOL_COLOUR),
         "cover": lambda: cq.Assembly(cover_part(sensor.housing, sensor.seats).shape, name="cover", color=COVER_COLOUR),
@@ -39,9 +42,9 @@ def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]
 
 
 def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
-    """Return, by the name of the file, the functions that draw the shapes of a sensor in the poses of the files [mm].
+    """Return a function for each file of a sensor that draws its shape in the pose of the file [mm].
 
-    A shape is drawn only when its function is called.
+    The keys are the names of the files. A shape is drawn only when its function is called.
     """
     draw_printed = functools.partial(print_shape, sensor)
     shapes: dict[str, Callable[[], cq.Shape]] = {
@@ -59,34 +62,35 @@ def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
 
 
 def _as_drawn(draw: Callable[[], cq.Assembly]) -> cq.Shape:
-    """Return the shape of a part in the pose in which it is drawn."""
     return draw().shapes[0]
 
 
 def _in_print_pose(draw: Callable[[], cq.Assembly]) -> cq.Shape:
-    """Return the shape of a part in its print pose."""
     return print_pose(_as_drawn(draw))
 
 
 def files_as_designed(sensor: SensorSolids, folder: Path, names: Iterable[str]) -> Verdict:
-    """Return geometry.as_designed on the named files of a folder; raises ValueError if a file cannot be read."""
-    shapes = file_shapes(sensor)
+    """Return geometry.as_designed on the named files of a folder. Raises ValueError if a file cannot be read."""
+    draw_shape = file_shapes(sensor)
 
-    @functools.cache  # files of one shape and kind share its triangles
+    @functools.cache  # files of the same shape and kind share their triangles
     def design_triangles(draw: Callable[[], cq.Shape], kind: str) -> trimesh.Trimesh:
         return shape_triangles(draw(), kind)
 
     return as_designed_verdict(
-        {name: (part_triangles(folder / name), design_triangles(shapes[name], _compared_kind(name))) for name in names}
+        {
+            name: (part_triangles(folder / name), design_triangles(draw_shape[name], _compared_kind(name)))
+            for name in names
+        }
     )
 
 
 def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
     """Return geometry.as_designed on a file of any origin, compared with the most similar part of the sensor.
 
-    A STEP file is compared with the parts as STEP files hold them, and an STL or 3MF file with parts in print pose. The
-    most similar part is the one whose volume and surface are closest, in any unit. Raises ValueError if the file cannot
-    be read.
+    A STEP file is compared with the parts in the poses of the STEP files. An STL or 3MF file is compared with the parts
+    in print pose. The most similar part is the part whose volume and surface area are closest to the file, in any unit.
+    Raises ValueError if the file cannot be read.
     """
     mesh = part_triangles(path)
     kind = _compared_kind(path.name)
@@ -96,14 +100,15 @@ def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
 
 
 def _compared_kind(name: str) -> str:
-    """Return the suffix that represents the kind of a file: .step for STEP files, .stl for STL and 3MF files."""
+    """Return the suffix of the design files with which a file is compared: .stl for STL and 3MF files, or .step."""
     return ".step" if name.lower().endswith(STEP_KINDS) else ".stl"
 
 
 def _dissimilarity(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> float:
-    """Return the relative difference of two bodies in volume and surface [1]; 0 if they are equal.
+    """Return a measure [1] of how much two bodies differ in volume and surface area; it is 0 if both are equal.
 
-    The measure is the sum of the absolute logarithms of both ratios, in the unit of length that makes it smallest.
+    The measure is |ln(volume ratio)| + |ln(area ratio)|. The unit of the mesh is unknown, so the measure is computed
+    for every unit of length, and the smallest value is returned.
     """
     volume = enclosed_volume(design) / max(enclosed_volume(mesh), _TINY)
     area = float(design.area) / max(float(mesh.area), _TINY)

@@ -1,7 +1,7 @@
-"""The bracket that carries a sensor: an angle behind the sensor with the holes of a robot flange above it.
+"""The bracket that carries a sensor: an angle behind the sensor, with the hole pattern of a robot flange above it.
 
-The flange is ISO 9409-1-50-4-M6: four M6 screws on a circle of 50 mm about the axis of the press. All coordinates are
-in the sensor frame [mm].
+The flange is ISO 9409-1-50-4-M6: four M6 screws on a 50 mm circle around the axis of the press. All coordinates are
+sensor coordinates [mm].
 """
 
 import math
@@ -14,41 +14,41 @@ from cad.parts.part import FaceTest, Part, is_hole, named_part, plane_face_test
 from cad.parts.sensor import SensorSolids
 
 FLANGE_CIRCLE_MM = 50.0  # ISO 9409-1-50-4-M6
-FLANGE_HOLE_MM = 6.6  # for M6, ISO 273 medium
+FLANGE_HOLE_MM = 6.6  # diameter of a clearance hole for M6, ISO 273 medium
 FLANGE_MM = 63.0  # outer diameter of the flange, ISO 9409-1
 FLANGE_SCREW_MM = 12.0  # length of a flange screw, of which 7 mm are in the flange
 PLATE_MM = 5.0  # thickness of the bracket
-HEAD_ROOM_MM = 8.0  # height of the room for the heads of the flange screws, which are 6 mm high, ISO 4762
+HEAD_ROOM_MM = 8.0  # height of the space for the heads of the flange screws, which are 6 mm high, ISO 4762
 HEAD_MM = 10.0  # diameter of the heads of the flange screws, ISO 4762
-_BESIDE_SENSOR = 1.0  # clearance between Hall sensors and the edges of a window
-_ROOM_FOR_WIRES = 6.0  # [mm], height of a window less the height of its sensors
-_BEHIND = 6.0  # distance from the centre of the rearmost flange hole to the edge behind it
-_MARGIN = 1.0  # extension of a cut beyond the plate, and clearance of the screw heads
+_BESIDE_SENSOR_MM = 1.0  # clearance between the Hall sensors and the edges of the window
+_FOR_WIRES_MM = 6.0  # height of the window minus the height of its sensors
+_BEHIND_HOLE_MM = 6.0  # distance from the centre of the rearmost flange hole to the rear edge of the shelf
+_MARGIN_MM = 1.0  # extension of a cut beyond the plate, and clearance of the screw heads
 
 
 def back_of(sensor: SensorSolids) -> float:
-    """Return the y of the face behind cover or washers, against which the bracket is screwed [mm]."""
+    """Return the y coordinate [mm] of the face against which the bracket is screwed, behind covers or washers."""
     return 0.5 * grip(sensor) + _washers_at_bracket(sensor)
 
 
 def _washers_at_bracket(sensor: SensorSolids) -> float:
-    """Return the thickness of the washers between frame and bracket [mm]; 0 with covers, which need no washers."""
+    """Return the thickness of the washers between frame and bracket [mm]; covers need no washers, so it is 0."""
     return 0.0 if sensor.housing.mount == "covers" else WASHER_THICKNESS_MM
 
 
 def mounted_grip(sensor: SensorSolids) -> float:
-    """Return the grip of the four screws that hold sensor and bracket, without the washers at their ends [mm]."""
+    """Return the grip [mm] of the four screws that hold sensor and bracket, without the washers at their ends."""
     return grip(sensor) + _washers_at_bracket(sensor) + PLATE_MM
 
 
 def flange_holes(sensor: SensorSolids) -> tuple[tuple[float, float], ...]:
-    """Return x and y of the holes for the flange screws [mm].
+    """Return the x and y coordinates of the holes for the flange screws [mm].
 
-    The holes are on the axes if the sensor is thick, and otherwise on the diagonals, so that the screw heads clear the
-    upright plate.
+    If the sensor is thick, the holes are on the axes. Otherwise they are on the diagonals, so that the screw heads
+    clear the upright plate.
     """
     radius = 0.5 * FLANGE_CIRCLE_MM
-    if back_of(sensor) >= 0.5 * HEAD_MM + _MARGIN:
+    if back_of(sensor) >= 0.5 * HEAD_MM + _MARGIN_MM:
         return (radius, 0.0), (0.0, radius), (-radius, 0.0), (0.0, -radius)
     offset = math.sqrt(0.5) * radius
     return (offset, offset), (-offset, offset), (-offset, -offset), (offset, -offset)
@@ -58,12 +58,12 @@ def mount_solid(sensor: SensorSolids) -> cq.Solid:
     """Return the bracket in its position behind the sensor [mm]: an upright plate and a shelf, with their holes."""
     housing = sensor.housing
     back = back_of(sensor)
-    hole_length = PLATE_MM + 2.0 * _MARGIN
+    hole_length = PLATE_MM + 2.0 * _MARGIN_MM
     bracket = cq.Workplane(obj=upright(sensor).fuse(shelf(sensor)).clean())
-    rear_plane = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _MARGIN, 0.0))  # extrudes along -y
+    rear_plane = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _MARGIN_MM, 0.0))  # extrudes along -y
     screw_holes = rear_plane.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     bracket = bracket.cut(screw_holes.extrude(hole_length))
-    lower_plane = cq.Workplane("XY", origin=(0.0, 0.0, _shelf_level(sensor) - _MARGIN))
+    lower_plane = cq.Workplane("XY", origin=(0.0, 0.0, _shelf_level(sensor) - _MARGIN_MM))
     flange_screws = lower_plane.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
     bracket = bracket.cut(flange_screws.extrude(hole_length))
     if (opening := window(sensor)) is not None:
@@ -74,7 +74,7 @@ def mount_solid(sensor: SensorSolids) -> cq.Solid:
 def mount_part(sensor: SensorSolids) -> Part:
     """Return the bracket in its position, with the named faces `seat`, `flange`, `mounting_holes` and `flange_holes`.
 
-    The sensor lies against the seat, and is held by screws through the mounting holes.
+    The sensor is held against the seat by screws through the mounting holes.
     """
     faces: dict[str, FaceTest] = {
         "seat": plane_face_test(1, back_of(sensor)),
@@ -86,52 +86,56 @@ def mount_part(sensor: SensorSolids) -> Part:
 
 
 def window(sensor: SensorSolids) -> cq.Solid | None:
-    """Return the window in the upright plate for Hall sensors and their wires [mm].
+    """Return the window [mm] in the upright plate for Hall sensors and their wires, or None if it is not needed.
 
-    Return None if no Hall sensor faces the bracket. Only the back cover of a square has sensors there.
+    Hall sensors face the bracket only if they are in the back cover of two back-to-back plates.
     """
     housing, seats = sensor.housing, sensor.seats
     if seats is None or housing.mount != "covers" or not housing.back_to_back:
         return None
-    half_width = max(seats.windows) + 0.5 * seats.window_width + _BESIDE_SENSOR
-    lower_level = housing.top_level - seats.sensor - 0.5 * seats.window_height - _BESIDE_SENSOR
-    corner = cq.Vector(-half_width, back_of(sensor) - _MARGIN, lower_level)
-    return cq.Solid.makeBox(2.0 * half_width, PLATE_MM + 2.0 * _MARGIN, seats.window_height + _ROOM_FOR_WIRES, corner)
+    half_width = max(seats.windows) + 0.5 * seats.window_width + _BESIDE_SENSOR_MM
+    lower_level = housing.top_level - seats.sensor - 0.5 * seats.window_height - _BESIDE_SENSOR_MM
+    corner = cq.Vector(-half_width, back_of(sensor) - _MARGIN_MM, lower_level)
+    return cq.Solid.makeBox(2.0 * half_width, PLATE_MM + 2.0 * _MARGIN_MM, seats.window_height + _FOR_WIRES_MM, corner)
 
 
 def _shelf_level(sensor: SensorSolids) -> float:
-    """Return the level z of the lower face of the shelf, the plate under the flange [mm]."""
+    """Return the height z [mm] of the lower face of the shelf, which is the plate under the flange."""
     return sensor.housing.top_level + HEAD_ROOM_MM
 
 
 def upright(sensor: SensorSolids) -> cq.Solid:
     """Return the upright plate behind the sensor without its holes [mm].
 
-    Its lower edge is so high that it stays above the lower edge of the cover in every tilt of the press.
+    Its lower edge stays above the lower edge of the cover at every tilt of the press.
     """
     housing = sensor.housing
     back = back_of(sensor)
-    rise = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
-    lower_level = housing.cover_level + math.ceil(10.0 * rise) / 10.0
+    # A tilt lowers the rear edge of the plate by this much, relative to the cover. It is rounded up to 0.1 mm.
+    edge_drop = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
+    lower_level = housing.cover_level + math.ceil(10.0 * edge_drop) / 10.0
     height = _shelf_level(sensor) + PLATE_MM - lower_level
     return cq.Solid.makeBox(housing.right - housing.left, PLATE_MM, height, cq.Vector(housing.left, back, lower_level))
 
 
 def shelf(sensor: SensorSolids) -> cq.Solid:
-    """Return the shelf, the plate under the flange, without its holes [mm]."""
+    """Return the shelf [mm], which is the plate under the flange, without its holes."""
     half_width = 0.5 * FLANGE_MM
-    rear_edge = max(back_of(sensor) + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND)
+    rear_edge = max(back_of(sensor) + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND_HOLE_MM)
     return cq.Solid.makeBox(
         FLANGE_MM, rear_edge + half_width, PLATE_MM, cq.Vector(-half_width, -half_width, _shelf_level(sensor))
     )
 
 
 def flange_heads(sensor: SensorSolids) -> cq.Shape:
-    """Return cylinders for the heads of the flange screws under the shelf [mm], as high as the space for them."""
+    """Return cylinders for the heads of the flange screws under the shelf [mm].
+
+    They are as high as the space for the heads, apart from the clearance below them.
+    """
     level = sensor.housing.top_level
     up = cq.Vector(0.0, 0.0, 1.0)
     heads = [
-        cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_ROOM_MM - _MARGIN, cq.Vector(x, y, level + _MARGIN), up)
+        cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_ROOM_MM - _MARGIN_MM, cq.Vector(x, y, level + _MARGIN_MM), up)
         for x, y in flange_holes(sensor)
     ]
     return cq.Compound.makeCompound(heads)

@@ -1,4 +1,4 @@
-"""Verdicts on the bracket as read back from its file: its distances from moving parts and from the fruit."""
+"""Verdicts on a bracket: its distances from the moving parts, the flange screws and the fruit."""
 
 import cadquery as cq
 
@@ -10,12 +10,12 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
 
-_SIDE_MM = 1e3  # side of a box that is larger than any sensor
-_UNDER_SHELF_MM = 0.5  # the screw heads rest on the shelf, so only parts below it can come close to them
+_BOX_MM = 1e3  # width of a box that is larger than any sensor
+_BELOW_SHELF_MM = 0.5  # the bracket is measured only this far below its shelf, because the heads touch the shelf
 
 
 def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> tuple[Verdict, ...]:
-    """Return geometry.mount_clearance and geometry.mount_over_fruit [mm] of a bracket, made or read from a file."""
+    """Return geometry.mount_clearance and geometry.mount_over_fruit [mm] for a bracket, drawn or read from a file."""
     return (
         _clearance_verdict(sensor, mount, process),
         fruit_clearance_verdict("geometry.mount_over_fruit", sensor, mount),
@@ -23,16 +23,16 @@ def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> t
 
 
 def _clearance_verdict(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdict:
-    """Return the verdict on the smallest distance [mm] between bracket, moving parts, housing and flange screws.
+    """Return geometry.mount_clearance, the smallest of three distances [mm].
 
-    It is the smallest distance of the bracket from moving parts at their stops, or of the screw heads from the housing
-    and from the bracket below the shelf.
+    They are the distance from the bracket to the moving parts at their stops, and the distances from the heads of the
+    flange screws to the housing and to the bracket below its shelf.
     """
     housing = sensor.housing
     heads = flange_heads(sensor)
-    upper_level = housing.top_level + HEAD_ROOM_MM - _UNDER_SHELF_MM
-    corner = cq.Vector(-0.5 * _SIDE_MM, -0.5 * _SIDE_MM, upper_level - _SIDE_MM)
-    below_shelf = mount.intersect(cq.Solid.makeBox(_SIDE_MM, _SIDE_MM, _SIDE_MM, corner))
+    upper_level = housing.top_level + HEAD_ROOM_MM - _BELOW_SHELF_MM
+    corner = cq.Vector(-0.5 * _BOX_MM, -0.5 * _BOX_MM, upper_level - _BOX_MM)
+    below_shelf = mount.intersect(cq.Solid.makeBox(_BOX_MM, _BOX_MM, _BOX_MM, corner))
     placement = plate_places(housing)[0]
     distances = [float(sensor.part.shape.moved(placement).distance(heads)), float(below_shelf.distance(heads))]
     for arm in housing.arms:

@@ -1,4 +1,4 @@
-"""The sizes of cover and bracket for the fabrication sheet."""
+"""The sizes of the cover and the bracket for the fabrication sheet."""
 
 from dataclasses import dataclass
 
@@ -10,19 +10,19 @@ from cad.parts.hall_seats import LEDGE_MM
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.sensor import SensorSolids
 
-_DIGITS = 2  # decimals of a size [mm]
+_DECIMALS = 2  # decimals of a size [mm]
 
 
 @dataclass(frozen=True)
 class SizeLine:
-    """A line of a table: the name of a size, and its value as text [mm]."""
+    """A line of a table: the name of a size, and its value [mm] as text."""
 
     what: str
     size: str
 
 
 def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
-    """Return the sizes of the cover in the pose of cover.stl: rim up, with the side of the tips towards the reader."""
+    """Return the sizes of the cover in the pose of cover.stl, with its rim up and the side of the tips in front."""
     housing, seats = sensor.housing, sensor.seats
     width, height = housing.right - housing.left, housing.top_level - housing.cover_level
     sizes = [
@@ -44,7 +44,7 @@ def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
 
 
 def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
-    """Return the sizes of the bracket, seen from the front of the sensor with the flange on top."""
+    """Return the sizes of the bracket, as seen from the front of the sensor with the flange at the top."""
     housing, opening = sensor.housing, window(sensor)
     plate, flange = upright(sensor).BoundingBox(), shelf(sensor).BoundingBox()
     sizes = [
@@ -76,7 +76,7 @@ def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
 
 
 def _screw_hole_lines(housing: Housing, top: float) -> tuple[SizeLine, ...]:
-    """Return the lines on the screw holes, measured from the left edge of the housing and down from z = `top` [mm]."""
+    """Return the lines on the screw holes; their centres are measured from the left edge and from z = `top` [mm]."""
     centres = [(x - housing.left, top - z) for x, z in housing.holes]
     return (
         SizeLine("holes for screws, diameter", f"{len(centres)} x {_number(housing.hole_diameter)}"),
@@ -85,13 +85,13 @@ def _screw_hole_lines(housing: Housing, top: float) -> tuple[SizeLine, ...]:
 
 
 def _from_corner(box: cq.BoundBox, plate: cq.BoundBox) -> tuple[float, float]:
-    """Return the distances of the centre of a box from the left and the upper edge of a plate [mm]."""
+    """Return the distances [mm] from the left and top edges of a plate to the centre of a box."""
     return box.center.x - plate.xmin, plate.zmax - box.center.z
 
 
 def _number(size: float) -> str:
     """Return a size [mm] as text with at most two decimals."""
-    return f"{round(size, _DIGITS):g}"
+    return f"{round(size, _DECIMALS):g}"
 
 
 def _times(*sizes: float) -> str:

@@ -1,4 +1,4 @@
-"""All printed parts of a sensor on one print bed, in the file plate.3mf."""
+"""The file plate.3mf, which holds all printed parts of a sensor, arranged on one print bed."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from cad.files.threemf import read_3mf, write_3mf
 from sensor.quantity import Estimate
 
 GAP_MM = 6.0  # gap between parts, and between parts and the edges of the bed at x = 0 and y = 0
-_ROUND_OFF_MM = 1e-6  # round-off of a width
+_ROUND_OFF_MM = 1e-6  # tolerance for the round-off error of a width
 
 
 def write_plate(
@@ -22,25 +22,25 @@ def write_plate(
     settings: Mapping[str, str],
     path: Path,
 ) -> None:
-    """Write the printed parts of a bill to a 3MF file, each as often as the bill lists it.
+    """Write the printed parts of a bill to a 3MF file, with as many copies of each part as the bill lists.
 
-    `meshes` are the parts in print pose [mm], and `volumes` [mm^3] their volumes. `settings` are those of the slicer.
-    Every copy is a separate object, because PrusaSlicer applies settings only to the first copy of an object. Raises
-    OSError if the file cannot be written, and ExportError if the volume read back from it is wrong.
+    `meshes` are the parts in print pose [mm], `volumes` [mm^3] are their volumes, and `settings` are settings of the
+    slicer. Every copy is a separate object, because PrusaSlicer applies settings only to the first copy of an object.
+    Raises OSError if the file cannot be written, and ExportError if the volume read back from it is wrong.
     """
     counts = {row.part: row.count for row in bill if row.part in meshes}
     write_3mf(arrange_on_bed(meshes, counts), path, settings)
-    expected = [(count, volumes[name]) for name, count in counts.items()]
-    total = sum(count * volume.value for count, volume in expected)
-    error = sum(count * volume.error for count, volume in expected)
+    expected_volumes = [(count, volumes[name]) for name, count in counts.items()]
+    total = sum(count * volume.value for count, volume in expected_volumes)
+    error = sum(count * volume.error for count, volume in expected_volumes)
     compare_volume(path, read_3mf(path).mesh.volume, Estimate(total, error, "mm^3"))
 
 
 def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, int]) -> dict[str, trimesh.Trimesh]:
-    """Return each copy of the parts in its position on the smallest square bed [mm].
+    """Arrange all copies of the parts in rows on a square bed that is as small as possible [mm].
 
-    The parts are in rows with their longer sides along y, the longest part first. The total width of the first n parts
-    is tried as the width of the rows, for every n.
+    The longer side of each part is along y, and the longest part comes first. Several row widths are tried: the total
+    width of the first n copies, for every n. The arrangement that needs the smallest bed is returned.
     """
     rotated = {
         name: _rotate_lengthwise(rest_on_flange(meshes[name]) if name == "mount" else meshes[name]) for name in counts
@@ -56,13 +56,16 @@ def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, i
 
 
 def _place_in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) -> dict[str, trimesh.Trimesh]:
-    """Return parts by name, placed in rows of limited width, gaps included [mm]; a wider part gets its own row."""
+    """Place parts in rows of limited `width` [mm], gaps included, and return them by name.
+
+    A part that is wider than this limit gets a row of its own.
+    """
     placed_meshes: dict[str, trimesh.Trimesh] = {}
     x = y = GAP_MM
     row_depth = 0.0
     for name, mesh in copies:
         part_width, part_depth, _ = mesh.extents.tolist()
-        # A part that does not fit beside the parts of its row begins a new row.
+        # If a part does not fit beside the parts already in the row, it begins a new row.
         if x > GAP_MM and x + part_width > width + _ROUND_OFF_MM:
             x, y, row_depth = GAP_MM, y + row_depth + GAP_MM, 0.0
         left, front, _ = mesh.bounds[0].tolist()
@@ -74,14 +77,14 @@ def _place_in_rows(copies: Sequence[tuple[str, trimesh.Trimesh]], width: float) 
 
 
 def _bed_side(placed_meshes: Mapping[str, trimesh.Trimesh]) -> float:
-    """Return the side of the smallest square bed, with one corner at the origin, that holds all parts [mm]."""
+    """Return the side length [mm] of the smallest square bed, with one corner at the origin, that holds all parts."""
     return max(float(mesh.bounds[1, :2].max()) for mesh in placed_meshes.values())
 
 
 def rest_on_flange(bracket: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return the triangles of a bracket [mm], rotated from the pose of mount.stl so that it lies on its flange.
+    """Rotate the triangles of a bracket [mm] from the pose of mount.stl, so that it rests on its flange.
 
-    In this pose the bracket has no overhangs.
+    In this pose, the bracket has no overhangs.
     """
     rotated = bracket.copy()
     rotated.vertices = bracket.vertices[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
@@ -90,7 +93,7 @@ def rest_on_flange(bracket: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def _rotate_lengthwise(part: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return a part on the bed, rotated so that its longer side is along y [mm]; more parts then fit in a row."""
+    """Rotate a part on the bed so that its longer side is along y; more parts then fit in a row."""
     width, height, _ = part.extents.tolist()
     if height >= width:
         return part

@@ -1,4 +1,4 @@
-"""Texts and pictures of this folder, made from templates, which are the files `*.jinja` in the same folder."""
+"""The templates of this folder, `*.jinja`, from which texts and pictures are rendered."""
 
 import math
 import re
@@ -11,24 +11,22 @@ EACH = " each"  # suffix of the mass of a printed part in the bill of materials
 
 
 def render_template(template: str, **values: object) -> str:
-    """Return the text of a template with these values."""
+    """Return the text of a template file, rendered with these values."""
     return _ENVIRONMENT.get_template(template).render(values)
 
 
 def _digits(number: float, digits: int = 6) -> str:
-    """Return a number as text with this number of significant digits."""
     return f"{number:.{digits}g}"
 
 
 def _mm(length: float) -> str:
-    """Return a length [mm] as text with its unit."""
     return f"{_digits(length)} mm"
 
 
 def _escape_markdown(text: str) -> str:
-    """Return a text with Markdown's special characters escaped.
+    """Escape the special characters of Markdown in a text.
 
-    Names from the file of a print process may contain any character.
+    This is necessary because names from a process file may contain any character.
     """
     return re.sub(r"([\\`*_\[\]<>|&~])", r"\\\1", text)
 

@@ -1,4 +1,4 @@
-"""The wiring plan of a read-out as the picture wiring.svg."""
+"""The wiring plan of a read-out, wiring.svg."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,10 +8,10 @@ from sensor.design.readout import BOARDS
 
 
 def write_wiring(path: Path, names: Sequence[str], plates: int, board: str) -> None:
-    """Write the wiring plan from the tips of a sensor to a board as an SVG file; raises OSError.
+    """Write the wiring plan from the tips of a sensor to a board as an SVG file.
 
     `names` are the names of the tips in the order of the channels, plate by plate. `plates` is the number of plates,
-    and `board` a key of `BOARDS`.
+    and `board` is a key of `BOARDS`. Raises OSError if the file cannot be written.
     """
     tips_per_plate = len(names) // plates
     channels = [f"{name}, plate {1 + i // tips_per_plate}" if plates > 1 else name for i, name in enumerate(names)]

@@ -1,1 +1,1 @@
-"""Solids as files; equal solids give equal bytes on every machine."""
+"""Files of solids. Equal solids give files with equal bytes on every machine."""

@@ -2,4 +2,4 @@
 
 
 class ExportError(ValueError):
-    """A file does not hold what was written to it; the message is one line."""
+    """The content of a file differs from what was written to it. The message is a single line."""

@@ -1,4 +1,4 @@
-"""The date in files: taken from the environment or fixed, so that equal parts give files with equal bytes."""
+"""The date that is written to files: from the environment or fixed, so that equal parts give equal files."""
 
 import os
 from datetime import UTC, datetime
@@ -6,21 +6,24 @@ from datetime import UTC, datetime
 from sensor.quantity import validation_error
 
 NAME = "SOURCE_DATE_EPOCH"  # https://reproducible-builds.org/specs/source-date-epoch/
-FIRST_DAY = 1577836800  # 2020-01-01, the date if the variable is not set
+DEFAULT_DATE = 1577836800  # 2020-01-01, the date if the variable is not set
 _LAST_SECOND = 253402300799  # the last second of the year 9999
 
 
 def given_date() -> datetime | None:
-    """Return the date in SOURCE_DATE_EPOCH, or None if it is not set; raises InputError for an invalid value."""
+    """Return the date in SOURCE_DATE_EPOCH, or None if it is not set.
+
+    Raises InputError for an invalid value.
+    """
     return file_date() if NAME in os.environ else None
 
 
 def file_date() -> datetime:
-    """Return the date of files: SOURCE_DATE_EPOCH [s since 1970], or 2020-01-01 if the variable is not set.
+    """Return the date of files: SOURCE_DATE_EPOCH [s since 1970], or 2020-01-01 if this variable is not set.
 
     Raises InputError for an invalid value.
     """
-    text = os.environ.get(NAME, str(FIRST_DAY))
+    text = os.environ.get(NAME, str(DEFAULT_DATE))
     digits = text.strip()
     if not (digits.isascii() and digits.isdecimal() and int(digits[:20]) <= _LAST_SECOND):
         raise validation_error(

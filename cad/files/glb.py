@@ -1,4 +1,4 @@
-"""Coloured bodies as GLB for browsers: the binary form of glTF 2.0, ISO/IEC 12113."""
+"""Coloured bodies in GLB files for browsers. GLB is the binary form of glTF 2.0, ISO/IEC 12113."""
 
 import json
 import struct
@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 
 from sensor.arrays import Floats
 
-Tree = dict[str, Any]  # a part of the JSON of glTF
+Tree = dict[str, Any]  # a part of the JSON data in a glTF file
 
 MOTION = "motion"
-"""Name of the animation, which moves every body to its place in the exploded view in one second."""
+"""The name of the animation, which moves every body to its position in the exploded view within one second."""
 
 _MATERIAL = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.7}, "doubleSided": True}
-_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # y is up in glTF: (x, z, -y)
-_METRE = 1e-3  # metres per millimetre; glTF is in metres
-_COMPONENTS = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # glTF's code for each NumPy type
-_LINEAR_LIMIT = 0.04045  # sRGB values up to this one are proportional to the linear ones
+_TO_Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # in glTF y is up: (x, z, -y)
+_M_PER_MM = 1e-3  # glTF is in metres
+_COMPONENT_TYPES = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # glTF's code of each NumPy data type
+_LINEAR_LIMIT = 0.04045  # up to this value, sRGB is proportional to linear colour
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GlbBody:
     """A body: its name, vertices (n, 3) [mm], triangles (m, 3), colour, and displacement in the animation.
 
-    `colour` (red, green and blue from 0 to 1) and the displacement `moved` [mm] apply to the whole body, shape (3,), or
-    to each vertex, shape (n, 3).
+    `colour` holds red, green and blue from 0 to 1, and `moved` is the displacement [mm]. Each applies to the whole
+    body, shape (3,), or to each vertex, shape (n, 3).
     """
 
     name: str
@@ -39,19 +39,19 @@ class GlbBody:
 
 
 def glb_position(points: Floats) -> Floats:
-    """Return points (..., 3) with z up [mm] in the coordinates of glTF, with y up [m]."""
-    return np.asarray(_METRE * (points @ _UP.T))
+    """Convert points (..., 3) from millimetres with z up to the coordinates of glTF, metres with y up."""
+    return np.asarray(_M_PER_MM * (points @ _TO_Y_UP.T))
 
 
 def glb_of(bodies: Sequence[GlbBody]) -> bytes:
     """Return the bytes of a GLB file with these bodies.
 
-    The displacement of a body is a morph target of its mesh. The animation raises the weights of all targets from 0 to
-    1 in one second.
+    The displacement of a body is a morph target of its mesh. The animation raises the weights of all morph targets from
+    0 to 1 within one second.
     """
     arrays = _Arrays()
     meshes = [_mesh(body, arrays) for body in bodies]
-    ramp = arrays.add(np.array([[0.0], [1.0]], dtype="<f4"), "SCALAR")  # times [s], and also the weights at these times
+    ramp = arrays.add(np.array([[0.0], [1.0]], dtype="<f4"), "SCALAR")  # both the times [s] and the weights
     indices = range(len(bodies))
     animation = {
         "name": MOTION,
@@ -72,7 +72,8 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
         "buffers": [{"byteLength": len(buffer)}],
     }
     json_chunk = json.dumps(tree, separators=(",", ":")).encode()
-    json_chunk += b" " * (-len(json_chunk) % 4)  # the length of a chunk is a multiple of four; the buffer fulfils this
+    # The length of a chunk must be a multiple of four bytes. The length of the buffer always is.
+    json_chunk += b" " * (-len(json_chunk) % 4)
     chunks = (
         struct.pack("<I4s", len(json_chunk), b"JSON") + json_chunk + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
     )
@@ -80,7 +81,7 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
 
 
 class _Arrays:
-    """The arrays of a file: their bytes, their positions in the buffer (views), and their types (accessors)."""
+    """The arrays of a GLB file: their bytes, their positions in the buffer (views), and their types (accessors)."""
 
     def __init__(self) -> None:
         self.chunks: list[bytes] = []
@@ -88,18 +89,18 @@ class _Arrays:
         self.accessors: list[Tree] = []
         self._length = 0  # current length of the buffer [bytes]
 
-    def add(self, values: NDArray[Any], kind: str, **properties: object) -> int:
+    def add(self, values: NDArray[Any], row_type: str, **properties: object) -> int:
         """Append an array (n, m) to the buffer, and return the index of its accessor.
 
-        The rows must occupy a multiple of four bytes, because glTF aligns arrays to four bytes. `kind` is the type of a
-        row in glTF, such as VEC3, and `properties` are further properties of the accessor.
+        The size of a row must be a multiple of four bytes, because glTF aligns arrays to four bytes. `row_type` is the
+        glTF type of a row, such as VEC3. `properties` are further properties of the accessor.
         """
         chunk = values.tobytes()
         accessor = {
             "bufferView": len(self.views),
-            "componentType": _COMPONENTS[values.dtype.str],
+            "componentType": _COMPONENT_TYPES[values.dtype.str],
             "count": len(values),
-            "type": kind,
+            "type": row_type,
             "min": values.min(axis=0).tolist(),
             "max": values.max(axis=0).tolist(),
         }
@@ -129,6 +130,6 @@ def _mesh(body: GlbBody, arrays: _Arrays) -> Tree:
 
 
 def _linear_colour(colour: Floats) -> NDArray[np.uint8]:
-    """Return sRGB colours as linear colours from 0 to 255, which glTF requires at vertices (IEC 61966-2-1)."""
+    """Convert sRGB colours (IEC 61966-2-1) to linear colours from 0 to 255, which glTF requires for vertices."""
     linear = np.where(colour <= _LINEAR_LIMIT, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
     return np.round(255.0 * linear).astype(np.uint8)

@@ -1,6 +1,6 @@
-"""The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose, and GLB for browsers.
+"""The files of a sensor: STEP for housing and assembly, STL and 3MF in print pose, and GLB for browsers.
 
-All files except the GLB are read back, and their volumes are compared with the design.
+All files except the GLB file are read back, and their volumes are compared with the design.
 """
 
 import functools
@@ -25,17 +25,20 @@ from cad.parts.sensor import SensorSolids
 from sensor.arrays import Floats
 from sensor.quantity import Estimate
 
-_STEP_TOLERANCE = 1e-9  # relative error of a volume read from STEP, whose numbers have 15 digits
-_REVOLVED = ("SPHERE", "REVOLUTION")  # faces under which OCCT integrates a volume numerically
-_INTEGRAL_TOLERANCE = 1e-8  # relative tolerance of volumes that OCCT integrates numerically
-_VIEW_CHORD_MM = 0.1  # chord height of triangles that are made only for a picture
-_VIEW_ANGLE = 0.5  # largest angle between such triangles [rad]
-_SINGLE_PRECISION = 1e-6  # rounding error of a coordinate in an STL file, as a share of the smallest side of a part
+_STEP_TOLERANCE = 1e-9  # relative error of a volume read from a STEP file, whose numbers have 15 digits
+_REVOLVED = ("SPHERE", "REVOLUTION")  # types of faces for which OCCT integrates the volume numerically
+_INTEGRAL_TOLERANCE = 1e-8  # relative tolerance of a volume that OCCT integrates numerically
+_VIEW_CHORD_MM = 0.1  # chord height of triangles that serve only for a picture
+_VIEW_ANGLE_RAD = 0.5  # largest angle between such triangles
+_SINGLE_PRECISION = 1e-6  # rounding error of a coordinate in an STL file, divided by the smallest side of a part
 
 
 @dataclass(frozen=True, kw_only=True)
 class FormsRead:
-    """The shapes read from the files of a sensor [mm]: the solid of housing.step, and housing.stl in print pose."""
+    """The shapes read from the files of a sensor [mm]: the solid in housing.step, and the mesh in housing.stl.
+
+    The mesh is in print pose.
+    """
 
     step: cq.Shape
     stl: trimesh.Trimesh
@@ -43,7 +46,7 @@ class FormsRead:
 
 @dataclass(frozen=True, kw_only=True)
 class SensorFiles:
-    """The paths of the written files, and the shapes read back from the files that are checked later."""
+    """The paths of the written files, and the shapes read back from those files that are checked later."""
 
     paths: tuple[Path, ...]
     forms: FormsRead
@@ -52,8 +55,8 @@ class SensorFiles:
 def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str] | None = None) -> SensorFiles:
     """Write the files of a sensor: housing (STEP, STL, 3MF), assembly (STEP, GLB), and pin (STEP) if it has pins.
 
-    housing.stl and housing.3mf are in print pose, with the engraved name; the 3MF file holds `settings` for a slicer.
-    assembly.glb has coloured bodies and an animation to an exploded view.
+    housing.stl and housing.3mf are in print pose, with the engraved name. The 3MF file also holds `settings` for a
+    slicer. assembly.glb has coloured bodies, and an animation that moves them to an exploded view.
 
     Raises OSError if a file cannot be written, and ExportError if the volume read back from a file is wrong.
     """
@@ -85,17 +88,17 @@ def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str]
 
 
 def print_shape(sensor: SensorSolids) -> cq.Shape:
-    """Return the housing of a sensor, or a plate of a square, in print pose with its engraving [mm]."""
+    """Return the housing of a sensor, or one of its two plates, in print pose with its engraving [mm]."""
     return print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back is not None)
 
 
 def read_forms(folder: Path) -> FormsRead:
-    """Return the shapes in the checked files of a sensor; raises ValueError if a file cannot be read."""
+    """Read the shapes in housing.step and housing.stl. Raises ValueError if a file cannot be read."""
     return FormsRead(step=read_step(folder / "housing.step"), stl=read_stl(folder / "housing.stl"))
 
 
 def view_bodies(assembly: cq.Assembly) -> list[GlbBody]:
-    """Return the parts of an assembly as coarse triangles for a picture, with their displacements in the exploded view.
+    """Return the parts of an assembly as coarse triangles for a picture, and their displacements in the exploded view.
 
     Equal parts share one triangulation.
     """
@@ -104,7 +107,7 @@ def view_bodies(assembly: cq.Assembly) -> list[GlbBody]:
     for part in assembly.children:
         shape = part.shapes[0]
         if shape not in meshes:
-            vertices, triangle_corners = shape.copy().tessellate(_VIEW_CHORD_MM, _VIEW_ANGLE)
+            vertices, triangle_corners = shape.copy().tessellate(_VIEW_CHORD_MM, _VIEW_ANGLE_RAD)
             meshes[shape] = np.array([vertex.toTuple() for vertex in vertices]), np.array(triangle_corners)
         corners, triangles = meshes[shape]
         matrix = location_matrix(part.loc)
@@ -131,7 +134,7 @@ def export_step(assembly: cq.Assembly, path: Path) -> cq.Shape:
 
 
 def volume_of(shape: cq.Shape) -> float:
-    """Return the volume of a shape [mm^3]; equal solids at several positions are integrated only once."""
+    """Return the volume of a shape [mm^3]. Copies of the same solid in different positions are integrated only once."""
     return sum(_volume_at_origin(solid.located(cq.Location())) for solid in shape.Solids())
 
 
@@ -139,13 +142,14 @@ def volume_of(shape: cq.Shape) -> float:
 def _volume_at_origin(solid: cq.Shape) -> float:
     """Return the volume of a solid [mm^3].
 
-    OCCT integrates spheres and surfaces of revolution numerically. Without a tolerance the error is up to 1e-4.
+    OCCT integrates spheres and surfaces of revolution numerically. If no tolerance is given, the relative error is up
+    to 1e-4.
     """
     return float(solid.Volume(tol=_INTEGRAL_TOLERANCE) if _has_revolved_face(solid) else solid.Volume())
 
 
 def step_volume(shape: cq.Shape) -> Estimate:
-    """Return the volume of a shape [mm^3]; its error is the tolerance of the volume read back from a STEP file."""
+    """Return the volume of a shape [mm^3] and its tolerance, for comparison with the volume in a STEP file."""
     volume = volume_of(shape)
     relative = 2.0 * _INTEGRAL_TOLERANCE if _has_revolved_face(shape) else _STEP_TOLERANCE
     return Estimate(volume, volume * relative, unit="mm^3")
@@ -165,7 +169,7 @@ def export_stl(shape: cq.Shape, path: Path) -> trimesh.Trimesh:
 
 
 def _export_stl(shape: cq.Shape, path: Path, expected: Estimate) -> trimesh.Trimesh:
-    """Write a shape [mm] as STL and return the mesh read back; `expected` is its volume, from `triangles_volume`."""
+    """Write a shape [mm] as STL, and return the mesh read back; `expected` is the result of `triangles_volume`."""
     write_stl(shape, path)
     mesh = read_stl(path)
     compare_volume(path, mesh.volume, expected)
@@ -173,9 +177,9 @@ def _export_stl(shape: cq.Shape, path: Path, expected: Estimate) -> trimesh.Trim
 
 
 def triangles_volume(shape: cq.Shape) -> Estimate:
-    """Return the volume of a shape [mm^3]; its error is the tolerance of the volume that its triangles enclose.
+    """Return the volume of a shape [mm^3] and its tolerance, for comparison with the volume in a mesh file.
 
-    Triangles deviate from curved faces by at most a chord height, and vertices are rounded to single precision.
+    Triangles deviate from curved faces by at most the chord height, and vertices are rounded to single precision.
     """
     volume = float(shape.Volume())
     curved_area = sum(face.Area() for face in shape.Faces() if face.geomType() != "PLANE")
@@ -183,7 +187,7 @@ def triangles_volume(shape: cq.Shape) -> Estimate:
 
 
 def compare_volume(path: Path, volume_read: float, expected: Estimate) -> None:
-    """Raise ExportError if the volume [mm^3] read back from a file is not the expected one within its error."""
+    """Raise ExportError if the volume [mm^3] read back from a file differs from `expected` by more than its error."""
     if not abs(volume_read - expected.value) <= expected.error:
         msg = (
             f"{path.name}: volume read back = {volume_read:.9g} mm^3: must be {expected.value:.9g} within "

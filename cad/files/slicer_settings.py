@@ -5,15 +5,15 @@ import math
 from cad.parts.housing import Housing
 from sensor.design.processes import FOOT_MM, Process
 
-_WIDTHS = ("external_perimeter", "perimeter", "infill", "solid_infill", "top_infill")
-_ROUND_OFF = 1e-6  # round-off of a number of lines
+_LINE_TYPES = ("external_perimeter", "perimeter", "infill", "solid_infill", "top_infill")
+_ROUND_OFF = 1e-6  # tolerance for the round-off error of the number of lines
 
 
 def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
-    """Return the settings, by PrusaSlicer's keys, for a housing as it is modelled: solid, with lines along its leaves.
+    """Return PrusaSlicer settings, by their keys, so that the housing is printed solid, with lines along its leaves.
 
-    Processes that do not print lines have no settings. Settings of printer and filament are left to the profile. So is
-    the height of the first layer, which PrusaSlicer cannot set for one object.
+    Processes that do not print lines have no settings. The settings of the printer and the filament remain those of the
+    print profile. So does the height of the first layer, which PrusaSlicer cannot set for a single object.
     """
     width = process.line_width_mm
     if process.kind != "fdm" or width is None:
@@ -22,8 +22,8 @@ def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
     settings = {
         "layer_height": process.layer_mm,
         "extrusion_width": width,
-        **{f"{name}_extrusion_width": width for name in _WIDTHS},
-        "perimeters": math.ceil(0.5 * line_count - _ROUND_OFF),  # perimeters from both sides fill a leaf
+        **{f"{name}_extrusion_width": width for name in _LINE_TYPES},
+        "perimeters": math.ceil(0.5 * line_count - _ROUND_OFF),  # perimeters on both sides fill the leaf
         "fill_density": "100%",
         "fill_pattern": "rectilinear",
         "elefant_foot_compensation": FOOT_MM,

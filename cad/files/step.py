@@ -1,4 +1,4 @@
-"""STEP files (AP242, millimetres) of assemblies and parts, with names and colours."""
+"""STEP files of assemblies and parts, with names and colours, in AP242 and millimetres."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _READING = {"xstep.cascade.unit": "MM"}
 
 
 def write_step(assembly: cq.Assembly, path: Path) -> None:
-    """Write an assembly or a single part [mm] to a STEP file with the date of `file_date`.
+    """Write an assembly or a single part [mm] to a STEP file, dated by `file_date`.
 
     Raises OSError if the file cannot be written, and MachineError if OCCT cannot translate the solids.
     """
@@ -38,7 +38,7 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
     header.SetAuthorValue(1, _ascii("twintip"))
     header.SetOriginatingSystem(_ascii("twintip"))
     if writer.Write(str(path)) != OCP.IFSelect.IFSelect_RetDone:
-        msg = f"STEP: cannot write {path}; check that the folder exists and has room"
+        msg = f"STEP: cannot write {path}; check that the folder exists and that the disk has free space"
         raise OSError(msg)
 
 
@@ -46,27 +46,27 @@ def write_step(assembly: cq.Assembly, path: Path) -> None:
 def _occt_settings(values: Mapping[str, str]) -> Iterator[None]:
     """Change OCCT's settings, which are global in a process, inside a `with` block, and restore them afterwards.
 
-    Raises MachineError for a setting or a value that OCCT does not know.
+    Raises MachineError if OCCT does not know a setting or refuses its value.
     """
-    # The settings exist only after a controller was initialised.
+    # The settings do not exist until a controller has been initialised.
     OCP.STEPCAFControl.STEPCAFControl_Controller.Init_s()
-    before = {key: OCP.Interface.Interface_Static.CVal_s(key) for key in values}
+    previous_values = {key: OCP.Interface.Interface_Static.CVal_s(key) for key in values}
     try:
         for key, value in values.items():
             if not OCP.Interface.Interface_Static.SetCVal_s(key, value):
-                msg = f"STEP: OCCT does not take {value!r} for {key!r}; install the versions of requirements.lock"
+                msg = f"STEP: OCCT refuses {value!r} for {key!r}; install the versions in requirements.lock"
                 raise MachineError(msg)
         yield
     finally:
-        for key, value in before.items():
+        for key, value in previous_values.items():
             OCP.Interface.Interface_Static.SetCVal_s(key, value)
 
 
 def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
-    """Return OCCT's document of an assembly or a single part.
+    """Return an OCCT document that holds an assembly or a single part.
 
-    The parts of an assembly are components of one label, `assembly_label`. Parts with the same shape refer to one
-    product, which has the name and the colour of the first of them.
+    The parts of an assembly are components of one label, `assembly_label`. Parts with the same shape refer to a common
+    product, which has the name and the colour of the first of these parts.
     """
     document = OCP.TDocStd.TDocStd_Document(_unicode("XmlOcaf"))
     shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
@@ -89,15 +89,16 @@ def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
 
 
 def _parts(assembly: cq.Assembly) -> Sequence[cq.Assembly]:
-    """Return the parts of an assembly, or a single part itself in a list."""
+    """Return the parts of an assembly. A single part is returned as the only element of a list."""
     return assembly.children or [assembly]
 
 
 def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]) -> None:
-    """Name the instances of parts in the order in which they were added.
+    """Give the instances of parts their names, in the order in which the parts were added.
 
-    An assembly has instances, and so has a single part that was moved. OCCT itself finds the name of an instance by its
-    location. It confuses instances that lie where their product was drawn, and then some names are wrong or missing.
+    An assembly has instances, and so does a single part that was moved. OCCT would look up the name of an instance by
+    its location. It confuses instances that were not moved from where their product was drawn, so that some names are
+    wrong or missing.
     """
     entities = (model.Value(number + 1) for number in range(model.NbEntities()))
     instance_type = OCP.StepRepr.StepRepr_NextAssemblyUsageOccurrence
@@ -108,24 +109,24 @@ def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]
 
 
 def _unicode(text: str) -> OCP.TCollection.TCollection_ExtendedString:
-    """Return a text as a Unicode string of OCCT."""
+    """Return a text as OCCT's Unicode string."""
     return OCP.TCollection.TCollection_ExtendedString(text)
 
 
 def _ascii(text: str) -> OCP.TCollection.TCollection_HAsciiString:
-    """Return a text as an ASCII string of OCCT."""
+    """Return a text as OCCT's ASCII string."""
     return OCP.TCollection.TCollection_HAsciiString(text)
 
 
 def read_step(path: Path) -> cq.Shape:
-    """Return the shape of a STEP file [mm], which may begin with a byte order mark.
+    """Read the shape [mm] in a STEP file, which may begin with a byte order mark.
 
-    Raises OSError for a file that cannot be read, and ValueError for one without a shape.
+    Raises OSError if the file cannot be read, and ValueError if it holds no shape.
     """
     with path.open("rb") as file:
         has_mark = file.read(len(codecs.BOM_UTF8)) == codecs.BOM_UTF8
         without_mark = io.BytesIO(file.read() if has_mark else b"")
-    # Without this, OCCT prints its messages to the terminal; the caller gets an error instead.
+    # OCCT must not print its messages to the terminal, because an error is raised instead.
     OCP.Message.Message.DefaultMessenger_s().ChangePrinters().Clear()
     with _occt_settings(_READING):
         reader = OCP.STEPControl.STEPControl_Reader()

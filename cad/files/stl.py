@@ -1,4 +1,4 @@
-"""STL files [mm]: written in binary form; read from any origin, with equal vertices merged."""
+"""STL files [mm]: written in binary form, and read in either form, with equal vertices merged."""
 
 from __future__ import annotations
 
@@ -11,28 +11,29 @@ import numpy as np
 import trimesh
 
 CHORD_MM = 0.005  # largest distance between a triangle and the face that it approximates
-ANGLE_RAD = 0.1  # largest angle between neighbouring facets: 16 facets in a quarter circle of any fillet
-_HEADER_BYTES = 84  # 80 bytes of text and 4 bytes with the number of triangles
-# A facet of a binary file, in its 50 bytes.
+ANGLE_RAD = 0.1  # largest angle between neighbouring facets, which gives 16 facets per quarter circle
+_HEADER_BYTES = 84  # 80 bytes of text, and 4 bytes for the number of triangles
+# The 50 bytes of a facet in a binary file.
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _FACET_WORD = re.compile(rb"facet\s+normal\s", re.IGNORECASE)
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 
 
 def write_stl(shape: cq.Shape, path: Path, angle: float = ANGLE_RAD) -> None:
-    """Write a solid [mm] as binary STL; raises OSError.
+    """Write a solid [mm] as binary STL.
 
-    The normals of neighbouring facets of a curved face differ by at most `angle` [rad].
+    The normals of neighbouring facets on a curved face differ by at most `angle` [rad]. Raises OSError if the file
+    cannot be written.
     """
-    unmeshed = shape.copy()  # a shape keeps its triangles, and an earlier, finer mesh would be written
+    unmeshed = shape.copy()  # without the copy, an earlier, finer mesh of the shape would be written
     unmeshed.exportStl(str(path), CHORD_MM, angle, relative=False, parallel=False)
     if not path.is_file():
-        msg = f"STL: cannot write {path}; check that the folder exists and has room"
+        msg = f"STL: cannot write {path}; check that the folder exists and that the disk has free space"
         raise OSError(msg)
 
 
 def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
-    """Return the triangles of a shape [mm] as its STL file would hold them; `angle` [rad] as in `write_stl`."""
+    """Return the triangles of a shape [mm] as they would be in its STL file; `angle` [rad] is as in `write_stl`."""
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         path = Path(folder) / "shape.stl"
         write_stl(shape, path, angle)
@@ -40,10 +41,11 @@ def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
 
 
 def read_stl(path: Path) -> trimesh.Trimesh:
-    """Return the triangles of an STL file [mm], binary or text.
+    """Return the triangles [mm] of a binary or text STL file.
 
-    The first word of a file is not a reliable sign of its form. A file is binary if its size agrees with its number of
-    triangles, or if the words `facet normal` are missing. Raises ValueError if the file is damaged or has no triangles.
+    The first word of a file does not reliably show its form. A file is read as binary if its size agrees with its
+    number of triangles, or if it does not contain the words `facet normal`. Raises ValueError if the file is damaged or
+    has no triangles.
     """
     data = path.read_bytes()
     has_binary_size = len(data) == _HEADER_BYTES + _FACET.itemsize * _triangle_count(data)
@@ -67,5 +69,5 @@ def read_stl(path: Path) -> trimesh.Trimesh:
 
 
 def _triangle_count(data: bytes) -> int:
-    """Return the number of triangles in the header of a binary file; 0 if the file is shorter than a header."""
+    """Return the number of triangles in the header of a binary file, or 0 if the file is shorter than a header."""
     return int.from_bytes(data[_HEADER_BYTES - 4 : _HEADER_BYTES], "little")

@@ -1,6 +1,6 @@
-"""3MF files [mm]: written with one named object per body, and read by lib3mf, whose warnings are reported as faults.
+"""3MF files [mm], written with one named object per body, and read by lib3mf, whose warnings are reported as faults.
 
-Print settings are stored in addition to the objects, as in a project of PrusaSlicer; other programs ignore them.
+Print settings can be stored in addition to the objects, as in a PrusaSlicer project. Other programs ignore them.
 """
 
 import zipfile
@@ -20,7 +20,7 @@ from sensor.arrays import Floats
 _XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
 _SCHEMAS = "http://schemas.openxmlformats.org/package/2006"
 _MICROSOFT = "http://schemas.microsoft.com/3dmanufacturing"
-# The parts of a package that describe its types and its entry point.
+# The parts of a package that describe its types and its entry point. `write_3mf` replaces {more}.
 _FRAME = {
     "[Content_Types].xml": f'{_XML}<Types xmlns="{_SCHEMAS}/content-types">'
     '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
@@ -32,7 +32,7 @@ _MODEL = (
     f'{_XML}<model unit="millimeter" xml:lang="en-US" xmlns="{_MICROSOFT}/core/2015/02"><resources>\n'
     "{objects}\n</resources><build>{items}</build></model>\n"
 )
-# PrusaSlicer's settings of single objects, which replace settings of the print profile.
+# The file with PrusaSlicer's settings for single objects, which override the settings of the print profile.
 _SETTINGS = "Metadata/Slic3r_PE_model.config"
 _SETTINGS_TYPE = '<Default Extension="config" ContentType="text/xml"/>'
 _UNKNOWN_ATTRIBUTE = 0x80A7  # lib3mf's NMR_ERROR_NAMESPACE_INVALID_ATTRIBUTE
@@ -44,12 +44,12 @@ _MILLIMETRES = {
     lib3mf.ModelUnit.Foot: 304.8,
     lib3mf.ModelUnit.Meter: 1e3,
 }
-_FIRST_ZIP_DAY = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date that an entry of a ZIP archive can have
+_EARLIEST_ZIP_DATE = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of an entry in a ZIP archive
 
 
 @dataclass(frozen=True, kw_only=True)
 class Package:
-    """The contents of a 3MF file: all its triangles [mm], the names of its objects, and violations of the standard."""
+    """The contents of a 3MF file: its triangles [mm], the names of its objects, and its violations of the standard."""
 
     mesh: trimesh.Trimesh
     names: tuple[str, ...]
@@ -57,10 +57,11 @@ class Package:
 
 
 def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mapping[str, str] | None = None) -> None:
-    """Write named, closed meshes with merged vertices [mm] as the objects of a 3MF file; raises OSError.
+    """Write closed meshes with merged vertices [mm] as the objects of a 3MF file; `bodies` holds them by name.
 
-    `settings` are settings of PrusaSlicer for all objects, by its keys. The entries of the package have the date of
-    `file_date`. For old slicers the package has no extensions and no 64-bit sizes.
+    `settings` holds PrusaSlicer settings for all objects. The entries of the package are dated by `file_date`. The
+    package has no extensions and no 64-bit sizes, so that old slicers can read it. Raises OSError if the file cannot be
+    written.
     """
     objects = [_object_text(number, name, mesh) for number, (name, mesh) in enumerate(bodies.items(), start=1)]
     items = [f'<item objectid="{number}"/>' for number in range(1, len(bodies) + 1)]
@@ -68,17 +69,17 @@ def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mappi
     parts["3D/3dmodel.model"] = _MODEL.format(objects="\n".join(objects), items="".join(items))
     if settings:
         parts[_SETTINGS] = _settings_text(bodies, settings)
-    date = max(file_date(), _FIRST_ZIP_DAY).timetuple()[:6]
+    date = max(file_date(), _EARLIEST_ZIP_DATE).timetuple()[:6]
     with zipfile.ZipFile(path, "w") as package:
         for name, text in parts.items():
             part = zipfile.ZipInfo(name, date)
             part.compress_type = zipfile.ZIP_DEFLATED
-            part.create_system = 0  # equal on all operating systems
+            part.create_system = 0  # otherwise the bytes would depend on the operating system
             package.writestr(part, text)
 
 
 def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str, str]) -> str:
-    """Return the XML with the settings of each object and, as PrusaSlicer requires, the range of its triangles."""
+    """Return XML with the settings of each object, and with the range of its triangles, which PrusaSlicer requires."""
     entries = "".join(
         f'  <metadata type="object" key={quoteattr(key)} value={quoteattr(value)}/>\n'
         for key, value in settings.items()
@@ -92,7 +93,7 @@ def _settings_text(bodies: Mapping[str, trimesh.Trimesh], settings: Mapping[str,
 
 
 def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:
-    """Return the XML of an object; nine significant digits represent a number of single precision exactly."""
+    """Return the XML of an object. Nine significant digits represent a single-precision number exactly."""
     vertices = "\n".join('<vertex x="{:.9g}" y="{:.9g}" z="{:.9g}"/>'.format(*row) for row in mesh.vertices.tolist())
     triangles = "\n".join('<triangle v1="{}" v2="{}" v3="{}"/>'.format(*row) for row in mesh.faces.tolist())
     mesh_text = f"<mesh><vertices>\n{vertices}\n</vertices><triangles>\n{triangles}\n</triangles></mesh>"
@@ -100,9 +101,9 @@ def _object_text(number: int, name: str, mesh: trimesh.Trimesh) -> str:
 
 
 def read_3mf(path: Path) -> Package:
-    """Return the printed contents of a 3MF file, read by lib3mf.
+    """Return the objects to be printed in a 3MF file, as read by lib3mf.
 
-    Equal vertices of an object are merged and reported as a fault, because the standard requires merged vertices.
+    Equal vertices of an object are merged. They are reported as a fault, because the standard requires merged vertices.
     Raises ValueError if the file cannot be read or holds no triangles.
     """
     model = lib3mf.get_wrapper().CreateModel()
@@ -132,19 +133,19 @@ def read_3mf(path: Path) -> Package:
 def _printed_meshes(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
     """Yield the name and the triangles of each mesh to be printed, in its position on the bed [mm].
 
-    Supports and other objects that are not of the type `model` are left out. Raises ValueError for an invalid vertex.
+    Supports and other objects whose type is not `model` are skipped. Raises ValueError if a vertex is invalid.
     """
     items = model.GetBuildItems()
     while items.MoveNext():
         item = items.GetCurrent()
-        # Transforms are in the unit of the file too, so they are applied before the conversion to mm.
+        # Transforms are in the unit of the file, so they are applied before the conversion to millimetres.
         for name, mesh in _placed_meshes(item.GetObjectResource(), _transform_matrix(item.GetObjectTransform())):
             mesh.vertices *= _MILLIMETRES[model.GetUnit()]
             yield name, mesh
 
 
 def _placed_meshes(body: lib3mf.Object, placement: Floats) -> Iterator[tuple[str, trimesh.Trimesh]]:
-    """Yield the names and meshes of an object and of its components, in the unit of the file.
+    """Yield the name and the mesh of an object, or of each of its components, in the unit of the file.
 
     `placement` (4, 4) is the transform of the object. Raises ValueError if a coordinate is not a finite number.
     """
@@ -160,32 +161,32 @@ def _placed_meshes(body: lib3mf.Object, placement: Floats) -> Iterator[tuple[str
     if body.GetTriangleCount():
         corners = np.array([corner.Coordinates[:] for corner in body.GetVertices()], dtype=float)
         if not np.isfinite(corners).all():
-            msg = f"a vertex of object {body.GetName()!r} is not a number"
+            msg = f"a coordinate of object {body.GetName()!r} is not a finite number"
             raise ValueError(msg)
         triangles = np.array([triangle.Indices[:] for triangle in body.GetTriangleIndices()])
         mesh = trimesh.Trimesh(corners, triangles, process=False)
-        mesh.apply_transform(placement)  # a mirrored mesh gets reversed triangles, as in slicers
+        mesh.apply_transform(placement)  # it also reverses the triangles of a mirrored mesh, as slicers do
         yield body.GetName(), mesh
 
 
 def _transform_matrix(transform: lib3mf.Transform) -> Floats:
-    """Return the matrix (4, 4) of a transform of lib3mf, whose rows are the images of the axes and of the origin."""
+    """Return the matrix (4, 4) of a lib3mf transform, whose rows are the images of the axes and of the origin."""
     matrix = np.eye(4)
     matrix[:3] = np.array([row[:] for row in transform.Fields]).T
     return matrix
 
 
 def _count_printable(path: Path) -> int:
-    """Return the number of items with the attribute `printable`, which slicers write although it is in no standard."""
+    """Count the items with the attribute `printable`, which slicers write although no standard defines it."""
     with zipfile.ZipFile(path) as package:
         models = [name for name in package.namelist() if name.lower().endswith(".model")]
         return sum(package.read(name).count(b" printable=") for name in models)
 
 
 def _reader_faults(reader: lib3mf.Reader, printable_count: int) -> list[str]:
-    """Return the warnings of lib3mf on a file, without those on the attribute `printable`.
+    """Return lib3mf's warnings about a file, except the warnings about the attribute `printable`.
 
-    lib3mf warns once for each of the `printable_count` items with this attribute. The attribute is no fault, because
+    lib3mf warns once for each of the `printable_count` items with this attribute. The attribute is not a fault, because
     all slicers write and read it.
     """
     faults = []
