@@ -1,1 +1,1 @@
-"""Files made from a design: solids, files for fabrication, and fields; these stages start the CAD kernel."""
+"""The stages that write files of a design: solids, files for fabrication, and fields. They start the CAD kernel."""

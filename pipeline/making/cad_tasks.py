@@ -1,6 +1,6 @@
-"""Tasks that need the CAD kernel: files of solids and files for fabrication, each with its verdicts.
+"""Tasks that need the CAD kernel: they write the solids and the files for fabrication, and check them.
 
-Each function imports what it needs when it is called, so the process that submits it to a worker needs no kernel.
+Each function imports the kernel when it is called, so that a process that only submits the task does not load it.
 """
 
 from pathlib import Path
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Written:
-    """Write the STEP, STL and 3MF files of a sensor into `folder`, and return their paths with the verdicts on them.
+    """Write the STEP, STL, 3MF and GLB files of a sensor to `folder`; return their paths and the geometry verdicts.
 
-    The verdicts on clearances need the `deflections` of the springs [mm]. Raises OSError if a file cannot be written,
-    and ExportError if its content is wrong.
+    `deflections` [mm] are the deflections of the springs at full travel, for the verdicts on the stops. Raises OSError
+    if a file cannot be written, and ExportError if its content is wrong.
     """
     from cad.checks.sensor_checks import sensor_verdicts
     from cad.fabrication.file_shapes import HOUSING_FILES, files_as_designed
@@ -33,7 +33,7 @@ def write_solids(design: Design, housing: Housing, deflections: tuple[float, ...
 
 
 def write_fabrication_files(design: Design, housing: Housing, read_out: "SpringReadOut", folder: Path) -> Written:
-    """Write the files for fabrication into `folder`; return their paths with the verdicts on cover and bracket.
+    """Write the files for fabrication to `folder`; return their paths and the verdicts on cover and bracket.
 
     Raises OSError if a file cannot be written, and ExportError if its content is wrong.
     """

@@ -1,4 +1,4 @@
-"""Further files for fabrication: drawing, test coupon, cover and sheet; verdicts on cover and lateral stiffness."""
+"""The stage that makes the files for fabrication, and the verdicts on the lateral stiffness of the springs."""
 
 from concurrent.futures import Executor, Future
 from functools import partial
@@ -20,15 +20,15 @@ from sensor.quantity import Estimate
 from sensor.verdict import Verdict, judge
 from solve.housing.stiffness import sideways_stiffness
 
-# Minimum stiffness across the plate over the stiffness along the press, for each spring.
+# Smallest ratio of the stiffness across the plate to the stiffness along the press, for each spring.
 MIN_SIDEWAYS_RATIO = {"low": 3.0, "high": 1.2}
 
 
 def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
-    """Begin to make the files for fabrication, and return their future, with the verdicts on cover and bracket.
+    """Begin to make the files for fabrication; return a future of the files and of the verdicts on cover and bracket.
 
-    There are no files if fabrication is not requested, or if no housing can be made. The future raises OSError if a
-    file cannot be written, and ExportError if a body has another volume when its file is read back.
+    No files are made if fabrication is not requested, or if no housing can be made. The future raises OSError if a file
+    cannot be written, and ExportError if the volume read back from a file is wrong.
     """
     design, springs = sensor.design, sensor.springs
     housing = springs.housing
@@ -52,34 +52,35 @@ def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Exec
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
-    """Return the verdict on the lateral stiffness of each spring: across the plate, over that along the press [1].
+    """Return a verdict for each spring on the ratio [1] of its lateral stiffness to its stiffness along the press.
 
-    The error of the lateral stiffness is the difference between two meshes. There are no verdicts unless fabrication is
-    requested and there is a housing. Raises SolveError if the housing cannot be solved.
+    The lateral stiffness resists a push on the tip across the plate. Its error is the difference between a fine and a
+    coarse mesh. No verdict is returned if fabrication is not requested, or if there is no housing. Raises SolveError if
+    the housing cannot be solved.
     """
     housing = springs.housing
     process = springs.process
     if not options.fabrication or housing is None:
         return ()
 
-    def stiffnesses(scale: float) -> tuple[float, ...]:
+    def solve_mesh(scale: float) -> tuple[float, ...]:
         mesh = flexure_mesh(housing, scale)
         return sideways_stiffness(mesh, process.E_MPa, process.poisson, mount_layers(housing))
 
     def solve_both_meshes() -> dict[str, tuple[float, ...]]:
-        return {"fine": stiffnesses(1.0), "coarse": stiffnesses(COARSE)}
+        return {"fine": solve_mesh(1.0), "coarse": solve_mesh(COARSE)}
 
     inputs = {"housing": housing, "E": process.E_MPa, "nu": process.poisson}
     by_mesh = load_or_compute("sideways", inputs, solve_both_meshes, dict[str, tuple[float, ...]])
     verdicts = []
-    rows = zip(springs.springs.items(), by_mesh["fine"], by_mesh["coarse"], strict=True)
-    for (name, spring), fine, coarse in rows:
+    springs_and_stiffnesses = zip(springs.springs.items(), by_mesh["fine"], by_mesh["coarse"], strict=True)
+    for (name, spring), fine, coarse in springs_and_stiffnesses:
         verdicts.append(sideways_verdict(name, spring, fine, abs(fine - coarse)))
     return tuple(verdicts)
 
 
 def sideways_verdict(name: str, spring: MadeSpring, K: float, error: float) -> Verdict:
-    """Return the verdict on the lateral stiffness `K` of a spring, with its `error` [N/mm, both]."""
+    """Return the verdict on the lateral stiffness `K` [N/mm] of a spring; `error` [N/mm] is the error of `K`."""
     ratio = Estimate(K / spring.stiffness, error / spring.stiffness)
     reference = "FE stiffness across the plate over that along the press; must be at least the limit"
     return judge(f"sideways.{name}", ratio, reference, limit=MIN_SIDEWAYS_RATIO[name])

@@ -1,6 +1,6 @@
-"""Meshes and fields as VTU files: the housing under its forces at full travel, and the fruit under the tips.
+"""VTU files of meshes and fields: the housing under its forces at full travel, and the fruit under the tips.
 
-The housing is written as a CalculiX deck too.
+The housing is also written as a CalculiX deck.
 """
 
 from pathlib import Path
@@ -32,12 +32,18 @@ _COLUMNS = (0, 1, 2, 1, 2, 2)
 
 
 def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
-    """Write the mesh of the half housing y >= 0 [mm] as flexure.vtu, and with `options.fields` all fields.
+    """Write the mesh of the half housing y >= 0 [mm] to flexure.vtu, and the fields if `options.fields` is set.
+
+    With fields, three files are written:
+
+    - flexure.vtu holds the fields of the housing under the forces for which the root strains are judged. An array for
+      each spring is 1 at the node with the largest strain on its leaves, and 0 elsewhere.
+    - flexure.inp is the CalculiX deck of the housing.
+    - fruit.vtu holds the fields of the fruit under the forces of the scene.
 
     The fields at the nodes are displacement [mm], stress and von Mises stress [MPa], and largest principal strain [1].
-    A mark is 1 at the node with the largest strain on the leaves of each spring. The housing is under the forces for
-    which the root strain of each spring is judged. With fields, the fruit under the forces of the scene is written as
-    fruit.vtu, and the housing as a CalculiX deck too. Returns the reason for each file that is left out.
+    Without a housing, only fruit.vtu is written. If files cannot be written because a solve fails, the reason is
+    returned.
     """
     springs = sensor.springs
     if not options.fields:
@@ -60,7 +66,7 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 
 
 def _write_flexure(springs: FittedSprings, folder: Path) -> None:
-    """Write the housing with its fields under the forces for which the root strains are judged, and its CalculiX deck.
+    """Write the fields and the CalculiX deck of the housing under the forces for which the root strains are judged.
 
     Raises SolveError if the housing cannot be solved.
     """
@@ -80,9 +86,10 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
 
 
 def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:
-    """Return the fields of half a housing under the force on each tip for which the root strain is judged.
+    """Return the fields of half a housing under the tip forces for which the root strains are judged.
 
-    That force is the stiffness of the spring times its deflection. Raises SolveError if it cannot be solved.
+    The force on a tip is the stiffness of its spring times its deflection at full travel. Raises SolveError if the
+    housing cannot be solved.
     """
     pairs = zip(springs.springs.values(), springs.deflections, strict=True)
     forces = np.array([spring.stiffness * deflection for spring, deflection in pairs])
@@ -91,9 +98,9 @@ def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFie
 
 
 def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
-    """Return the fields as arrays of a VTU file, whose names contain units.
+    """Return the arrays of a VTU file for these fields, by names that contain the units.
 
-    The components of a tensor are xx, yy, zz, xy, yz, xz.
+    The components of the stress tensor are xx, yy, zz, xy, yz, xz.
     """
     return {
         "displacement_mm": fields.displacement,

@@ -1,4 +1,4 @@
-"""The half housing in its mount with a force on each tip, as a CalculiX deck, which anyone can solve as a check."""
+"""A CalculiX deck of the half housing in its mount, with a force on each tip, for an independent check."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from solve.housing.clamped_half import HOLES, PRESS, SIDES, ClampedHalf
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face, tip_means
 
 NAME = "flexure.inp"
-KIND = "C3D20R"  # 20-node hexahedra with 2^3 Gauss points, the elements of the project's own solution
+KIND = "C3D20R"  # 20-node hexahedra with 2^3 Gauss points, as in the solver of this project
 _SYMMETRY = "symmetry"
 _HEADING = """\
 The half y >= 0 of a housing in its mount: N, mm, MPa, 20-node hexahedra with 2^3 Gauss points.
@@ -23,12 +23,12 @@ _PINS = "Pins are left out here: with one, 1 / K is larger by {compliance:.6g} m
 
 
 def mean_of(spring: str) -> str:
-    """Return the name of the node whose u_z is the mean u_z of the face of a spring's tip."""
+    """Return the name of the node whose displacement u_z is the mean u_z of the tip face of a spring."""
     return f"{tip_face(spring)}_mean"
 
 
 def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) -> None:
-    """Write the deck of a housing; its comments give K of both springs with error bars.
+    """Write the deck of a housing. Its comments state the stiffness K of both springs with error bars.
 
     Raises OSError if the file cannot be written.
     """
@@ -44,10 +44,10 @@ def write_flexure_deck(springs: FittedSprings, half: ClampedHalf, path: Path) ->
 
 
 def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
-    """Return the deck of a half housing [mm] with Young's modulus `E` [MPa] and a force on each tip, in a step each.
+    """Return the deck of a half housing [mm] with Young's modulus `E` [MPa], which presses one tip in each step.
 
-    The force on half a tip is 0.5 N, which is 1 N on the whole tip. K [N/mm] is therefore 1 over the mean u_z [mm] of
-    the face of the tip. The elastic layers of the mount become springs.
+    The force on half a tip is 0.5 N, so the force on the whole tip is 1 N. K [N/mm] is therefore 1 divided by the mean
+    displacement u_z [mm] of the tip face. The elastic layers of the mount are replaced by springs.
     """
     elements = elements_of(half.basis, KIND)
     names = (HOLES, SIDES, _SYMMETRY, *map(tip_face, SPRINGS), *map(leaf_faces, SPRINGS))

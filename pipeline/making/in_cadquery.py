@@ -1,4 +1,4 @@
-"""The solids of a result in CadQuery, for `import twintip`: a module of its own, because it loads the CAD kernel."""
+"""The solids of a result as CadQuery objects, for `import twintip`. Importing this module loads the CAD kernel."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 def housing(result: SensorResult) -> cq.Workplane:
     """Return the housing of a result [mm] as a CadQuery workplane.
 
-    It is the solid of housing.step, in the frame of the sensor. The axis x runs along the tips, whose faces lie at
-    z = 0, and z points away from the fruit. A square has two equal plates, of which this is one.
+    It is the solid in housing.step, in sensor coordinates. The x axis runs along the tips, whose faces lie at z = 0,
+    and z points away from the fruit. A square of tips has two equal plates, and one of them is returned.
 
     Parameters
     ----------
@@ -53,8 +53,8 @@ def housing(result: SensorResult) -> cq.Workplane:
 def cover(result: SensorResult) -> cq.Workplane:
     """Return the cover behind the housing of a result [mm] as a CadQuery workplane.
 
-    It is the solid of cover.step, in the frame of `housing`. It is printed twice: the front cover is the same part,
-    turned by half a turn.
+    It is the solid in cover.step, in the coordinates of `housing`. The cover is printed twice: the front cover is the
+    same part, rotated by 180 degrees.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def cover(result: SensorResult) -> cq.Workplane:
 def mount(result: SensorResult) -> cq.Workplane:
     """Return the bracket that carries the sensor of a result [mm] as a CadQuery workplane.
 
-    It is the solid of mount.step, in the frame of `assembly`.
+    It is the solid in mount.step, in the coordinates of `assembly`.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def mount(result: SensorResult) -> cq.Workplane:
 
 @in_turn()
 def assembly(result: SensorResult) -> cq.Assembly:
-    """Return the sensor of a result over its fruit [mm], before the press, as a CadQuery assembly.
+    """Return the sensor of a result above its fruit [mm], before the press, as a CadQuery assembly.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def assembly(result: SensorResult) -> cq.Assembly:
     -------
     cadquery.Assembly
         The parts of assembly.step: `housing` or `plate_1` and `plate_2`, `front_cover`, `screw_1`, `fruit` and others.
-        Each has its place `loc`, and equal parts share one shape. The faces of housing and covers are tags.
+        Each part has its position in `loc`, and equal parts share one shape. The faces of housing and covers are tags.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def assembly(result: SensorResult) -> cq.Assembly:
 
 
 def _solids_of(result: SensorResult) -> SensorSolids:
-    """Return the solids of the sensor of a result; raises InputError if it has no housing."""
+    """Return the solids of the sensor of a result. Raises InputError if the sensor has no housing."""
     housing_of_result = result.springs.housing
     if housing_of_result is None:
         hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"

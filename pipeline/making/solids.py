@@ -1,4 +1,4 @@
-"""The files of a sensor's solids, as a part and as an assembly over its fruit, and the verdicts on their geometry."""
+"""The stage that makes the files of a sensor's solids, as a part and as an assembly, and their geometry verdicts."""
 
 from __future__ import annotations
 
@@ -14,26 +14,27 @@ from pipeline.storage.workers import finished_future, submit
 from sensor.design.design_file import design_as_mapping
 from sensor.design.parameters import Design
 
-_SHAPES = ("name", "fruit", "tips", "press")  # tables of the design that solids and their checks depend on
+_INPUT_TABLES = ("name", "fruit", "tips", "press")  # tables of the design on which solids and their checks depend
 
 
 class SolidMaker:
-    """The maker of the solids of a design, which works in parallel with the solves if it has a worker process.
+    """Makes the solids of a design, in parallel with the solves if it has a worker process.
 
-    It begins the files of each housing that may be the final one, and discards those of a housing that is not.
+    The files of each housing that may be the final one are begun at once. They are discarded if another housing turns
+    out to be the final one.
     """
 
     def __init__(self, design: Design, executor: Executor | None) -> None:
-        """Store the design, and the executor of the worker, or None to work in this process."""
+        """Store the design and the executor that runs the tasks; with None, they run in this process."""
         self._design = design
         self._executor = executor
         self._begun: tuple[Housing, Future[KeptFiles]] | None = None
 
     def size(self, housing: Housing, deflections: tuple[float, ...]) -> Future[PartSize]:
-        """Begin to make the solid of a housing, and return the future of its size.
+        """Begin to make the solid of a housing, and return a future of its size.
 
-        `deflections` are those of its springs [mm]. A worker makes the files of this housing next, before the solves
-        have determined whether it is the final one.
+        `deflections` [mm] are the deflections of its springs at full travel. A worker process then begins the files of
+        this housing, although the solves have not yet shown whether it is the final one.
         """
         size = submit(self._executor, solid_size, housing)
         if self._executor is not None:
@@ -41,10 +42,10 @@ class SolidMaker:
         return size
 
     def files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
-        """Begin to make the STEP, STL and 3MF files of a housing, unless that has begun, and return their future.
+        """Begin to make the files of a housing, unless they were already begun, and return a future of them.
 
-        Files of an earlier run are taken from the cache. Without a housing there are none. The future raises OSError if
-        a file cannot be written, and ExportError if its content is wrong.
+        The files of an earlier run are taken from the cache. If `housing` is None, there are no files. The future
+        raises OSError if a file cannot be written, and ExportError if its content is wrong.
         """
         if self._begun is not None:
             if self._begun[0] == housing:
@@ -53,10 +54,10 @@ class SolidMaker:
         if housing is None:
             return finished_future(KeptFiles())
         design = self._design
-        # These inputs are the key of the cache, so everything that a check uses must be among them.
+        # The cache key is computed from these inputs, so they must include everything that a check uses.
         inputs = {
             "process": design.process,
-            "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
+            "design": {key: value for key, value in design_as_mapping(design).items() if key in _INPUT_TABLES},
             "housing": housing,
             "seats": seats_of(design, housing),
             "deflections": deflections,

@@ -1,1 +1,1 @@
-"""Pictures of an output folder: the part and its fields."""
+"""Pictures and web pages of the parts and fields in an output folder."""

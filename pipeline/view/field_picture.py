@@ -1,4 +1,4 @@
-"""The picture of a scene: a deformed body coloured by a field, with a colour bar and a ruler."""
+"""A picture of a scene: a deformed body coloured by a field, with a colour bar and a ruler."""
 
 import textwrap
 from dataclasses import dataclass
@@ -10,19 +10,19 @@ import pyvista as pv
 from pipeline.report.page.page_bodies import deformation_factor
 from sensor.words import round_below
 
-Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
+Mesh = Any  # a PyVista data set; its decorated methods have no types that mypy's strict mode accepts
 Plotter = Any
 
 DISPLACEMENT = "displacement_mm"
 BODY = "#c8ccd2"
 EDGE = "#30343a"
 PALETTE = "YlOrRd"  # pale for low values, so that the shape stays visible
-SUBDIVISION = 3  # number of times that the facet of a second-order cell is halved
-_SHARP_EDGE = 25.0  # minimum angle between two facets at a sharp edge [deg]
-_ZOOM = 0.75  # less than 1, which leaves room for title, ruler and colour bar
-_NARROW = 900  # width of a picture up to which the colour bar has few numbers [pixels]
-_TITLE_SIZE = 11
-_LETTER_WIDTH = 1.35  # average width of a letter over the font size of a title
+SUBDIVISION = 3  # number of times that each facet of a second-order cell is halved
+_SHARP_EDGE_DEG = 25.0  # smallest angle between two facets at a sharp edge
+_ZOOM = 0.75  # less than 1, so that there is space for the title, the ruler and the colour bar
+_NARROW = 900  # [pixels] up to this width of a picture, the colour bar has few numbers
+_TITLE_SIZE = 11  # font size of a title
+_LETTER_WIDTH = 1.35  # average width of a letter in a title, divided by the font size
 
 
 class Vector(NamedTuple):
@@ -38,7 +38,7 @@ FRONT = Vector(0.25, -1.0, 0.45)
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """A scalar field: the name of its array of values at the nodes, and its title with the unit."""
+    """A scalar field: the name of the array with its values at the nodes, and its title with the unit."""
 
     array: str
     title: str
@@ -51,11 +51,11 @@ class Field:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldPicture:
-    """The mesh [mm] of a whole body, the fields that can colour it, of which the first is the default, and the view.
+    """The mesh [mm] of a whole body, the fields that can colour it, and the view.
 
-    With `enlarged`, small displacements are drawn on a larger scale. `direction` points from the body to the viewer.
-    `cut_y` is the y coordinate [mm] of the plane at which the body is cut open. `focus` are the bounds of the picture
-    (x, x, y, y, z, z) [mm].
+    The first field is the default. If `enlarged` is true, small displacements are drawn on a larger scale. `direction`
+    points from the body to the viewer. `cut_y` [mm] is the y coordinate of the plane at which the body is cut open.
+    `focus` holds the bounds of the picture [mm]: minimum and maximum x, minimum and maximum y, minimum and maximum z.
     """
 
     name: str
@@ -69,7 +69,7 @@ class FieldPicture:
 
     @property
     def caption(self) -> str:
-        """Return the title, with the scale of the displacements and the largest displacement."""
+        """Return the title of the scene, the scale of the displacements, and the largest displacement, as text."""
         scale = "as they are" if self.factor == 1.0 else f"{self.factor:g} times"
         return f"{self.title}; displacements drawn {scale}, at most {self.largest_displacement_mm:.3g} mm"
 
@@ -80,12 +80,12 @@ class FieldPicture:
 
     @property
     def largest_displacement_mm(self) -> float:
-        """Return the largest displacement [mm]."""
+        """Return the largest displacement of a node [mm], before it is enlarged."""
         return float(np.linalg.norm(self.mesh.point_data[DISPLACEMENT], axis=1).max())
 
 
 def deformed_surface(scene: FieldPicture, subdivision: int = SUBDIVISION) -> tuple[Mesh, Mesh]:
-    """Return the undeformed surface of a scene [mm], and the surface with its displacements as they are drawn.
+    """Return the undeformed surface of a scene [mm], and its deformed surface with the displacements as drawn.
 
     `subdivision` is the number of times that each facet of a second-order cell is halved.
     """
@@ -97,10 +97,10 @@ def deformed_surface(scene: FieldPicture, subdivision: int = SUBDIVISION) -> tup
 
 
 def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None) -> None:
-    """Draw a scene coloured by one of its fields, over the outline of the undeformed body."""
+    """Draw a scene coloured by one of its fields (by default the first), and the edges of the undeformed body."""
     field = field or scene.fields[0]
     bar: dict[str, object] = {
-        # VTK merges colour bars with equal titles, so the title includes the name of the scene.
+        # VTK merges colour bars that have the same title, so the title includes the name of the scene.
         "title": f"{scene.name}: {field.title}\n",
         "color": "black",
         "fmt": "%.3g",
@@ -128,28 +128,28 @@ def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None
 
 
 def draw_part(plotter: Plotter, part: Mesh, title: str, direction: Vector) -> None:
-    """Draw the surface of a part [mm] and its edges; `direction` points from the part to the viewer."""
+    """Draw the surface and the edges of a part [mm]; `direction` points from the part to the viewer."""
     plotter.add_mesh(part, color=BODY, smooth_shading=True, split_sharp_edges=True, ambient=0.15)
     plotter.add_mesh(sharp_edges(part), color=EDGE, line_width=2)
     frame(plotter, part, title, direction)
 
 
 def draw_cells(plotter: Plotter, mesh: Mesh, title: str) -> None:
-    """Draw the cells of a mesh, without fields."""
+    """Draw the surface of a mesh with the edges of its cells, without fields."""
     surface = mesh.linear_copy().extract_surface(algorithm="dataset_surface")
     plotter.add_mesh(surface, color=BODY, ambient=0.15, show_edges=True, edge_color=EDGE, line_width=1)
     frame(plotter, mesh, title, FRONT)
 
 
 def sharp_edges(surface: Mesh) -> Mesh:
-    """Return the sharp edges of a surface as lines."""
+    """Return the sharp edges of a surface as a mesh of lines."""
     return surface.extract_feature_edges(
-        feature_angle=_SHARP_EDGE, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
+        feature_angle=_SHARP_EDGE_DEG, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
     )
 
 
 def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tuple[float, ...] | None = None) -> None:
-    """Add a title and a ruler [mm] to a picture, and point the camera at the body or at the bounds `focus` [mm].
+    """Add a title and a ruler to a picture, and point the camera at the body, or at the bounds `focus` [mm] if given.
 
     `direction` points from the body to the viewer.
     """
@@ -158,18 +158,19 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
     lines = textwrap.wrap(title, letters_per_line)
     plotter.add_text("\n".join(lines), position="upper_edge", font_size=_TITLE_SIZE, color="black")
     left, right, front, _, bottom, _ = bounds
-    length = round_below(0.25 * (right - left))  # of the ruler, which is parallel to x, below the front of the body
+    # The ruler is parallel to x, below the front of the body. A quarter of the width is rounded down to a round length.
+    ruler_mm = round_below(0.25 * (right - left))
     diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
     start = np.array([left, front, bottom - 0.06 * diagonal])
-    plotter.add_mesh(pv.Line(start, start + np.array([length, 0.0, 0.0])), color=EDGE, line_width=4)
+    plotter.add_mesh(pv.Line(start, start + np.array([ruler_mm, 0.0, 0.0])), color=EDGE, line_width=4)
     plotter.add_point_labels(
         [start],
-        [f"{length:g} mm"],
+        [f"{ruler_mm:g} mm"],
         text_color=EDGE,
         shape=None,
         show_points=False,
         always_visible=True,
-        # Seen from below, the ruler is at the top of the picture.
+        # If the body is seen from below, the ruler is at the top of the picture.
         justification_vertical="bottom" if direction[2] > 0.0 else "top",
     )
     plotter.enable_anti_aliasing("ssaa")
@@ -179,6 +180,6 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
 
 
 def _width(plotter: Plotter) -> float:
-    """Return the width of the picture, or of the active part of the window [pixels]."""
+    """Return the width [pixels] of the picture, or of the active part of a window with several pictures."""
     left, _, right, _ = plotter.renderer.viewport
     return float(plotter.window_size[0] * (right - left))

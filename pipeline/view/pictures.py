@@ -1,4 +1,4 @@
-"""Pictures of the contents of an output folder, as files or in a window: part, assembly, and scenes with fields."""
+"""Pictures of an output folder, as files or in a window: part, assembly, mesh, and scenes coloured by fields."""
 
 import os
 import sys
@@ -28,20 +28,20 @@ from pipeline.view.scenes import (
 )
 from sensor.quantity import validation_error
 
-Plotter = Any  # a PyVista plotter: its decorated methods have no types that strict mode takes
+Plotter = Any  # a PyVista plotter; its decorated methods have no types that mypy's strict mode accepts
 
 FLAG = "--png"
-SIZE = (1600, 1000)  # [pixels]
+SIZE = (1600, 1000)  # width and height of a picture or a window [pixels]
 _PRINTED_DIRECTION = Vector(0.35, -0.75, 1.0)
-_HOUSING_AND_FRUIT = 2  # number of parts of an assembly without any other part
-_MAX_COLUMNS = 3  # maximum number of pictures side by side in a window
+_HOUSING_AND_FRUIT = 2  # number of parts of an assembly that consists only of housing and fruit
+_MAX_COLUMNS = 3  # largest number of pictures side by side in a window
 
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """One picture: its file name without ending, and the function that draws it on a plotter.
+    """A picture: its file name without the suffix, and the function that draws it on a plotter.
 
-    A picture that is not `in_window` is written to a file only.
+    If `in_window` is false, the picture is only written to a file.
     """
 
     name: str
@@ -52,51 +52,54 @@ class Picture:
 def pictures(folder: Path) -> list[Picture]:
     """Return the pictures of an output folder: part, assembly, exploded view, flexures, fruit and mesh.
 
-    Each of them is present if the folder has the files for it. Raises InputError if it has none.
+    A picture is omitted if the folder does not have the files for it. Raises InputError if there is no picture.
     """
     report = read_report(folder)
-    drawn = []
+    all_pictures = []
     if (folder / "housing.stl").is_file():
         part = read_mesh(folder / "housing.stl")
         x, y, z = np.ptp(np.reshape(part.bounds, (3, 2)), axis=1)
         title = f"{report.design.name}: housing as printed, {x:.1f} x {y:.1f} x {z:.1f} mm"
         draw = partial(draw_part, part=part, title=title, direction=_PRINTED_DIRECTION)
-        drawn.append(Picture(name="housing", draw=draw))
+        all_pictures.append(Picture(name="housing", draw=draw))
     parts = assembly_parts(report)
     if parts:
         title = f"{report.design.name}: the sensor over its fruit"
-        drawn.append(Picture(name="assembly", draw=partial(draw_assembly, parts=parts, title=title)))
+        all_pictures.append(Picture(name="assembly", draw=partial(draw_assembly, parts=parts, title=title)))
     if len(parts) > _HOUSING_AND_FRUIT:
         draw = partial(draw_exploded_view, parts=parts, title=f"{report.design.name}: exploded view")
-        drawn.append(Picture(name="exploded", draw=draw, in_window=False))
+        all_pictures.append(Picture(name="exploded", draw=draw, in_window=False))
     for scene in field_scenes(report, folder):
-        drawn.append(Picture(name=scene.name, draw=partial(draw_scene, scene=scene)))
+        all_pictures.append(Picture(name=scene.name, draw=partial(draw_scene, scene=scene)))
         for field in scene.fields:
             if field.array == STRAIN_OVER_LIMIT.array:
                 draw = partial(draw_scene, scene=scene, field=field)
-                drawn.append(Picture(name=f"{scene.name}-limit", draw=draw, in_window=False))
+                all_pictures.append(Picture(name=f"{scene.name}-limit", draw=draw, in_window=False))
     if (folder / FLEXURE).is_file():
         mesh = whole_model(read_mesh(folder / FLEXURE))
         title = f"mesh of the housing: {mesh.n_cells} cells, {mesh.n_points} points with the mirrored half"
-        drawn.append(Picture(name="mesh", draw=partial(draw_cells, mesh=mesh, title=title), in_window=False))
-    if not drawn:
+        all_pictures.append(Picture(name="mesh", draw=partial(draw_cells, mesh=mesh, title=title), in_window=False))
+    if not all_pictures:
         bound = "an output folder with a housing.stl or a .vtu file to show"
         raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
-    return drawn
+    return all_pictures
 
 
-def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False, count: Count = silent) -> list[Path]:
-    """Write each picture as NAME.png into a folder, all of them or none; return the paths.
+def write_pictures(
+    all_pictures: list[Picture], folder: Path, *, force: bool = False, count: Count = silent
+) -> list[Path]:
+    """Write each picture to a folder as NAME.png, and return the paths. Either all pictures are written or none.
 
-    `count` is called with the number of finished pictures and of all pictures. With `force`, other files of these names
-    are kept as NAME.bak. Raises InputError if there are such files without `force`, or if the folder cannot be written.
+    `count` is called with the number of finished pictures and the number of all pictures. With `force`, other files
+    with these names are kept as NAME.bak. Raises InputError if there are such files and `force` is false, or if the
+    folder cannot be written.
     """
-    refuse_taken([folder / f"{picture.name}.png" for picture in drawn], FLAG, force=force)
+    refuse_taken([folder / f"{picture.name}.png" for picture in all_pictures], FLAG, force=force)
     draw_without_display()
     files = {}
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
-        for number, picture in enumerate(drawn):
-            count(number, len(drawn))
+        for number, picture in enumerate(all_pictures):
+            count(number, len(all_pictures))
             path = Path(unfinished) / f"{picture.name}.png"
             plotter: Plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
             try:
@@ -109,18 +112,18 @@ def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False, c
     return write_files(files, FLAG, force=force)
 
 
-def show_pictures(drawn: list[Picture], name: str) -> None:
-    """Show pictures in one window until it is closed; raises InputError if no window can open."""
+def show_pictures(all_pictures: list[Picture], name: str) -> None:
+    """Show the pictures in one window until it is closed. Raises InputError if no window can be opened."""
     if sys.platform == "linux" and not _has_display():
         raise validation_error("display", None, "", "one that can open a window", "write pictures instead: --png DIR")
-    window_of(drawn, name).show()
+    window_of(all_pictures, name).show()
 
 
-def window_of(drawn: list[Picture], name: str) -> Plotter:
-    """Return a window in which the pictures are drawn in rows; the window is not open yet."""
-    shown_pictures = [picture for picture in drawn if picture.in_window]
+def window_of(all_pictures: list[Picture], name: str) -> Plotter:
+    """Return a window in which the pictures are drawn in rows. The window is not yet open."""
+    shown_pictures = [picture for picture in all_pictures if picture.in_window]
     columns = min(_MAX_COLUMNS, len(shown_pictures))
-    rows = -(-len(shown_pictures) // columns)  # rounded up
+    rows = -(-len(shown_pictures) // columns)  # division rounded up
     plotter: Plotter = pv.Plotter(shape=(rows, columns), title=f"twintip: {name}", window_size=list(SIZE))
     for index, picture in enumerate(shown_pictures):
         plotter.subplot(index // columns, index % columns)
@@ -130,7 +133,7 @@ def window_of(drawn: list[Picture], name: str) -> Plotter:
 
 
 def draw_without_display() -> None:
-    """Let VTK draw off screen if there is no display; call it before the first plotter is created."""
+    """Let VTK draw off screen if there is no display. Call this function before the first plotter is created."""
     if not _has_display():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 

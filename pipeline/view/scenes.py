@@ -1,4 +1,4 @@
-"""The scenes of an output folder that can be drawn: each spring, the fruit, and the assembly."""
+"""The scenes that can be drawn from an output folder: each spring, the fruit, and the assembly."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from solve.housing.stiffness import SPRINGS, tip_face
 if TYPE_CHECKING:
     import cadquery as cq
 
-Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
+Mesh = Any  # a PyVista data set; its decorated methods have no types that mypy's strict mode accepts
 Plotter = Any
 
-SYMMETRY = "symmetry"  # marks the nodes on the plane y = 0 of a half model
+SYMMETRY = "symmetry"  # array that marks the nodes of a half model on the plane y = 0
 STRAIN = "largest_principal_strain"
 STRESS = "stress_MPa"
 
@@ -40,20 +40,20 @@ LARGEST_STRAIN = Field(array=STRAIN, title="largest principal strain [1]")
 STRAIN_OVER_LIMIT = Field(array="strain_over_limit", title="strain / limit of the leaves [1]")
 VERTICAL_PRESSURE = Field(array="vertical_pressure_MPa", title="pressure along the press [MPa]")
 
-_ZZ = 2  # index in xx, yy, zz, xy, yz, xz
-_FOCUS = 0.4  # extent of the fruit's picture beyond the tips, as a fraction of their spacing
-_CHORD_MM = 0.05  # maximum distance of a triangle from the curved face that it replaces
-_FACET_ANGLE = 0.2  # maximum angle between neighbouring triangles of a curved face [rad]
-_LABEL_STEP = 0.13  # distance between the heights of two labels, as a fraction of the height of the assembly
-_FRUIT_SHIFT = 1.2  # downward shift of the fruit in the exploded view, as a fraction of its height
-_TIP_LABEL_SHIFT = 0.3  # lateral shift of the label of a tip from the fruit, as a fraction of the assembly's length
-_SAME_HEIGHT_MM = 1e-3  # difference of height below which two tips are at the same height
+_ZZ = 2  # index of zz in the stress components xx, yy, zz, xy, yz, xz
+_BEYOND_TIPS = 0.4  # distance by which the picture of the fruit extends beyond the tips, divided by their spacing
+_CHORD_MM = 0.05  # largest distance between a triangle and the curved face that it replaces
+_FACET_ANGLE_RAD = 0.2  # largest angle between neighbouring triangles of a curved face
+_LABEL_STEP = 0.13  # difference in height between two labels, as a fraction of the height of the assembly
+_FRUIT_SHIFT = 1.2  # downward shift of the fruit in the exploded view, as a fraction of the height of the fruit
+_TIP_LABEL_SHIFT = 0.3  # sideways shift of the label of the tips, as a fraction of the length of the assembly
+_SAME_HEIGHT_MM = 1e-3  # two tips are at the same height if their heights differ by less than this
 ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
-_EXPLODED_DIRECTION = Vector(0.7, -1.0, -0.35)  # from below, where the tips are visible
+_EXPLODED_DIRECTION = Vector(0.7, -1.0, -0.35)  # a view from below, in which the tips are visible
 
 
 def read_mesh(path: Path) -> Mesh:
-    """Read the mesh of a file; raises InputError if it has no cells."""
+    """Read a mesh from a file. Raises InputError if the mesh has no cells."""
     data = pv.read(path)
     if not getattr(data, "n_cells", 0):
         bound = "a mesh with at least one cell"
@@ -62,9 +62,9 @@ def read_mesh(path: Path) -> Mesh:
 
 
 def field_scenes(report: Report, folder: Path) -> tuple[FieldPicture, ...]:
-    """Return the scenes of a folder for which it has fields: the low and the high spring, and the fruit.
+    """Return the scenes for which a folder has fields: the low spring, the high spring, and the fruit.
 
-    Raises InputError for a file without a mesh.
+    Raises InputError if a file has no mesh.
     """
     scenes: list[FieldPicture] = []
     if (folder / FLEXURE).is_file():
@@ -102,9 +102,9 @@ def _flexure_scenes(report: Report, mesh: Mesh) -> list[FieldPicture]:
 
 
 def whole_model(mesh: Mesh) -> Mesh:
-    """Return the mesh [mm] of a whole body, with its arrays: half a model is completed by its mirror image in y = 0.
+    """Return the mesh [mm] of a whole body, with its arrays.
 
-    Any other mesh is returned unchanged.
+    A half model is completed by its mirror image in the plane y = 0. Any other mesh is returned unchanged.
     """
     if SYMMETRY not in mesh.point_data:
         return mesh
@@ -113,23 +113,23 @@ def whole_model(mesh: Mesh) -> Mesh:
     mirror.SetPlaneToY()
     mirror.SetCenter(0.0)
     mirror.CopyInputOn()
-    # Mirroring in y changes the sign of vector and symmetric-tensor components with exactly one y index.
+    # A reflection in y changes the sign of those components of vectors and tensors that have exactly one index y.
     mirror.FlipAllInputArraysOn()
     mirror.Update()
     return pv.wrap(mirror.GetOutput()).clean()
 
 
 def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
-    """Return the scene of the fruit: its block bent to its true shape, and cut through a row of tips."""
+    """Return the scene of the fruit: its block, bent to the true shape of the fruit and cut through a row of tips."""
     mesh = bend_to_true_shape(design, block)
     mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
     mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]
-    # The picture extends a little beyond the tips, and not beyond the block. VTK's bounds alternate: minimum x, maximum
-    # x, minimum y, and so on.
+    # The picture extends a little beyond the tips, but not beyond the block. The bounds of VTK are in the order minimum
+    # x, maximum x, minimum y, and so on.
     positions = np.array(design.tips.places_mm)
     first_x, row_y = positions.min(axis=0)  # the row of tips nearest to the viewer
     last_x, last_y = positions.max(axis=0)
-    margin = _FOCUS * design.tips.spacing_mm
+    margin = _BEYOND_TIPS * design.tips.spacing_mm
     depth = 0.5 * (last_x - first_x + margin)
     lower = np.maximum([first_x - margin, row_y, -depth], mesh.bounds[0::2])
     upper = np.minimum([last_x + margin, last_y + margin, mesh.bounds[5]], mesh.bounds[1::2])
@@ -145,7 +145,10 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
 
 
 def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
-    """Return the mesh of a fruit's block [mm] bent to the curved skin of the fruit; unchanged if the fruit is flat."""
+    """Return the mesh of a fruit's block [mm], bent to the curved skin of the fruit.
+
+    The mesh of a flat fruit is returned unchanged, as a copy.
+    """
     mesh = block.copy()
     if design.fruit.radius_mm is None:
         return mesh
@@ -157,12 +160,12 @@ def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
 
 
 def assembly_parts(report: Report) -> list[cq.Assembly]:
-    """Return the parts of the assembly of a sensor over its fruit [mm]; empty if the design has no housing."""
+    """Return the parts of the assembly of a sensor above its fruit [mm], or an empty list if there is no housing."""
     return [] if report.housing is None else assembly_of(sensor_of(report.design, report.housing)).children
 
 
 def draw_assembly(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
-    """Draw the parts of an assembly in their places, each in its colour."""
+    """Draw the parts of an assembly in their positions and colours."""
     surfaces = [_draw_part(plotter, part) for part in parts]
     frame(plotter, pv.merge(surfaces), title, ASSEMBLY_DIRECTION)
 
@@ -170,12 +173,38 @@ def draw_assembly(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) ->
 def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: str) -> None:
     """Draw an exploded view of an assembly, with a label and a leader line for each kind of part.
 
-    The parts are moved outwards across the sensor, and the fruit is moved down. The view is from below, so that the
-    tips are visible. The labels of tip and fruit are below all parts, and the other labels are above.
+    The view is from below, so that the tips are visible. The labels of the tip and the fruit are below all parts, and
+    all other labels are above them.
+    """
+    surfaces, upper_starts, lower_starts = _draw_parts_apart(plotter, parts)
+    whole = pv.merge(surfaces)
+    left, right, front, back, bottom, top = whole.bounds
+    # The fruit is below the tips. The label of the tip is moved sideways, so that the fruit does not hide it.
+    beside_fruit = lower_starts["tip"] - np.array([_TIP_LABEL_SHIFT * (right - left), 0.0, 0.0])
+    upper_ends = _label_positions(whole, upper_starts, 1.0)
+    lower_ends = _label_positions(whole, {**lower_starts, "tip": beside_fruit}, -1.0)
+    starts = {**upper_starts, **lower_starts}
+    ends = {**upper_ends, **lower_ends}
+    style: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
+    for kind, end in ends.items():
+        plotter.add_mesh(pv.Line(starts[kind], end), color=EDGE, line_width=1)
+        # If several labels were added in one call, VTK would omit labels that are close to others.
+        plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **style)
+    heights = [bottom, top, *(float(end[2]) for end in ends.values())]
+    frame(plotter, whole, title, _EXPLODED_DIRECTION, (left, right, front, back, min(heights), max(heights)))
+
+
+def _draw_parts_apart(
+    plotter: Plotter, parts: Sequence[cq.Assembly]
+) -> tuple[list[Mesh], dict[str, Floats], dict[str, Floats]]:
+    """Draw the parts of an assembly moved outwards across the sensor, and the fruit moved down.
+
+    Return the surfaces of all parts, and the starting points [mm] of the leader lines by kind of part: first those that
+    lead to labels above, then those that lead to the labels of fruit and tip below.
     """
     surfaces = []
-    upper_starts: dict[str, Floats] = {}  # starts of the leader lines to labels above, by kind of part
-    lower_starts: dict[str, Floats] = {}  # the same for labels below
+    upper_starts: dict[str, Floats] = {}
+    lower_starts: dict[str, Floats] = {}
     lowest_points: list[Floats] = []  # the lowest point of each part except the fruit
     for part in parts:
         kind = part.name.rstrip("0123456789_").replace("_", " ")
@@ -188,24 +217,10 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
         else:
             upper_starts.setdefault(kind, _centre_at_height(surface, surface.bounds[5]))
             lowest_points.append(min(np.asarray(surface.points), key=_height))
-    # The tips are no parts of their own. They are the lowest points of the sensor, and the first one gets the label.
+    # A tip is not a separate part. The tips are the lowest points of the sensor, and the first of them is labelled.
     lowest_z = min(map(_height, lowest_points))
     lower_starts["tip"] = next(point for point in lowest_points if _height(point) < lowest_z + _SAME_HEIGHT_MM)
-    whole = pv.merge(surfaces)
-    left, right, front, back, bottom, top = whole.bounds
-    # The fruit is below the tips, so the label of the tip is moved sideways to where the fruit does not hide it.
-    beside_fruit = lower_starts["tip"] - np.array([_TIP_LABEL_SHIFT * (right - left), 0.0, 0.0])
-    upper_ends = _label_positions(whole, upper_starts, 1.0)
-    lower_ends = _label_positions(whole, {**lower_starts, "tip": beside_fruit}, -1.0)
-    starts = {**upper_starts, **lower_starts}
-    ends = {**upper_ends, **lower_ends}
-    style: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
-    for kind, end in ends.items():
-        plotter.add_mesh(pv.Line(starts[kind], end), color=EDGE, line_width=1)
-        # If labels are added together, VTK omits those that are close to others.
-        plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **style)
-    heights = [bottom, top, *(float(end[2]) for end in ends.values())]
-    frame(plotter, whole, title, _EXPLODED_DIRECTION, (left, right, front, back, min(heights), max(heights)))
+    return surfaces, upper_starts, lower_starts
 
 
 def _height(point: Floats) -> float:
@@ -213,19 +228,19 @@ def _height(point: Floats) -> float:
 
 
 def _centre_at_height(surface: Mesh, z: float) -> Floats:
-    """Return the point at the height `z` [mm] that is vertically above or below the centre of a surface."""
+    """Return the point at the height `z` [mm] that is directly above or below the centre of a surface."""
     x, y, _ = surface.center
     return np.array([x, y, z])
 
 
 def _label_positions(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> dict[str, Floats]:
-    """Return the positions [mm] of labels above (`sign` 1) or below (-1) the assembly in the exploded view.
+    """Return the positions [mm] of labels above the assembly in the exploded view, or below it if `sign` is -1.
 
-    Each label is vertically above or below the start of its leader line. In the picture, it is a step further from the
-    assembly than the label before it, so that no label hides another.
+    Each label is directly above or below the start of its leader line. In the picture, it is a step farther from the
+    assembly than the previous label, so that no label hides another.
     """
     left, right, front, back, bottom, top = whole.bounds
-    # The vertical direction of the picture is z projected on the picture plane. A level is a coordinate along it.
+    # The vertical direction of the picture is z, projected onto the picture plane. A level is a coordinate along it.
     view = np.array(_EXPLODED_DIRECTION) / np.linalg.norm(_EXPLODED_DIRECTION)
     upwards = np.array([0.0, 0.0, 1.0]) - view[2] * view
     corners = itertools.product((left, right), (front, back), (top if sign > 0.0 else bottom,))
@@ -233,14 +248,14 @@ def _label_positions(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> 
     positions = {}
     for kind, (x, y, _) in starts.items():
         level += _LABEL_STEP * (top - bottom)
-        # Solved for z, so that the position has this level.
+        # The level of a position is sign (x, y, z) . upwards. This equation is solved for z.
         positions[kind] = np.array([x, y, (sign * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
     return positions
 
 
 def _draw_part(plotter: Plotter, part: cq.Assembly, shift_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
-    """Draw a part in its colour and with its edges, moved by the vector `shift_mm`; return its surface."""
-    vertices, triangles = placed_shape(part).tessellate(_CHORD_MM, _FACET_ANGLE)
+    """Draw a part in its colour and with its edges, moved by the vector `shift_mm`, and return its surface."""
+    vertices, triangles = placed_shape(part).tessellate(_CHORD_MM, _FACET_ANGLE_RAD)
     points = np.array([vertex.toTuple() for vertex in vertices])
     surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
     surface = surface.translate(shift_mm)

@@ -1,4 +1,4 @@
-"""The bodies of an output folder with their fields, on one self-contained web page."""
+"""A self-contained web page that shows the bodies of an output folder and their fields."""
 
 from pathlib import Path
 
@@ -18,10 +18,11 @@ FLAG = "--html"
 
 
 def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
-    """Write a web page with the bodies of an output folder and their fields, and return its path.
+    """Write a web page that shows the bodies of an output folder and their fields, and return its path.
 
-    With `force`, a foreign file at this path is kept as NAME.bak. Raises InputError if there is such a file without
-    `force`, if the path does not end in .html or cannot be written, or if the output folder has no body.
+    With `force`, a file at this path that was not written by this program is kept as NAME.bak. Raises InputError if
+    there is such a file and `force` is false. InputError is also raised if the path does not end in .html, if it cannot
+    be written, or if the output folder has no body.
     """
     if path.suffix != ".html":
         hint = f"write {path.with_suffix('.html').name}"
@@ -38,7 +39,7 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
 
 
 def assembly_bodies(folder: Path) -> list[Plain]:
-    """Return the assembly of an output folder as data of the page; empty if the folder has none."""
+    """Return the assembly of an output folder as page data, or an empty list if the folder has no assembly."""
     try:
         return [assembly_body(folder)]
     except ValueError:
@@ -46,12 +47,12 @@ def assembly_bodies(folder: Path) -> list[Plain]:
 
 
 def field_bodies(report: Report, folder: Path) -> list[Plain]:
-    """Return each scene of an output folder, once for each field that colours it; empty if there are no fields."""
+    """Return the scenes of an output folder as page data: one body for each scene and each field that colours it."""
     return [_colour_scene(scene, field) for scene in field_scenes(report, folder) for field in scene.fields]
 
 
 def _colour_scene(scene: FieldPicture, field: Field) -> Plain:
-    """Return a scene coloured by a field as data of the page, with the displacements for its animation."""
+    """Return a scene coloured by a field as page data, with the displacements for its animation."""
     undeformed, _ = deformed_surface(scene, subdivision=0)
     surface = undeformed.triangulate()
     low, high = field.range_on(scene.mesh)
