@@ -30,12 +30,12 @@ STEP_KINDS = (".step", ".stp")
 _STEP_ANGLE_RAD = 0.5  # largest angle between triangles of STEP files; the chord already bounds their distance
 _SAME_MM = 1e-4  # corners are equal if they round to the same multiple; an STL file resolves 4e-6 mm at 60 mm
 _RELATIVE_ACCURACY = 1e-3  # relative accuracy of a distance, in addition to `_SAME_MM`
-_DECIMALS = 4  # decimals of a distance [mm], which is as accurate as `_SAME_MM`
+_DECIMALS = 4  # number of decimals of a distance [mm], in line with its accuracy `_SAME_MM`
 _SPACING_MM = 0.4  # distance between rows of points on a triangle, and between points in a row
 _COVER_MM = math.sqrt(1.25) * _SPACING_MM  # largest distance from a point of a triangle to the nearest sample point
-# The triangles of this many nearest sample points bound a distance: one at first, then eight if the bound is large.
+# Number of nearest sample points whose triangles are searched: one at first, and eight if the distance found is large.
 _NEAREST = (1, 8)
-_BATCH = 20_000  # points measured together, so that the arrays fit in the memory of a small machine
+_BATCH = 20_000  # number of points measured at a time, so that the arrays fit in the memory of a small machine
 _TESTED_CORNERS = 300  # approximate number of corners of a moved file that are measured before its whole surface
 UNITS = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0}  # length of each unit in mm
 _SCALE_TOLERANCE = 0.01  # relative tolerance of a scale factor
@@ -137,7 +137,7 @@ def _surface_of(mesh: trimesh.Trimesh) -> _Surface:
 
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """A surface of triangles, given by their corners [mm], shape (n, 3, 3)."""
+    """A surface made of triangles, given by their corners (n, 3, 3) [mm]."""
 
     corners: Floats
 
@@ -150,7 +150,8 @@ class _Surface:
     def triangle_keys(self) -> list[bytes]:
         """Return one key per triangle; triangles with the same corners have the same key.
 
-        Corners are the same if they round to the same multiple of 1e-4 mm. Their order does not matter.
+        Two corners are the same if they round to the same multiple of 1e-4 mm. The order of the corners of a triangle
+        does not matter.
         """
         rounded = np.round(self.corners / _SAME_MM).astype(np.int64)
         # Each corner is viewed as one record of three integers, so that whole corners are sorted, not coordinates.
@@ -170,7 +171,7 @@ class _Surface:
 
 
 def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Return points on triangles (n, 3, 3), in rows parallel to their longest sides, and the triangle index of each.
+    """Return sample points on triangles (n, 3, 3), in rows along their longest sides, and their triangle indices.
 
     Rows are at most d = 0.4 mm apart, and so are the points in a row. The angles at the longest side are acute, so
     every point between two rows lies directly above the longer row. It is at most d above this row, and its foot is at
@@ -193,9 +194,10 @@ def _sample_points(corners: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
 
 
 def _spread_evenly(counts: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Floats]:
-    """Return the set index and the relative position [1] of each member of consecutive sets with these `counts`.
+    """Return the set index and the relative position [1] of each member of consecutive sets.
 
-    The relative positions in a set are evenly spaced from 0 to 1. A set of one member has the position 0.
+    `counts` are the numbers of members of the sets. The relative positions in a set are evenly spaced from 0 to 1; the
+    only member of a set has the position 0.
     """
     set_index = np.repeat(np.arange(len(counts)), counts)
     position_in_set = np.arange(len(set_index)) - np.repeat(np.cumsum(counts) - counts, counts)

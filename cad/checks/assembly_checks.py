@@ -39,7 +39,7 @@ def cover_verdicts(sensor: SensorSolids, cover: cq.Shape, process: Process) -> t
 
 
 def _arm_poses(sensor: SensorSolids) -> list[tuple[str, cq.Shape]]:
-    """Return the shape of each arm of the first plate at rest, half way to its stop, and at its stop, with a name.
+    """Return each arm of the first plate at rest, half way to its stop, and at its stop, as pairs of name and shape.
 
     An arm is moved as a rigid body. Its leaves then move farther than they would in bending, which is conservative.
     """

@@ -23,7 +23,7 @@ Place = tuple[float, float, float]
 
 _INCH_MM = 25.4
 _SIZE_TOLERANCE = 0.1  # relative tolerance of the length ratio from which a part in inches is recognised
-_ON_FACE_MM = 0.05  # a point this close to a face lies on it; the limit of geometry.as_designed for a foreign file
+_ON_FACE_MM = 0.05  # a point this close to a face lies on it; also the limit of geometry.as_designed for other programs
 _ANGLE_TOLERANCE = 1e-4  # a unit normal is perpendicular to an axis if its component along the axis is below this
 _MIN_SWEPT_FRACTION = 0.8  # smallest fraction of the surface area that is parallel or perpendicular to the sweep
 _SAMPLES = (0.1, 0.5, 0.9)  # surface parameters at which a normal is evaluated, as fractions of their range
@@ -223,15 +223,16 @@ def press_direction(solid: cq.Solid, flag: str, indices: Sequence[int]) -> Place
     area = 0.0
     for face in (faces[index] for index in indices):
         mean_normal = _FaceNormals(face).normals.mean(axis=0)
+        # On a reversed face, the normal of the surface points into the solid.
         area_vector += face.Area() * (
             mean_normal if face.wrapped.Orientation() != OCP.TopAbs.TopAbs_REVERSED else -mean_normal
         )
         area += face.Area()
-    # The area vector of a plane face is as long as its area is large; the area vector of a closed ring is zero.
+    # For a plane face, the length of the area vector equals the area. For a closed ring, the area vector is zero.
     resultant = float(np.linalg.norm(area_vector))
     if not resultant > _MIN_MEAN_NORMAL * area:
-        bound = "a face whose normals have a common direction"
-        raise validation_error(flag, "a face all round", "", bound, "press a plane face or a dome")
+        bound = "faces whose normals have a common direction"
+        raise validation_error(flag, "a closed ring of faces", "", bound, "press a plane face or a dome")
     # Adding 0.0 replaces -0.0 by 0.0.
     x, y, z = np.round(-area_vector / resultant, 9) + 0.0
     return float(x), float(y), float(z)
@@ -329,7 +330,7 @@ class Extrusion:
         """Yield small pieces of the faces at which the part is shallower or deeper than the sweep.
 
         Such faces are the bottoms of pockets, the tops of ribs, and slanted faces. For each piece, its position (x, z)
-        [mm], its area projected along y [mm^2] and the mean width [mm] of its face are returned. The faces are found
+        [mm], its area projected along y [mm^2] and the mean width [mm] of its face are yielded. The faces are found
         from the solid, because a narrow feature such as a saw cut may lie between the lines of any grid.
         """
         for face in self.part.shape.Faces():
@@ -381,9 +382,9 @@ class Extrusion:
 def extrusion_of(part: Part) -> Extrusion | None:
     """Return a part as a section that is swept along y, or None if the part is not such an extrusion.
 
-    Every normal of a plane face is tried as the direction of the sweep. The direction is used for which the sides and
-    the ends of the sweep cover the largest fraction of the surface. A part is not an extrusion if this fraction is
-    below 80 %, or for the reasons given in `_largest_section`.
+    The normals of all plane faces are candidates for the direction of the sweep. The best candidate is the direction
+    whose sweep has sides and ends that cover the largest fraction of the surface. A part is not an extrusion if this
+    fraction is below 80 %, or for the reasons given in `_largest_section`.
     """
     faces = [_FaceNormals(face) for face in part.shape.Faces()]
     direction = max(_plane_normals(faces), key=lambda axis: _swept_fractions(faces, axis), default=None)
@@ -445,10 +446,11 @@ def _plane_normals(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
 
 
 def _swept_fractions(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[float, float]:
-    """Return two fractions of the surface area [1]: the sides and ends of a sweep along a unit vector, and the ends.
+    """Return the fractions of the surface area [1] that are covered by sides and ends of a sweep, and by ends only.
 
-    The ends are the caps at the two levels with the largest cap area. Both fractions are rounded to three decimals, so
-    that rounding errors do not decide between equally good directions.
+    `direction` is the unit vector of the sweep. The ends are the faces perpendicular to it at the two levels with the
+    largest area of such faces. Both fractions are rounded to three decimals, so that rounding errors do not decide
+    between equally good directions.
     """
     total = sum(face.area for face in faces)
     cap_areas: dict[float, float] = {}
@@ -485,10 +487,35 @@ def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     `rotation` (3, 3) is the rotation that was already applied to the part. None is returned in three cases: fewer than
     two levels have a face perpendicular to y, the section is in pieces, or another section has material outside it.
     """
+    box = part.shape.BoundingBox()
+    levels, cap_areas, edges = _levels_and_edges(part.shape)
+    if len(cap_areas) < 2:  # noqa: PLR2004 - a sweep has two ends
+        return None
+    # The sweep ends at the two levels with the largest cap areas.
+    low, high = sorted(sorted(cap_areas, key=lambda level: -cap_areas[level])[:2])
+    neighbours = itertools.pairwise(sorted([box.ymin, box.ymax, *levels]))
+    # Cut one section in the middle of the sweep, and one between each pair of neighbouring levels.
+    planes = [0.5 * (low + high), *(round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _STEP_MM)]
+    sections = [(_cut_across_y(part.shape, box, plane), plane) for plane in dict.fromkeys(planes)]
+    section, plane = max(sections, key=lambda each: round(each[0].Area(), 3))
+    if len(section.Faces()) != 1:
+        return None
+    # Material outside the section, such as a bridge or a second leaf, would be missing from the sweep.
+    if any(_area_outside(other, level, section, plane) > _OUTSIDE_MM2 for other, level in sections if level != plane):
+        return None
+    return Extrusion(part=part, turn=rotation, section=section.Faces()[0], lines=edges, low=low, high=high, plane=plane)
+
+
+def _levels_and_edges(
+    shape: cq.Shape,
+) -> tuple[list[float], dict[float, float], tuple[tuple[tuple[float, float], tuple[float, float]], ...]]:
+    """Return the levels y [mm] inside a shape at which its section may change, its cap areas, and its slanted edges.
+
+    The cap areas [mm^2] are the areas of the faces perpendicular to y, by their levels. The slanted edges are straight
+    edges of slanted faces, projected onto the section: ((x, z), (x, z)) [mm].
+    """
     y_axis = np.array([0.0, 1.0, 0.0])
-    shape = part.shape
-    box = shape.BoundingBox()
-    levels = [box.ymin, box.ymax]  # levels y [mm] at which the section may change
+    levels = []
     lines = []
     cap_areas: dict[float, float] = {}
     for face in shape.Faces():
@@ -500,25 +527,14 @@ def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
         elif not normals.is_side(y_axis):
             levels += _section_levels(face)
             lines += [_projected_edge(edge) for edge in face.Edges() if edge.geomType() == "LINE"]
-    if len(cap_areas) < 2:  # noqa: PLR2004 - a sweep has two ends
-        return None
-    low, high = sorted(sorted(cap_areas, key=lambda level: -cap_areas[level])[:2])
+    return levels, cap_areas, tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
+
+
+def _cut_across_y(shape: cq.Shape, box: cq.BoundBox, plane: float) -> cq.Shape:
+    """Return the section of a shape at y = `plane` [mm]; `box` is the bounding box of the shape."""
     width = 2.0 * max(box.xlen, box.zlen) + 2.0 * _MARGIN_MM
-    gaps = itertools.pairwise(sorted(levels))
-    # Cut one section in the middle of the sweep, and one between each pair of neighbouring levels.
-    planes = [0.5 * (low + high), *(round(0.5 * (a + b), 6) for a, b in gaps if b - a > _STEP_MM)]
-    sections = []
-    for plane in dict.fromkeys(planes):
-        centre = cq.Vector(box.center.x, plane, box.center.z)
-        sections.append((cq.Face.makePlane(width, width, centre, cq.Vector(0.0, 1.0, 0.0)).intersect(shape), plane))
-    section, plane = max(sections, key=lambda each: round(each[0].Area(), 3))
-    if len(section.Faces()) != 1:
-        return None
-    # Material outside the section, such as a bridge or a second leaf, would be missing from the sweep.
-    if any(_area_outside(other, level, section, plane) > _OUTSIDE_MM2 for other, level in sections if level != plane):
-        return None
-    edges = tuple(dict.fromkeys(line for line in lines if math.dist(*line) > _NEAR_MM))
-    return Extrusion(part=part, turn=rotation, section=section.Faces()[0], lines=edges, low=low, high=high, plane=plane)
+    centre = cq.Vector(box.center.x, plane, box.center.z)
+    return cq.Face.makePlane(width, width, centre, cq.Vector(0.0, 1.0, 0.0)).intersect(shape)
 
 
 def _section_levels(face: cq.Face) -> list[float]:

@@ -31,7 +31,10 @@ KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
 def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
-    """Return geometry.valid, the number of faulty faces, edges and vertices, and geometry.one_solid."""
+    """Return geometry.valid and geometry.one_solid for a shape.
+
+    Their values are the number of faulty faces, edges and vertices, and the number of solids.
+    """
     analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
     faulty = 0
     if not analyser.IsValid():
@@ -106,7 +109,7 @@ def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
 
 
 def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
-    """Return geometry.3mf_strict, the conformity of a 3MF file to its standard, and the verdicts on its triangles."""
+    """Return geometry.3mf_strict, which counts violations of the 3MF standard, and the verdicts on the triangles."""
     package = read_3mf(path)
     names = ", ".join(repr(name) for name in package.names)
     faults = [f"{count} x {fault}" for fault, count in Counter(package.faults).items()]

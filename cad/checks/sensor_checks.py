@@ -31,7 +31,7 @@ def check_sensor(sensor: SensorSolids, deflections: tuple[float, ...], folder: P
 
 
 def sensor_verdicts(sensor: SensorSolids, deflections: tuple[float, ...], read: FormsRead) -> tuple[Verdict, ...]:
-    """Return every geometry verdict on a sensor and on the files `read` back from its folder.
+    """Return every geometry verdict on a sensor; `read` holds the shapes that were read from its files.
 
     `deflections` [mm] are the deflections of the low and the high spring at full travel.
     """

@@ -16,8 +16,8 @@ from sensor.verdict import Verdict, judge
 Indices = npt.NDArray[np.int64]
 
 RAY_TOLERANCE_MM = 1e-3  # tolerance of a distance along a ray, because a mesh file holds single precision
-SHORTEST_MM = 5.0  # lower limit on the longest side of a part; the number in a file in metres would be 0.07
-LONGEST_MM = 1000.0  # upper limit on the longest side of a part; the number in a file in micrometres would be 70000
+SHORTEST_MM = 5.0  # lower limit of the longest side of a part; a sensor exported in metres measures 0.07
+LONGEST_MM = 1000.0  # upper limit of the longest side of a part; a sensor exported in micrometres measures 70000
 AS_IT_STANDS = "as it stands"
 POSES = {
     AS_IT_STANDS: (0.0, 0.0, 1.0), "upside down": (0.0, 0.0, -1.0), "+x up": (1.0, 0.0, 0.0),
@@ -25,7 +25,9 @@ POSES = {
 }  # fmt: skip
 _TRIANGLES_PER_EDGE = 2  # number of triangles that meet at each edge of a closed surface
 _SAMPLES = 2000  # number of random points from which rays are cast
-_OPPOSITE = -0.75  # largest cosine between the normals of opposite faces; it excludes the faces of a 45 degree wedge
+_OPPOSITE = (
+    -0.75
+)  # largest cosine between the normals of opposite faces; the faces of a 45 degree wedge are not opposite
 _FARTHEST_MM = 16.0  # longest distance that is measured, far more than any wall or gap that matters
 _OFF_SURFACE_MM = 1e-5  # distance of the start of a ray from its own triangle, so that the ray does not hit it
 _BED_MM = 0.05  # a face up to this height above the lowest point lies on the print bed
@@ -123,8 +125,8 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
 def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return geometry.min_wall, geometry.min_gap and geometry.overhang [mm] for a print process.
 
-    `poses` are names of print poses in `POSES`. The overhang is the smallest of all these poses. A file that is already
-    in its print pose is checked only in the pose "as it stands".
+    `poses` are names of print poses in `POSES`. The overhang is measured in each of them, and the smallest overhang is
+    judged. A file that is already in its print pose is checked only in the pose "as it stands".
     """
     widths = {pose: widest_ledge(mesh, np.array(POSES[pose]), process.overhang_deg) for pose in poses}
     best_pose = min(widths, key=widths.__getitem__)
@@ -140,24 +142,24 @@ def printability_verdicts(mesh: trimesh.Trimesh, process: Process, poses: Iterab
 
 @dataclass(frozen=True, kw_only=True)
 class FacingDistance:
-    """The shortest distance [mm] between two opposite faces, and the point where it starts [mm]."""
+    """The shortest distance [mm] between two opposite faces, and the point [mm] from which it is measured."""
 
     length: float
     start: Floats
 
 
 def thinnest_wall(mesh: trimesh.Trimesh) -> FacingDistance | None:
-    """Return the thinnest wall of a mesh, or None if there is no wall of at most 16 mm."""
+    """Return the thinnest wall of a mesh, or None if no wall is thinner than 16 mm."""
     return _shortest_facing_distance(mesh, -1.0)
 
 
 def narrowest_gap(mesh: trimesh.Trimesh) -> FacingDistance | None:
-    """Return the narrowest gap between two faces of a mesh, or None if there is no gap of at most 16 mm."""
+    """Return the narrowest gap between two faces of a mesh, or None if no gap is narrower than 16 mm."""
     return _shortest_facing_distance(mesh, 1.0)
 
 
 def _shortest_facing_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDistance | None:
-    """Return the shortest distance between two opposite faces, or None if there is none of at most 16 mm.
+    """Return the shortest distance between two opposite faces, or None if all distances exceed 16 mm.
 
     Distances are measured along rays. If `sense` is 1, the rays run outward, across gaps; if it is -1, they run inward,
     through walls. They start at random points (with a fixed seed), and at the centre of the largest triangle of each
@@ -182,7 +184,7 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDist
 
 
 def _distance_verdict(name: str, distance: FacingDistance | None, limit: float, method: str) -> Verdict:
-    """Return the verdict on a wall or a gap and its lower limit [mm]. It passes if there is no wall or gap."""
+    """Return the verdict on a wall or a gap, which must be at least `limit` [mm]. It passes if there is none."""
     if distance is None:
         return judge(name, None, f"{method}; none within {_FARTHEST_MM:g} mm", limit=limit, passed=True)
     reference = f"{method}; smallest at {_point_text(distance.start)} mm"
