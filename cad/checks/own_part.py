@@ -509,7 +509,7 @@ def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
 def _levels_and_edges(
     shape: cq.Shape,
 ) -> tuple[list[float], dict[float, float], tuple[tuple[tuple[float, float], tuple[float, float]], ...]]:
-    """Return the levels y [mm] inside a shape at which its section may change, its cap areas, and its slanted edges.
+    """Return the levels y [mm] at which the section of a shape may change, its cap areas, and its slanted edges.
 
     The cap areas [mm^2] are the areas of the faces perpendicular to y, by their levels. The slanted edges are straight
     edges of slanted faces, projected onto the section: ((x, z), (x, z)) [mm].

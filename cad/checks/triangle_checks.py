@@ -25,9 +25,7 @@ POSES = {
 }  # fmt: skip
 _TRIANGLES_PER_EDGE = 2  # number of triangles that meet at each edge of a closed surface
 _SAMPLES = 2000  # number of random points from which rays are cast
-_OPPOSITE = (
-    -0.75
-)  # largest cosine between the normals of opposite faces; the faces of a 45 degree wedge are not opposite
+_OPPOSITE = -0.75  # largest cosine between the normals of opposite faces; it excludes the faces of a 45 degree wedge
 _FARTHEST_MM = 16.0  # longest distance that is measured, far more than any wall or gap that matters
 _OFF_SURFACE_MM = 1e-5  # distance of the start of a ray from its own triangle, so that the ray does not hit it
 _BED_MM = 0.05  # a face up to this height above the lowest point lies on the print bed

@@ -1,4 +1,4 @@
-"""A drawing as a DXF document in part millimetres: lines, arcs, texts, and dimensions that measure their lengths."""
+"""A drawing as a DXF document, at the true size of the part [mm]: lines, arcs, texts and measured dimensions."""
 
 import copy
 import io
@@ -44,7 +44,7 @@ THICK = 50  # width of visible and cut edges [0.01 mm on paper]; thin lines are 
 PENS = dict.fromkeys(LAYERS, THICK // 2) | {"PART": THICK, "SHEET": 35}  # line widths [0.01 mm on paper]
 TEXT_MM = 2.5  # height of a capital letter on paper, ISO 3098
 LETTER = 0.83  # width of a monospaced letter divided by the height of a capital: DejaVu Sans Mono, 0.602 / 0.729
-DECIMALS = 2  # decimals of a length with its own tolerance, because no tolerance is finer than 0.01 mm
+DECIMALS = 2  # number of decimals of a length with its own tolerance; no tolerance is finer than 0.01 mm
 SMALL_MM = 0.5  # shortest length with a general tolerance in ISO 2768-1; a shorter one needs its own tolerance
 HATCH_STEP_MM = 2.0  # distance between hatch lines on paper, ISO 128-50
 MEASURED = "<>"
@@ -56,7 +56,7 @@ _FONT = "MONOSPACED"
 _STYLE = "WORKSHOP"
 _BY_LAYER = 256
 _OFF_CORNERS_MM = 0.00271  # shift of the hatch on paper; not a round number, so that hatch lines miss all corners
-_UPRIGHT_DEG = 45.0  # a text rotated by more than this is upright; texts are rotated by 0 or 90 degrees
+_VERTICAL_DEG = 45.0  # a text rotated by more than this is vertical, because texts are rotated by 0 or 90 degrees
 LINE_TO_TEXT = 0.8  # distance from a dimension line to the middle of its text, in text heights
 _LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # horizontal text, no centre mark
 _CODES = {"Ø": "%%c", "±": "%%p"}  # DXF control codes, which every viewer can show in any font
@@ -108,7 +108,7 @@ def length_text(length: float, decimals: int = DECIMALS) -> str:
 
 
 class Canvas:
-    """A drawing in part millimetres, to be printed at a scale.
+    """A drawing at the true size of the part [mm], to be printed at a scale.
 
     The scale [1] is the ratio of a length on paper to the length on the part. The height of texts on paper does not
     depend on the scale.
@@ -126,7 +126,7 @@ class Canvas:
         self.space: BaseLayout = self.document.modelspace()
 
     def paper(self, corner: Point) -> "Canvas":
-        """Return a canvas in paper millimetres, with its origin at the lower left corner of the sheet.
+        """Return a canvas in millimetres on paper, with its origin at the lower left corner of the sheet.
 
         The canvas draws into a block of the same document. The block is inserted at `corner` [mm on the part].
         """
@@ -189,11 +189,11 @@ class Canvas:
         )
 
     def hatch(self, outlines: Sequence[Sequence[Point]]) -> None:
-        """Hatch an area, but leave the texts on it free.
+        """Hatch an area, except where texts are written on it.
 
         The area lies inside the first of the closed outlines [mm] and outside the other outlines, which are its holes.
         The lines of ezdxf's pattern are drawn as plain lines in the order of their coordinates. So every viewer shows
-        the same hatch, and equal drawings have equal bytes.
+        the same hatch, and identical drawings have identical bytes.
         """
         hatch = self.space.add_hatch()
         step = HATCH_STEP_MM / (self.scale * math.sqrt(2.0))  # offset of the next line along x and along z
@@ -309,8 +309,8 @@ class Canvas:
         """Extend a dimension line to the far end of its text, unless the text is between the ends of the line.
 
         `ends` are the coordinates of the two ends along the axis [mm], and `level` [mm] is as in `linear_dimension`.
-        `half_width` [mm] is half the width of the text. To a horizontal text beside a vertical line, the line continues
-        to the height of the text, bends, and underlines the text.
+        `half_width` [mm] is half the width of the text. If a horizontal text is beside a vertical line, the line is
+        extended to the bottom of the text, bends there, and underlines the text.
         """
         low, high = ends
         middle = text.at[0] if axis == "x" else text.at[1]
@@ -358,7 +358,7 @@ class Canvas:
         dimension.render()
 
     def dxf(self) -> str:
-        """Return the drawing as the text of a DXF R2010 file. Equal drawings have equal texts."""
+        """Return the drawing as the text of a DXF R2010 file. Identical drawings give identical texts."""
         # Otherwise ezdxf adds the classes in the order of a set, which varies from run to run.
         for entity_type in sorted(self.document.entitydb.dxf_types_in_use()):
             self.document.classes.add_class(entity_type)
@@ -409,7 +409,7 @@ class _Radius(RadiusDimension):
 
 
 class _Renderer(DimensionRenderer):
-    """ezdxf's renderer of dimensions, with `_Radius` for radius dimensions."""
+    """ezdxf's dimension renderer, with `_Radius` for radius dimensions."""
 
     def radius(self, dimension: Dimension, ucs: UCS | None = None, override: DimStyleOverride | None = None) -> _Radius:
         """Return the renderer of a radius dimension."""
@@ -420,7 +420,7 @@ def _new_document(text_height: float) -> Drawing:
     """Return an empty document with the layers and the dimension style of the drawings.
 
     `text_height` [mm on the part] is the height of dimension texts. The variables of the style, such as `dimtxt`, are
-    defined in the section on DIMSTYLE of AutoCAD's DXF reference.
+    defined in the DIMSTYLE section of AutoCAD's DXF reference.
     """
     document = new("R2010", setup=["linetypes"])
     document.units = units.MM
@@ -450,9 +450,9 @@ def _is_inside(point: Point, outline: Sequence[Point]) -> bool:
 def _box_of(text: MText) -> Box:
     """Return the bounding box [mm] of the text of a dimension, which is either horizontal or vertical."""
     half_length = 0.5 * text_width(str(text.plain_text()), text.dxf.char_height)
-    half_letter = 0.5 * text.dxf.char_height
-    is_upright = abs(text.get_rotation()) > _UPRIGHT_DEG
-    half_width, half_height = (half_letter, half_length) if is_upright else (half_length, half_letter)
+    half_text_height = 0.5 * text.dxf.char_height
+    is_vertical = abs(text.get_rotation()) > _VERTICAL_DEG
+    half_width, half_height = (half_text_height, half_length) if is_vertical else (half_length, half_text_height)
     x, z = text.dxf.insert.x, text.dxf.insert.y
     return Box(x - half_width, z - half_height, x + half_width, z + half_height)
 

@@ -81,8 +81,8 @@ def housing_drawing(sensor: SensorSolids, title: Title) -> Sheet:
 def _draw_views(canvas: Canvas, contents: _SheetContents) -> tuple[Table, list[Box]]:
     """Draw all views, and return the measuring table of the sheet and the bounding box of each view [mm].
 
-    The section is drawn first, because its box determines the positions of the other views. The box of each further
-    view is the box of the entities that were added to the canvas for it.
+    The section is drawn first, because its box determines the positions of the other views. The bounding box of each
+    other view encloses the entities that were added to the canvas for it.
     """
     housing = contents.housing
     measured = contents.measured
@@ -181,7 +181,7 @@ def _spring_dimensions(housing: Housing, measured: Measured) -> list[LinearDimen
 
 
 def _has_neck(housing: Housing) -> bool:
-    """Return whether there is a neck, because the tips are narrower than the shuttles or shallower than the plate."""
+    """Return whether the tips have necks: whether they are narrower than the shuttles or shallower than the plate."""
     return max(housing.shuttle_width, housing.depth) - housing.tip_side > NEAR_MM
 
 
@@ -244,7 +244,7 @@ def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimensi
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:
     """Draw the gap above a shuttle, which is the distance to its stop.
 
-    The text is above the frame, on the side of the dimension line on which the spring is. `measured` is the entry of
+    The text is above the frame, beside the dimension line, in the direction of the spring. `measured` is the entry of
     the measuring table for the gap.
     """
     height = canvas.text_height
@@ -272,7 +272,7 @@ def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) 
     centre = (low.wall + radius, leaf_top + radius)
     # These multiples of the text height keep the texts away from leaves and dimension lines. They were chosen by eye.
     text = CalloutText((low.wall, leaf_top + 1.4 * height), "right", label)
-    canvas.callout("radius", centre, radius, text, angle=225.0)  # the arc faces the corner, left and below
+    canvas.callout("radius", centre, radius, text, angle=225.0)  # the corner is to the lower left of the arc
     text = CalloutText((housing.left, housing.top_level + 2.4 * height), "left", f"{len(housing.holes)}x {MEASURED}")
     canvas.callout("diameter", housing.holes[1], housing.hole_diameter, text)
 
@@ -306,7 +306,7 @@ def _draw_from_the_left(canvas: Canvas, contents: _SheetContents, section_box: B
     """Draw the view from the left, to the right of the section.
 
     In this view, the pad and the back of the housing are on the left, and its front is on the right. The plane y = 0 of
-    the housing is the line x = `middle_x` of the drawing. Heights z are as in the section.
+    the housing is the line x = `middle_x` of the drawing. Heights z are the same as in the section.
     """
     housing = contents.housing
     measured = contents.measured
@@ -444,7 +444,10 @@ def _pad_dimensions(housing: Housing, to_view: Callable[[float, float], Point]) 
 
 
 def _notes(contents: _SheetContents, process: Process) -> list[str]:
-    """Return the notes of the sheet, one string per line, from top to bottom."""
+    """Return the notes of the sheet, one string per line, from top to bottom.
+
+    The notes are in the terse style of technical drawings, because the space on the sheet is limited.
+    """
     housing = contents.housing
     measured = contents.measured
     layer = f", layer {process.layer_mm:g} mm" if process.layer_mm else ""

@@ -104,7 +104,7 @@ def _place_dimension(
         candidate = _PlacedDimension(dimension, row, text)
         if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):  # a gap chosen by eye
             return candidate
-    # In every row, an extension line crosses the text of an inner row, or comes too close to it. Accept that.
+    # Even in an empty row, its extension lines come too close to the text of an inner row. This cannot be avoided.
     return _PlacedDimension(dimension, outermost, texts[0])
 
 

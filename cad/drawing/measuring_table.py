@@ -20,12 +20,12 @@ from cad.parts.sensor import SensorSolids
 from sensor.design.processes import Process
 from sensor.theory.leaf_spring import Flexure, pair_stiffness
 
-GENERAL_MM = 0.2  # general tolerance of a plastic print: the accuracy of parts in the guides of print services
+GENERAL_MM = 0.2  # general tolerance of a plastic print: the accuracy stated in the guides of print services
 PIN_FIT = "h8"  # 0 to -14 um up to 3 mm, 0 to -18 um up to 6 mm (ISO 286-2); changes the contact by at most 1.4 %
 STEP_MM = 0.1  # dimensional error for which the table shows the effect
 HEADINGS = ("", "measure", "mm", "within", f"+{STEP_MM:g} moves")
 _LETTERS = "abcdefghjkmnpqrstuvwxyz"  # without i, l and o, which look like digits
-# The tolerances of ISO 2768-1 m, each by the largest length or radius for which it is valid.
+# The tolerances of ISO 2768-1 m [mm], by the largest length or radius [mm] to which they apply.
 _LENGTHS_MM = {6.0: 0.1, 30.0: 0.2, 120.0: 0.3, 400.0: 0.5, 1000.0: 0.8}  # table 1
 _RADII_MM = {3.0: 0.2, 6.0: 0.5, math.inf: 1.0}  # table 2
 
@@ -107,7 +107,10 @@ def _change_text(name: str, ratio: float) -> str:
 
 
 def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
-    """Return the factor [1] by which changes of thickness and length [mm] change the stiffness of a pair of leaves."""
+    """Return the factor [1] by which the stiffness of a pair of leaves grows if its dimensions [mm] are changed.
+
+    `thickness` and `length` are the changes in thickness and length.
+    """
     t, L, w = flexure.thickness, flexure.length, flexure.depth
     return pair_stiffness(1.0, w, t + thickness, L + length) / pair_stiffness(1.0, w, t, L)
 

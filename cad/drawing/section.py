@@ -18,12 +18,12 @@ def section(shape: cq.Shape) -> cq.Shape:
 
 
 def draw_section(canvas: Canvas, cut: cq.Shape, layer: str = "PART") -> None:
-    """Draw the edges of a section, which `section` has computed."""
+    """Draw the edges of a section that was computed by `section`."""
     draw_edges(canvas, cut.Edges(), layer)
 
 
 def hatch_section(canvas: Canvas, cut: cq.Shape) -> None:
-    """Hatch the faces of a section, but leave the texts that are already drawn on them free."""
+    """Hatch the faces of a section, except where texts are already written on them."""
     for face in cut.Faces():
         canvas.hatch([_outline(wire) for wire in (face.outerWire(), *face.innerWires())])
 

@@ -30,7 +30,7 @@ class Size(NamedTuple):
 
 
 SIZES = {"A4": Size(297.0, 210.0), "A3": Size(420.0, 297.0), "A2": Size(594.0, 420.0)}  # ISO 216, landscape
-_DIGEST_DECIMALS = 4  # decimals of lengths [mm] in the digest of a drawing; round-off depends on the processor
+_DIGEST_DECIMALS = 4  # number of decimals of lengths [mm] in the revision hash; round-off depends on the processor
 # The combinations of size and scale, in the order in which they are tried.
 _CHOICES = (
     ("A4", "2:1"),
@@ -151,7 +151,7 @@ class _Layout(NamedTuple):
 def _first_layout_that_fits(
     draw_views: Callable[[Canvas], tuple[Table, Sequence[Box]]], notes: Sequence[str], title: Title
 ) -> _Layout:
-    """Return the first of all layouts in which nothing overlaps; the arguments are the same as in `lay_out_sheet`.
+    """Return the first layout in which nothing overlaps; the arguments are the same as in `lay_out_sheet`.
 
     If there is none, the layout tried last is returned, with the lower left corner of the views at the corner of the
     sheet.
@@ -173,7 +173,7 @@ def _first_layout_that_fits(
 def _revision(canvas: Canvas, title: Title) -> str:
     """Return the revision of a drawing: the first eight hexadecimal digits of a hash of its texts and lengths.
 
-    Equal drawings have equal revisions. A consecutive number is impossible, because changes of a design are not
+    Identical drawings have identical revisions. Consecutive numbers are impossible, because changes to a design are not
     counted.
     """
     texts = [text for text, _ in canvas.texts()]
@@ -184,8 +184,8 @@ def _revision(canvas: Canvas, title: Title) -> str:
 def _sheet_corner(paper: Size, scaled_views: _ScaledViews, notes: Sequence[str]) -> Point | None:
     """Return the lower left corner of a sheet in the drawing [mm], or None if the views do not fit on the sheet.
 
-    Three positions of the views on the sheet are tried. All boxes are in paper millimetres from the lower left corner
-    of the sheet.
+    Three positions of the views on the sheet are tried. All boxes are in millimetres on paper, measured from the lower
+    left corner of the sheet.
     """
     scale = scaled_views.canvas.scale
     frame = _frame_of(paper)
@@ -273,7 +273,7 @@ def _bounding_box(boxes: Sequence[Box]) -> Box:
 
 
 def _is_within(box: Box, outer: Box) -> bool:
-    """Return whether a box lies inside the box `outer`; both may touch, within round-off [mm]."""
+    """Return whether a box lies inside the box `outer`, with a tolerance for round-off."""
     is_within_width = box.left >= outer.left - _NEAR_MM and box.right <= outer.right + _NEAR_MM
     return is_within_width and box.bottom >= outer.bottom - _NEAR_MM and box.top <= outer.top + _NEAR_MM
 
