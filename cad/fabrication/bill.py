@@ -62,7 +62,7 @@ def bill_of_materials(
 
 
 def screw_name(grip_mm: float) -> str:
-    """Return the name of the shortest screw for a grip [mm], or a threaded rod if every standard screw is too short."""
+    """Return the name of the shortest screw that is long enough for a grip [mm], or of a threaded rod if none is."""
     length = screw_length(grip_mm)
     return "M3 threaded rod, cut" if length is None else f"M3 x {length}"
 

@@ -65,7 +65,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         paths.append(folder / "wiring.svg")
         write_wiring(paths[-1], sensor.tips.names, housing.plates, signal.board)
     paths.append(folder / "exploded.svg")
-    # The bracket is added only for the exploded view. The bill, which counts the parts of the assembly, is complete.
+    # The bracket is added only now, because the bill counts the parts of an assembly without the bracket.
     write_exploded(assembly.add(parts["mount"]), bill, paths[-1])
     texts = {
         "bom.csv": bill_csv(bill),

@@ -28,8 +28,8 @@ from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.straight_line import slope_error_of_resolution
 
 _COUPON_FRACTION = 0.5  # fraction of the strain limit that is reached under the largest weight on a coupon
-_SLICER_MASS_RATIO = (0.99, 1.04)  # mass in a slicer at 100 % infill, divided by the solid mass; see the template
-_TORQUE_N_M = 0.5  # gives 0.8 kN per screw, 28 MPa under its washer: half the strength of the softest plastic
+_SLICER_MASS_RATIO = (0.99, 1.04)  # range of a slicer's mass at 100 % infill over the solid mass; see the template
+_TORQUE_N_M = 0.5  # causes 0.8 kN per screw and 28 MPa under its washer, half the strength of the softest plastic
 _K_ERROR = 0.01  # largest relative error of a stiffness (95 %) caused by rounded calibration readings
 _FIXED_SIZES = {  # sizes [mm], and the fit of a pin, which are the same for all sensors
     "cover": COVER_MM,

@@ -30,7 +30,7 @@ RUN_FILES = (*HOUSING_FILES, "assembly.step")
 
 
 def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]:
-    """Return a function that draws each part added by `pipeline design`, by the name of the part.
+    """Return the functions that draw the parts added by `pipeline design`, by the names of the parts.
 
     Each part is written to a STEP file and an STL file.
     """
@@ -42,9 +42,9 @@ def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]
 
 
 def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
-    """Return a function for each file of a sensor that draws its shape in the pose of the file [mm].
+    """Return the functions that draw the shape in each file of a sensor [mm], by the names of the files.
 
-    The keys are the names of the files. A shape is drawn only when its function is called.
+    The shapes are in the poses of the files. A shape is drawn only when its function is called.
     """
     draw_printed = functools.partial(print_shape, sensor)
     shapes: dict[str, Callable[[], cq.Shape]] = {
@@ -100,7 +100,7 @@ def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
 
 
 def _compared_kind(name: str) -> str:
-    """Return the suffix of the design files with which a file is compared: .stl for STL and 3MF files, or .step."""
+    """Return ".step" for a STEP file, and ".stl" for an STL or 3MF file, because these are in the same pose."""
     return ".step" if name.lower().endswith(STEP_KINDS) else ".stl"
 
 

@@ -32,7 +32,7 @@ def back_of(sensor: SensorSolids) -> float:
 
 
 def _washers_at_bracket(sensor: SensorSolids) -> float:
-    """Return the thickness of the washers between frame and bracket [mm]; covers need no washers, so it is 0."""
+    """Return the thickness [mm] of the washers between frame and bracket, which is 0 if there are covers."""
     return 0.0 if sensor.housing.mount == "covers" else WASHER_THICKNESS_MM
 
 

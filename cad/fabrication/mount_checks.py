@@ -25,8 +25,8 @@ def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> t
 def _clearance_verdict(sensor: SensorSolids, mount: cq.Shape, process: Process) -> Verdict:
     """Return geometry.mount_clearance, the smallest of three distances [mm].
 
-    They are the distance from the bracket to the moving parts at their stops, and the distances from the heads of the
-    flange screws to the housing and to the bracket below its shelf.
+    The first is the distance from the bracket to the moving parts at their stops. The others are the distances from the
+    heads of the flange screws to the housing, and to the bracket below its shelf.
     """
     housing = sensor.housing
     heads = flange_heads(sensor)

@@ -1,1 +1,1 @@
-"""Files of solids. Equal solids give files with equal bytes on every machine."""
+"""Files of solids. Identical solids give identical files on every machine."""

@@ -1,4 +1,4 @@
-"""The date that is written to files: from the environment or fixed, so that equal parts give equal files."""
+"""The date that is written to files: from the environment or fixed, so that identical parts give identical files."""
 
 import os
 from datetime import UTC, datetime

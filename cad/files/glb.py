@@ -39,7 +39,7 @@ class GlbBody:
 
 
 def glb_position(points: Floats) -> Floats:
-    """Convert points (..., 3) from millimetres with z up to the coordinates of glTF, metres with y up."""
+    """Convert points (..., 3) from millimetres with z up to glTF coordinates, which are metres with y up."""
     return np.asarray(_M_PER_MM * (points @ _TO_Y_UP.T))
 
 
@@ -51,7 +51,7 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
     """
     arrays = _Arrays()
     meshes = [_mesh(body, arrays) for body in bodies]
-    ramp = arrays.add(np.array([[0.0], [1.0]], dtype="<f4"), "SCALAR")  # both the times [s] and the weights
+    ramp = arrays.add(np.array([[0.0], [1.0]], dtype="<f4"), "SCALAR")  # used both as times [s] and as weights
     indices = range(len(bodies))
     animation = {
         "name": MOTION,
@@ -72,7 +72,7 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
         "buffers": [{"byteLength": len(buffer)}],
     }
     json_chunk = json.dumps(tree, separators=(",", ":")).encode()
-    # The length of a chunk must be a multiple of four bytes. The length of the buffer always is.
+    # The length of a chunk must be a multiple of four bytes. The buffer always has such a length.
     json_chunk += b" " * (-len(json_chunk) % 4)
     chunks = (
         struct.pack("<I4s", len(json_chunk), b"JSON") + json_chunk + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer

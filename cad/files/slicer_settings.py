@@ -10,10 +10,10 @@ _ROUND_OFF = 1e-6  # tolerance for the round-off error of the number of lines
 
 
 def slicer_settings(process: Process, housing: Housing) -> dict[str, str]:
-    """Return PrusaSlicer settings, by their keys, so that the housing is printed solid, with lines along its leaves.
+    """Return the PrusaSlicer settings, by key, that print a housing as modelled: solid, with lines along its leaves.
 
-    Processes that do not print lines have no settings. The settings of the printer and the filament remain those of the
-    print profile. So does the height of the first layer, which PrusaSlicer cannot set for a single object.
+    Processes that do not print lines have no settings. The settings of the printer and the filament are left to the
+    print profile. The height of the first layer is too, because PrusaSlicer cannot set it for a single object.
     """
     width = process.line_width_mm
     if process.kind != "fdm" or width is None:

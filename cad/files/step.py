@@ -1,4 +1,4 @@
-"""STEP files of assemblies and parts, with names and colours, in AP242 and millimetres."""
+"""STEP files (AP242, in millimetres) of assemblies and parts, with names and colours."""
 
 from __future__ import annotations
 
@@ -89,16 +89,15 @@ def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
 
 
 def _parts(assembly: cq.Assembly) -> Sequence[cq.Assembly]:
-    """Return the parts of an assembly. A single part is returned as the only element of a list."""
+    """Return the parts of an assembly, or a list with the single part."""
     return assembly.children or [assembly]
 
 
 def _name_instances(model: OCP.StepData.StepData_StepModel, names: Sequence[str]) -> None:
-    """Give the instances of parts their names, in the order in which the parts were added.
+    """Name the instances of parts, in the order in which the parts were added.
 
-    An assembly has instances, and so does a single part that was moved. OCCT would look up the name of an instance by
-    its location. It confuses instances that were not moved from where their product was drawn, so that some names are
-    wrong or missing.
+    An assembly has instances, and so does a single part that was moved. OCCT itself looks up the name of an instance by
+    its location. This fails for instances that were not moved: some of their names are wrong or missing.
     """
     entities = (model.Value(number + 1) for number in range(model.NbEntities()))
     instance_type = OCP.StepRepr.StepRepr_NextAssemblyUsageOccurrence

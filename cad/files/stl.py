@@ -1,4 +1,4 @@
-"""STL files [mm]: written in binary form, and read in either form, with equal vertices merged."""
+"""STL files [mm]: written in binary form, and read in binary or text form, with equal vertices merged."""
 
 from __future__ import annotations
 

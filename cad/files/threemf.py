@@ -133,7 +133,8 @@ def read_3mf(path: Path) -> Package:
 def _printed_meshes(model: lib3mf.Model) -> Iterator[tuple[str, trimesh.Trimesh]]:
     """Yield the name and the triangles of each mesh to be printed, in its position on the bed [mm].
 
-    Supports and other objects whose type is not `model` are skipped. Raises ValueError if a vertex is invalid.
+    Supports and other objects whose type is not `model` are skipped. Raises ValueError if a coordinate is not a finite
+    number.
     """
     items = model.GetBuildItems()
     while items.MoveNext():

@@ -25,7 +25,7 @@ MIN_SIDEWAYS_RATIO = {"low": 3.0, "high": 1.2}
 
 
 def begin_fabrication(sensor: PressedSensor, options: RunOptions, executor: Executor | None) -> Future[KeptFiles]:
-    """Begin to make the files for fabrication; return a future of the files and of the verdicts on cover and bracket.
+    """Start making the files for fabrication, and return a future of them and of the verdicts on cover and bracket.
 
     No files are made if fabrication is not requested, or if no housing can be made. The future raises OSError if a file
     cannot be written, and ExportError if the volume read back from a file is wrong.

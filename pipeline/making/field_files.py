@@ -42,8 +42,8 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
     - fruit.vtu holds the fields of the fruit under the forces of the scene.
 
     The fields at the nodes are displacement [mm], stress and von Mises stress [MPa], and largest principal strain [1].
-    Without a housing, only fruit.vtu is written. If files cannot be written because a solve fails, the reason is
-    returned.
+    Without a housing, only fruit.vtu is written. If a solve fails, the files that depend on it are not written, and the
+    reason is returned.
     """
     springs = sensor.springs
     if not options.fields:

@@ -32,7 +32,7 @@ def housing(result: SensorResult) -> cq.Workplane:
     Returns
     -------
     cadquery.Workplane
-        The housing. The faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces` are tags.
+        The housing. Its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces` are tagged.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def cover(result: SensorResult) -> cq.Workplane:
     Returns
     -------
     cadquery.Workplane
-        The cover. The faces `rim` and `mounting_holes` are tags.
+        The cover. Its faces `rim` and `mounting_holes` are tagged.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def mount(result: SensorResult) -> cq.Workplane:
     Returns
     -------
     cadquery.Workplane
-        The bracket. The faces `seat` (on the sensor), `flange`, `mounting_holes` and `flange_holes` are tags.
+        The bracket. Its faces `seat` (against the sensor), `flange`, `mounting_holes` and `flange_holes` are tagged.
 
     Raises
     ------
@@ -124,7 +124,8 @@ def assembly(result: SensorResult) -> cq.Assembly:
     -------
     cadquery.Assembly
         The parts of assembly.step: `housing` or `plate_1` and `plate_2`, `front_cover`, `screw_1`, `fruit` and others.
-        Each part has its position in `loc`, and equal parts share one shape. The faces of housing and covers are tags.
+        The attribute `loc` of a part is its position, and equal parts share one shape. The faces of housing and covers
+        are tagged.
 
     Raises
     ------

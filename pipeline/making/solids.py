@@ -18,10 +18,10 @@ _INPUT_TABLES = ("name", "fruit", "tips", "press")  # tables of the design on wh
 
 
 class SolidMaker:
-    """Makes the solids of a design, in parallel with the solves if it has a worker process.
+    """The maker of the solids of a design, which works in parallel with the solves if it has a worker process.
 
-    The files of each housing that may be the final one are begun at once. They are discarded if another housing turns
-    out to be the final one.
+    It starts making the files of each housing that may be the final one. It discards them if another housing turns out
+    to be the final one.
     """
 
     def __init__(self, design: Design, executor: Executor | None) -> None:
@@ -31,10 +31,10 @@ class SolidMaker:
         self._begun: tuple[Housing, Future[KeptFiles]] | None = None
 
     def size(self, housing: Housing, deflections: tuple[float, ...]) -> Future[PartSize]:
-        """Begin to make the solid of a housing, and return a future of its size.
+        """Start making the solid of a housing, and return a future of its size.
 
-        `deflections` [mm] are the deflections of its springs at full travel. A worker process then begins the files of
-        this housing, although the solves have not yet shown whether it is the final one.
+        `deflections` [mm] are the deflections of its springs at full travel. If there is a worker process, it also
+        starts making the files of this housing, before the solves have shown whether it is the final one.
         """
         size = submit(self._executor, solid_size, housing)
         if self._executor is not None:
@@ -42,7 +42,7 @@ class SolidMaker:
         return size
 
     def files(self, housing: Housing | None, deflections: tuple[float, ...]) -> Future[KeptFiles]:
-        """Begin to make the files of a housing, unless they were already begun, and return a future of them.
+        """Start making the files of a housing, unless this was done before, and return a future of them.
 
         The files of an earlier run are taken from the cache. If `housing` is None, there are no files. The future
         raises OSError if a file cannot be written, and ExportError if its content is wrong.

@@ -199,8 +199,8 @@ def _draw_parts_apart(
 ) -> tuple[list[Mesh], dict[str, Floats], dict[str, Floats]]:
     """Draw the parts of an assembly moved outwards across the sensor, and the fruit moved down.
 
-    Return the surfaces of all parts, and the starting points [mm] of the leader lines by kind of part: first those that
-    lead to labels above, then those that lead to the labels of fruit and tip below.
+    Return the surfaces of all parts, and two mappings from the kind of part to the starting point [mm] of a leader
+    line. The lines of the first mapping lead to labels above the parts, and the lines of the second to labels below.
     """
     surfaces = []
     upper_starts: dict[str, Floats] = {}
@@ -248,7 +248,7 @@ def _label_positions(whole: Mesh, starts: Mapping[str, Floats], sign: float) -> 
     positions = {}
     for kind, (x, y, _) in starts.items():
         level += _LABEL_STEP * (top - bottom)
-        # The level of a position is sign (x, y, z) . upwards. This equation is solved for z.
+        # The level of a position (x, y, z) is the dot product sign (x, y, z) . upwards. It is solved for z.
         positions[kind] = np.array([x, y, (sign * level - x * upwards[0] - y * upwards[1]) / upwards[2]])
     return positions
 
