@@ -310,7 +310,7 @@ class Extrusion:
         y_direction = OCP.gp.gp_Dir(0.0, 1.0, 0.0)
         box = self.part.shape.BoundingBox()
         start, ray_length = box.ymin - _MARGIN_MM, box.ylen + 2.0 * _MARGIN_MM
-        first, last, lengths = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
+        lowest, highest, lengths = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x))
         for i, (line_x, line_z) in enumerate(zip(x.tolist(), z.tolist(), strict=True)):
             line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(line_x, start, line_z), y_direction)
             intersector.Perform(line, 0.0, ray_length)
@@ -322,9 +322,10 @@ class Extrusion:
                 if following - distance > _NEAR_MM
             ]
             if len(distances) > 1:
-                first[i], last[i] = distances[0], distances[-1]
+                lowest[i], highest[i] = distances[0], distances[-1]
+                # The line enters the material at every other crossing, and leaves it at the next one.
                 lengths[i] = sum(b - a for a, b in zip(distances[::2], distances[1::2], strict=False))
-        return first + start, last + start, lengths
+        return lowest + start, highest + start, lengths
 
     def uneven(self) -> Iterator[tuple[Floats, float, float]]:
         """Yield small pieces of the faces at which the part is shallower or deeper than the sweep.
@@ -343,6 +344,7 @@ class Extrusion:
             if is_end or face_normals.is_side(y_axis):
                 continue
             pieces = [(middle[[0, 2]], area) for middle, area in _pieces_along_y(face) if area > _NEAR_MM**2]
+            # The mean width is the area of the face divided by the diagonal of its bounding box, both seen along y.
             box = face.BoundingBox()
             width = sum(area for _, area in pieces) / math.hypot(box.xlen, box.zlen)
             yield from ((middle, area, width) for middle, area in pieces)
@@ -458,9 +460,9 @@ def _swept_fractions(faces: Sequence[_FaceNormals], direction: Floats) -> tuple[
         if face.is_cap(direction):
             level = round(float(face.middle @ direction), 4)
             cap_areas[level] = cap_areas.get(level, 0.0) + face.area
-    ends = sum(sorted(cap_areas.values())[-2:])
-    sides = sum(face.area for face in faces if face.is_side(direction))
-    return round((ends + sides) / total, 3), round(ends / total, 3)
+    end_area = sum(sorted(cap_areas.values())[-2:])
+    side_area = sum(face.area for face in faces if face.is_side(direction))
+    return round((end_area + side_area) / total, 3), round(end_area / total, 3)
 
 
 def _rotation_to_y(direction: Floats) -> Floats:

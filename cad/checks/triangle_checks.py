@@ -202,7 +202,7 @@ def widest_ledge(mesh: trimesh.Trimesh, up: Floats, limit_deg: float) -> float:
     neighbours = np.asarray(mesh.face_adjacency)
     overhanging_pairs = neighbours[is_overhang[neighbours].all(axis=1)]
     patches = trimesh.graph.connected_components(overhanging_pairs, nodes=np.flatnonzero(is_overhang))
-    plan_view = np.asarray(mesh.triangles)[:, :, up == 0.0]
+    plan_view = np.asarray(mesh.triangles)[:, :, up == 0.0]  # the two coordinates across `up`
     widest = 0.0
     for patch in patches:
         _, sides = trimesh.bounds.oriented_bounds_2D(plan_view[patch].reshape(-1, 2))  # type: ignore[no-untyped-call]

@@ -291,7 +291,7 @@ def _draw_cutting_line(canvas: Canvas, middle: float, view: Box) -> None:
     direction of the section: along +y, which points to the left in this view.
     """
     height = canvas.text_height
-    for edge, inward in ((view.top, -1.0), (view.bottom, 1.0)):
+    for edge, inward in ((view.top, -1.0), (view.bottom, 1.0)):  # `inward` is the sign of z towards the view
         start = edge - 1.2 * inward * height
         canvas.line((middle, start), (middle, start - 2.0 * inward * height))
         tip_x, tip_z = middle - 1.6 * height, start - inward * height

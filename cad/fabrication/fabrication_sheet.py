@@ -53,6 +53,8 @@ def coarsest_resolution(largest_reading: float) -> float:
     The resolution has the unit of `largest_reading`. The 1 % is an expanded uncertainty (95 %), to which force and
     deflection contribute equally.
     """
+    # The standard uncertainty of K is _K_ERROR / COVERAGE, and each of the two readings causes 1 / sqrt(2) of it. The
+    # error of the slope is proportional to the resolution.
     resolution = _K_ERROR / COVERAGE / math.sqrt(2.0) / slope_error_of_resolution(1.0, largest_reading, WEIGHED_AT)
     return 10.0 ** math.floor(math.log10(resolution))
 

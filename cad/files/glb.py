@@ -21,6 +21,7 @@ _TO_Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # in 
 _M_PER_MM = 1e-3  # glTF is in metres
 _COMPONENT_TYPES = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # glTF's code of each NumPy data type
 _LINEAR_LIMIT = 0.04045  # up to this value, sRGB is proportional to linear colour
+_HEADER_BYTES = 12  # length of the file header: magic bytes, version 2, and length of the file
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,7 +78,7 @@ def glb_of(bodies: Sequence[GlbBody]) -> bytes:
     chunks = (
         struct.pack("<I4s", len(json_chunk), b"JSON") + json_chunk + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
     )
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+    return struct.pack("<4sII", b"glTF", 2, _HEADER_BYTES + len(chunks)) + chunks
 
 
 class _Arrays:

@@ -57,16 +57,21 @@ def flexure_deck(half: ClampedHalf, E: float, poisson: float) -> Deck:
     else:
         sets[GROUND] = np.array([elements.count])
         fixed_components = {GROUND: (1, 2, 3)}
-    weights = tip_means(half.basis, PRESS).T
+    # The product of these weights with the displacements is the mean u_z of a tip face. By the principle of virtual
+    # work, the same weights are the nodal forces of an even pressure with the resultant 1 N.
+    tip_weights = tip_means(half.basis, PRESS).T
     means = {
-        mean_of(spring): elements.nodal_values(half.basis, mean) for spring, mean in zip(SPRINGS, weights, strict=True)
+        mean_of(spring): elements.nodal_values(half.basis, weights)
+        for spring, weights in zip(SPRINGS, tip_weights, strict=True)
     }
     return Deck(
         elements=elements,
         sets=sets,
         E=E,
         poisson=poisson,
-        steps=[LinearStep(held={**fixed_components, _SYMMETRY: (2,)}, loads=0.5 * mean) for mean in means.values()],
+        steps=[
+            LinearStep(held={**fixed_components, _SYMMETRY: (2,)}, loads=0.5 * weights) for weights in means.values()
+        ],
         springs=half.ground,
         means=means,
     )

@@ -21,6 +21,7 @@ SUBDIVISION = 3  # number of times that each facet of a second-order cell is hal
 _SHARP_EDGE_DEG = 25.0  # smallest angle between two facets at a sharp edge
 _ZOOM = 0.75  # less than 1, so that there is space for the title, the ruler and the colour bar
 _NARROW = 900  # [pixels] up to this width of a picture, the colour bar has few numbers
+_RULER_GAP = 0.06  # distance of the ruler below the body, as a fraction of the diagonal of the picture's bounds
 _TITLE_SIZE = 11  # font size of a title
 _LETTER_WIDTH = 1.35  # average width of a letter in a title, divided by the font size
 
@@ -106,6 +107,7 @@ def draw_scene(plotter: Plotter, scene: FieldPicture, field: Field | None = None
         "fmt": "%.3g",
         "n_labels": 5 if _width(plotter) > _NARROW else 3,
         "vertical": False,
+        # Positions and sizes are fractions of the picture.
         "position_x": 0.25,
         "position_y": 0.03,
         "width": 0.5,
@@ -161,7 +163,7 @@ def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tu
     # The ruler is parallel to x, below the front of the body. A quarter of the width is rounded down to a round length.
     ruler_mm = round_below(0.25 * (right - left))
     diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
-    start = np.array([left, front, bottom - 0.06 * diagonal])
+    start = np.array([left, front, bottom - _RULER_GAP * diagonal])
     plotter.add_mesh(pv.Line(start, start + np.array([ruler_mm, 0.0, 0.0])), color=EDGE, line_width=4)
     plotter.add_point_labels(
         [start],
