@@ -78,9 +78,8 @@ def as_designed_verdict(
         *(() if farthest.distance <= worst_limit else _likely_causes(mesh, design, worst_limit)),
         f"distance between both surfaces, measured from each{part}{place}",
     ]
-    volume_change = (
-        round(enclosed_volume(mesh) - enclosed_volume(design), _DECIMALS) + 0.0
-    )  # + 0.0 replaces -0.0 by 0.0
+    # Adding 0.0 replaces -0.0 by 0.0.
+    volume_change = round(enclosed_volume(mesh) - enclosed_volume(design), _DECIMALS) + 0.0
     remarks.append(f"volume {volume_change:+g} mm^3 compared with {enclosed_volume(design):.1f} mm^3 in the design")
     return judge(NAME, farthest.distance, f"{worst}: {'; '.join(remarks)}", limit=worst_limit)
 

@@ -40,8 +40,9 @@ def clearance_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     # A printed tip may touch the fruit, so the neck is measured from above the tip. The foot of a pin must not touch
     # the fruit, so it is included.
     tip_height = housing.tip_height if housing.pin is None else 0.0
-    moving_box = box_through(housing.depth, (low.wall, high.wall), (-_MARGIN_MM, housing.cavity_level))
-    frame = sensor.part.shape.cut(moving_box)
+    # The arms are inside this box, so the frame remains if the box is cut away.
+    arm_box = box_through(housing.depth, (low.wall, high.wall), (-_MARGIN_MM, housing.cavity_level))
+    frame = sensor.part.shape.cut(arm_box)
     necks = sensor.part.shape.intersect(
         box_through(housing.depth, (-half_width, half_width), (tip_height, housing.neck_level))
     )

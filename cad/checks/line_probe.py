@@ -48,8 +48,9 @@ def solid_lines(shape: cq.Shape) -> Lines:
 def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
     """Return a function that measures the chords [mm] of lines in a closed triangle mesh.
 
-    The intersection of a line with a triangle is computed by the method of T. Moller and B. Trumbore, J. Graphics Tools
-    2 (1997) 21.
+    A line with the start s and the direction d crosses the plane of a triangle, with the corner o and the sides a and
+    b, where s + t d = o + u a + v b. This equation is solved for t, u and v as in T. Moller and B. Trumbore, J.
+    Graphics Tools 2 (1997) 21.
     """
     corners = np.asarray(mesh.triangles)
     origin = corners[:, 0]
@@ -62,8 +63,7 @@ def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
         direction_x_second = np.cross(unit, second_side)
         determinant = np.einsum("ij,ij->i", first_side, direction_x_second)
         with np.errstate(divide="ignore", invalid="ignore"):  # triangles parallel to the line
-            # u and v are the barycentric coordinates of the point where the line crosses the plane of the triangle.
-            # `crossings` is the position of this point along the line.
+            # u and v are the barycentric coordinates of the crossing, and `crossings` is its position t on the line.
             u = np.einsum("ij,ij->i", from_origin, direction_x_second) / determinant
             offset_x_first = np.cross(from_origin, first_side)
             v = offset_x_first @ unit / determinant

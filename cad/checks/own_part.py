@@ -44,8 +44,8 @@ def require_one_solid(
 ) -> cq.Solid:
     """Return the solid [mm] of a shape that consists of exactly one valid, closed solid.
 
-    `name` is the name of the file or part in error messages. If `housing` is given, a part that was exported in inches
-    is recognised by its length. `any_size` skips the size check, for calls before the housing is known. Raises
+    In error messages, `name` is the name of the file or the part. If `housing` is given, a part that was exported in
+    inches is recognised by its length. `any_size` skips the size check, for calls before the housing is known. Raises
     InputError if the number of solids is not one, or if there are faces outside the solid. InputError is also raised
     for an invalid surface and for a wrong size.
     """
@@ -118,8 +118,8 @@ def faces_at(solid: cq.Solid, flag: str, points: Sequence[Place]) -> tuple[int, 
     """Return the indices in `solid.Faces()` of the faces on which the points [mm] lie, each index once.
 
     If a point lies on a cylindrical wall that is divided into several faces, the indices of all of them are returned.
-    `flag` names the command-line flag of the points in error messages. Raises InputError if a point is not on a face,
-    or if it is on an edge.
+    In error messages, `flag` names the command-line flag that holds the points. Raises InputError if a point is not on
+    a face, or if it is on an edge.
     """
     faces = solid.Faces()
     indices: list[int] = []
@@ -194,7 +194,7 @@ def _cylinder_parameters(face: cq.Face) -> Floats | None:
 def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[int, ...]:
     """Return the indices in `solid.Faces()` of the faces that have a tag in a CadQuery workplane.
 
-    `flag` names the argument that held the tag in error messages. Raises InputError if the workplane has no such tag,
+    In error messages, `flag` names the argument that held the tag. Raises InputError if the workplane has no such tag,
     or if none of the tagged faces is a face of the solid.
     """
     tags = plane.ctx.tags if isinstance(plane, cq.Workplane) else {}
@@ -330,8 +330,8 @@ class Extrusion:
     def uneven(self) -> Iterator[tuple[Floats, float, float]]:
         """Yield small pieces of the faces at which the part is shallower or deeper than the sweep.
 
-        Such faces are the bottoms of pockets, the tops of ribs, and slanted faces. For each piece, its position (x, z)
-        [mm], its area projected along y [mm^2] and the mean width [mm] of its face are yielded. The faces are found
+        Such faces are the bottoms of pockets, the tops of ribs, and slanted faces. Each piece is described by its
+        position (x, z) [mm], its area projected along y [mm^2] and the mean width of its face [mm]. The faces are taken
         from the solid, because a narrow feature such as a saw cut may lie between the lines of any grid.
         """
         for face in self.part.shape.Faces():

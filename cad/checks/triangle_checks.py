@@ -164,8 +164,9 @@ def _shortest_facing_distance(mesh: trimesh.Trimesh, sense: float) -> FacingDist
     plane face. Faces are opposite if the cosine of the angle between their normals is below `_OPPOSITE`.
     """
     random_points, random_faces = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
-    plane_faces = [facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets]
-    faces = np.concatenate([random_faces, np.array(plane_faces, dtype=np.int64)])
+    # trimesh calls a triangle a face, and a plane face a facet.
+    largest_faces = [facet[np.argmax(mesh.area_faces[facet])] for facet in mesh.facets]
+    faces = np.concatenate([random_faces, np.array(largest_faces, dtype=np.int64)])
     points = np.concatenate([random_points, mesh.triangles_center[faces[_SAMPLES:]]])
     normals = np.asarray(mesh.face_normals)
     rays = sense * normals[faces]

@@ -68,7 +68,10 @@ def general_mm(process: Process, length: float, *, is_radius: bool = False) -> f
 
 
 def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
-    """Return the dimensions to be measured on a housing, by their names, in the order of the table."""
+    """Return the dimensions to be measured on a housing, by their names.
+
+    They are in the order of the table, and get their letters in this order.
+    """
     housing = sensor.housing
     dimensions = {
         **_leaf_dimensions(housing, process),

@@ -60,12 +60,13 @@ def mount_solid(sensor: SensorSolids) -> cq.Solid:
     back = back_of(sensor)
     hole_length = PLATE_MM + 2.0 * _MARGIN_MM
     bracket = cq.Workplane(obj=upright(sensor).fuse(shelf(sensor)).clean())
-    rear_plane = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _MARGIN_MM, 0.0))  # extrudes along -y
+    # A workplane XZ extrudes along -y, so the screw holes are cut from behind.
+    rear_plane = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _MARGIN_MM, 0.0))
     screw_holes = rear_plane.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     bracket = bracket.cut(screw_holes.extrude(hole_length))
     lower_plane = cq.Workplane("XY", origin=(0.0, 0.0, _shelf_level(sensor) - _MARGIN_MM))
-    flange_screws = lower_plane.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
-    bracket = bracket.cut(flange_screws.extrude(hole_length))
+    flange_screw_holes = lower_plane.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
+    bracket = bracket.cut(flange_screw_holes.extrude(hole_length))
     if (opening := window(sensor)) is not None:
         bracket = bracket.cut(cq.Workplane(obj=opening))
     return bracket.findSolid().Solids()[0]

@@ -33,6 +33,7 @@ def cover_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
         *_screw_hole_lines(housing, housing.top_level),
     ]
     if seats is not None:
+        # In this pose, the left edge of the cover is at x = housing.right.
         centres = [(housing.right - centre, seats.sensor) for centre in seats.windows]
         sizes += [
             SizeLine("windows, width x height", _times(seats.window_width, seats.window_height)),

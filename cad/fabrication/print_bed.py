@@ -42,9 +42,10 @@ def arrange_on_bed(meshes: Mapping[str, trimesh.Trimesh], counts: Mapping[str, i
     The longer side of each part is along y, and the longest part comes first. Several row widths are tried: the total
     width of the first n copies, for every n. The arrangement that needs the smallest bed is returned.
     """
-    rotated = {
-        name: _rotate_lengthwise(rest_on_flange(meshes[name]) if name == "mount" else meshes[name]) for name in counts
-    }
+    rotated = {}
+    for name in counts:
+        mesh = rest_on_flange(meshes[name]) if name == "mount" else meshes[name]
+        rotated[name] = _rotate_lengthwise(mesh)
     names = sorted(counts, key=lambda name: -float(rotated[name].extents[1]))
     copies = [
         (f"{name} {copy}" if counts[name] > 1 else name, rotated[name])

@@ -74,7 +74,7 @@ def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mappi
         for name, text in parts.items():
             part = zipfile.ZipInfo(name, date)
             part.compress_type = zipfile.ZIP_DEFLATED
-            part.create_system = 0  # otherwise the bytes would depend on the operating system
+            part.create_system = 0  # so that the bytes do not depend on the operating system
             package.writestr(part, text)
 
 

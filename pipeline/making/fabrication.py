@@ -73,8 +73,7 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
     inputs = {"housing": housing, "E": process.E_MPa, "nu": process.poisson}
     by_mesh = load_or_compute("sideways", inputs, solve_both_meshes, dict[str, tuple[float, ...]])
     verdicts = []
-    springs_and_stiffnesses = zip(springs.springs.items(), by_mesh["fine"], by_mesh["coarse"], strict=True)
-    for (name, spring), fine, coarse in springs_and_stiffnesses:
+    for (name, spring), fine, coarse in zip(springs.springs.items(), by_mesh["fine"], by_mesh["coarse"], strict=True):
         verdicts.append(sideways_verdict(name, spring, fine, abs(fine - coarse)))
     return tuple(verdicts)
 
