@@ -289,6 +289,7 @@ def _likely_causes(mesh: trimesh.Trimesh, design: trimesh.Trimesh, limit: float)
         moved_mesh = mesh.copy()
         moved_mesh.apply_transform(transform)
         corners = np.asarray(moved_mesh.vertices)
+        # A few corners are measured first, because most transforms are wrong and the whole surface takes longer.
         sampled_corners = corners[:: max(1, len(corners) // _TESTED_CORNERS)]
         if (
             _distance_bounds(sampled_corners, design_surface).max() <= limit

@@ -20,6 +20,7 @@ from sensor.arrays import Flags, Floats
 from sensor.quantity import InputError, validation_error
 
 Place = tuple[float, float, float]
+_Segment = tuple[tuple[float, float], tuple[float, float]]  # the ends ((x, z), (x, z)) of a line in the section [mm]
 
 _INCH_MM = 25.4
 _SIZE_TOLERANCE = 0.1  # relative tolerance of the length ratio from which a part in inches is recognised
@@ -294,7 +295,7 @@ class Extrusion:
     part: Part
     turn: Floats
     section: cq.Face
-    lines: tuple[tuple[tuple[float, float], tuple[float, float]], ...]
+    lines: tuple[_Segment, ...]
     low: float
     high: float
     plane: float
@@ -302,8 +303,8 @@ class Extrusion:
     def spans(self, x: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the smallest and the largest y of the part on lines along y, and the material length, each (n,) [mm].
 
-        The material length is the part of a line that lies inside the material. `x` and `z` (n,) [mm] are the positions
-        of the lines. If a line misses the part, the length is 0, and both values of y are below the part.
+        The material length is the length of a line inside the material. `x` and `z` (n,) [mm] are the positions of the
+        lines. If a line misses the part, the length is 0, and both values of y are below the part.
         """
         intersector = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
         intersector.Load(self.part.shape.wrapped, 1e-7)
@@ -508,13 +509,11 @@ def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     return Extrusion(part=part, turn=rotation, section=section.Faces()[0], lines=edges, low=low, high=high, plane=plane)
 
 
-def _levels_and_edges(
-    shape: cq.Shape,
-) -> tuple[list[float], dict[float, float], tuple[tuple[tuple[float, float], tuple[float, float]], ...]]:
+def _levels_and_edges(shape: cq.Shape) -> tuple[list[float], dict[float, float], tuple[_Segment, ...]]:
     """Return the levels y [mm] at which the section of a shape may change, its cap areas, and its slanted edges.
 
     The cap areas [mm^2] are the areas of the faces perpendicular to y, by their levels. The slanted edges are straight
-    edges of slanted faces, projected onto the section: ((x, z), (x, z)) [mm].
+    edges of slanted faces, projected onto the section.
     """
     y_axis = np.array([0.0, 1.0, 0.0])
     levels = []
@@ -577,8 +576,8 @@ def _pieces_along_y(face: cq.Face) -> Iterator[tuple[Floats, float]]:
                 yield a + r * (b - a) + s * (c - a), 2.0 * projected_area / (count * (count + 1))
 
 
-def _projected_edge(edge: cq.Edge) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the ends of a straight edge projected onto the section, ((x, z), (x, z)) [mm], in ascending order."""
+def _projected_edge(edge: cq.Edge) -> _Segment:
+    """Return the ends of a straight edge projected onto the section, in ascending order."""
     a, b = sorted((round(point.x, 6), round(point.z, 6)) for point in (edge.startPoint(), edge.endPoint()))
     return a, b
 

@@ -36,17 +36,18 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     Their values are the number of faulty faces, edges and vertices, and the number of solids.
     """
     analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
-    faulty = 0
+    fault_count = 0
     if not analyser.IsValid():
         entities = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
-        faulty = max(1, sum(not analyser.IsValid(entity.wrapped) for entity in entities))
+        # The count is at least 1, because the fault may be in an entity of another type, such as a wire.
+        fault_count = max(1, sum(not analyser.IsValid(entity.wrapped) for entity in entities))
     solid_count = len(shape.Solids())
     face_count = sum(len(solid.Faces()) for solid in shape.Solids())
     solid_text = (
         "number of solids" if face_count == len(shape.Faces()) else "number of solids; some faces belong to none"
     )
     return (
-        judge("geometry.valid", faulty, "faulty faces, edges, vertices by OCCT"),
+        judge("geometry.valid", fault_count, "faulty faces, edges, vertices by OCCT"),
         judge("geometry.one_solid", solid_count, solid_text),
     )
 
@@ -58,9 +59,9 @@ def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) ->
     not closed, because it then has no inside.
     """
     mesh = drop_collapsed_triangles(mesh)
-    closed = closed_verdicts(mesh)
-    verdicts = (*closed, body_verdict(mesh), *size_verdicts(mesh, process))
-    if any(verdict.passed is not True for verdict in closed):
+    closed_surface = closed_verdicts(mesh)
+    verdicts = (*closed_surface, body_verdict(mesh), *size_verdicts(mesh, process))
+    if any(verdict.passed is not True for verdict in closed_surface):
         return verdicts
     return (*verdicts, *printability_verdicts(mesh, process, poses))
 
@@ -74,9 +75,8 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
     """
     kind = path.suffix.lower()
     if kind not in KINDS:
-        raise validation_error(
-            "PATH", path.name, "", f"a file of kind {', '.join(KINDS)}", "export the part as one of these"
-        )
+        bound = f"a file with the suffix {', '.join(KINDS)}"
+        raise validation_error("PATH", path.name, "", bound, "export the part in one of these formats")
     require_file(path)
     try:
         if kind == ".stl":

@@ -58,16 +58,16 @@ class _PlacedDimension:
         span = self.dimension.span
         return Interval(min(span.low, self.text.low), max(span.high, self.text.high))
 
-    def collides(self, placed: "_PlacedDimension", gap: float) -> bool:
+    def collides(self, other: "_PlacedDimension", gap: float) -> bool:
         """Return whether two dimensions collide.
 
         Dimensions in the same row collide if their lines overlap, or if their texts are less than `gap` [mm] apart.
         Dimensions in different rows collide if an extension line of the outer dimension comes within `gap` of the text
         of the inner one.
         """
-        if self.row == placed.row:
-            return self.extent.overlaps(placed.extent) or self.text.overlaps(placed.text, gap)
-        inner, outer = (self, placed) if self.row < placed.row else (placed, self)
+        if self.row == other.row:
+            return self.extent.overlaps(other.extent) or self.text.overlaps(other.text, gap)
+        inner, outer = (self, other) if self.row < other.row else (other, self)
         text = Interval(inner.text.low - gap, inner.text.high + gap)
         return any(text.contains(end) for end in outer.dimension.span)
 
@@ -104,7 +104,7 @@ def _place_dimension(
         candidate = _PlacedDimension(dimension, row, text)
         if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):  # a gap chosen by eye
             return candidate
-    # Even in an empty row, its extension lines come too close to the text of an inner row. This cannot be avoided.
+    # Even in an empty row, the extension lines of the dimension come too close to the text of an inner row.
     return _PlacedDimension(dimension, outermost, texts[0])
 
 

@@ -341,9 +341,9 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
         paper.line((x, base), (x, top), "SHEET")
         if cell.heading:
             paper.write_text(cell.heading, (x + 1.0, top - 2.0), _HEADING_LETTER_MM, "NOTES", left_aligned=True)
-        text_height = base + (_UNDER_HEADING_MM if cell.heading else 0.5 * row_height)
+        text_z = base + (_UNDER_HEADING_MM if cell.heading else 0.5 * row_height)
         if cell.text:
-            paper.write_text(cell.text, (x + 1.5, text_height), letter_height, "SHEET", left_aligned=True)
+            paper.write_text(cell.text, (x + 1.5, text_z), letter_height, "SHEET", left_aligned=True)
         x += cell.width
 
 

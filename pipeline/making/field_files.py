@@ -77,7 +77,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
     half = clamped_half(mesh, process.E_MPa, process.poisson, mount_layers(springs.housing))
     write_flexure_deck(springs, half, folder / NAME)
     fields = fields_at_full_travel(springs, half)
-    marks = {}
+    marks = {}  # for each spring, an array that is 1 at the node with the largest strain on its leaves, and else 0
     for name in springs.springs:
         mark = np.zeros(len(fields.displacement))
         mark[most_strained_node(mesh, leaf_faces(name), fields)] = 1.0

@@ -28,7 +28,7 @@ class SolidMaker:
         """Store the design and the executor that runs the tasks; with None, they run in this process."""
         self._design = design
         self._executor = executor
-        self._begun: tuple[Housing, Future[KeptFiles]] | None = None
+        self._started: tuple[Housing, Future[KeptFiles]] | None = None
 
     def size(self, housing: Housing, deflections: tuple[float, ...]) -> Future[PartSize]:
         """Start making the solid of a housing, and return a future of its size.
@@ -47,10 +47,10 @@ class SolidMaker:
         The files of an earlier run are taken from the cache. If `housing` is None, there are no files. The future
         raises OSError if a file cannot be written, and ExportError if its content is wrong.
         """
-        if self._begun is not None:
-            if self._begun[0] == housing:
-                return self._begun[1]
-            self._begun[1].cancel()
+        if self._started is not None:
+            if self._started[0] == housing:
+                return self._started[1]
+            self._started[1].cancel()
         if housing is None:
             return finished_future(KeptFiles())
         design = self._design
@@ -63,5 +63,5 @@ class SolidMaker:
             "deflections": deflections,
         }
         write = partial(write_solids, design, housing, deflections)
-        self._begun = (housing, begin_files("solids", inputs, write, self._executor))
-        return self._begun[1]
+        self._started = (housing, begin_files("solids", inputs, write, self._executor))
+        return self._started[1]

@@ -130,7 +130,7 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
     first_x, row_y = positions.min(axis=0)  # the row of tips nearest to the viewer
     last_x, last_y = positions.max(axis=0)
     margin = _BEYOND_TIPS * design.tips.spacing_mm
-    depth = 0.5 * (last_x - first_x + margin)
+    depth = 0.5 * (last_x - first_x + margin)  # depth of the picture below the top of the fruit
     lower = np.maximum([first_x - margin, row_y, -depth], mesh.bounds[0::2])
     upper = np.minimum([last_x + margin, last_y + margin, mesh.bounds[5]], mesh.bounds[1::2])
     return FieldPicture(
