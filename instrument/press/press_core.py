@@ -1,8 +1,9 @@
-"""Reading of presses in the subset of Python that MicroPython runs; `pipeline read --micropython` copies this file.
+"""Read the modulus from presses, in the subset of Python that MicroPython supports.
 
-Forces are in N, lengths in mm and moduli in MPa. A list has one value for each tip. Only math is imported, annotations
-are builtin types, and the memory of a press does not grow. The C header implements the same reading. `pipeline read`
-uses this source to cut touches and to find bad samples. It refuses what is flagged here as bad, saturated or not tared.
+`pipeline read --micropython` copies this file, and the C header implements the same method. So the module imports only
+math, and the memory that a press needs does not grow. Forces are in N, lengths in mm and moduli in MPa. A list holds
+one value per tip. `pipeline read` uses this module to split a signal into touches and to find outliers. It raises an
+error if samples are flagged here as bad, saturated or untared.
 """
 
 import math
@@ -11,91 +12,92 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-BAD_FORCE = 1  # not a number, below zero by more than noise, or far beyond full scale
+BAD_FORCE = 1  # a force that is not a number, below zero by more than the noise, or far above full scale
 LIFT_OFF = 2  # a tip does not touch the fruit
-OUT_OF_RANGE = 4  # no modulus, or one outside the range of the design
-SATURATED = 8  # counts at the end of the converter's range
-NOT_TARED = 16  # no counts of the free sensor were given before
-FEW_SAMPLES = 32  # a press of too few samples with all tips on the fruit
-NO_RISE = 64  # a press that hardly rises after the last tip touched
-TOO_FAST = 128  # a press so fast that the time error of the channels changes E by 2 % or more
-PRESSES_DISAGREE = 256  # presses of a fruit that differ by more than their own errors allow
+OUT_OF_RANGE = 4  # no modulus, or a modulus outside the range of the design
+SATURATED = 8  # a count at the end of the converter's range
+NOT_TARED = 16  # no tare was taken before the press
+FEW_SAMPLES = 32  # too few samples with all tips on the fruit
+NO_RISE = 64  # the force hardly rises after the last tip has touched
+TOO_FAST = 128  # a press so fast that the timing error of the channels changes E by 2 % or more
+PRESSES_DISAGREE = 256  # presses of one fruit that differ by more than their own errors allow
 
 MOST_PRESSES = 8  # maximum number of presses of one fruit that are stored
-MUCH_LESS_CERTAIN = 2.0  # a press counts only if its deviation is at most this multiple of the smallest deviation
+# A press is used only if its standard deviation is at most this multiple of the smallest standard deviation.
+MUCH_LESS_CERTAIN = 2.0
 
 
 class Unit:
-    """The constants of a unit, as `pipeline read --c-header` and `--micropython` write them."""
+    """The constants of a printed sensor, as `pipeline read --c-header` and `--micropython` write them."""
 
-    # Channels and forces, one value for each tip unless stated otherwise.
+    # Channels and forces, one value per tip unless stated otherwise.
     gains: list[float]  # force divided by channel reading [1]
-    newtons: list[float]  # matrix from counts to channel readings [N per count], row by row; empty without calibration
+    newtons: list[float]  # matrix from counts to channel readings [N per count], row by row; empty if not calibrated
     saturation: int  # count at the end of the converter's range
-    least_forces: "Sequence[float]"  # smallest force of a tip that is in contact [N]
-    lowest_forces: "Sequence[float]"  # a force below this is bad [N]
-    largest_forces: "Sequence[float]"  # a force above this is bad [N]
-    later: list[float]  # delay after the first conversion, as a fraction of a sample; empty if all are simultaneous
+    least_forces: "Sequence[float]"  # smallest force of a tip in contact [N]
+    lowest_forces: "Sequence[float]"  # lower limit of a plausible force [N]
+    largest_forces: "Sequence[float]"  # upper limit of a plausible force [N]
+    later: list[float]  # delay after the first conversion, in sampling periods; empty if conversions are simultaneous
     several: int  # number of consecutive samples that one bad conversion affects
-    time_deviation: float  # standard deviation of the channels' sampling times, as a fraction of a sample
-    largest_by_time: float  # largest relative error of E due to sampling times before a press is too fast [1]
+    time_deviation: float  # standard deviation of the channels' sampling times, in sampling periods
+    largest_by_time: float  # largest allowed relative error of E due to the sampling times [1]
     # Moduli.
     least_E: float  # lower end of the design's range [MPa]
     largest_E: float  # upper end of the design's range [MPa]
-    reduced: float  # E / (1 - nu^2) divided by E [1]
+    reduced: float  # 1 / (1 - nu^2) [1]
     level_logs: list[float]  # logarithms of the moduli that a level sensor reads
     level_shifts: list[float]  # logarithms of the true moduli, minus `level_logs`
-    # The contrast: the mean of a quantity over the high tips minus its mean over the low tips.
-    springs: list[float]  # weights of the contrast for F [mm/N]
-    fruit: list[float]  # weights of the contrast for F / E [mm/N MPa]
-    domes: list[float]  # weights of the contrast for (F / E)^(2/3) [mm/N^(2/3) MPa^(2/3)]
+    # The contrast: the mean of a quantity over the tips on high springs, minus its mean over the tips on low springs.
+    springs: list[float]  # weights of the forces F in the contrast [mm/N]
+    fruit: list[float]  # weights of F / E in the contrast [MPa mm/N]
+    domes: list[float]  # weights of (F / E)^(2/3) in the contrast [mm (MPa/N)^(2/3)]
     gap: float  # contrast of the known gaps under the tips [mm]
-    noises: list[float]  # standard deviation of each force [N]
-    fewest: int  # minimum number of samples of a reading
-    latest_touch: float  # largest total force at the touch of the last tip, as a fraction of the largest total force
+    noises: list[float]  # standard deviation of each force due to noise [N]
+    fewest: int  # minimum number of samples for a reading
+    latest_touch: float  # largest total force when the last tip touches, as a fraction of the largest total force
     least_rise: float  # smallest standard deviation of the total force during a press [N]
-    largest_noise: float  # largest standard deviation of ln E due to noise [1]
-    # Domes that roll on a saddle of the skin, so that their contacts move. `places` is empty for other tips.
+    largest_noise: float  # largest allowed standard deviation of ln E due to noise [1]
+    # Domes roll on a saddle-shaped skin, so that their contacts move. `places` is empty for other tips.
     weights: list[float]  # weight of each tip in the contrast [1]
     places: list[float]  # x and y of each dome's axis [mm]
     dome_radius: float  # [mm]
-    rolled: float  # distance of two axes divided by the distance of their contacts, on a ball [1]
-    felt: float  # contrast of x y at the axes [mm^2]
+    rolled: float  # distance of two axes divided by the distance of their contacts, on a spherical fruit [1]
+    felt: float  # contrast of the product x y at the axes, which is the shape of a saddle [mm^2]
     body: float  # (1 - nu^2) / pi: deflection of a half-space at distance r from a force F, times E r / F [1]
-    still: list[float]  # part of `fruit` that does not depend on the saddle: what the body adds to a half-space
+    still: list[float]  # part of `fruit` that stays if contacts move: the fruit's difference from a half-space [1/mm]
     saddle_steps: int  # maximum number of iterations for the saddle
-    settled: float  # largest last change of the offset, relative to the springs' part of the contrast [1]
-    # The contrast that finds outliers, at a fixed modulus.
-    linear: list[float]  # its weights for F [mm/N]
-    line_domes: list[float]  # its weights for F^(2/3) [mm/N^(2/3)]
+    settled: float  # largest change of the offset in the last iteration, divided by the springs' part of the contrast
+    # The contrast at a fixed modulus, by which outliers are found.
+    linear: list[float]  # weights of the forces F in this contrast [mm/N]
+    line_domes: list[float]  # weights of F^(2/3) in this contrast [mm/N^(2/3)]
     errors: list[float]  # standard deviation of each force [N]
     least_slope: float  # smallest slope of this contrast against the total force [mm/N]
-    most_slope: float  # largest slope [mm/N]
+    most_slope: float  # largest slope of this contrast against the total force [mm/N]
     of_whole: float  # variance of the total force [N^2]
     slack: float  # largest difference between the slope of a chord and the slope of a press [mm/N]
-    others: int  # number of samples that a line is fitted to
-    beside: int  # number of samples that are compared on either side of a sample
-    firm: float  # multiple of `least_forces` above which noise does not end a touch [1]
-    largest_residual: float  # largest residual of a sample [standard deviations]
+    others: int  # number of samples to which a line is fitted
+    beside: int  # number of samples on either side with which a sample is compared
+    firm: float  # multiple of `least_forces` [1]; noise does not end the contact of a tip with a larger force
+    largest_residual: float  # largest allowed residual of a sample [standard deviations]
     # The part of a press in which flat tips are fully seated.
-    loads: list[float]  # loads from which a press is summed, as E times depth [N/mm]
+    loads: list[float]  # loads at which the sums of a press may begin, as E times depth [N/mm]
     load_forces: "Sequence[float]"  # forces of the tips at each load [N], load by load
     per_offset: float  # side of a tip divided by the tip spacing [1]
     by_skin: float  # side of a tip times the slope of the skin [mm]
-    rounds: int  # maximum number of iterations between the reading and the seated part
-    # Several presses of one fruit.
+    rounds: int  # maximum number of iterations for the load at which tips are seated
+    # Repeated presses of one fruit.
     own_logs: list[float]  # logarithms of moduli
     own_deviations: list[float]  # standard deviations of ln E at `own_logs` that presses do not share, without noise
-    chi_squares: list[float]  # limits of chi square for two presses, for three, and so on; few fruits exceed them
+    chi_squares: list[float]  # upper limits of chi-squared for two presses, for three, and so on
 
     def __init__(self, constants: dict[str, object]) -> None:
-        """Set each constant as an attribute of its name."""
+        """Store each constant as the attribute of that name."""
         for name in constants:
             setattr(self, name, constants[name])
         self.size = len(self.gains)
 
     def forces_of(self, channels: list[float]) -> tuple[list[float], int]:
-        """Return the forces of the tips [N] from the readings of their channels [N], and the flags of these forces."""
+        """Return the forces of the tips [N] from the channel readings [N], and the flags of these forces."""
         forces = []
         flags = 0
         for tip in range(self.size):
@@ -117,14 +119,15 @@ class Unit:
         return max(abs(count) for count in counts) >= self.saturation
 
     def check_range(self, E: float) -> tuple[float, float, int]:
-        """Return E [MPa], E / (1 - nu^2) [MPa] and the flag OUT_OF_RANGE, or 0 if E is in the range of the design."""
+        """Return E [MPa], E / (1 - nu^2) [MPa] and a flag: OUT_OF_RANGE, or 0 if E is in the range of the design."""
         outside = not self.least_E <= E <= self.largest_E
         return E, self.reduced * E, OUT_OF_RANGE if outside else 0
 
     def correct_modulus(self, read: float) -> float:
-        """Return the true modulus [MPa] of a fruit that a level sensor reads as `read` [MPa].
+        """Return the modulus [MPa] of a fruit for which a level sensor reads `read` [MPa].
 
-        The correction covers the shape and the skin of the fruit, and the creep of the springs.
+        The correction is interpolated in ln E. It covers the shape and the skin of the fruit, and the creep of the
+        springs.
         """
         logs = self.level_logs
         shifts = self.level_shifts
@@ -135,22 +138,23 @@ class Unit:
         return read * math.exp(interpolate(logs, shifts, math.log(read)))
 
     def fruit_weights(self, offset: float) -> list[float]:
-        """Return w S, the change of the contrast by each force over E [1/mm], if the skin is a saddle.
+        """Return w S [1/mm], the weight of each F / E in the contrast, on a saddle-shaped skin.
 
-        The contrast is a weighted sum of the displacements of the tips, and S the compliance of the fruit times E.
-        `offset` [mm] is the contrast of the gaps that the saddle makes under the tips. Domes roll on the saddle, so
-        their contacts are nearer to each other than their axes, and a force on one contact lowers the others more.
+        w are the weights of the tips in the contrast, and S is the compliance matrix of the fruit times E. `offset`
+        [mm] is the contrast of the gaps between the saddle and the tips. Domes roll on the skin. So their contacts are
+        closer to each other than their axes, and a force on one contact lowers the skin under the others more.
         """
         if not self.places:
             return self.fruit
-        # The contact of a dome with its axis at X lies at [[c, s], [s, c]]^-1 X. Here c is `rolled`, and s is the dome
-        # radius times the saddle's curvature k_xy, in a form in which no digits cancel. `felt` [mm^2] is the contrast
-        # of x y under the axes, `still` the part of w S beyond a half-space, and `body` / distance its compliance.
+        # A dome with its axis at X touches the skin at [[c, s], [s, c]]^-1 X. Here c is `rolled`, and s is the dome
+        # radius times the curvature k_xy of the saddle. The ratio t = s / c solves g t^2 + 2 t - g = 0 with
+        # g = `gap_ratio`; this form of its smaller root is free of cancellation.
         gap_ratio = 2.0 * self.dome_radius * offset / self.felt * self.rolled
         saddle = gap_ratio * self.rolled / (1.0 + math.sqrt(1.0 + gap_ratio * gap_ratio))
         determinant = self.rolled * self.rolled - saddle * saddle
         weights = []
         for tip in range(self.size):
+            # S is the compliance of a half-space, body / distance, plus a part that does not change as contacts move.
             weight = self.still[tip]
             for other in range(self.size):
                 if other != tip:
@@ -158,16 +162,17 @@ class Unit:
                     y = self.places[2 * other + 1] - self.places[2 * tip + 1]
                     along_x = self.rolled * x - saddle * y
                     along_y = self.rolled * y - saddle * x
-                    distance = math.sqrt(along_x * along_x + along_y * along_y)  # of contacts, times the determinant
+                    # distance between the two contacts, times the determinant [mm]
+                    distance = math.sqrt(along_x * along_x + along_y * along_y)
                     weight += self.weights[other] * self.body * determinant / distance
             weights.append(weight)
         return weights
 
     def contrast_point(self, forces: "Sequence[float]") -> tuple[float, float, float, float]:
-        """Return the total force [N], the contrast [mm], the variance of the contrast and the covariance of both.
+        """Return the total force [N], the contrast [mm], the variance of the contrast [mm^2] and their covariance.
 
-        This contrast finds outliers: at a fixed modulus it is nearly a linear function of the total force in a press.
-        The covariance [N mm] is due to errors of the forces, which are in both numbers.
+        At a fixed modulus the contrast is nearly a linear function of the total force, so that outliers can be found.
+        The covariance [N mm] is not 0, because errors of the forces enter both the total force and the contrast.
         """
         contrast = variance = covariance = 0.0
         for tip in range(self.size):
@@ -180,14 +185,15 @@ class Unit:
         return sum(forces), contrast, variance, covariance
 
     def distance_variance(self, variance: float, covariance: float, slope: float) -> float:
-        """Return the variance of a point's distance from a line [mm^2], along the contrast.
+        """Return the variance [mm^2] of the contrast of a point minus the contrast of a line at the same total force.
 
-        `variance` [mm^2] and `covariance` [N mm] belong to the point's contrast, and `slope` [mm/N] to the line.
+        `variance` [mm^2] is the variance of the point's contrast, and `covariance` [N mm] its covariance with the
+        total force. `slope` [mm/N] is the slope of the line.
         """
         return variance - slope * (2.0 * covariance - slope * self.of_whole)
 
     def are_firm(self, forces: "Sequence[float]") -> list[bool]:
-        """Return for each tip whether its force [N] is so large that noise does not end its contact."""
+        """Return for each tip whether its force [N] is so large that noise cannot make it look out of contact."""
         return [force > self.firm * least for force, least in zip(forces, self.least_forces)]
 
 
@@ -197,17 +203,21 @@ def dot(weights: list[float], values: list[float]) -> float:
 
 
 def interpolate(positions: list[float], values: list[float], position: float) -> float:
-    """Return the linear interpolation of `values` at rising `positions`, constant beyond both ends."""
+    """Return `values` interpolated linearly between increasing `positions`, and held constant beyond both ends."""
     row = 1
     while row < len(positions) - 1 and positions[row] < position:
         row += 1
-    share = min(max((position - positions[row - 1]) / (positions[row] - positions[row - 1]), 0.0), 1.0)
-    return values[row - 1] + share * (values[row] - values[row - 1])
+    fraction = min(max((position - positions[row - 1]) / (positions[row] - positions[row - 1]), 0.0), 1.0)
+    return values[row - 1] + fraction * (values[row] - values[row - 1])
 
 
 def smallest_root(rigid: float, dome: float, body: float) -> float | None:
-    """Return the smallest positive root z = E^(-1/3) of rigid + dome z^2 + body z^3 = 0, or None if there is none."""
-    # The cubic is monotonic up to its extremum. Without an extremum above 0, a bound of the root ends the interval.
+    """Return the smallest positive root z of rigid + dome z^2 + body z^3 = 0, or None if there is no such root.
+
+    The unknown is z = E^(-1/3). The coefficients come from the springs, the flattening of the domes and the flesh.
+    """
+    # From z = 0 the cubic is monotonic up to its extremum at z > 0, so at most one root lies there. If there is no
+    # such extremum, the interval ends at an upper bound of the root.
     end = -2.0 * dome / (3.0 * body) if body else 0.0
     if not end > 0.0:
         ends = [abs(rigid / dome) ** 0.5] if dome else []
@@ -229,13 +239,12 @@ class UnitTare:
     """The tare: the mean counts of a sensor that touches nothing."""
 
     def __init__(self, unit: Unit) -> None:
-        """Begin without a sample."""
         self.unit = unit
         self.samples = 0  # number of samples
         self.sums = [0] * unit.size  # sum of the counts of each channel
 
     def add(self, counts: list[int]) -> int:
-        """Add a sample of counts to the tare, unless a count is saturated; return the flag SATURATED or 0."""
+        """Add a sample of counts to the tare unless a count is saturated; return the flag SATURATED or 0."""
         if self.unit.is_saturated(counts):
             return SATURATED
         self.sums = [a + b for a, b in zip(self.sums, counts)]
@@ -243,7 +252,7 @@ class UnitTare:
         return 0
 
     def above(self, counts: list[int]) -> tuple[list[float], int]:
-        """Return the counts minus the tare, and a flag or 0; the list is empty if there is a flag."""
+        """Return the counts minus the tare, and a flag; the list is empty if the flag is not 0."""
         if not self.samples:
             return [], NOT_TARED
         if self.unit.is_saturated(counts):
@@ -254,13 +263,12 @@ class UnitTare:
 class Rising:
     """Running sums of one press, from which its modulus follows by a regression with an instrumental variable.
 
-    The instrumental variable, or instrument, of a sample is the total force one or two samples earlier. It rises with
-    the press, but its noise is independent of the sample's noise. A sample counts if all forces of the samples just
-    before it exceed `least` [N]. Selection by its own forces would prefer samples with positive noise.
+    The instrumental variable, or instrument, of a sample is the total force one or two samples earlier. It rises
+    during the press, but its noise is independent of the sample's noise. A sample is used if the forces of the samples
+    just before it exceed `least` [N], one limit per tip. Selection by its own forces would prefer positive noise.
     """
 
     def __init__(self, unit: Unit, least: "Sequence[float]") -> None:
-        """Begin a press; `least` are the smallest forces of the tips [N] at which samples count."""
         self.unit = unit
         self.least = least
         self.deepest = 0.0  # largest total force [N]
@@ -272,26 +280,26 @@ class Rising:
         """Reset the sums, because samples after a lift belong to another press."""
         size = self.unit.size
         self.forget_previous()
-        self.touch = 0.0  # total force of the first sample with all tips on the fruit [N]
-        self.count = 0
+        self.touch = 0.0  # instrument of the first sample that is used [N]
+        self.count = 0  # number of samples in the sums
         self.mean_instrument = 0.0  # [N]
-        self.spread = 0.0  # sum of squared deviations of the instrument [N^2]
-        self.means = [(0.0, 0.0, 0.0)] * size  # means of F, F^(2/3) and F^(-1/3) of each tip
-        self.rising = [(0.0, 0.0)] * size  # co-moments of the instrument with F and F^(2/3)
-        self.steps = [0.0] * size  # mean change of each force from sample to sample [N]
+        self.spread = 0.0  # sum of the squared deviations of the instrument from its mean [N^2]
+        self.means = [(0.0, 0.0, 0.0)] * size  # means of F, F^(2/3) and F^(-1/3) for each tip
+        self.rising = [(0.0, 0.0)] * size  # co-moments of the instrument with F and F^(2/3), for each tip
+        self.steps = [0.0] * size  # mean change of each force from one sample to the next [N]
         self.rising_steps = [0.0] * size  # co-moments of the instrument with these changes [N^2]
 
     def save_sums(self) -> None:
-        """Save the sums at the deepest sample until here; later samples do not enter the reading."""
+        """Save the sums up to the deepest sample so far; samples after the deepest one do not enter the reading."""
         self.to_deepest = (self.count, self.touch, self.spread, self.means, self.rising, self.rising_steps)
 
     def forget_previous(self) -> None:
-        """Forget the previous samples, because the next one does not follow them."""
-        # total forces of the previous samples [N], earliest first; 0 if there is none
+        """Forget the previous samples, because the next sample does not follow them directly."""
+        # total forces of the previous samples [N], earliest first; 0 means no sample
         self.previous = [0.0] * self.unit.several
 
     def add(self, forces: "Sequence[float]", steps: list[float]) -> None:
-        """Add the forces of a sample [N], each above 0, and their changes since the previous sample [N]."""
+        """Add the forces of a sample [N], all positive, and their changes since the previous sample [N]."""
         if self.previous[0]:
             self.add_to_sums(forces, steps)
         if all(force > least for force, least in zip(forces, self.least)):
@@ -301,16 +309,16 @@ class Rising:
             self.begin_sums()
 
     def add_to_sums(self, forces: "Sequence[float]", steps: list[float]) -> None:
-        """Update the means, and the co-moments with the instrument, by the forces of a sample and their changes [N].
+        """Update the means, and the co-moments with the instrument, for the forces of a sample and their changes [N].
 
-        This is Welford's method: no sum of squares grows until digits cancel.
+        Welford's method avoids the cancellation that sums of squares would suffer.
         """
         instrument = self.previous[0]
         total = sum(forces)
         if not self.count:
             self.touch = instrument
         self.count += 1
-        deviation = instrument - self.mean_instrument  # from the mean without this sample
+        deviation = instrument - self.mean_instrument  # from the mean of the samples before this one
         self.mean_instrument += deviation / self.count
         self.spread += deviation * (instrument - self.mean_instrument)
         means = []
@@ -335,21 +343,26 @@ class Rising:
             self.save_sums()
 
     def read(self, *, whole: bool) -> tuple[float | None, float, int]:
-        """Return E [MPa], the offset [mm] and flags; E is None if the press determines no modulus.
+        """Return E [MPa], the offset [mm] and flags; E is None if it cannot be determined.
 
-        In each sample the contrast of springs, domes and fruit equals minus the contrast of the unknown gaps under the
-        tips, the offset. It is constant in a press, so it drops out of co-moments with the instrument. They are the
-        coefficients of rigid + dome z^2 + body z^3 = 0, whose root z gives E = z^(-3). With `whole`, a press that
-        begins late or rises little is flagged.
+        With z = E^(-1/3) and the forces F of the tips, each sample fulfils
+
+            gap + springs . F + domes . F^(2/3) z^2 + fruit . F z^3 = -offset
+
+        where the offset is the contrast of the unknown gaps under the tips. It is constant during a press, and so drops
+        out of the co-moments with the instrument. They give a cubic for z: rigid + dome z^2 + body z^3 = 0.
+
+        With `whole`, the flag NO_RISE is set if the last tip touches late or if the force hardly rises after that.
         """
         unit = self.unit
         count, touch, spread, means, rising, rising_steps = self.to_deepest
         if count < unit.fewest:
             return None, 0.0, FEW_SAMPLES
-        rise = (self.deepest - touch) / math.sqrt(12.0)  # standard deviation of a uniform distribution
+        # standard deviation of a force that is distributed uniformly between the touch and the maximum [N]
+        rise = (self.deepest - touch) / math.sqrt(12.0)
         if whole and (touch / self.deepest > unit.latest_touch or not rise > unit.least_rise):
             return None, 0.0, NO_RISE
-        # The coefficients of the cubic, and from the means of the samples those of the offset.
+        # The co-moments are the coefficients of the cubic. The means of the samples give the offset.
         moments = [moment[0] for moment in rising]
         forces = [mean[0] for mean in means]
         rigid = dot(unit.springs, moments)
@@ -358,7 +371,7 @@ class Rising:
         mean_dome = dot(unit.domes, [mean[1] for mean in means])
         z = offset = change = 0.0
         fruit = unit.fruit
-        # The saddle that the offset shows moves the contacts, and so changes the modulus: a fixed-point iteration.
+        # Fixed-point iteration: the offset shows a saddle, which moves the contacts and so changes modulus and offset.
         for _ in range(unit.saddle_steps):
             fruit = unit.fruit_weights(offset)
             root = smallest_root(rigid, dome, dot(fruit, moments))
@@ -370,29 +383,41 @@ class Rising:
             change = abs(offset - previous)
         if unit.places and not change <= unit.settled * abs(mean_rigid):
             return None, 0.0, OUT_OF_RANGE
-        # Errors of ln E: the standard deviation of the cubic due to noise or sampling times, divided by its slope.
-        slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # of the cubic against -ln E
-        noise_variance = 0.0  # of the contrast in one sample
-        time_variance = 0.0
+        # An error of ln E is the error of the cubic divided by the slope of the cubic.
+        slope = z * z * (2.0 * dome + 3.0 * dot(fruit, moments) * z) / 3.0  # derivative of the cubic by -ln E
+        force_slopes = self.force_slopes(z, fruit, means)
+        noise_variance = 0.0  # variance of the contrast in one sample [mm^2]
+        time_variance = 0.0  # sum over tips of the squared change of the cubic for a delay of one sampling period
         for tip in range(unit.size):
-            dome_slope = unit.domes[tip] / 1.5 * z * z * means[tip][2]
-            force_slope = unit.springs[tip] + fruit[tip] * z * z * z + dome_slope  # of the contrast against the force
-            noise_variance += (force_slope * unit.noises[tip]) ** 2
-            time_variance += (force_slope * rising_steps[tip]) ** 2
+            noise_variance += (force_slopes[tip] * unit.noises[tip]) ** 2
+            time_variance += (force_slopes[tip] * rising_steps[tip]) ** 2
         if math.sqrt(noise_variance * spread) > unit.largest_noise * abs(slope):
             return None, 0.0, NO_RISE
         self.noise = math.sqrt(noise_variance * spread) / abs(slope)
         too_fast = unit.time_deviation * math.sqrt(time_variance) > unit.largest_by_time * abs(slope)
         return 1.0 / (z * z * z), offset, TOO_FAST if too_fast else 0
 
+    def force_slopes(self, z: float, fruit: list[float], means: list[tuple[float, float, float]]) -> list[float]:
+        """Return the derivative of the contrast by the force of each tip [mm/N], at the mean of the samples.
+
+        `z` is E^(-1/3), and `fruit` [1/mm] are the weights of F / E. `means` holds the means of F, F^(2/3) and F^(-1/3)
+        for each tip.
+        """
+        unit = self.unit
+        slopes = []
+        for tip in range(unit.size):
+            dome_slope = unit.domes[tip] / 1.5 * z * z * means[tip][2]
+            slopes.append(unit.springs[tip] + fruit[tip] * z * z * z + dome_slope)
+        return slopes
+
 
 class ContrastLine:
-    """The line of the contrast [mm] against the total force [N] that fits points by least squares."""
+    """A least-squares line of the contrast [mm] against the total force [N]."""
 
     def __init__(self, unit: Unit, points: list[tuple[float, float, float, float]]) -> None:
-        """Fit the line to points of `Unit.contrast_point`; its slope is limited to the slopes that moduli allow."""
+        """Fit the line to points from `Unit.contrast_point`, with a slope that the range of moduli allows."""
         self.unit = unit
-        # Means of the points: total force, contrast, its variance, and the covariance of both.
+        # Means over the points: the total force, the contrast, the variance of the contrast, and their covariance.
         self.whole = sum(point[0] for point in points) / len(points)
         self.contrast = sum(point[1] for point in points) / len(points)
         self.variance = sum(point[2] for point in points) / len(points)
@@ -409,18 +434,23 @@ class ContrastLine:
         return self.unit.distance_variance(self.variance, self.covariance, slope)
 
     def residual(self, point: tuple[float, float, float, float], slope: float) -> float:
-        """Return the distance of a further point from the line through the mean with `slope` [standard deviations]."""
-        # The mean of the fitted points has an error too.
-        own = self.unit.distance_variance(point[2], point[3], slope)
-        variance = own + self.distance_variance(slope) / self.unit.others
+        """Return the residual of a point that was not fitted [standard deviations].
+
+        The line passes through the mean of the fitted points and has the given `slope` [mm/N].
+        """
+        # The residual has the error of the point and the error of the mean of the fitted points.
+        point_variance = self.unit.distance_variance(point[2], point[3], slope)
+        variance = point_variance + self.distance_variance(slope) / self.unit.others
         return (point[1] - self.contrast - slope * (point[0] - self.whole)) / math.sqrt(variance)
 
 
 class TouchSample:
-    """One sample of a touch: its forces [N], its point, its number, and whether its decision is pending."""
+    """One sample of a touch: its forces [N], its `Unit.contrast_point`, and its number in the signal.
+
+    `is_pending` is True until the sample is accepted or dropped.
+    """
 
     def __init__(self, unit: Unit, forces: "Sequence[float]", number: int) -> None:
-        """Take the forces [N]."""
         self.forces = forces
         self.point = unit.contrast_point(forces)
         self.number = number
@@ -428,9 +458,9 @@ class TouchSample:
 
 
 class Touch:
-    """A touch of all tips, whose samples are accepted or dropped as outliers of their press.
+    """A touch of all tips, from which outliers are dropped.
 
-    The decision on a sample is pending until the samples after it have arrived.
+    A sample is accepted or dropped only after the samples that follow it have arrived.
     """
 
     def __init__(
@@ -438,33 +468,33 @@ class Touch:
     ) -> None:
         """Begin without a touch.
 
-        `take` is called with the forces [N] of each accepted sample and its number, from 1. `drop` is called with the
-        number of each rejected sample.
+        `take` is called with the forces [N] of each accepted sample and its number, counted from 1. `drop` is called
+        with the number of each rejected sample.
         """
         self.unit = unit
         self.take = take
         self.drop = drop
-        self.length = unit.several + unit.others  # number of samples that are compared
+        self.length = unit.several + unit.others  # number of samples in a full window
         self.number = 0  # number of the last sample in the signal
         self.begin()
 
     def begin(self) -> None:
         """Begin a touch."""
         self.window: list[TouchSample] = []  # the last `length` samples with all tips in contact
-        self.out_of_contact = 0  # number of samples since then with a tip out of contact
-        # sum over fits of the squared residuals, divided by their variance, and the number of fits
+        self.out_of_contact = 0  # number of later samples with a tip out of contact
+        # The sum of squared residuals of all fits, divided by their variance, and the number of fits.
         self.squares = 0.0
         self.fits = 0
-        # number of accepted samples, and their mean total force [N] and mean contrast [mm]
+        # The number of accepted samples, and their mean total force [N] and mean contrast [mm].
         self.released = 0
         self.whole = 0.0
         self.contrast = 0.0
 
     def add_out_of_contact(self, forces: "Sequence[float]") -> bool:
-        """Add a sample with a tip out of contact; return whether this is a lift rather than a bad conversion.
+        """Add a sample with a tip out of contact; return whether the sensor was lifted.
 
-        One bad conversion affects `unit.several` samples. So more samples out of contact are a lift, and so is a second
-        one in which no tip has a firm force. `forces` are in N.
+        Otherwise the sample may be a bad conversion, which affects at most `unit.several` samples. So the sensor was
+        lifted if more samples are out of contact, or if in a second sample no force [N] is firm.
         """
         self.number += 1
         if self.window:
@@ -473,17 +503,18 @@ class Touch:
         return not self.window or count > self.unit.several or (count > 1 and not any(self.unit.are_firm(forces)))
 
     def is_bad_conversion(self, forces: "Sequence[float]") -> bool:
-        """Return whether samples out of contact lie between two firm touches: a bad conversion, not a lift.
+        """Return whether the samples out of contact are a bad conversion, because firm contact precedes and follows.
 
-        `forces` [N] are the forces of the second touch.
+        `forces` [N] are the forces of the first sample in contact after them.
         """
         unit = self.unit
-        if unit.several > 1:  # a bad conversion affects two samples, so the second touch need not be firm
+        # Interpolation spreads a bad conversion over two samples, so the next sample may be affected and not be firm.
+        if unit.several > 1:
             return any(all(unit.are_firm(sample.forces)) for sample in self.window[-unit.several :])
         return all(unit.are_firm(forces)) and all(unit.are_firm(self.window[-1].forces))
 
     def add(self, forces: "Sequence[float]") -> None:
-        """Add the forces [N] of a sample in which all tips touch; drop the samples out of contact just before it."""
+        """Add the forces [N] of a sample in which all tips touch, and drop the samples out of contact just before."""
         for number in range(self.number - self.out_of_contact, self.number):
             self.drop(number + 1)
         self.number += 1
@@ -491,19 +522,19 @@ class Touch:
         self.window = self.window[1 - self.length :]
         self.window.append(TouchSample(self.unit, forces, self.number))
         if len(self.window) == self.length:
-            # The decision on the last samples is left to later windows, in which more samples follow them.
+            # Later windows decide on the last samples of this window, because more samples then follow them.
             self.drop_outliers(self.unit.beside + 1)
             self.release(len(self.window) - self.unit.several - (self.unit.beside - 1))
 
     def close(self) -> None:
-        """Decide on all pending samples, because the touch or the press is over."""
+        """Accept or drop all pending samples, because the touch or the press is over."""
         if len(self.window) == self.length:
             self.drop_outliers(len(self.window))
         self.release(len(self.window))
         self.begin()
 
     def release(self, count: int) -> None:
-        """Accept those of the first `count` samples of the window whose decision is pending."""
+        """Accept the pending samples among the first `count` samples of the window."""
         for sample in self.window[: max(count, 0)]:
             if sample.is_pending:
                 sample.is_pending = False
@@ -515,15 +546,16 @@ class Touch:
     def slope_limits(self, line: ContrastLine, scale: float) -> tuple[float, float]:
         """Return the smallest and the largest slope [mm/N] of the contrast against the total force.
 
-        Three conditions limit it: the range of moduli, the points of `line`, and the chord to the accepted samples.
-        `scale` [1] multiplies the stated variance of the forces.
+        The range of moduli limits the slope. So do the points of `line`, and the chord from the accepted samples to
+        these points. `scale` [1] multiplies the stated variance of the forces.
         """
         unit = self.unit
         smallest = unit.least_slope
         largest = unit.most_slope
         variance = scale * max(line.distance_variance(smallest), line.distance_variance(largest))
         noise = unit.largest_residual * math.sqrt(variance)
-        if line.spread > 0.0:  # the slope by least squares; if it contradicts the range of moduli, only it counts
+        if line.spread > 0.0:
+            # The least-squares slope with its error. If it contradicts the range of moduli, that range is ignored.
             slope = line.moment / line.spread
             error = noise / math.sqrt(line.spread)
             smallest = max(smallest, slope - error)
@@ -531,7 +563,7 @@ class Touch:
             if smallest > largest:
                 smallest = slope - error
                 largest = slope + error
-        # The chord from the mean of the accepted samples to the mean of the line's points; it is left out if it
+        # The chord runs from the mean of the accepted samples to the mean of the line's points. It is ignored if it
         # contradicts these points.
         if self.released and line.whole != self.whole:
             chord = (line.contrast - self.contrast) / (line.whole - self.whole)
@@ -542,11 +574,11 @@ class Touch:
         return smallest, largest
 
     def drop_outliers(self, decided_count: int) -> None:
-        """Drop the samples of the window that contradict the others, if they begin in its first `decided_count`.
+        """Drop a run of outliers that begins among the first `decided_count` samples of the window.
 
         One bad conversion makes `unit.several` consecutive samples bad. Each such run is left out in turn, and a line
-        of the contrast against the total force is fitted to the other samples. The run that leaves the smallest sum
-        of squares is the suspect. It is dropped if one of its samples is an outlier for every slope that is possible.
+        of the contrast against the total force is fitted to the other samples. The run without which the residuals
+        are smallest is the suspect. It is dropped if one of its samples is an outlier for every possible slope.
         """
         unit = self.unit
         points = [sample.point for sample in self.window]
@@ -555,12 +587,12 @@ class Touch:
         squares = [line.squares for line in lines]
         first = squares.index(min(squares))
         line = lines[first]
-        # The residuals until here may exceed the stated noise; then they set the scale of the variance.
+        # If earlier residuals exceed the stated noise, the variance is scaled up to match them.
         scale = max(1.0, self.squares / self.fits) if self.fits else 1.0
         smallest, largest = self.slope_limits(line, scale)
         residual = 0.0
         for point in points[first : first + run]:
-            # If the residuals at both limits have opposite signs, a slope between them leaves none.
+            # If the residuals at the two limits differ in sign, some slope between the limits passes through the point.
             at_smallest = line.residual(point, smallest)
             at_largest = line.residual(point, largest)
             least_residual = 0.0 if at_smallest * at_largest < 0.0 else min(abs(at_smallest), abs(at_largest))
@@ -575,20 +607,20 @@ class Touch:
 
 
 class UnitPress:
-    """The sums of one press, from each load at which flat tips may be seated; the memory does not grow."""
+    """One press, as sums from each load at which flat tips may be seated, so that the memory does not grow."""
 
     def __init__(self, unit: Unit, last: list[float] | None = None) -> None:
-        """Begin a press; `last` is the last sample before it, if there was one."""
+        """Begin a press; `last` is the sample just before it, if there is one."""
         self.unit = unit
         self.last = last
         self.touched = False
-        self.over = False  # whether the tips were lifted after a press that noise does not end
+        self.over = False  # whether the tips were lifted after enough samples in firm contact
         self.firm_samples = 0  # number of consecutive samples with all tips in firm contact
-        self.left_out = 0  # number of samples that were dropped because they contradict the press
+        self.left_out = 0  # number of samples that were dropped as outliers
         self.noise = 0.0  # standard deviation of ln E of the last reading
         self.touch = Touch(unit, self.accept, self.count_dropped)
         self.forces: Sequence[float] = [0.0] * unit.size  # forces of the last accepted sample [N]
-        self.number = 0  # its number in the signal
+        self.number = 0  # number of that sample in the signal
         size = unit.size
         self.rising = [
             Rising(unit, unit.load_forces[size * load : size * (load + 1)]) for load in range(len(unit.loads))
@@ -614,9 +646,9 @@ class UnitPress:
         return self.add_simultaneous(self.unit.channels_of(simultaneous)) if simultaneous else flags
 
     def interpolate_channels(self, sample: list[float]) -> list[float]:
-        """Return a sample interpolated to the time of its first conversion; empty without a previous sample.
+        """Return the channels of a sample at the time of its first conversion; empty if there is no previous sample.
 
-        The converter reads the channels in turn, so each later channel is interpolated back to the first one's time.
+        The converter reads the channels in turn. So each channel is interpolated between its last two conversions.
         """
         if not self.unit.later:
             return sample
@@ -627,13 +659,13 @@ class UnitPress:
         return [value - later * (value - previous) for value, later, previous in zip(sample, self.unit.later, last)]
 
     def forget_last(self, flags: int) -> int:
-        """Forget the last sample, because a bad sample leaves nothing to interpolate from; return the flags."""
+        """Forget the last sample, because a bad sample cannot be interpolated; return the flags."""
         self.last = None
         self.forget_previous()
         return flags
 
     def add_simultaneous(self, channels: list[float]) -> int:
-        """Add a sample with simultaneous channel readings [N], unless it is bad; return its flags."""
+        """Add a sample of simultaneous channel readings [N] unless it is bad; return its flags."""
         forces, flags = self.unit.forces_of(channels)
         self.touched = self.touched or not flags
         if flags & BAD_FORCE:
@@ -649,13 +681,13 @@ class UnitPress:
         return flags
 
     def forget_previous(self) -> None:
-        """Forget the previous samples, because the next one does not follow them."""
+        """Forget the previous samples, because the next sample does not follow them directly."""
         self.touch.close()
         for rising in self.rising:
             rising.forget_previous()
 
     def end_touch(self) -> None:
-        """Reset the sums, because samples after a lift belong to another press."""
+        """Close the touch and reset the sums, because samples after a lift belong to another press."""
         self.touch.close()
         for rising in self.rising:
             rising.begin_sums()
@@ -663,16 +695,16 @@ class UnitPress:
         self.firm_samples = 0
 
     def count_dropped(self, _: int) -> None:
-        """Count a sample that is left out."""
+        """Count a dropped sample."""
         self.left_out += 1
 
     def accept(self, forces: "Sequence[float]", number: int) -> None:
-        """Add the forces [N] of an accepted sample to the sums; `number` is its number in the signal."""
+        """Add the forces [N] of an accepted sample to the sums; `number` is the number of the sample in the signal."""
         if all(self.unit.are_firm(forces)):
             self.firm_samples += 1
         elif self.firm_samples <= self.unit.several:
             self.firm_samples = 0
-        # A dropped sample leaves a gap in the numbers, so the change is divided by it.
+        # If samples between these two were dropped, the change is divided by the number of steps.
         steps = [(force - previous) / (number - self.number) for force, previous in zip(forces, self.forces)]
         self.forces = forces
         self.number = number
@@ -680,16 +712,16 @@ class UnitPress:
             rising.add(forces, steps)
 
     def read(self) -> tuple[float | None, float | None, int]:
-        """Return E, E / (1 - nu^2) [MPa] and flags, from the part of the press in which flat tips are fully seated.
+        """Return E [MPa], E / (1 - nu^2) [MPa] and flags, from the part of the press in which flat tips are seated.
 
-        The modulus and the offset determine the load that seats the tips, and the press is read again from that load
-        on. This is repeated until the load no longer changes. If no modulus follows, the next lower load is used.
+        The modulus and the offset determine the load at which the tips are fully seated. The press is then read from
+        that load on, until the load no longer changes. If a load yields no modulus, the next lower load is used.
         """
         self.touch.close()
         if not self.touched:
             return None, None, LIFT_OFF
         unit = self.unit
-        index = 0  # of the load
+        index = 0  # index of the load
         E, offset, flags = self.rising[0].read(whole=True)
         for _ in range(unit.rounds):
             if E is None:
@@ -713,8 +745,8 @@ class UnitPress:
 def own_deviation(logs: list[float], deviations: list[float], E: float, noise: float) -> float:
     """Return the standard deviation of ln E of one press, without the errors that all presses of a fruit share.
 
-    `deviations` at `logs`, logarithms of moduli, are interpolated to E [MPa]. `noise` is the standard deviation of ln E
-    due to noise, which is added in quadrature.
+    `deviations` are this standard deviation without noise, at the logarithms of moduli `logs`; they are interpolated
+    to E [MPa]. `noise`, the standard deviation of ln E due to noise, is added in quadrature.
     """
     without_noise = interpolate(logs, deviations, math.log(E))
     return math.sqrt(without_noise * without_noise + noise * noise)
@@ -723,8 +755,8 @@ def own_deviation(logs: list[float], deviations: list[float], E: float, noise: f
 def hodges_lehmann(logs: list[float]) -> float:
     """Return the Hodges-Lehmann estimate: the median of the means of all pairs, each value also paired with itself.
 
-    J. L. Hodges and E. L. Lehmann, Ann. Math. Stat. 34 (1963) 598. For two values it is their mean. For four and more,
-    one outlier moves it by no more than the spread of the others.
+    J. L. Hodges and E. L. Lehmann, Ann. Math. Stat. 34 (1963) 598. For two values it is their mean. With four values
+    or more, one outlier shifts it by no more than the spread of the other values.
     """
     means = sorted(0.5 * (logs[one] + logs[other]) for one in range(len(logs)) for other in range(one + 1))
     half = len(means) // 2
@@ -732,13 +764,16 @@ def hodges_lehmann(logs: list[float]) -> float:
 
 
 def standard_deviation(logs: list[float]) -> float:
-    """Return the standard deviation of at least two values of ln E, one of each press [1]."""
+    """Return the standard deviation [1] of ln E between presses; `logs` holds one value per press, at least two."""
     mean = sum(logs) / len(logs)
     return math.sqrt(sum((log - mean) ** 2 for log in logs) / (len(logs) - 1))
 
 
 def counted_presses(deviations: list[float]) -> list[int]:
-    """Return the indices of the presses that count; a deviation [1] much larger than the smallest does not."""
+    """Return the indices of the presses to use, given the standard deviation of ln E of each press [1].
+
+    A press that is much less certain than the best press is left out.
+    """
     limit = MUCH_LESS_CERTAIN * min(deviations)
     return [press for press, deviation in enumerate(deviations) if deviation <= limit]
 
@@ -746,7 +781,8 @@ def counted_presses(deviations: list[float]) -> list[int]:
 def are_inconsistent(logs: list[float], deviations: list[float], limit: float) -> bool:
     """Return whether values of ln E differ by more than their standard deviations allow.
 
-    This is a chi-square test: the sum of squares about the weighted mean, divided by the variances, exceeds `limit`.
+    This is a chi-squared test: the squared differences from the weighted mean are divided by the variances and summed,
+    and the sum is compared with `limit`.
     """
     weights = [1.0 / (deviation * deviation) for deviation in deviations]
     mean = dot(weights, logs) / sum(weights)
@@ -754,16 +790,15 @@ def are_inconsistent(logs: list[float], deviations: list[float], limit: float) -
 
 
 class UnitFruit:
-    """The last presses of one fruit, and their common reading."""
+    """The last presses of one fruit, up to MOST_PRESSES, and the modulus that follows from all of them."""
 
     def __init__(self, unit: Unit) -> None:
-        """Begin a fruit."""
         self.unit = unit
         self.logs: list[float] = []
         self.deviations: list[float] = []
 
     def add(self, E: float | None, noise: float) -> None:
-        """Add the reading of a press: E [MPa] and the noise of ln E; a press without a modulus is ignored."""
+        """Add a press with its modulus E [MPa] and the standard deviation of ln E due to noise; ignore E = None."""
         if E is None:
             return
         self.logs = self.logs[1 - MOST_PRESSES :]
@@ -773,7 +808,10 @@ class UnitFruit:
         self.deviations.append(own)
 
     def read(self) -> tuple[float | None, float | None, float, int]:
-        """Return E, E / (1 - nu^2) [MPa], the scatter of ln E between presses (0 for one press) and flags."""
+        """Return E [MPa], E / (1 - nu^2) [MPa], the standard deviation of ln E between presses, and flags.
+
+        With only one press the standard deviation is 0.
+        """
         if not self.logs:
             return None, None, 0.0, LIFT_OFF
         counted = counted_presses(self.deviations)
@@ -790,11 +828,12 @@ class UnitFruit:
 def readings_of(
     unit: Unit, rows: "Iterable[list[int]]", tare_samples: int
 ) -> "Iterator[tuple[float | None, float | None, int]]":
-    """Yield E, E / (1 - nu^2) [MPa] and flags of each press in rows of counts.
+    """Yield E [MPa], E / (1 - nu^2) [MPa] and flags for each press in rows of counts.
 
     The first `tare_samples` rows are the tare, taken while the sensor touches nothing. A press begins when all tips
-    touch. It ends when a tip is lifted, at bad counts, whose flags follow, or with the signal if it has enough firm
-    samples by then. A signal without a press yields the reading of its last touch.
+    touch, and ends when a tip lifts off. Bad counts end it too; their flags are yielded after its reading. A press that
+    is unfinished at the end of the signal is read if enough samples are in firm contact. A signal without a press
+    yields the reading of its last touch.
     """
     tare = UnitTare(unit)
     press = UnitPress(unit)
@@ -819,9 +858,9 @@ def readings_of(
 
 
 def recorded_counts(path: str, size: int) -> "Iterator[list[int]]":
-    """Yield the counts in each line of a file with comma-separated numbers: the last `size` cells of the line.
+    """Yield the counts in each line of a comma-separated file: the last `size` cells of the line.
 
-    Lines with another text among these cells, such as headers, are skipped.
+    A line in which one of these cells is not an integer, such as a header, is skipped.
     """
     with open(path, "rb") as lines:
         for line in lines:
