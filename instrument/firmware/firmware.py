@@ -57,7 +57,7 @@ def c_header(report: Report, unit: PrintedUnit | str | Path | None = None) -> st
 
     Examples
     --------
-    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run
     >>> header = twintip.c_header(report)
     >>> "twintip_end" in header
     True
@@ -88,7 +88,7 @@ def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) ->
 
     Examples
     --------
-    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run
     >>> module = twintip.micropython(report)
     >>> "class" in module
     True

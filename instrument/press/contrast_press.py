@@ -1,7 +1,8 @@
-"""The reading of a press from the rise of the contrast, a weighted sum over the tips in which travel and tilt cancel.
+"""Read the modulus from one press by the rise of the contrast, a weighted sum over the tips.
 
-Samples after the deepest one are not used, because flesh may have yielded by then. Errors that are constant in a press
-cancel in the modulus: the saddle of the skin, the heights and positions of the tips, and the pose of the sensor.
+Travel and tilt cancel in this sum. Samples after the deepest one are not used, because the flesh may have yielded.
+Errors that are constant during a press cancel in the modulus: a saddle-shaped skin, the heights and positions of the
+tips, and the pose of the sensor.
 """
 
 import math
@@ -26,13 +27,13 @@ AT_ONCE = Timing()
 
 
 def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = AT_ONCE) -> FruitReading:
-    """Return the reading of a press; if the press determines no modulus, a flag states the cause.
+    """Return the reading of a press. If the modulus cannot be determined, the reading has a flag that states why.
 
-    `timing` is the accuracy of the sampling times. The reading's `others` has a second modulus: from the force ratio of
-    a pair, or the apparent modulus in the hold of flesh that relaxes. The half width is wider if one sample changes the
-    modulus by more than it, and by the shift due to an uneven pace.
+    `timing` is the accuracy of the sampling times. `others` of the reading holds a second modulus: the modulus from the
+    force ratio of a pair, or the apparent modulus in the hold of flesh that relaxes. The half width is increased if a
+    single sample changes the modulus by more than the half width, and if the pace of the press was uneven.
     """
-    relaxes = press.channels.shape[1] > press.tips  # the forces of elastic flesh follow those of the tips
+    relaxes = press.channels.shape[1] > press.tips  # then the forces of elastic flesh are further channels
     law = sensor.rise_law.over_time if relaxes else sensor.rise_law
     spikes = ["spike"] if press.lines_left_out else []
 
@@ -55,10 +56,10 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
     parts = half_width(sensor, E, deviations, bend)
     u = parts.total
     tilt, direction = _tilt_and_direction(sensor, law, seated)
-    # Springs are stiffer in a press than at the weighing, so the true forces are larger by this factor.
+    # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
     forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
     flags = flags_of_modulus(sensor, E, u, forces, tilt)
-    # If leaving out one sample changes the reading by more than its half width, that sample may be bad.
+    # If one sample changes the reading by more than the half width, that sample may be bad: the half width then grows.
     sample_shift = _largest_sample_shift(sensor, law, seated, timing.lag, press_s)
     widened_u = u + sample_shift if sample_shift > u else u
     shift_by_pace = pace_shift(sensor, press)
@@ -73,8 +74,7 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         "too_fast": unit_errors["times"] > LARGEST_BY_TIME,
     }
     noise = COVERAGE * sensor.steepness(E) * found.noise
-    # The offset is a gap of the high tips above the low ones, so its sign is reversed for "nearer to the skin". The
-    # offset of a pair is a tilt, and is not reported as an offset.
+    # Noise changes the offset directly. All other errors change it through the error of E.
     other_errors = math.sqrt(max(u**2 - noise**2, 0.0))
     offset_u = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * other_errors)
     return FruitReading(
@@ -88,6 +88,8 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         samples=found.samples,
         noise=noise,
         bend=parts.bend,
+        # The offset is the gap under the high tips minus the gap under the low tips. The reading states how much nearer
+        # to the skin the high tips are, so the sign changes. The offset of a pair is reported as a tilt.
         offset=None if sensor.report.read_out.is_pair else -found.offset,
         offset_u=None if sensor.report.read_out.is_pair else offset_u,
         lines_left_out=press.lines_left_out,
@@ -102,9 +104,9 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
 
 @dataclass(frozen=True, kw_only=True)
 class _SecondReading:
-    """Further results of the same press: moduli by other methods [MPa], by name, and the relaxation [1].
+    """Further results of the same press: the moduli from other methods [MPa], and the relaxation ratio [1].
 
-    `disagrees` is True if another modulus contradicts the modulus of the press.
+    `others` maps the name of a method to its modulus. `disagrees` is True if it contradicts the modulus of the press.
     """
 
     others: dict[str, float] = field(default_factory=dict)
@@ -113,10 +115,10 @@ class _SecondReading:
 
 
 def _ratio_reading(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -> _SecondReading:
-    """Return the modulus from the force ratio in the deepest sample; empty unless the unit is a pair of flat tips.
+    """Return the modulus from the force ratio in the deepest sample, for a pair of flat tips; else an empty result.
 
-    A tilt of the sensor makes the two moduli differ. Noise and the error of the contact model do not count as a
-    disagreement.
+    The two moduli differ if the sensor is tilted. They disagree if they differ by more than noise and the error of the
+    contact model explain.
     """
     if not sensor.reads_moments:
         return _SecondReading()
@@ -135,8 +137,8 @@ def _ratio_reading(sensor: MeasuringUnit, press: PressSamples, seated: Seated) -
 def _held_reading(sensor: MeasuringUnit, press: PressSamples, found: RiseReading) -> _SecondReading | None:
     """Return the apparent modulus and the relaxation in the hold of a press on flesh that relaxes.
 
-    Returns None if the hold ended before the reading moment of the design. The result is empty if the forces of the
-    hold give no modulus.
+    The result is None if the hold ended before the moment at which the design reads. It is empty if the forces in the
+    hold do not determine a modulus.
     """
     press_s = press.duration_s
 
@@ -157,10 +159,10 @@ def _held_reading(sensor: MeasuringUnit, press: PressSamples, found: RiseReading
 def _largest_sample_shift(
     sensor: MeasuringUnit, law: RiseLaw, seated: Seated, lag: int, press_s: float | None
 ) -> float:
-    """Return the largest relative change of E [1] if one bad conversion is left out; 1 if no modulus remains.
+    """Return the largest relative change of E [1] when one sample is left out; 1 if no modulus remains.
 
-    `lag` is the number of consecutive samples that one bad conversion affects. `press_s` [s] is the duration of the
-    press.
+    `lag` consecutive samples are left out together, because one bad conversion affects all of them. `press_s` [s] is
+    the duration of the press.
     """
     E = sensor.corrected(seated.found.E, press_s)
     moduli = [sensor.corrected(found, press_s) for found in moduli_without(law, seated.rise, lag)]
@@ -170,17 +172,18 @@ def _largest_sample_shift(
 def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> tuple[float, float | None]:
     """Return the tilt of the sensor on the skin in the deepest sample, and its direction [deg].
 
-    The tilt is the slope of the plane through the depths of the tips. The direction is None if the layout does not show
-    it, as for tips in a line.
+    The tilt is the slope of the plane through the depths of the tips. The direction is None if the layout does not
+    determine it, as for tips in a line.
     """
     tips = sensor.report.design.tips
     found, deepest = seated.found, seated.deepest
-    if sensor.report.read_out.is_pair:  # the offset of a pair is the lead of the low tip
+    if sensor.report.read_out.is_pair:  # then the offset is the travel of the low tip minus the travel of the high tip
         return abs(math.degrees(math.atan(found.offset / tips.spacing_mm))), 0.0 if found.offset <= 0.0 else 180.0
-    # The law of flesh that relaxes has two channels per tip; the last ones belong to the depths.
+    # The law of flesh that relaxes has two channels per tip; the depths follow from the second half of the channels.
     depths = lowered_tips(law.with_offset(found.offset), deepest.tolist(), found.E)[-len(tips.places_mm) :]
     _, along, across = plane_through(tips.places_mm, depths)
-    # A dome rolls on a round fruit: the tilt that lowers a point by 1 lowers the contact of the dome by R / (r + R).
+    # A dome of radius r rolls on a fruit of radius R: if a tilt lowers a fixed point by 1, it lowers the contact of the
+    # dome by R / (r + R).
     rolling = 1.0 if sensor.domes is None else sensor.domes.rolling_factor
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     return tilt, None if across is None else math.degrees(math.atan2(across, along))
@@ -189,7 +192,7 @@ def _tilt_and_direction(sensor: MeasuringUnit, law: RiseLaw, seated: Seated) -> 
 def _shape_deviations(sensor: MeasuringUnit, slopes: RiseSlopes) -> list[float]:
     """Return the relative standard deviations of E [1] due to the fruit's mean curvature and to each tip's height.
 
-    Height errors act like a saddle of the skin, which moves the points of contact.
+    Height errors of the tips act like a saddle-shaped skin, which moves the points of contact.
     """
     weights = np.array(sensor.rise_law.contrast.weights)
     domes = sensor.domes

@@ -1,7 +1,7 @@
-"""Signed counts from logs without signs, in two's complement or in offset binary.
+"""Convert counts that a log writes without signs, in two's complement or in offset binary, to signed counts.
 
-A converter of n bits has -2^(n-1) as its smallest count. Two's complement without a sign writes -1 as 2^n - 1. Offset
-binary writes the smallest count as 0, and 0 as 2^(n-1).
+The smallest count of a converter with n bits is -2^(n-1). Two's complement read as an unsigned integer writes -1 as
+2^n - 1. Offset binary writes the smallest count as 0, and 0 as 2^(n-1).
 """
 
 from collections.abc import Callable, Sequence
@@ -19,9 +19,10 @@ def signed_counts(
 ) -> tuple[float, ...]:
     """Return the signed counts of one row of a table.
 
-    `counts_as` is the notation of the counts `written`: "unsigned" for two's complement without a sign, "offset" for
-    offset binary, or None for counts with signs. `saturation` is the largest signed count. Raises InputError for a
-    count at or beyond the end of the converter's range; `place` returns the name of a channel's cell for the message.
+    `counts_as` is the notation of the counts `written`: "unsigned" for two's complement read as unsigned integers,
+    "offset" for offset binary, or None for signed counts. `saturation` is the largest signed count. Raises InputError
+    for a count at or beyond the end of the converter's range. `place` maps a channel to the name of its cell in the
+    message.
     """
     half = saturation + 1
     lowest, highest = (-saturation, saturation) if counts_as is None else (0, 2 * saturation + 1)
@@ -43,7 +44,7 @@ def signed_counts(
 def with_signed_counts(
     table: MeasuredTable, keys: Sequence[str], counts_as: str | None, saturation: int
 ) -> MeasuredTable:
-    """Return a table in which the columns `keys` contain signed counts; raises InputError like `signed_counts`."""
+    """Return a copy of the table with signed counts in the columns `keys`; raises InputError like `signed_counts`."""
     rows = zip(*(table.numbers[key].tolist() for key in keys), strict=True)
     signed = []
     for line, row in zip(table.lines, rows, strict=True):

@@ -1,15 +1,16 @@
-"""A fruit that is read by several presses: one modulus, and its uncertainty from their scatter.
+"""Read one fruit from several presses: its modulus, and the uncertainty from the scatter between the presses.
 
-A press cannot detect what is local, such as a soft spot below one tip or an uneven skin. Turn the sensor between
-presses so that low tips stand where high ones stood (`Layout.turn_deg`). A soft spot then shifts the readings in
-opposite directions.
+A single press cannot detect local effects, such as a soft spot below one tip or an uneven skin. Turn the sensor between
+presses so that the low tips touch where the high tips touched before (`Layout.turn_deg`). A soft spot then shifts the
+two readings in opposite directions.
 
-The modulus is the Hodges-Lehmann estimate of ln E (`press_core.hodges_lehmann`). It needs no scale, so the firmware
-computes the same one. The standard deviation s between n presses has n - 1 degrees of freedom. The deviation v that the
-presses themselves state has a relative error of about one half, equal to two degrees of freedom (JCGM 100:2008, G.4.2).
-The pooled variance is (2 v^2 + (n - 1) s^2) / (n + 1), with Student's factor for n + 1. If the presses disagree, v is
-wrong, and only s with its n - 1 degrees of freedom is used. Errors that all presses share are added; more presses do
-not reduce them.
+The modulus is the Hodges-Lehmann estimate of ln E (`press_core.hodges_lehmann`), which needs no estimate of the scatter
+and is therefore also computed by the firmware. The standard deviation s between n presses has n - 1 degrees of freedom.
+The standard deviation v that the presses themselves state has a relative error of about one half, which corresponds to
+two degrees of freedom (JCGM 100:2008, G.4.2). The pooled variance is (2 v^2 + (n - 1) s^2) / (n + 1), with Student's
+factor for n + 1 degrees of freedom. If the presses disagree, v is too small: the half width is then at least the one
+from s alone with n - 1 degrees of freedom. Errors that all presses share are added, because more presses do not reduce
+them.
 """
 
 import math
@@ -31,30 +32,30 @@ from sensor.theory.student import student
 from sensor.words import value_with_bar
 
 FALSE_ALARMS = 0.01
-"""Fraction of fruits flagged as disagreeing although the errors of their presses are normal and as large as stated."""
+"""Probability that `presses_disagree` is set although the errors are normally distributed and as large as stated."""
 PRIOR_FREEDOM = 2
-"""Degrees of freedom of the error that a press states: half of the inverse square of its relative error, 0.5."""
+"""Degrees of freedom of the standard deviation that a press states: 1 / (2 * 0.5^2), for a relative error of 0.5."""
 LEAST_OWN = 0.01
-"""Smallest standard deviation of ln E between presses, a judgement."""
-OWN_ROWS = 8  # number of moduli in the table for firmware
+"""Smallest standard deviation of ln E between presses; an estimate from experience."""
+OWN_ROWS = 8  # number of moduli in the table for the firmware
 
 PRESS_AGAIN = {
     "presses_disagree": "press this place again in a pair, {turn}; where pairs disagree too, the fruit is uneven there",
     "few_presses": "press again, {turn}",
 }
-"""Advice for each flag of a fruit; `turn` is how to turn the sensor. The first flag that applies is used."""
+"""Advice for flags of a fruit, most important flag first; `{turn}` is replaced by how to place the second press."""
 TURN = {
     True: "the second press turned by {turn:g} degrees",
     False: "the second press one spacing farther along the tips",
 }
-"""How to exchange low and high tips between two presses, by whether turning the sensor does it."""
+"""How the low and high tips change places between two presses: by turning the sensor (True) or moving it (False)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FruitAnswer:
-    """The answer for one fruit from several presses: E [MPa] and its half width `u` [1], both None without a modulus.
+    """The reading of one fruit from several presses: E [MPa] and its half width `u` [1], both None without a modulus.
 
-    `alike` and `scatter` are fractions [1]. Each field is a key of the answer.
+    `alike` and `scatter` are fractions of E [1]. Each field is a key of the JSON answer.
     """
 
     fruit: str = report_field("", "the fruit, by its column or by its number", line=lambda it: f"fruit {it.fruit}")
@@ -126,21 +127,22 @@ FRUIT_LINE = ("fruit", "presses", "E", "alike", "scatter", "firmness", "ripeness
 
 
 def chi_square_limit(presses: int) -> float:
-    """Return the chi-square limit [1] that consistent presses of a fruit exceed with probability `FALSE_ALARMS`."""
-    from scipy.special import chdtri  # slow to import, and a single press does not need it
+    """Return the limit of chi-squared [1] that consistent presses of a fruit exceed with probability `FALSE_ALARMS`."""
+    from scipy.special import chdtri  # SciPy is slow to import, and a single press does not need it
 
     return float(chdtri(presses - 1, FALSE_ALARMS))
 
 
 def press_deviation_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
-    """Return the table of errors that presses of a fruit do not share, for firmware and for `fruit_answer`.
+    """Return the standard deviations that presses of a fruit do not share, for the firmware and for `fruit_answer`.
 
-    `own_logs` are logarithms of moduli over the range of the design. `own_deviations` are standard deviations of ln E
-    between presses, without noise. Their causes are uneven skin and flesh, the pose, and the zeros and sampling times
-    of a press of the design.
+    `own_logs` are logarithms of moduli over the range of the design. `own_deviations` are the standard deviations of
+    ln E between presses at these moduli, without noise. They are due to uneven skin and flesh, the pose, zero errors,
+    and sampling times.
     """
     softest, firmest = sensor.range_MPa
-    moduli = np.geomspace(softest, max(firmest, 1.01 * softest), OWN_ROWS)  # also for a design of a single modulus
+    # A design may have only one modulus; 1.01 keeps the logarithms distinct.
+    moduli = np.geomspace(softest, max(firmest, 1.01 * softest), OWN_ROWS)
     rows = sensor.report.moduli
     deviations = []
     for E in moduli.tolist():
@@ -154,10 +156,10 @@ def press_deviation_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
 def fruits_of(
     sensor: MeasuringUnit, readings: Iterable[FruitReading], presses: int, *, named: bool = False
 ) -> Iterator[FruitAnswer]:
-    """Yield one answer for each fruit, from the readings of presses in their order.
+    """Yield one answer per fruit from consecutive readings.
 
-    `presses` is the number of presses of each fruit; with 0, all readings belong to one fruit. With `named`, a fruit
-    also ends where the readings name another one.
+    `presses` is the number of presses per fruit; with 0, all readings belong to one fruit. With `named`, a new fruit
+    also begins where the fruit's name in the readings changes.
     """
     number = 0
     group: list[FruitReading] = []
@@ -175,62 +177,75 @@ def fruits_of(
 
 
 def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: str, required: int = 0) -> FruitAnswer:
-    """Return the answer for one fruit, called `name`, from its presses.
+    """Return the answer for the fruit `name` from its presses.
 
-    Its modulus is the Hodges-Lehmann estimate of the presses that count; a much less certain press does not. The half
-    width follows from their scatter, the errors that they state, and the errors that they share. Without a press that
-    has a modulus, the answer has none either. The answer is flagged as `few_presses` if fewer than `required` presses
-    count; 0 means two.
+    The modulus is the Hodges-Lehmann estimate from all presses except those that are much less certain than the best
+    one. The half width follows from the scatter of the presses, the errors that they state, and the errors that they
+    share. If no press has a modulus, the answer has none. The flag `few_presses` is set if fewer than `required`
+    presses are used; 0 means two.
     """
     with_modulus = [press for press in presses if press.E is not None]
-    own = _own_deviations(sensor, with_modulus)
+    own = _own_deviations(sensor, with_modulus)  # standard deviations of ln E between presses
     indices = press_core.counted_presses(own) if with_modulus else []
     counted = [with_modulus[index] for index in indices]
     turn = sensor.report.design.tips.tip_layout.turn_deg
     causes = {"few_presses": len(counted) < (required or 2)}
     answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
     if counted:
-        logs = [math.log(press.E) for press in counted if press.E is not None]
-        E = math.exp(press_core.hodges_lehmann(logs))
-        parts = [press.parts.widened_to(press.u) for press in counted if press.parts and press.u is not None]
-        u = parts[0].total
-        shared = _root_mean_square([part.largest_shared for part in parts])
-        bend = math.fsum(part.bend for part in parts) / len(parts)
-        scatter = None
-        if len(counted) > 1:
-            scatter = press_core.standard_deviation(logs)
-            # The presses are compared by the deviations of the firmware, unless they state larger ones. The firmware
-            # does not know all errors of a press, for instance if its sampling times are unknown.
-            stated = [part.largest_independent / COVERAGE for part in parts]
-            deviations = list(map(max, stated, [own[index] for index in indices]))
-            limit = chi_square_limit(len(logs))
-            disagree = causes["presses_disagree"] = press_core.are_inconsistent(logs, deviations, limit)
-            prior = _root_mean_square([part.independent / COVERAGE for part in parts])
-            # Shared errors do not fall with the number of presses. The bend is no random error, so it adds linearly.
-            u = math.hypot(_half_width_by_scatter(scatter, prior, len(logs), disagree=disagree), shared) + bend
-        causes |= causes_of_modulus(sensor, E, u)
-        answer = replace(
-            answer,
-            E=E,
-            reduced=sensor.reduced(E),
-            u=u,
-            alike=shared + bend,
-            scatter=scatter,
-            ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
-            firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
-        )
+        answer, modulus_causes = _with_modulus(sensor, answer, counted, [own[index] for index in indices])
+        causes |= modulus_causes
     fruit_flags = [flag for flag, applies in causes.items() if applies]
-    # A press outside of the range or of the scale does not flag a fruit that is inside.
+    # Flags that depend on the modulus are evaluated for the fruit, so those of its presses are not repeated.
     press_flags = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
     advice = next((text for flag, text in PRESS_AGAIN.items() if flag in fruit_flags), None)
     hint = None if advice is None else advice.format(turn=TURN[turn is not None].format(turn=turn))
     return replace(answer, flags=(*fruit_flags, *press_flags), hint=hint)
 
 
-def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list[float]:
-    """Return for each press the standard deviation of ln E that it does not share with others [1].
+def _with_modulus(
+    sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], own: Sequence[float]
+) -> tuple[FruitAnswer, dict[str, bool]]:
+    """Return the answer with the modulus of the `counted` presses, and whether each flag of this modulus applies.
 
-    It is computed from the noise of the press and from the design, as in the firmware. Unknown noise is taken as 0.
+    `own` are the standard deviations of ln E between presses [1], one per counted press.
+    """
+    causes = {}
+    logs = [math.log(press.E) for press in counted if press.E is not None]
+    E = math.exp(press_core.hodges_lehmann(logs))
+    parts = [press.parts.widened_to(press.u) for press in counted if press.parts and press.u is not None]
+    u = parts[0].total
+    shared = _root_mean_square([part.largest_shared for part in parts])
+    bend = math.fsum(part.bend for part in parts) / len(parts)
+    scatter = None
+    if len(counted) > 1:
+        scatter = press_core.standard_deviation(logs)
+        # The firmware compares presses by `own`, which does not include all errors of a press, for instance if its
+        # sampling times are unknown. So the error that a press states is used if it is larger.
+        stated = [part.largest_independent / COVERAGE for part in parts]
+        deviations = list(map(max, stated, own))
+        limit = chi_square_limit(len(logs))
+        disagree = causes["presses_disagree"] = press_core.are_inconsistent(logs, deviations, limit)
+        prior = _root_mean_square([part.independent / COVERAGE for part in parts])
+        # More presses do not reduce shared errors. The bend is not a random error, so it is added linearly.
+        u = math.hypot(_half_width_by_scatter(scatter, prior, len(logs), disagree=disagree), shared) + bend
+    causes |= causes_of_modulus(sensor, E, u)
+    answer = replace(
+        answer,
+        E=E,
+        reduced=sensor.reduced(E),
+        u=u,
+        alike=shared + bend,
+        scatter=scatter,
+        ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
+        firmness=None if sensor.unit.scale is None else sensor.unit.scale.firmness_of(E),
+    )
+    return answer, causes
+
+
+def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list[float]:
+    """Return for each press the standard deviation of ln E due to errors that other presses do not share [1].
+
+    As in the firmware, it is computed from the noise of the press and from the design. Unknown noise is taken as 0.
     """
     table = press_deviation_constants(sensor)
     logs, own = table["own_logs"], table["own_deviations"]
@@ -242,16 +257,15 @@ def _own_deviations(sensor: MeasuringUnit, read: Sequence[FruitReading]) -> list
 
 
 def _root_mean_square(values: Sequence[float]) -> float:
-    """Return the root mean square of values."""
     return math.sqrt(math.fsum(value**2 for value in values) / len(values))
 
 
 def _half_width_by_scatter(scatter: float, prior: float, presses: int, *, disagree: bool) -> float:
-    """Return the half width at 95 % [1] of the mean of `presses` presses, from their standard deviation `scatter` [1].
+    """Return the half width at 95 % [1] of the mean of `presses` presses, whose standard deviation is `scatter` [1].
 
-    `prior` [1] is the standard deviation that the presses themselves state. It is pooled with the scatter as
-    `PRIOR_FREEDOM` additional presses. If the presses disagree, only the scatter is used where it gives a larger half
-    width.
+    `prior` [1] is the standard deviation that the presses themselves state. It is pooled with the scatter, with
+    `PRIOR_FREEDOM` degrees of freedom. If the presses disagree, the half width is at least the one from the scatter
+    alone.
     """
     freedom = presses - 1  # degrees of freedom
     pooled_freedom = freedom + PRIOR_FREEDOM

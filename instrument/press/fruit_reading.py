@@ -1,4 +1,4 @@
-"""One reading of a fruit: the modulus with its uncertainty, the pose of the sensor, and flags of what is wrong."""
+"""The reading of one press on a fruit: the modulus with its uncertainty, the tilt of the sensor, and flags."""
 
 import math
 from dataclasses import dataclass
@@ -13,22 +13,22 @@ from sensor.words import value_with_bar
 
 AT_THE_EDGE = 1e-3  # relative tolerance at the ends of the range, so that round-off does not exclude a fruit at an end
 UNCERTAIN = 0.5
-"""Half width [1] above which a reading hardly determines the modulus; no symmetric interval contains it then."""
+"""Relative half width [1] above which a reading is flagged, because a symmetric interval no longer describes it."""
 ZERO_AFTER_S = 1.0
-"""Time after the lift of a press at which its zero error is reported [s]."""
+"""Time after the lift of a press for which its zero error is reported [s]."""
 
 FEELS_AS_TOUCH = 0.5
-"""Fraction of the smallest force of a touch up to which a zero error is in the data, but not on the screen."""
+"""Zero error as a fraction of the smallest contact force; a smaller one is in the JSON data, but not on the screen."""
 
 
 def _tilt_text(reading: "FruitReading") -> str:
-    """Return the tilt of the sensor on the skin, with its direction if the layout determines it."""
+    """Return the tilt of the sensor on the skin as text, with its direction if it is known."""
     towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
     return f"tilt {reading.tilt:.2g} deg{towards}"
 
 
 def _zero_text(reading: "FruitReading") -> str:
-    """Return the zero error after a press as text, if it could be mistaken for a touch."""
+    """Return the zero error after a press as text; empty if it is too small to be mistaken for a touch."""
     # Both fields are None if the springs do not creep; None is read as 0 here.
     if (reading.zero_left_of_touch or 0.0) <= FEELS_AS_TOUCH:
         return ""
@@ -37,25 +37,25 @@ def _zero_text(reading: "FruitReading") -> str:
 
 
 def firmness_text(firmness: Estimate) -> str:
-    """Return the firmness by another instrument with its half width for 95 % of fruit, as text."""
+    """Return the firmness on the scale of another instrument as text, with the half width that holds 95 % of fruit."""
     value = value_with_bar(firmness.value, COVERAGE * firmness.error, firmness.unit, in_percent=True)
     return f"firmness {value} (95 %)"
 
 
 def _flags_text(reading: "FruitReading") -> str:
-    """Return the flags as text, with the consequence of `uncertain` for E."""
+    """Return the flags as text; the flag `uncertain` is explained."""
     consequence = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
     return f"flags: {', '.join(reading.flags)}{consequence}"
 
 
 def _noise_data(reading: "FruitReading") -> Plain:
-    """Return the part of the half width due to noise and the remaining part [%]."""
+    """Return the part of the half width due to noise, and the remaining part, both in percent."""
     parts = {"u_noise_percent": reading.noise, "u_left_percent": reading.left}
     return {key: None if part is None else 100.0 * part for key, part in parts.items()}
 
 
 def firmness_data(firmness: Estimate) -> Plain:
-    """Return the firmness by another instrument, under a key that contains its unit."""
+    """Return the firmness on the scale of another instrument, under a key that contains its unit."""
     return {f"firmness_{firmness.unit}": firmness.value, "firmness_u_percent": COVERAGE * firmness.percent}
 
 
@@ -64,12 +64,12 @@ def firmness_data(firmness: Estimate) -> Plain:
 class FruitReading:
     """The reading of one press on a fruit: the modulus with its uncertainty, the tilt, and flags.
 
-    `pipeline read` prints the same numbers. `docs/read-a-fruit.md` explains each flag. What JSON leaves out is None or
-    empty here.
+    `pipeline read` prints the same numbers. `docs/read-a-fruit.md` explains each flag. A number that is missing in the
+    JSON output is None here, and a missing list or text is empty.
 
     Examples
     --------
-    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run
     >>> [reading] = twintip.read_press(report, "press.csv")
     >>> reading.E * reading.u > 0.0  # half width of E [MPa]
     True
@@ -215,7 +215,7 @@ class FruitReading:
 
     @property
     def left(self) -> float | None:
-        """Return the part of the half width that more samples do not reduce [1]; None if noise is unknown."""
+        """Return the part of the half width that more samples do not reduce [1]; None if the noise is unknown."""
         if self.u is None or self.noise is None:
             return None
         return math.sqrt(max(self.u**2 - self.noise**2, 0.0))
@@ -229,7 +229,7 @@ LINE = (
 
 
 def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
-    """Return the flags of forces (tips,) [N]: `bad_force` if one is implausible, `lift_off` if a tip does not touch."""
+    """Return `bad_force` if a force (tips,) [N] is implausible, and `lift_off` if a tip does not touch."""
     flags = []
     if not sensor.are_plausible(forces).all():
         flags.append("bad_force")
@@ -239,9 +239,9 @@ def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
 
 
 def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, tilt: float | None = None) -> list[str]:
-    """Return the flags of a reading E [MPa] with half width u [1], in their order on the screen.
+    """Return the flags of a reading E [MPa] with the relative half width u [1], in their order on the screen.
 
-    `forces` (tips,) [N] are the forces of the deepest sample. A `tilt` [deg] is only checked if it is known.
+    `forces` (tips,) [N] are the forces of the deepest sample. The `tilt` [deg] is checked only if it is known.
     """
     modulus_causes = causes_of_modulus(sensor, E, u)
     causes = {
@@ -254,7 +254,7 @@ def flags_of_modulus(sensor: MeasuringUnit, E: float, u: float, forces: Floats, 
 
 
 def causes_of_modulus(sensor: MeasuringUnit, E: float, u: float) -> dict[str, bool]:
-    """Return whether each flag applies that depends only on E [MPa] and its half width u [1]."""
+    """Return the flags that depend only on E [MPa] and its relative half width u [1], and whether each applies."""
     least, largest = sensor.range_MPa
     scale = sensor.unit.scale
     return {

@@ -1,4 +1,4 @@
-"""The firmness that another instrument shows, as a rising function of the modulus that a unit reads, with its error."""
+"""The firmness that another instrument measures, as an increasing function of the modulus that a unit reads."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import numpy as np
 from sensor.quantity import COVERAGE, Bounds, Estimate, check_fields, choice, quantity, validation_error
 
 CURVES = ("factor", "power", "rising")
-"""A constant factor on E (scales of 0.2 only), a power of E, and any curve that rises with E."""
+"""Forms of the function: a constant factor on E (only version 0.2), a power of E, or any increasing curve."""
 _HINT = "take the numbers that pipeline calibrate wrote"
 _POSITIVE = Bounds(above=0.0, at_most=1e6)
 _AT_THE_EDGE = 1e-6  # relative tolerance for E at an end of the curve
@@ -15,9 +15,9 @@ _AT_THE_EDGE = 1e-6  # relative tolerance for E at an end of the curve
 
 @dataclass(frozen=True, kw_only=True)
 class FruitScale:
-    """The firmness [`unit`] of fruit as a function of their modulus E [MPa], interpolated linearly in both logarithms.
+    """The firmness of fruit in `unit` as a function of the modulus E [MPa], interpolated linearly in both logarithms.
 
-    `percent` is the half width that contains 95 % of fruit, found by leaving out each fruit in turn.
+    `percent` is the half width of an interval that contains 95 % of all fruit, from leave-one-out cross-validation.
     """
 
     unit: str = choice(("N", "MPa"), default="N", hint=_HINT)
@@ -27,7 +27,7 @@ class FruitScale:
     firmness: tuple[float, ...] = quantity("", _POSITIVE, hint=_HINT)
 
     def __post_init__(self) -> None:
-        """Check each field, and that both lists rise together."""
+        """Raise InputError for an invalid field, and unless both lists increase and are equally long."""
         check_fields(self, "unit.scale")
         if len(self.firmness) != len(self.E_MPa):
             bound = f"a list of {len(self.E_MPa)} numbers, one for each modulus"
@@ -37,7 +37,7 @@ class FruitScale:
                 raise validation_error(name, list(values), "", "numbers that rise", _HINT)
 
     def firmness_of(self, E: float) -> Estimate | None:
-        """Return the firmness of a fruit that reads as E [MPa], with its standard deviation; None beyond the curve."""
+        """Return the firmness of fruit that reads as E [MPa], with its standard deviation; None beyond the curve."""
         if not self.E_MPa[0] * (1.0 - _AT_THE_EDGE) <= E <= self.E_MPa[-1] * (1.0 + _AT_THE_EDGE):
             return None
         value = float(np.exp(np.interp(np.log(E), np.log(self.E_MPa), np.log(self.firmness))))

@@ -1,4 +1,4 @@
-"""Apparent moduli of flesh that relaxes, at moments of the hold after a press."""
+"""Apparent moduli of flesh that relaxes, at different times in the hold after a press."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,14 +9,14 @@ from instrument.press.touches import PressSamples
 from sensor.design.parameters import Design
 from sensor.theory.contrast_law import ContrastLaw, read_modulus
 
-LATE = 0.95  # the late moment as a fraction of the hold; at its end the sensor may already be retracting
+LATE = 0.95  # fraction of the hold at which the relaxation is read; at its end the sensor may already be retracting
 
 
 class Held(NamedTuple):
-    """The apparent modulus [MPa] at the reading moment of the design, and the relaxation [1].
+    """The apparent modulus [MPa] at the moment at which the design reads, and the relaxation ratio [1].
 
-    The relaxation is the apparent modulus late in the hold divided by the apparent modulus at the stop. It is None if
-    the press ended earlier.
+    The relaxation ratio is the apparent modulus late in the hold divided by the apparent modulus at its start. It is
+    None if the press ended before that.
     """
 
     apparent: float
@@ -26,12 +26,13 @@ class Held(NamedTuple):
 def held_moduli(
     design: Design, press: PressSamples, contrast: ContrastLaw, offset: float, stiffening: Callable[[float], float]
 ) -> Held | None:
-    """Return the apparent modulus and the relaxation in the hold of a press.
+    """Return the apparent modulus and the relaxation ratio in the hold of a press.
 
-    Each apparent modulus follows from the forces of one moment by `contrast`, with the `offset` [mm] of the press.
-    Moments are counted from the stop, the deepest sample. `stiffening` returns for a moment [s] the stiffness of the
-    springs divided by their stiffness at the weighing [1]. Returns None if the press ended before the reading moment of
-    the design. Raises ReadingError if the forces of a moment give no modulus.
+    Each apparent modulus follows from the forces at one moment, by the law `contrast` with the `offset` [mm] of the
+    press. Moments are times [s] since the stop, which is the deepest sample. `stiffening` maps a moment to the
+    stiffness of the springs divided by their stiffness under calibration weights [1]. Returns None if the press ended
+    before the moment at which the design reads. Raises ReadingError if the forces at a moment do not determine a
+    modulus.
     """
     moments = (0.0, design.read_s - design.stop_s, LATE * (design.release_s - design.stop_s))
     stop = press.t[press.deepest]

@@ -1,4 +1,4 @@
-"""A printed unit as a measuring sensor: the read-out of its design with its own springs, tips and channels."""
+"""A printed unit that measures fruit: the read-out of its design with the springs, tips and channels of the unit."""
 
 import math
 from collections.abc import Sequence
@@ -23,15 +23,15 @@ from sensor.theory.contrast_rise import BendSlopes, RiseLaw, RollingDomes
 from sensor.theory.creep import EFFECTIVE, CreepLaw
 from solve.contact.domes.large_strain import large_strain
 
-PAIR_TILT_DEG = 2.0  # largest tilt [deg] before a press is flagged as crooked, if the design sets no tilt
+PAIR_TILT_DEG = 2.0  # tilt [deg] above which a press is flagged, if the design states no largest tilt
 LEAST_CURVATURE_SPREAD = 0.25
-"""Standard deviation of an unknown mean curvature of the skin, over the mean curvature of the design.
+"""Smallest relative standard deviation of the skin's mean curvature [1], if the radii of the fruit are not given.
 
-The cheek of a mango has principal radii of about 47 and 110 mm, a mean curvature of 1/66 per mm. For a design with a
-radius of 35 mm, this is 47 % less: two standard deviations.
+The cheek of a mango has principal radii of about 47 and 110 mm, so its mean curvature is 1/66 per mm. This is 47 % less
+than for a design with a radius of 35 mm: two standard deviations.
 """
-_BELOW_OVER_LEAST = 2.0  # a force below zero by twice the smallest force of a touch is no noise
-_ALLOWED_OVER_SCALE = 20.0  # a force beyond this many full scales comes from another sensor or has another unit
+_BELOW_OVER_LEAST = 2.0  # noise does not exceed this multiple of the smallest force of a tip in contact
+_ALLOWED_OVER_SCALE = 20.0  # a force of more full scales comes from another sensor, or is in another unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,11 +50,11 @@ class MeasuringUnit:
     def from_report(
         cls, report: Report, unit: PrintedUnit | str | Path | None = None, classes: str | None = None
     ) -> "MeasuringUnit":
-        """Return a measuring unit of the design of a report.
+        """Return the measuring unit of a report's design.
 
-        `unit` is a calibrated unit or the path of its unit.toml; without it, the unit equals its design. `classes` is a
-        text like `ripe:0.8,unripe`; without it, the classes of the unit apply. Raises InputError for a unit of another
-        design and for invalid classes.
+        `unit` is a calibrated unit or the path of its unit.toml. By default, the unit has the springs of its design.
+        `classes` states ripeness classes, for example `ripe:0.8,unripe`. By default, the classes of the unit are used.
+        Raises InputError for a unit of another design and for invalid classes.
         """
         if isinstance(unit, str | Path):
             printed = read_unit(Path(unit), report)
@@ -68,19 +68,19 @@ class MeasuringUnit:
 
     @cached_property
     def C(self) -> Matrix:
-        """Return the compliance matrix of the unit's springs [mm/N], coupled through the frame of the design."""
+        """Return the compliance matrix of the unit's springs [mm/N], including their coupling through the frame."""
         nominal = self.report.read_out.springs_mm_per_N
         factors = np.multiply(self.unit.stiffnesses, np.diag(nominal))  # stiffnesses relative to the design
         return stiffened_compliance(nominal, factors.tolist())
 
     @property
     def reads_moments(self) -> bool:
-        """Return whether the forces of one moment determine a modulus: for a level pair of flat tips."""
+        """Return whether the forces at one moment determine a modulus, as they do for a level pair of flat tips."""
         return self.report.read_out.is_pair and self.report.design.tips.tip_shape.has_flat_face
 
     @cached_property
     def rise_law(self) -> RiseLaw:
-        """Return the law that reads a press; the law of a pair holds for any heights of its tips."""
+        """Return the law by which the modulus follows from a press; for a pair it holds for any heights of the tips."""
         designed = self.report.read_out.contrast_on(self.C)
         return rise_law(self.report.design, designed, self._given_curvatures)
 
@@ -91,7 +91,10 @@ class MeasuringUnit:
 
     @cached_property
     def domes(self) -> RollingDomes | None:
-        """Return the rolling domes of a line or a square, on a fruit of the given radii or of the design."""
+        """Return the domes of a line or a square that roll on the fruit, or None for other tips.
+
+        The fruit has the given radii, or else the radii of the design.
+        """
         weights = self.report.read_out.weights
         return None if weights is None else rolling_domes(self.report.design, weights, self._given_curvatures)
 
@@ -99,8 +102,8 @@ class MeasuringUnit:
     def curvature_deviation(self) -> float:
         """Return the standard deviation of the mean curvature of the skin [1/mm].
 
-        It is 0 if the radii are given. It is also 0 if the design lists radii and its report has an error analysis,
-        which then includes this error in its source `pose`.
+        It is 0 if the radii are given. It is also 0 if the design has reading.radius_mm and its report has an error
+        analysis, because the source `pose` of the analysis then includes this error.
         """
         requirements = self.report.design.reading
         is_in_pose = bool(self.report.moduli) and requirements is not None and requirements.radius_mm is not None
@@ -112,8 +115,8 @@ class MeasuringUnit:
 
     @property
     def height_deviation(self) -> float:
-        """Return the standard deviation of each tip's protrusion [mm], from the accuracy of its print process."""
-        # The accuracy is stated as two standard deviations.
+        """Return the standard deviation of each tip's protrusion [mm], from the accuracy of the print process."""
+        # The process states its accuracy as two standard deviations.
         return 0.5 * tip_accuracy_mm(self.report.design.tips, self.report.design.process)
 
     @property
@@ -123,9 +126,9 @@ class MeasuringUnit:
 
     @cached_property
     def channels(self) -> Channels:
-        """Return the errors of the channels and springs in a press with the duration of the design.
+        """Return the errors of the channels and springs, in a press that lasts as long as the design states.
 
-        They are the errors of the design, with the springs, gains and creep of the unit in place of its own.
+        The unit states the errors of its springs, gains and creep. The design states all other errors.
         """
         read_out = self.report.read_out
         full_scale = np.array(read_out.full_scale_N)
@@ -135,7 +138,7 @@ class MeasuringUnit:
         if self.unit.ball is not None:
             slopes = (self.unit.ball.spring_slopes, self.unit.ball.gain_slopes)
             on_ball = SlopesOnBall(*map(np.array, slopes))
-            # `gain_percent` includes the drift, which has another value at the presses on the ball. So it is separated.
+            # Gains drift between the presses on the ball and on fruit, so the drift is separated from `gain_percent`.
             drift = np.minimum(0.01 * BOUNDED * np.array(read_out.channels.gain_drift_percent), gains["gain"])
             gains = {"gain": np.sqrt(gains["gain"] ** 2 - drift**2), OF_DRIFT: drift}
         return replace(
@@ -151,7 +154,8 @@ class MeasuringUnit:
     def channels_in(self, time_s: float, press_s: float | None) -> Channels:
         """Return the errors of the channels and springs in a press that lasts `press_s` [s].
 
-        None means the duration of the design. `time_s` [s] is the standard deviation of each channel's sampling time.
+        If `press_s` is None, the press lasts as long as the design states. `time_s` [s] is the standard deviation of
+        each channel's sampling time.
         """
         press_s = press_s or self.report.design.press_s
         return replace(self.channels, time_s=time_s, creep=self._creep_deviation(press_s))
@@ -159,14 +163,14 @@ class MeasuringUnit:
     def _creep_deviation(self, press_s: float) -> float:
         """Return the relative standard deviation of all stiffnesses [1] due to creep in a press of `press_s` seconds.
 
-        A reference ball measures the springs at the duration of its presses, and so replaces the weights.
+        The springs were measured either with weights or, if the unit has a ball correction, by presses on the ball.
         """
         ball = self.unit.ball
         measured_after = self.unit.weighed_after_s if ball is None else EFFECTIVE * ball.press_s
         return self.creep.deviation(measured_after, press_s)
 
     def on_ball(self, radius_mm: float) -> "MeasuringUnit":
-        """Return the unit for a ball of radius `radius_mm`, as elastic flesh, and without a correction by a ball."""
+        """Return a copy of the unit for an elastic ball of radius `radius_mm` [mm], without its ball correction."""
         report = replace(self.report, design=self.report.design.elastic)
         return replace(self, report=report, unit=replace(self.unit, ball=None), radii_mm=(radius_mm, radius_mm))
 
@@ -177,27 +181,29 @@ class MeasuringUnit:
 
     @cached_property
     def creep(self) -> CreepLaw:
-        """Return the creep of the unit's springs."""
+        """Return the measured creep of the unit's springs, or the creep of the print process."""
         return self.unit.creep_or(self.report.creep)
 
     def press_over_weighed(self, press_s: float | None = None) -> float:
-        """Return the stiffness of the springs in a press divided by their stiffness at the weighing [1].
+        """Return the stiffness of the springs in a press, divided by their stiffness under calibration weights [1].
 
-        `press_s` [s] is the time from the first touch to the deepest point; None means the duration of the design.
+        `press_s` [s] is the time from the first touch to the deepest point. If it is None, the press lasts as long as
+        the design states.
         """
         return self.creep.press_over_weighed(self.unit.weighed_after_s, press_s or self.report.design.press_s)
 
     def softening_in_hold(self, held_s: float, press_s: float | None = None) -> float:
-        """Return the stiffness of the springs after a hold of `held_s` [s] divided by their stiffness at its start [1].
+        """Return the stiffness of the springs after a hold of `held_s` [s], divided by the stiffness at its start [1].
 
         `press_s` [s] is the duration of the press before the hold, as in `press_over_weighed`.
         """
         return 1.0 / self.creep.growth_in_hold(held_s, press_s or self.report.design.press_s)
 
     def bend_error(self, channels: BendSlopes, springs: BendSlopes) -> float:
-        """Return the size of the error of ln E [1] due to curved calibration lines of channels and springs.
+        """Return the absolute error of ln E [1] that nonlinear channels and springs cause.
 
-        `channels` and `springs` are the slopes of ln E against errors of the gains and of the spring compliances.
+        `channels` and `springs` are the slopes of ln E against relative errors of the gains and of the spring
+        compliances. Each relative error has a value at zero force and a part that is proportional to the force.
         """
         unit = self.unit
         error = 0.0
@@ -211,12 +217,12 @@ class MeasuringUnit:
 
     @cached_property
     def least_forces(self) -> Floats:
-        """Return for each channel the force [N] below which its tip counts as out of contact."""
+        """Return for each channel the smallest force of a tip in contact [N]."""
         return self.channels.least_forces
 
     @cached_property
     def lowest_forces(self) -> Floats:
-        """Return for each channel the lowest plausible force [N]; noise does not reach so far below zero."""
+        """Return for each channel the lowest plausible force [N], which is further below zero than noise reaches."""
         return -_BELOW_OVER_LEAST * self.least_forces
 
     @cached_property
@@ -231,7 +237,7 @@ class MeasuringUnit:
 
     @property
     def steepest_deg(self) -> float:
-        """Return the largest tilt of the sensor from the normal of the skin that the design allows [deg]."""
+        """Return the largest tilt from the normal of the skin that the design allows [deg]."""
         requirements = self.report.design.reading
         return PAIR_TILT_DEG if requirements is None else requirements.tilt_deg + requirements.tilt_change_deg
 
@@ -239,43 +245,43 @@ class MeasuringUnit:
     def tilt_deviation_deg(self) -> float:
         """Return the standard deviation of the apparent tilt due to errors of the tip heights [deg]; 0 for a pair.
 
-        The tilt is the slope of a plane fitted through the tips. Its standard deviation is that of one height, divided
-        by the root sum of squares of the distances from the centre.
+        The tilt is the slope of a plane fitted through the tips. Its standard deviation is the standard deviation of
+        one height, divided by the root sum of squares of the tips' distances from the centre.
         """
         if self.report.read_out.is_pair:
             return 0.0
         positions = np.array(self.report.design.tips.places_mm)
         spread = float(np.sqrt(np.square(positions - positions.mean(axis=0)).sum(axis=0)).max())
-        # On a round fruit a dome rolls: its contact is lowered less than its axis.
+        # A dome rolls on a round fruit, so the tilt lowers its contact less than its axis.
         rolling = 1.0 if self.domes is None else self.domes.rolling_factor
         return math.degrees(math.atan(rolling * self.height_deviation / spread))
 
     @property
     def lead_deviation(self) -> float:
-        """Return the standard deviation [mm] of the distance by which one tip of a pair touches first, due to tilt.
+        """Return the standard deviation [mm] of the travel between the touches of the two tips of a pair, due to tilt.
 
-        The tilt lies anywhere within the tilt of the design.
+        The tilt is distributed uniformly up to the largest tilt of the design.
         """
         return BOUNDED * math.tan(math.radians(self.steepest_deg)) * self.report.design.tips.spacing_mm
 
     @property
     def ball_factor(self) -> float:
-        """Return the correction factor of all readings from a reference ball [1]; 1 without a ball."""
+        """Return the factor by which a reference ball corrects all readings [1]; 1 without a ball."""
         return 1.0 if self.unit.ball is None else self.unit.ball.factor
 
     def corrected(self, read: float, press_s: float | None = None) -> float:
-        """Return the true modulus [MPa] of a fruit that a level press reads as `read` [MPa].
+        """Return the modulus [MPa] of a fruit for which a level press yields `read` [MPa] before any correction.
 
-        Creep is corrected first, because the weights calibrated the springs at another duration than the press. The
-        level readings of the report and the factor of a reference ball follow. `press_s` [s] is the duration of the
-        press; None means the duration of the design.
+        Creep is corrected first, because a press does not last as long as the calibration weights hung. The level
+        readings of the report and the factor of a reference ball follow. `press_s` [s] is the duration of the press. If
+        it is None, the press lasts as long as the design states.
         """
         return self.ball_factor * correct_reading(
             self.press_over_weighed(press_s) * read, self.report.read_out.level_readings
         )
 
     def read_as(self, E: float) -> float:
-        """Return the modulus [MPa] as which a level press reads a fruit of E [MPa]: the inverse of `corrected`."""
+        """Return the uncorrected modulus [MPa] from a level press on a fruit of E [MPa], the inverse of `corrected`."""
         E /= self.ball_factor
         level = self.report.read_out.level_readings
         if not level:
@@ -285,7 +291,7 @@ class MeasuringUnit:
         return E * math.exp(shift) / self.press_over_weighed()
 
     def steepness(self, E: float) -> float:
-        """Return the steepness at E [MPa], d ln E / d ln(reading), which multiplies errors of the reading."""
+        """Return d ln E / d ln(reading) at E [MPa], by which relative errors of the reading are multiplied."""
         if self.report.design.fruit.skin_mm is None:
             return 1.0  # the reading is proportional to E
         level = self.report.read_out.level_readings
@@ -296,7 +302,7 @@ class MeasuringUnit:
     def refuse_without_rise_level(self) -> None:
         """Raise InputError if the report of a line or a square has no level readings of whole presses.
 
-        Reports before 0.2 have none, and neither have designs whose travel is too short to read.
+        Reports from versions before 0.2 lack them. So do reports of designs whose travel is too short for a reading.
         """
         if not self.report.read_out.is_pair and not self.report.read_out.level_readings:
             hint = "run the design again; if that does not help, press.travel_mm is too short for a rise"
@@ -305,14 +311,14 @@ class MeasuringUnit:
     def fruit_deviations(self, E: float) -> dict[str, float]:
         """Return the relative standard deviations of E [MPa] due to fruit and poses, by source [1].
 
-        They come from the design's error analysis, whose other sources belong to the individual unit. Without an error
-        analysis only Poisson's ratio contributes, because the sensor is taken as level at the centre of the fruit.
-        Raises InputError if an error analysis lacks one of the sources.
+        They come from the error analysis of the design; its other sources of error depend on the individual unit.
+        Without an error analysis, the sensor is assumed to be level at the centre of the fruit, so that only Poisson's
+        ratio contributes. Raises InputError if the error analysis lacks one of the sources.
         """
         rows = self.report.moduli
         if not rows:
             fruit = self.report.design.fruit
-            # the change of ln(1 - nu^2) with a standard deviation of nu, which is half its spread
+            # change of ln(1 - nu^2) with nu, times the standard deviation of nu, which is half of its spread
             return {"poisson": fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)}
         keys = {name: f"{name}_percent" for name in OF_FRUIT}
         if not all(row.sources.keys() >= set(keys.values()) for row in rows):
@@ -323,7 +329,7 @@ class MeasuringUnit:
     def unevenness_deviations(self, E: float) -> list[float]:
         """Return the relative standard deviations of E [MPa] due to uneven skin and due to uneven flesh [1].
 
-        They vary from press to press on a fruit. Reports of older versions have none.
+        They vary from press to press on the same fruit. The list is empty for reports of older versions.
         """
         uneven = [row.fruit for row in self.report.moduli if row.fruit is not None]
         if not uneven:
@@ -332,9 +338,9 @@ class MeasuringUnit:
         return [self.interpolate_percent(E, skin), self.interpolate_percent(E, flesh)]
 
     def interpolate_percent(self, E: float, percent: Sequence[float]) -> float:
-        """Return a percentage at E [MPa] as a fraction [1].
+        """Return a percentage of the error analysis at E [MPa], as a fraction [1].
 
-        `percent` has one value for each modulus of the error analysis, between which ln E is interpolated linearly.
+        `percent` holds one value per modulus of the error analysis. It is interpolated linearly in ln E.
         """
         logs = np.log([row.E_MPa for row in self.report.moduli])
         return 0.01 * float(np.interp(math.log(E), logs, percent))
@@ -342,8 +348,8 @@ class MeasuringUnit:
     def form_deviations(self, E: float) -> list[float]:
         """Return the relative standard deviations of E [MPa] due to form errors of the tips [1].
 
-        They are the same in all presses of the unit. Reports of older versions have none. A reference ball removes the
-        part that it shows and adds its own error.
+        They are the same in all presses of the unit. The list is empty for reports of older versions. The correction by
+        a reference ball removes a part of these errors and adds its own error.
         """
         percentages = [row.form_percent for row in self.report.moduli if row.form_percent]
         errors = [self.interpolate_percent(E, percent) for percent in zip(*percentages, strict=True)]
@@ -364,10 +370,10 @@ class MeasuringUnit:
         return E / (1.0 - self.report.design.fruit.poisson**2)
 
     def bruises(self, forces: Floats, E: float) -> bool:
-        """Return whether forces [N] press a fruit of modulus E [MPa] beyond its bruise limit; False without a limit.
+        """Return whether a pressure exceeds the bruise limit of a fruit of modulus E [MPa]; False if there is no limit.
 
-        `forces` (tips,) are corrected for creep. The contact of a dome follows the pressed flesh at large strain, as in
-        the verdict on bruises.
+        `forces` (tips,) [N] are corrected for creep. The contact area of a dome is corrected for large strain, as in
+        the verdict `bruise`.
         """
         fruit = self.report.design.fruit
         if not fruit.bruise_limits_MPa:
@@ -378,12 +384,13 @@ class MeasuringUnit:
         areas = np.array([area_of(force, self.reduced(E), radius) for force in forces.tolist()])
         if tips.dome_radius_mm is not None:
             strain = large_strain(np.sqrt(areas / np.pi), tips.dome_radius_mm, np.array(1.0 / radius), fruit.poisson)
-            areas *= strain.edge**2 / strain.factor ** (2.0 / 3.0)  # Hertz: area ~ force^(2/3)
+            # By Hertz's law the contact area is proportional to force^(2/3).
+            areas *= strain.edge**2 / strain.factor ** (2.0 / 3.0)
         limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))
         return bool(np.any(forces > limit * areas))
 
     def forces_of_channels(self, channels: Sequence[float]) -> Floats:
-        """Return the forces [N] of the tips from the readings of the channels [N]."""
+        """Return the forces of the tips [N] from the readings of the channels [N]."""
         return np.multiply(self.unit.gain, channels)
 
     def are_plausible(self, forces: Sequence[float] | Floats) -> Flags:
@@ -391,14 +398,14 @@ class MeasuringUnit:
         return (self.lowest_forces <= forces) & (forces <= self.largest_forces)
 
     def ratio_modulus(self, forces: Floats) -> float:
-        """Return the modulus [MPa] of a level pair from the ratio of its forces [N], before any correction.
+        """Return the modulus [MPa] from the force ratio of a level pair with these forces [N], before any correction.
 
-        Raises ReadingError if no modulus has this ratio.
+        Raises ReadingError if no modulus yields this ratio.
         """
         return ratio_modulus(self.C, self.report.read_out.own_less_other_per_mm or 0.0, forces.tolist())
 
     def with_stiffness(self, tip: int, factor: float) -> "MeasuringUnit":
-        """Return the unit with the spring of tip number `tip` stiffened by `factor` [1]."""
+        """Return a copy of the unit in which the stiffness of spring number `tip` is multiplied by `factor` [1]."""
         K = list(self.unit.K_N_per_m)
         K[tip] *= factor
         return replace(self, unit=replace(self.unit, K_N_per_m=tuple(K)))

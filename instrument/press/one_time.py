@@ -1,7 +1,7 @@
-"""Channels converted one after the other, interpolated to the time of the first conversion of each sample.
+"""Interpolate channels that are converted in turn to the time of the first conversion of each sample.
 
-The value of a channel is interpolated linearly between two conversions. Samples before the first conversion of a
-channel are dropped, not extrapolated.
+Each channel is interpolated linearly between two conversions. A sample before the first conversion of a channel is
+dropped, because it cannot be interpolated.
 """
 
 import itertools
@@ -18,17 +18,17 @@ from instrument.press.signals import Sample
 from sensor.quantity import validation_error
 
 MOST_LINES = 64
-"""Largest distance [lines] between the times of the channels of one line, and the number of lines that are stored."""
+"""Maximum number of lines between the earliest and the latest conversion of one line."""
 AHEAD = 9
-"""Number of samples at the start of a log whose median interval is taken as its rate, so one gap does not matter."""
-CLOSEST = 0.9  # shortest interval of lines over the read-out's period [1]; its loop may be faster than stated
+"""Number of samples at the start of a log whose median interval is its sampling period; a single gap has no effect."""
+CLOSEST = 0.9  # minimum interval of lines divided by the read-out's period [1]; the read-out may run faster than stated
 
 
 class Timing(NamedTuple):
     """The accuracy of the channels' sampling times.
 
-    `deviation` [s] is the standard deviation of the sampling time of each channel. The noise of samples is independent
-    at a distance of `lag` samples, and one bad conversion affects `lag` consecutive samples.
+    `deviation` [s] is the standard deviation of the sampling time of each channel. Samples that are `lag` samples apart
+    have independent noise, and one bad conversion affects `lag` consecutive samples.
     """
 
     deviation: float = 0.0
@@ -40,10 +40,10 @@ def simultaneous_samples(
 ) -> tuple[Timing, Iterator[Sample]]:
     """Return samples whose channels are interpolated to one time, and the accuracy of this time.
 
-    The sampling times are in the log, or follow from the delays of the unit's read-out. Lines that arrive faster than
-    the read-out converts come from another logger. Their channels stay as they are, and each may have been converted at
-    any moment between two lines. Raises InputError if channels are delayed and all lines have the same time, and for a
-    line whose times lie too many lines apart. `source` is the name of the log in messages.
+    The log states the sampling times, or they follow from the delays of the unit's read-out. Lines that arrive faster
+    than the read-out converts come from another logger. They are not interpolated, because each channel may have been
+    converted at any moment between two lines. Raises InputError if the time does not increase although channels are
+    delayed, and for a line whose times lie too many lines apart. `source` is the name of the log in messages.
     """
     first_samples = list(itertools.islice(iterator := iter(samples), AHEAD))
     samples = itertools.chain(first_samples, iterator)
@@ -61,19 +61,20 @@ def simultaneous_samples(
         name = f"{source}: time from line to line"
         bound = "above 0 s, because the read-out converts one channel after the other"
         raise validation_error(name, interval, "s", bound, "write the time of each line")
-    if interval < CLOSEST * (1.0 / signal.rate_Hz):  # uniform between two lines (JCGM 100:2008, 4.3.7)
+    if interval < CLOSEST * (1.0 / signal.rate_Hz):
+        # The time of a conversion is distributed uniformly between two lines (JCGM 100:2008, 4.3.7).
         return Timing(max(deviation, interval / math.sqrt(12.0))), samples
     timed = (sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in signal.delay_ms)) for sample in samples)
     return Timing(deviation, lag=2), _interpolate_channels(timed, source)
 
 
 def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sample]:
-    """Yield samples with all channels interpolated to the earliest of their times.
+    """Yield samples in which all channels are interpolated to the earliest time of the sample.
 
     A sample is dropped if a channel has no conversion at or before this time. Raises InputError if the times of one
-    line lie `MOST_LINES` lines apart.
+    line lie more than `MOST_LINES` lines apart.
     """
-    window: deque[Sample] = deque()  # the samples that the interpolation needs
+    window: deque[Sample] = deque()  # the samples from the last one whose times are all at or before t
     for sample in samples:
         window.append(sample)
         t = min(sample.times)

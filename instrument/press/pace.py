@@ -1,9 +1,9 @@
-"""The change of E due to an uneven pace of a press on flesh that relaxes, compared with an even pace.
+"""The change of E because a press on flesh that relaxes is uneven in pace, compared with a press at a constant speed.
 
-A pause late in a press lowers its last forces, which looks like softer flesh. The forces and times of a log and a
-relaxation determine the forces of elastic flesh, and so the displacement of each tip. The same displacement at an even
-pace causes other forces. Two even paces are tried, because the intended pace is unknown: the upper and the lower
-quartile of the paces in the parts of the press. The larger change of E counts.
+A pause late in a press lowers its last forces, which looks like softer flesh. With a law of relaxation, the forces and
+times of a log determine the forces of elastic flesh, and so the displacement of each tip. The forces are then computed
+for the same displacement at a constant speed. The intended speed is unknown. So two are tried: the upper and the lower
+quartile of the speeds in equal parts of the travel. The larger change of E is returned.
 """
 
 import numpy as np
@@ -17,16 +17,16 @@ from sensor.theory.relaxation import MAY_RELAX, STATED_SPREAD, Relaxation
 from solve.contact.relaxing import forces_over_time
 from solve.solve_error import SolveError
 
-LARGEST_BY_PACE = 0.02  # relative change of E: it raises a standard uncertainty of 5 % to 5.4 %
-MOST_SAMPLES = 64  # maximum number of samples, chosen evenly from a press; a pause lasts several of them
-PARTS = 8  # equal parts of the travel, each with its own pace; a pause falls into one or two
+LARGEST_BY_PACE = 0.02  # relative change of E that raises a standard uncertainty of 5 % to 5.4 %
+MOST_SAMPLES = 64  # maximum number of samples, spread evenly over a press, so that a pause lasts several of them
+PARTS = 8  # number of equal parts of the travel, each with its mean speed; a pause lies in one or two of them
 
 
 def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
-    """Return the size of the relative change of E due to the pace of a press [1].
+    """Return the absolute relative change of E due to the uneven pace of a press [1].
 
-    The reading corrects a relaxation that the design states, so only its spread between fruits remains. Without one,
-    the relaxation is assumed. The result is 0 if the log has no rising times, or if the press cannot be solved.
+    If the design states a relaxation, the reading already corrects it, so that only its spread between fruits remains.
+    Otherwise a relaxation is assumed. The result is 0 if the log has no increasing times or the press cannot be solved.
     """
     count = press.deepest + 1
     indices = np.unique(np.linspace(0, count - 1, min(count, MOST_SAMPLES)).round().astype(int))
@@ -44,10 +44,10 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
 
 
 def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: Floats, forces: Floats) -> float:
-    """Return the larger relative change of E [1] between a press and the same displacement at two even paces.
+    """Return the larger relative change of E [1] if the displacement of a press is repeated at two constant speeds.
 
-    `forces` (samples, tips) [N] were measured at times `t` [s]; the first sample is `before` [s] after the touch.
-    Raises RiseError or SolveError if a press determines no modulus or has no solution.
+    `forces` (samples, tips) [N] were measured at the times `t` [s]; the first sample is `before` [s] after the touch.
+    Raises RiseError if a press does not determine a modulus, and SolveError if it has no solution.
     """
     law = sensor.rise_law
     elastic = _elastic_forces(flesh, forces, np.diff(t, prepend=t[0] - before))
@@ -56,21 +56,22 @@ def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: F
     travel = np.maximum.accumulate(displacements.mean(axis=1))
     if not travel[-1] > travel[0]:
         return 0.0
-    # Time is proportional to the travel at an even pace. Its duration follows from the quartiles of the parts.
-    progress = (travel - travel[0]) / (travel[-1] - travel[0])  # from 0 to 1
+    # At a constant speed, time is proportional to the travel. The two durations of the whole press follow from the
+    # quartiles of the durations of its parts.
+    progress = (travel - travel[0]) / (travel[-1] - travel[0])  # fraction of the travel, from 0 to 1
     part_ends = np.interp(np.linspace(0.0, 1.0, PARTS + 1), progress, t)
     durations = PARTS * np.sort(np.diff(part_ends))[[PARTS // 4, -1 - PARTS // 4]]
     times = np.insert(durations[:, None] * progress, 0, -before, axis=1)
-    ways = np.stack([np.insert(displacements, 0, 0.0, axis=0)] * len(times))
-    even_forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times, ways)
+    paths = np.stack([np.insert(displacements, 0, 0.0, axis=0)] * len(times))
+    even_forces, _ = forces_over_time(law.contrast, flesh, np.full(len(times), E), times, paths)
     measured = _modulus(sensor, law, forces)
     return max(abs(_modulus(sensor, law, each[1:]) / measured - 1.0) for each in even_forces)
 
 
 def _modulus(sensor: MeasuringUnit, law: RiseLaw, channels: Floats) -> float:
-    """Return the modulus [MPa] that `law` reads from channels (samples, channels) [N].
+    """Return the modulus [MPa] that `law` reads from `channels` (samples, channels) [N].
 
-    Raises RiseError if they determine no modulus.
+    Raises RiseError if the channels do not determine a modulus.
     """
     tips = len(sensor.least_forces)
     least = np.concatenate([sensor.least_forces, np.zeros(channels.shape[1] - tips)])
@@ -78,23 +79,25 @@ def _modulus(sensor: MeasuringUnit, law: RiseLaw, channels: Floats) -> float:
 
 
 def _displacements(law: RiseLaw, E: float, forces: Floats, elastic: Floats) -> Floats:
-    """Return the displacement of each tip since its touch [mm], (samples, tips).
+    """Return the displacement of each tip since its touch [mm], shape (samples, tips).
 
-    The measured `forces` [N] bend the springs, and the forces of `elastic` flesh [N] indent flesh of E [MPa].
+    It is the deflection of the spring under the measured `forces` [N], plus the indentation of elastic flesh of modulus
+    E [MPa] under the forces `elastic` [N].
     """
     _, C, S = law.contrast.arrays
     return np.asarray(forces @ C.T + elastic @ S.T / E + law.contrast.hertz * np.cbrt(elastic / E) ** 2)
 
 
 def _elastic_forces(flesh: Relaxation, forces: Floats, steps: Floats) -> Floats:
-    """Return the forces (samples, tips) [N] that elastic flesh has at the same indentation.
+    """Return the forces (samples, tips) [N] that elastic flesh would have at the same indentation.
 
-    `forces` [N] are measured on flesh that relaxes, each after a time step in `steps` [s].
+    `forces` (samples, tips) [N] were measured on flesh that relaxes. `steps` [s] are the times since the sample before.
     """
     memory = Memory(flesh)
     elastic = np.empty_like(forces)
     for row, (measured, step) in enumerate(zip(forces, steps, strict=True)):
-        fresh, lost = memory.step(np.array([step]))  # measured = fresh elastic - lost
+        # The memory of the flesh states the measured force as fresh * elastic - lost.
+        fresh, lost = memory.step(np.array([step]))
         elastic[row] = (measured + lost) / fresh
         memory.keep(elastic[row])
     return elastic

@@ -1,4 +1,4 @@
-"""A second reading of a pair: the modulus from the ratio of its two forces at one moment."""
+"""A second way to read a pair of tips: the modulus from the ratio of the two forces at one moment."""
 
 import numpy as np
 
@@ -11,10 +11,11 @@ from sensor.theory.contrast_rise import BendSlopes
 
 
 def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
-    """Return the reading of a pair from the ratio of its forces in one sample, (2,) [N].
+    """Return the reading of a pair from the ratio of its `forces` (2,) [N] in one sample.
 
-    A tilt makes one tip lead, which changes the ratio. The uncertainty includes the tilt that the design allows. Flags
-    take the place of a modulus if the forces are implausible, a tip is out of contact, or no modulus fits.
+    If the sensor is tilted, one tip touches first, which changes the ratio. The uncertainty includes the tilt that the
+    design allows. The reading has flags but no modulus if a force is implausible, a tip is out of contact, or no
+    modulus yields this ratio.
     """
     flags = flags_of_forces(sensor, forces)
     if flags:
@@ -27,7 +28,8 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     noise_error = float(np.linalg.norm(np.multiply(slopes.forces, sensor.noises)))
     tilt_error = slopes.contrast * sensor.lead_deviation
     unit_errors = sensor.channels.moment_uncertainty(slopes, forces)
-    # The force of one moment is a chord from zero; it has the slope of a parabola at half the force.
+    # The force at one moment is measured from zero, along a chord of the calibration curve. The chord of a parabola has
+    # its slope at half the force, hence the factor 0.5.
     channels, springs = (
         BendSlopes(at_zero=tuple(relative.tolist()), per_N=tuple((0.5 * relative * forces).tolist()))
         for relative in (np.multiply(slopes.forces, forces), np.array(slopes.springs))
@@ -48,17 +50,17 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
 
 
 def ratio_modulus_and_noise(sensor: MeasuringUnit, forces: Floats) -> tuple[float, float]:
-    """Return the modulus [MPa] from the ratio of forces [N], and its relative standard deviation due to the channels.
+    """Return the modulus [MPa] from the ratio of `forces` [N], and its relative standard deviation due to the channels.
 
-    Raises ReadingError if no modulus has this ratio.
+    Raises ReadingError if no modulus yields this ratio.
     """
     slopes = _ratio_slopes(sensor, forces)
     return sensor.ratio_modulus(forces), float(np.linalg.norm(np.multiply(slopes.forces, sensor.channels.errors)))
 
 
 def _ratio_slopes(sensor: MeasuringUnit, forces: Floats) -> ReadingSlopes:
-    """Return the slopes of ln E against each cause of error, for the modulus from the ratio of forces [N].
+    """Return the derivatives of ln E by each cause of error, if the modulus is read from the ratio of `forces` [N].
 
-    Raises ReadingError if no modulus has this ratio.
+    Raises ReadingError if no modulus yields this ratio.
     """
     return contrast_slopes(sensor.rise_law.contrast, forces.tolist(), sensor.ratio_modulus(forces))

@@ -1,4 +1,4 @@
-"""Readings of signals; a press lasts from the touch of the last tip to the lift of the first one."""
+"""Read presses from a signal; a press lasts from the touch of the last tip until the first tip lifts off."""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -24,7 +24,7 @@ from sensor.quantity import validation_error
 from sensor.turns import in_turn
 
 TARE_SAMPLES = 10
-"""Number of samples at the start of a signal of counts that are its tare, while the sensor touches nothing."""
+"""Number of samples at the start of a signal in counts that are its tare; the sensor must not touch anything then."""
 
 
 @in_turn()
@@ -50,7 +50,7 @@ def read_press(
     Returns
     -------
     list of FruitReading
-        The readings in the order of their presses. If forces determine no modulus, their reading has flags and no E.
+        The readings in the order of their presses. If a press does not determine a modulus, its reading has only flags.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def read_press(
 
     Examples
     --------
-    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run
     >>> [reading] = twintip.read_press(report, "press.csv")
     >>> reading.E > 0.0  # [MPa]
     True
@@ -71,11 +71,12 @@ def read_press(
 def readings_of(
     sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False, counts_as: str | None = None
 ) -> Iterator[FruitReading]:
-    """Yield one reading for each press of a signal as it ends, or with `every_sample` a reading at each of its samples.
+    """Yield one reading for each press of a signal when it ends. With `every_sample`, yield one at each of its samples.
 
-    `counts_as` is the notation of counts without signs, as in `signed_counts`. A signal without a firm press yields the
-    reading of its last light touch, or one with the flag `lift_off`. Raises InputError for an invalid line, and for the
-    report of a line or a square that has no level readings of whole presses.
+    A touch counts as a press only if it has enough samples in firm contact. A signal without a press yields the reading
+    of its last light touch, or a reading with the flag `lift_off` if there was none. `counts_as` is the notation of
+    counts without signs, as in `signed_counts`. Raises InputError for an invalid line, and if the report of a line or a
+    square has no level readings of whole presses.
     """
     sensor.refuse_without_rise_level()
     tare, samples = tare_of(sensor, signal, counts_as) if signal.counted else (None, iter(signal))
@@ -99,9 +100,9 @@ def readings_of(
 def _convert_to_newtons(
     sensor: MeasuringUnit, signal: Signal, samples: Iterable[Sample], tare: Sequence[float] | None
 ) -> Iterator[Sample]:
-    """Yield samples with the forces of the tips [N], from forces of the channels, or from counts above a `tare`.
+    """Yield samples with the forces of the tips [N], from channel forces, or from counts if there is a `tare`.
 
-    Raises InputError for a force below zero or far beyond the scale.
+    Raises InputError for a force that is clearly below zero or far above full scale.
     """
     for sample in samples:
         channels = sample.forces if tare is None else sensor.unit.forces_of_counts(sample.forces, tare)
@@ -111,10 +112,10 @@ def _convert_to_newtons(
 
 
 def zero_error_after_lift(sensor: MeasuringUnit, press: PressSamples) -> tuple[float | None, float | None]:
-    """Return the zero error that creeping springs show `ZERO_AFTER_S` seconds after a press.
+    """Return the zero error due to creep of the springs, `ZERO_AFTER_S` seconds after the lift of a press.
 
-    The two numbers are the zero error [N] and its fraction of the smallest force of a touch [1], for the tip with the
-    largest fraction. Both are None if the springs do not creep or the duration of the press is unknown.
+    It is returned as a force [N] and as a fraction of the smallest contact force [1], for the tip with the largest
+    fraction. Both are None if the springs do not creep or the duration of the press is unknown.
     """
     creep, duration = sensor.creep, press.duration_s
     if creep.exponent == 0.0 or duration is None:
@@ -129,11 +130,12 @@ def zero_error_after_lift(sensor: MeasuringUnit, press: PressSamples) -> tuple[f
 def tare_of(
     sensor: MeasuringUnit, signal: Signal, counts_as: str | None = None
 ) -> tuple[list[float], Iterator[Sample]]:
-    """Return the tare of a signal, the mean counts of its first samples, and the samples after them as signed counts.
+    """Return the tare of a signal, and the samples after the tare with signed counts.
 
-    `counts_as` is the notation of counts in the file, as in `signed_counts`. Raises InputError if the unit has no
-    calibration of counts, and for counts at the end of the converter's range. It is also raised if the sensor was
-    touched during the first samples: if they are unsteady, or more than a full scale from the calibrated zero.
+    The tare is the mean of the counts in the first `TARE_SAMPLES` samples. `counts_as` is the notation of counts in the
+    file, as in `signed_counts`. Raises InputError if the counts of the unit are not calibrated, and for counts at the
+    end of the converter's range. It is also raised if the first samples are unsteady, or more than a full scale from
+    the calibrated zero, because then the sensor was touched.
     """
     unit = sensor.unit
     if not unit.newtons_per_count:
@@ -165,7 +167,10 @@ def tare_of(
 
 
 def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats, place: Callable[[int], str]) -> None:
-    """Raise InputError for forces [N] below zero or far beyond the scale; `place` returns the name of a tip's cell."""
+    """Raise InputError if a force [N] is clearly below zero or far above full scale.
+
+    `place` maps a tip to the name of its cell in the message.
+    """
     plausible = sensor.are_plausible(forces)
     if not plausible.all():
         tip = int(plausible.argmin())

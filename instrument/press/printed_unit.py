@@ -24,7 +24,7 @@ from sensor.theory.creep import CreepLaw
 _HINT = "take the numbers that pipeline calibrate wrote"
 _STIFFNESS = Bounds(above=0.0, at_most=1e9)
 _GAIN = Bounds(at_least=0.1, at_most=10.0)
-_SPRING_ERROR = Bounds(above=0.0, at_most=100.0)  # no spring is known exactly
+_SPRING_ERROR = Bounds(above=0.0, at_most=100.0)  # not 0, because no stiffness is known exactly
 _ERROR = Bounds(at_least=0.0, at_most=100.0)
 WEIGHED_AFTER = Bounds(above=0.0, at_most=365.25 * 86400.0)
 """Allowed time between hanging a weight and reading it [s]: at most a year."""
@@ -35,10 +35,10 @@ _TOGETHER = (
     ("force_bend", "force_bend_per_N"),
     ("deflection_bend", "deflection_bend_per_N"),
 )
-_LARGEST_COUNT = 2**31 - 1  # firmware holds counts in 32 bits
+_LARGEST_COUNT = 2**31 - 1  # firmware stores counts as 32-bit integers
 _FORMER_KEYS = ("height_mm", "height_error_mm")
-"""Keys of version 0.1: the heights of tips, which cancel in a press."""
-_PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # the text is written into comments of the firmware
+"""Keys that version 0.1 wrote. They are ignored, because the heights of the tips cancel in a press."""
+_PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # characters that are safe in a comment of the firmware
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,40 +60,40 @@ class PrintedUnit:
     gain : tuple of float
         Factor from the reading of each channel [N] to its force [N].
     gain_percent : tuple of float
-        Standard deviation of each gain [%]; for a unit calibrated by a plate, that of the deflection.
+        Standard deviation of each gain [%]; for calibration on a plate, the standard deviation of the deflection [%].
     newtons_per_count : tuple of tuple of float
-        Matrix (tips, channels) from counts above tare to the forces of the tips [N]; empty without counts.
+        Matrix (tips, channels) from counts above tare to the forces of the tips [N]; empty if counts are uncalibrated.
     zero_counts : tuple of float
-        Tare of each channel at the calibration.
+        Tare of each channel during the calibration.
     saturation_counts : int
-        Counts from which a channel is refused.
+        Number of counts at which a channel is saturated.
     calibrated_by : "weights" or "plate"
-        What the unit was calibrated by.
+        Whether the unit was calibrated with weights or on a hard plate.
     classes : str
         Ripeness classes, such as `ripe:0.8,unripe` with limits in MPa; empty for none.
     weighed_after_s : float
-        Time from hanging a weight to its reading [s], at which stiffnesses and gains were measured.
+        Time between hanging a weight and reading it [s]. The stiffnesses and gains hold for this time.
     creep_per_decade, creep_error : float or None
         Measured growth of the compliance per decade of time, and its standard deviation [1]. None means the creep of
         the process.
     force_bend, force_bend_per_N : tuple of float or None
-        Relative error of the slope of force over counts at zero force [1], and its change with the force [1/N]. None
+        Relative error of the slope of force against counts at zero force [1], and its change with the force [1/N]. None
         means straight lines.
     deflection_bend, deflection_bend_per_N : tuple of float or None
-        The same for the compliances 1 / K.
+        The same errors for the compliances 1 / K.
     ball : BallCorrection or None
         Correction by a reference ball.
     scale : FruitScale or None
-        Scale from the modulus to the firmness of another instrument.
+        Scale that converts the modulus to the firmness that another instrument measures.
 
     Raises
     ------
     InputError
-        If a number is not allowed, or a list does not have one number for each tip.
+        If a number is not allowed, or a list does not hold one number per tip.
 
     Examples
     --------
-    >>> report = twintip.read_report(Path("outputs/mine"))  # of pipeline run --out outputs/mine
+    >>> report = twintip.read_report(Path("outputs/mine"))  # written by pipeline run
     >>> unit = twintip.calibrate(report, "weights.csv").unit
     >>> unit.tips
     ('low', 'high')
@@ -123,9 +123,9 @@ class PrintedUnit:
     scale: FruitScale | None = None
 
     def __post_init__(self) -> None:
-        """Check each field, and that every list has one number for each tip.
+        """Raise InputError for an invalid field, or for a list that does not hold one number per tip.
 
-        Keys in `_TOGETHER` must be given together or not at all.
+        The two keys of each pair in `_TOGETHER` must be given together or not at all.
         """
         check_fields(self, "unit")
         if not _PLAIN.fullmatch(self.method):
@@ -145,9 +145,9 @@ class PrintedUnit:
             self._check_counts()
 
     def _check_counts(self) -> None:
-        """Raise InputError unless the calibration of counts is a square matrix with one zero for each channel.
+        """Raise InputError unless the calibration of counts is a square matrix with one zero per channel.
 
-        Its numbers must be finite, and the saturation must be within the integers of the firmware.
+        Its numbers must be finite, and `saturation_counts` must fit into a 32-bit integer of the firmware.
         """
         count = len(self.tips)
         rows = [*self.newtons_per_count, self.zero_counts]
@@ -162,7 +162,7 @@ class PrintedUnit:
             raise validation_error("unit.newtons_per_count", str(self.newtons_per_count), "", bound, _HINT)
 
     def forces_of_counts(self, counts: Sequence[float], tare: Sequence[float]) -> tuple[float, ...]:
-        """Return the force of each tip [N] from the counts of all channels and their tare, (channels,)."""
+        """Return the force of each tip [N] from the counts (channels,) and the tare (channels,)."""
         above_tare = [count - zero for count, zero in zip(counts, tare, strict=True)]
         return tuple(
             math.fsum(slope * count for slope, count in zip(row, above_tare, strict=True))
@@ -201,14 +201,14 @@ _KEYS_OF_A_UNIT = {
 }
 """The keys that determine the springs, the tips and the read-out of a unit.
 
-The list is fixed, because units hold a digest of these keys.
+The list must not change, because calibrated units store a digest of these keys and their values.
 """
 
 
 def design_digest(design: Design) -> str:
     """Return the sha256 of the part of a design that determines a unit: its springs, tips and read-out.
 
-    Keys that are not set are left out, so a key that is added later does not change the digest.
+    Keys that are not set are left out, so that a key of a later version does not change the digest.
     """
     tables = design_as_mapping(design)
     values = {table: {key: tables.get(table, {}).get(key) for key in keys} for table, keys in _KEYS_OF_A_UNIT.items()}
@@ -225,30 +225,30 @@ _OF_0_2 = (
     ("reading", "stiffness_percent", 1.0, _BEFORE_STIFFNESS),
     ("reading", "gain_percent", 0.5, (*_BEFORE_STIFFNESS, "stiffness_percent")),
 )
-"""Keys that version 0.2 wrote: table, key, value, and the keys after which it wrote this one.
+"""Keys that version 0.2 wrote: the table, the key, its value, and the keys that it wrote before this one.
 
-A key that is still written keeps its own value.
+The value is used only if the key is no longer written.
 """
 
 _SINCE_0_2 = (
     *("fruit.name", "fruit.roughness_mm", "fruit.roughness_wave_mm", "fruit.flesh_scatter_percent"),
     *("reading.presses", "reading.ball_percent"),
 )
-"""Keys that were added later, which 0.2 wrote into no design."""
-
+"""Keys that were added after version 0.2."""
 
 _OF_CALIBRATION: dict[str, tuple[object, ...]] = {
     "calibrated_by": ("plate",),
     "stiffness_percent": (1.0,),
     "gain_percent": (0.5, 0.1),
 }
-"""Values of `reading` for the calibration in designs of 0.2, by default or in a preset. They do not set the print."""
+"""Values of `reading` that defaults or presets of version 0.2 set for the calibration. They do not affect the print."""
 
 
 def digests_of_0_2(design: Design) -> set[str]:
     """Return every sha256 that version 0.2 may have written into a unit of this design.
 
-    Version 0.2 digested the whole design, with keys of the calibration. So all values of these keys are tried.
+    Its digest covered the whole design, including the keys of the calibration, which may have changed since. So all
+    combinations of their values are tried.
     """
     reading = design.reading
     if reading is None:
@@ -259,7 +259,7 @@ def digests_of_0_2(design: Design) -> set[str]:
 
 
 def _digest_of_0_2(design: Design) -> str:
-    """Return the sha256 of the whole text of a design, in the form and order of keys that version 0.2 wrote."""
+    """Return the sha256 of the text of a whole design, with the keys that version 0.2 wrote and in their order."""
     tables = design_as_mapping(design, derived=True)
     for name in _SINCE_0_2:
         table, key = name.split(".")
@@ -273,18 +273,18 @@ def _digest_of_0_2(design: Design) -> str:
 
 
 def check_weighed_after(name: str, after_s: float | None) -> None:
-    """Raise InputError for an implausible time between hanging and reading a weight [s]; None is allowed.
+    """Raise InputError if the time between hanging and reading a weight [s] is implausible; None is allowed.
 
-    `name` is the name of the time in the message.
+    `name` is how the message refers to this time.
     """
     if after_s is not None and not WEIGHED_AFTER.hold(after_s):
         raise validation_error(name, after_s, "s", str(WEIGHED_AFTER), "weights are read after some 30 s")
 
 
 def nominal_unit(report: Report) -> PrintedUnit:
-    """Return a unit that equals its design and is not calibrated, so its springs have the uncertainty of the process.
+    """Return an uncalibrated unit with the springs of its design, which are as uncertain as the process prints them.
 
-    No weight was read. The scatter of the process modulus includes its creep, so the unit has no creep of its own.
+    The scatter of the process modulus includes creep, so the creep of the unit is 0 with no error.
     """
     unit = unit_of(
         report,
@@ -296,7 +296,7 @@ def nominal_unit(report: Report) -> PrintedUnit:
 
 
 def printed_stiffness_percent(report: Report) -> list[float]:
-    """Return the standard deviation of the stiffness of each tip's spring as printed [%].
+    """Return the relative standard deviation of each printed spring's stiffness [%], in the order of the tips.
 
     The stiffness of a leaf is proportional to its modulus and to the third power of its thickness. The process states
     the scatter of the modulus, and the accuracy of the thickness as two standard deviations.
@@ -313,8 +313,8 @@ def printed_stiffness_percent(report: Report) -> list[float]:
 def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str) -> PrintedUnit:
     """Return a unit of a report's design with the given springs and uncalibrated channels.
 
-    `stiffnesses` [N/mm] and their standard deviations `percent` [%] have one value for each tip. `method` says how they
-    were found. The gains are 1, with the error that the design states or the error of an amplifier, and the drift.
+    `stiffnesses` [N/mm] and their standard deviations `percent` [%] hold one value per tip. `method` describes how they
+    were measured. The gains are 1. Their error combines the drift with the error of uncalibrated gains.
     """
     count = len(report.tips)
     gain_percent = (report.design.reading or ReadingRequirements()).uncalibrated_gain_percent
@@ -332,12 +332,12 @@ def unit_of(report: Report, *, stiffnesses: Sequence[float], percent: Sequence[f
 
 
 def read_unit(path: Path, report: Report) -> PrintedUnit:
-    """Return the unit of a unit.toml; raises InputError for an invalid file and for a unit of another design."""
+    """Read a unit from a unit.toml; raises InputError for an invalid file and for a unit of another design."""
     tables = {key: value for key, value in read_toml(path, "--unit").items() if key not in _FORMER_KEYS}
     try:
         unit = from_plain(PrintedUnit, tables, "unit")
     except ValueError as error:
-        # An error of a field is nested in a group of errors; it already names the field and the bound.
+        # The error of a field is nested in a group of errors, and already names the field and its bound.
         for cause in _nested_errors(error.__cause__):
             if isinstance(cause, InputError):
                 raise cause from error
@@ -345,7 +345,7 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
         raise validation_error("--unit", str(path), "", bound, "calibrate the unit") from error
     refuse_other_design(unit, report)
     if unit.scale is not None and "weighed_after_s" not in tables and report.creep.exponent:
-        # Its curve was fitted by a version without a time of weighing, to readings that were smaller.
+        # An older version fitted this scale to readings without the correction for creep, which are lower.
         bound = "in a unit with weighed_after_s, because its springs creep"
         raise validation_error("unit.scale", unit.scale.unit, "", bound, "calibrate it again, with --fruit")
     return unit
@@ -359,7 +359,7 @@ def _nested_errors(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
-    """Raise InputError if a unit is not of a report's design, or has a ball correction that does not suit it."""
+    """Raise InputError if a unit is not of a report's design, or if its ball correction does not fit the report."""
     digest = design_digest(report.design)
     of_design = unit.design_sha256 == digest or unit.design_sha256 in digests_of_0_2(report.design)
     if not of_design or unit.tips != tuple(tip.name for tip in report.tips):
@@ -374,7 +374,7 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
 
 
 def _refuse_ball_of_other_numbers(ball: BallCorrection, report: Report) -> None:
-    """Raise InputError unless a ball correction has one slope for each tip and as many form errors as the report."""
+    """Raise InputError unless a ball correction has one slope per tip and as many form errors as the report."""
     tips = len(report.tips)
     errors = max((len(row.form_percent) for row in report.moduli), default=0)
     for key, count, meaning in (
@@ -389,7 +389,7 @@ def _refuse_ball_of_other_numbers(ball: BallCorrection, report: Report) -> None:
 
 
 def unit_as_toml(unit: PrintedUnit) -> str:
-    """Return a unit as the text of a unit.toml; `read_unit` reads the same unit from it."""
+    """Return a unit as the text of a unit.toml, from which `read_unit` restores it."""
     omitted = () if unit.zero_counts else ("newtons_per_count", "zero_counts", "saturation_counts")
     given = {key: value for key, value in to_plain(unit).items() if value is not None and key not in omitted}
     return f"# A printed unit, written by pipeline calibrate; pipeline read --unit takes it.\n{tables_as_toml(given)}"

@@ -1,4 +1,4 @@
-"""The correction of a unit from presses on a ball of known modulus: one factor for all its readings."""
+"""The correction of a unit by presses on a ball of known modulus: one factor for all its readings."""
 
 from dataclasses import dataclass
 
@@ -17,11 +17,11 @@ _SLOPE = Bounds(at_least=-1e3, at_most=1e3)
 class BallCorrection:
     """The factor by which readings of a unit are multiplied, and its standard deviation, which all readings share.
 
-    `E_MPa` is the modulus of a fruit on which the unit has the same forces as on the ball of radius `radius_mm`. The
+    `E_MPa` is the modulus of a fruit on which the forces would be the same as on the ball of radius `radius_mm`. The
     presses lasted `press_s`, from the first touch to the deepest point. The slopes (tips,) are the relative changes of
-    E on the ball per relative change of a spring or a gain. `form_percent` is the change of E on the ball due to one
-    standard deviation of each form error of the domes, as in `reading.moduli` of a report. The factor corrects these
-    errors in all readings.
+    E on the ball per relative change of a spring stiffness or a gain. `form_percent` is the change of E on the ball due
+    to one standard deviation of each form error of the domes, as in `reading.moduli` of a report. The factor corrects
+    these errors in all readings.
     """
 
     factor: float = quantity("1", FACTOR, hint=_HINT)
@@ -34,5 +34,4 @@ class BallCorrection:
     form_percent: tuple[float, ...] = quantity("%", _SLOPE, hint=_HINT)
 
     def __post_init__(self) -> None:
-        """Check each field."""
         check_fields(self, "unit.ball")

@@ -1,7 +1,7 @@
-"""The forces with which elastic flesh would respond to the same indentation as flesh that relaxes.
+"""The forces that elastic flesh would exert at the same indentation as flesh that relaxes.
 
-Together with the forces on the springs they give the modulus at the first instant, for any speed of the press
-(`RiseLaw.over_time`).
+From these forces and the forces on the springs, `RiseLaw.over_time` reads the instantaneous modulus at any speed of the
+press.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from sensor.theory.relaxation import Relaxation
 
 
 class RelaxingFlesh:
-    """The flesh under the tips of a sensor, updated sample by sample with the relaxation of the design."""
+    """The flesh under the tips of a sensor, which relaxes as the design states and is updated sample by sample."""
 
     def __init__(self, relaxation: Relaxation, least_forces: Floats) -> None:
         """Begin with the tips out of contact; forces up to `least_forces` (tips,) [N] are taken as zero."""
@@ -22,9 +22,10 @@ class RelaxingFlesh:
         self._last_t: float | None = None
 
     def channels(self, forces: Floats, t: float) -> Floats:
-        """Return the forces of a sample (tips,), followed by the forces of elastic flesh [N]: (2 tips,) numbers.
+        """Return the `forces` (tips,) [N] of a sample, followed by the forces (tips,) [N] of elastic flesh.
 
-        The time `t` [s] must rise from sample to sample. A lift of all tips is taken as a full recovery of the flesh.
+        The time `t` [s] must increase from sample to sample. When all tips lift off, the flesh is assumed to recover
+        fully.
         """
         contact_forces = np.where(forces > self._least, forces, 0.0)
         elastic = contact_forces
@@ -32,7 +33,8 @@ class RelaxingFlesh:
             self._memory, self._last_t = Memory(self._relaxation), None
             return np.concatenate([forces, contact_forces])
         if self._last_t is not None:
-            fresh, lost = self._memory.step(np.array([t - self._last_t]))  # force = fresh elastic - lost
+            # The memory of the flesh states the measured force as fresh * elastic - lost.
+            fresh, lost = self._memory.step(np.array([t - self._last_t]))
             elastic = ((contact_forces + lost) / fresh)[0]
         self._memory.keep(elastic)
         self._last_t = t

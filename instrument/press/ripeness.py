@@ -10,21 +10,21 @@ _HINT = "write for instance ripe:0.8,turning:1.6,unripe"
 
 @dataclass(frozen=True)
 class RipenessClasses:
-    """Class names from the softest fruit to the firmest, each with its largest modulus [MPa], infinite for the last."""
+    """Class names from the softest fruit to the firmest, with their largest moduli [MPa]; the last is infinite."""
 
     names: tuple[str, ...]
     limits: tuple[float, ...]
 
     def class_of(self, E: float) -> str:
-        """Return the class of a fruit of modulus E [MPa]."""
+        """Return the name of the class of a fruit with modulus E [MPa]."""
         return next(name for name, limit in zip(self.names, self.limits, strict=True) if limit >= E)
 
 
 def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
-    """Return the classes of a text like `ripe:0.8,turning:1.6,unripe`, with limits in MPa.
+    """Parse classes such as `ripe:0.8,turning:1.6,unripe`, where the numbers are limits in MPa.
 
-    `flag` is the name of the text in messages. Raises InputError for a class without a name, for limits that do not
-    rise, and for a limit of the last class.
+    `flag` is how messages refer to the text. Raises InputError if a class has no name, if the limits do not increase,
+    or if the last class has a limit.
     """
     names = []
     limits = [0.0]

@@ -1,10 +1,9 @@
 """The part of a press in which flat tips are fully seated.
 
-A flat tip that leans touches with an edge first. It is seated, in full contact, once its depth exceeds its side times
-its lean. From then on the law of a flat tip holds. (K. L. Johnson, Contact Mechanics, 1985, 5.2: a tilted punch stays
-in full contact while M / F < side/6.) The lean is known only from the reading of the press. So the press is read again
-from the load that seats the tips. The loads rise by a constant factor, and the firmware sums presses from the same
-loads.
+A tilted flat tip touches with an edge first. It is seated, which means in full contact, once its depth exceeds its side
+times its tilt. From then on the law of a flat tip holds. (K. L. Johnson, Contact Mechanics, 1985, 5.2: a tilted punch
+stays in full contact while M / F < side/6.) The tilt is known only from the reading of the press. So the press is read
+again from the load at which the tips are seated. This load is one of a geometric series, which the firmware uses too.
 """
 
 from contextlib import suppress
@@ -20,16 +19,17 @@ from sensor.theory.contrast_rise import Rise, RiseError, RiseLaw, RiseReading, r
 
 FACTOR = 1.25  # ratio of successive loads
 MOST_LOADS = 16
-ROUNDS = 3  # iterations between reading modulus and lean, and choosing the seated part
+ROUNDS = 3  # number of iterations between reading the modulus and choosing the load at which tips are seated
 
 
 @dataclass(frozen=True, kw_only=True)
 class Seating:
-    """Loads from which a press may be read, as E times depth [N/mm].
+    """The loads from which a press may be read, as E times depth [N/mm].
 
-    `least_forces` has the tip forces (tips,) [N] at each load, from which samples count. Tips are seated at a load of E
-    (per_offset |offset| + by_skin), with the offset of a press [mm]. `per_offset` is the side of a tip divided by the
-    spacing [1]. `by_skin` is the side times the slope of the skin [mm]. Tips without a flat face have one load of 0.
+    `least_forces` holds the tip forces (tips,) [N] at each load; only samples above them are used. Tips are seated at
+    the load E (per_offset |offset| + by_skin), where the offset of a press is in mm. `per_offset` is the side of a tip
+    divided by the spacing [1], and `by_skin` is the side times the slope of the skin [mm]. Tips without a flat face
+    have only the load 0.
     """
 
     loads: tuple[float, ...]
@@ -38,9 +38,9 @@ class Seating:
     by_skin: float = 0.0
 
     def load(self, E: float, offset: float) -> int:
-        """Return the index of the load that seats tips on flesh of E [MPa] at an offset [mm].
+        """Return the index of the load at which tips are seated on flesh of modulus E [MPa], at an offset [mm].
 
-        This is the last index if no load seats them.
+        This is the last index if the tips are not seated at any load.
         """
         seating_load = E * (self.per_offset * abs(offset) + self.by_skin)
         return sum(load < seating_load for load in self.loads[:-1])
@@ -52,16 +52,16 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
     least = sensor.least_forces
     if not sensor.reads_moments:
         return Seating(loads=(0.0,), least_forces=(least,))
-    force_per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)  # [mm]
+    force_per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)  # F / (E depth) of each tip [mm]
     first = float((least / force_per_load).min())
     last = float((np.array(sensor.report.read_out.full_scale_N) / force_per_load).min())
-    falling = [last / FACTOR**step for step in range(1, MOST_LOADS)]
-    loads = [first, *(load for load in reversed(falling) if load > first)]
+    decreasing = [last / FACTOR**step for step in range(1, MOST_LOADS)]
+    loads = [first, *(load for load in reversed(decreasing) if load > first)]
     return Seating(
         loads=tuple(loads),
         least_forces=(least, *(np.maximum(least, load * force_per_load) for load in loads[1:])),
         per_offset=tips.side_mm / tips.spacing_mm,
-        # The skin under a tip of a level pair has the slope of half the spacing over the radius.
+        # Under a tip of a level pair, the slope of the skin is half the spacing divided by the radius.
         by_skin=tips.side_mm * 0.5 * tips.spacing_mm / sensor.report.design.fruit.radii_mm[0],
     )
 
@@ -75,13 +75,13 @@ class Seated(NamedTuple):
 
 
 def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int) -> Seated:
-    """Return the reading of a press from the load that seats its tips on.
+    """Return the reading of a press from the load at which its tips are seated.
 
-    The press has the channels of `law`. `lag` is the distance in samples at which noise is independent. If no load
-    seats the tips, or too few samples remain, the last load with a reading is used. Raises RiseError if the whole press
-    determines no modulus.
+    The channels of the press are those of `law`. `lag` is the distance in samples at which noise is independent. If
+    the samples above that load do not determine a modulus, the next lower load is used. Raises RiseError if the whole
+    press does not determine a modulus.
     """
-    # The load that seats the tips depends on the modulus and the lean read from it, so both are found in turn.
+    # The load depends on the modulus and on the tilt that are read from it, so load and reading are iterated.
     seating = seating_of(sensor)
     load, (rise, found) = 0, _reading_from(sensor, law, press, lag, seating.least_forces[0])
     deepest = rise.forces[-1]
@@ -100,10 +100,10 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
 def _reading_from(
     sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int, least: Floats, *, whole: bool = True
 ) -> tuple[Rise, RiseReading]:
-    """Return the part of a press with all tip forces above `least` (tips,) [N], and its reading.
+    """Return the part of a press in which all tip forces exceed `least` (tips,) [N], and its reading.
 
-    Raises RiseError if that part determines no modulus. With `whole`, it is also raised for a press that rises too
-    little after the touch of its last tip.
+    Raises RiseError if that part does not determine a modulus. With `whole`, it is also raised if the force rises too
+    little after the last tip has touched.
     """
     flesh_limits = np.zeros(press.channels.shape[1] - press.tips)  # the forces of elastic flesh have no limit
     rise = rise_of(press.channels, press.tips, np.concatenate([least, flesh_limits]), t=press.t, lag=lag)

@@ -1,4 +1,4 @@
-"""Signals of a sensor, read line by line from a CSV file or a stream: time, and a force for each tip."""
+"""Read the signal of a sensor, a time and one force per tip, line by line from a file or a stream."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -15,14 +15,14 @@ from pipeline.tables.units import FORCE, TIME, Quantity
 from sensor.quantity import parse_number, validation_error
 
 COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**32)
-_CHANNEL_LABEL = r"(f|counts|t) ([lh]|[0-9]+)"  # columns of channels in headers of any sensor
+_CHANNEL_LABEL = r"(f|counts|t) ([lh]|[0-9]+)"  # label of a channel's column, for any sensor
 
 
 class Sample(NamedTuple):
     """One line of a signal: its line number, its time [s], and the forces in the order of the tips [N].
 
-    `times` [s] has one time for each channel, or is empty if all share the time `t`. `fruit` is the name of the fruit
-    in the file.
+    `times` [s] holds one time per channel; it is empty if all channels share the time `t`. `fruit` is the name of the
+    fruit in the file.
     """
 
     line: int
@@ -33,29 +33,27 @@ class Sample(NamedTuple):
 
 
 def force_keys(tips: int) -> tuple[str, ...]:
-    """Return the column names of the forces of `tips` tips, without unit: F_l and F_h for a pair, else numbered."""
+    """Return the column names of the forces without unit: F_l and F_h for a pair, otherwise F_1 to F_n for n tips."""
     names = "lh" if tips == 2 else range(1, tips + 1)  # noqa: PLR2004 - a pair
     return tuple(f"F_{name}" for name in names)
 
 
 def count_keys(tips: int) -> tuple[str, ...]:
-    """Return the column names of the counts of `tips` tips, named like the forces."""
+    """Return the column names of the counts, named like the forces."""
     return tuple(key.replace("F_", "counts_") for key in force_keys(tips))
 
 
 def time_keys(tips: int) -> tuple[str, ...]:
-    """Return the column names of the channels' times for `tips` tips, named like the forces."""
+    """Return the column names of the channels' times, named like the forces."""
     return tuple(key.replace("F_", "t_") for key in force_keys(tips))
 
 
 class Signal:
-    """A signal that is read as its lines arrive; iterating over it yields its samples.
+    """A signal that is read line by line as it arrives; iterate over it for its samples.
 
     `notes` lists units that were assumed, and `understood` describes the columns. `timed` is True if the table has one
-    time for each channel, and `names_fruit` if a column has the name of the fruit. If `counted` is True, the table has
-    counts, and samples contain them in place of forces.
-
-    Raises InputError for the first line that contradicts the header. The message names the line and the column.
+    time per channel, and `names_fruit` is True if a column holds the name of the fruit. If `counted` is True, the table
+    has counts, and the samples hold counts instead of forces.
     """
 
     def __init__(
@@ -63,8 +61,8 @@ class Signal:
     ) -> None:
         """Read the header of `rows`, for a sensor with `tips` tips.
 
-        `flags` states columns and units that the header lacks. `say` is called with a note on each line that is left
-        out, and on each restart of a clock.
+        `flags` states columns and units that the header lacks. `say` is called with a note for each line that is left
+        out, and each time a clock restarts. Raises InputError if a column is missing, or belongs to another sensor.
         """
         self.source = rows.source
         forces, counts, times = force_keys(tips), count_keys(tips), time_keys(tips)
@@ -89,7 +87,7 @@ class Signal:
         self.notes = tuple(f"{self.source}: {column.note}" for column in table.columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
-        """Yield the samples; blank lines are skipped. Raises InputError for an invalid line, and without a sample."""
+        """Yield the samples; raises InputError for an invalid line, and if there is no sample."""
         table = self._table
         count = 0
         for row in table.rows:
@@ -106,21 +104,21 @@ class Signal:
             raise validation_error(table.source, 0, "samples", bound, "record a press")
 
     def _report_left_out(self) -> None:
-        """Report the lines without numbers since the last call, and not at the end, because a stream may never end."""
+        """Report the lines that were left out since the last call; a stream may never end, so this does not wait."""
         for row in (*self._table.left_out, *self._table.skipped):
             self._say(f"left out {shown(row)}")
         self._table.left_out.clear()
         self._table.skipped.clear()
 
     def place(self, sample: Sample, tip: int) -> str:
-        """Return the name of the cell with the force of tip number `tip`, for messages."""
+        """Return the name of the cell that holds the force of tip number `tip`, for messages."""
         return self._table.place(sample.line, self._force_columns[tip])
 
 
 def _check_columns(table: FoundTable, required: Sequence[str], optional: Sequence[str], example: str) -> None:
     """Raise InputError unless a table has all `required` columns and no channel that this sensor lacks.
 
-    `example` is a header that is allowed, for the message.
+    The message shows `example`, a valid header.
     """
     labels = {column.name: column.label for column in table.columns}
     if not labels.keys() >= set(required):
@@ -128,7 +126,7 @@ def _check_columns(table: FoundTable, required: Sequence[str], optional: Sequenc
         place = place_of(table.source, table.header.line)
         raise validation_error(place, table.header.text, "", bound, f"write for instance {example}")
     unknown = [label for name, label in labels.items() if name not in required and name not in optional]
-    # A column that was not recognised may still be the channel of a sensor with other tips.
+    # A column that was not recognised may still be a channel of another sensor, with more tips.
     for label in table.header.cells:
         if label and label not in labels.values():
             words = [label, *(words for words, _ in label_parts(label))]
@@ -140,9 +138,9 @@ def _check_columns(table: FoundTable, required: Sequence[str], optional: Sequenc
 
 
 def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:
-    """Return the numbers of a flag such as `--forces F1,F2,...`, one for each tip.
+    """Return the numbers of a flag such as `--forces F1,F2,...`, one per tip.
 
-    Raises InputError for another number of numbers, and for a text that is no number.
+    Raises InputError if a part of the text is not a number, or if the number of parts is not the number of tips.
     """
     numbers = [number for number in map(parse_number, text.split(",")) if number is not None]
     if not len(numbers) == tips == text.count(",") + 1:

@@ -1,21 +1,22 @@
-"""Constants of the test for outliers: samples that contradict their press, which are left out as they arrive.
+"""Constants of the test for outliers: samples that contradict their press, and are left out.
 
 **The residual.** The contrast is y = w.(C F) + h z^2 w.F^(2/3) + z^3 w.(S F), at the modulus E = 1 / z^3 of the fruit.
-It is the same in every sample of one press, for any pose and speed (`contrast_rise.py`). At another modulus,
-consecutive samples lie on a line of y against the total force u. An outlier in one channel moves both in a direction
-that belongs to no modulus. Three conditions limit the slope of the line.
+It is the same in every sample of one press, for any pose and speed (`contrast_rise.py`). If it is computed with another
+modulus, consecutive samples lie on a line of y against the total force u. An outlier in one channel moves y and u in a
+direction that no modulus explains. Three conditions limit the slope of the line.
 
-- The other samples of a window of consecutive samples have a slope, known to within their noise.
-- The mean of the press before the window is a point of the line, within a tenth of the slopes that the moduli allow.
-- The fruit is in the range of the design, or up to a half beyond. A window that clearly has another slope is believed.
+- The slope of the other samples in a window of consecutive samples is known to within their noise.
+- The mean of the press before the window lies on the line, to within a tenth of the range of possible slopes.
+- The modulus is within the range of the design, extended by half at both ends. If the other samples clearly contradict
+  this range, their slope is used.
 
-**The test.** Each sample of the window is left out in turn. The one whose absence gives the smallest sum of squares is
-the suspect. It is an outlier if it is five standard deviations away from every line that the other samples allow. The
-deviations come from the force errors without a touch, or from the residuals of the press if these are larger. Normal
-noise drops a sample once in 1.7 million.
+**The test.** Each sample of the window is left out in turn. The sample without which the sum of squared residuals is
+smallest is the suspect. It is an outlier if it is five standard deviations away from every line that the other samples
+allow. The standard deviation comes from the force errors out of contact, or from the residuals of the press if these
+are larger. With normally distributed noise, one sample in 1.7 million is dropped by mistake.
 
 If channels were interpolated to one time, a bad conversion affects two samples, so two consecutive samples are tested
-together. A decision is pending until two more samples have arrived, and the memory does not grow.
+together. A sample is decided on when two more samples have arrived, and the memory does not grow.
 """
 
 import math
@@ -26,20 +27,20 @@ from instrument.press.measuring import MeasuringUnit
 from sensor.arrays import Floats
 from sensor.design.reading import LEAST_OVER_NOISE
 
-FIRM = 2.0  # multiple of the smallest force of each tip above which noise does not end a touch
-_LARGEST_RESIDUAL = 5.0  # standard deviations
-_OTHERS = 4  # samples of a window that define the line
-_BESIDE = 2  # samples of a window on either side of the one that is decided on
-_SLACK = 0.1  # largest difference between the chord of a press and its final slope, as a fraction of the allowed slopes
-_BEYOND = 1.5  # margin beyond both ends of the range of moduli [1]
+FIRM = 2.0  # multiple of the smallest force of a tip in contact; at larger forces, noise does not end a touch
+_LARGEST_RESIDUAL = 5.0  # [standard deviations]
+_OTHERS = 4  # number of samples in a window to which the line is fitted
+_BESIDE = 2  # number of samples on either side of the sample that is decided on
+_SLACK = 0.1  # largest difference between the slopes of a chord and of the press, as a fraction of the slopes' range
+_BEYOND = 1.5  # factor by which the range of moduli is extended at both ends [1]
 _FORCES = (0.02, 0.1, 0.4, 1.0)  # forces at which slopes are computed, as fractions of full scale
 
 
 def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the constants of `press_core.Unit` by which it drops samples that contradict their press.
+    """Return the constants of `press_core.Unit` with which outliers are found.
 
-    The contrast is taken at the geometric mean of the range of moduli. The limits of its slope against the total force
-    come from level presses on the softest and the firmest fruit.
+    The contrast is computed at the geometric mean of the range of moduli. The limits of its slope against the total
+    force come from level presses on the softest and the firmest fruit.
     """
     weights, C, S = sensor.rise_law.contrast.arrays
     softest, firmest = sensor.range_MPa
@@ -67,11 +68,11 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _level_slopes(sensor: MeasuringUnit, E: float, linear: Floats, domes: Floats) -> list[float]:
-    """Return slopes of the contrast against the total force [mm/N] in a level press on fruit of E [MPa].
+    """Return slopes of the contrast against the total force [mm/N], for a level press on fruit of modulus E [MPa].
 
-    `linear` [mm/N] and `domes` [mm/N^(2/3)] are the weights of the contrast for F and F^(2/3), (tips,). The forces rise
-    with the travel x by dF/dx, which solves [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF/dx = 1. For flesh that relaxes,
-    any slope between the slopes of the single tips is allowed.
+    `linear` (tips,) [mm/N] and `domes` (tips,) [mm/N^(2/3)] are the weights of F and F^(2/3) in the contrast. The
+    derivative dF/dx of the forces by the travel x solves [C + S / E + 2/3 h E^(-2/3) F^(-1/3)] dF/dx = 1. For flesh
+    that relaxes, any slope between the slopes of the individual tips is possible.
     """
     law = sensor.rise_law.contrast
     _, C, S = law.arrays

@@ -1,7 +1,7 @@
-"""Splitting of a signal into presses, each from the touch of the last tip to the lift-off of the first one.
+"""Split a signal into presses, each from the moment the last tip touches to the moment the first tip lifts off.
 
-A tip may be out of contact in one sample between two samples with twice the smallest force of a touch. Such a sample is
-a bad conversion, not a lift. Once all tips had twice the smallest force, a press is firm, and noise does not end it.
+A sample is firm if the force of every tip is at least twice the smallest force of a touch. A sample with a tip out of
+contact between two firm samples is a bad conversion, not a lift. A press with firm samples does not end by noise.
 """
 
 import math
@@ -24,17 +24,17 @@ from sensor.quantity import validation_error
 from sensor.theory.relaxation import Relaxation
 
 MOST_NAMED = 10  # maximum number of dropped samples whose lines a reading lists
-MOST_SAMPLES = 1_000_000  # maximum number of samples of a press: 3.5 hours at 80 Hz, so no tip was lifted
+MOST_SAMPLES = 1_000_000  # maximum number of samples of a press: after 3.5 hours at 80 Hz a lift must have been missed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressSamples:
-    """The samples of one press, without those that contradict the others.
+    """The samples of one press, without outliers.
 
     The first `tips` columns of `channels` (samples, channels) [N] are the forces of the tips. If the flesh relaxes, the
-    forces of elastic flesh at the same indentation follow. `t` (samples,) [s] are the sampling times and `touched_s`
-    [s] is the time of the first touch; all are nan if the log has no times. `lines_left_out` are the first lines of
-    samples that contradict the press. `fruit` is the name of the fruit in the file.
+    next columns are the forces that elastic flesh would have at the same indentation. `t` (samples,) [s] are the
+    sampling times, and `touched_s` [s] is the time of the first touch. All times are NaN if the log has no times.
+    `lines_left_out` holds the line numbers of the first outliers. `fruit` is the name of the fruit in the file.
     """
 
     channels: Floats
@@ -46,7 +46,7 @@ class PressSamples:
 
     @classmethod
     def of_forces(cls, forces: Floats) -> "PressSamples":
-        """Return a press of `forces` (samples, tips) [N] without times, on flesh that does not relax."""
+        """Return a press with these `forces` (samples, tips) [N] but no times, on flesh that does not relax."""
         count, tips = forces.shape
         return cls(channels=forces, tips=tips, t=np.full(count, np.nan), touched_s=np.nan)
 
@@ -67,32 +67,34 @@ class PressSamples:
         return duration if duration > 0.0 else None
 
     def is_firm(self, least_forces: Floats, several: int) -> bool:
-        """Return whether the press has more consecutive firm samples than one bad conversion can make.
+        """Return whether the press has more than `several` consecutive firm samples.
 
-        In a firm sample all tips have `FIRM` times their `least_forces` (tips,) [N]. A bad conversion affects `several`
-        samples.
+        A sample is firm if the force of each tip exceeds `FIRM` times its `least_forces` (tips,) [N]. One bad
+        conversion can affect `several` consecutive samples, so that it cannot make a press firm.
         """
         firm = (self.forces > FIRM * least_forces).all(axis=1)
+        # The convolution is the number of firm samples in each run of several + 1 samples.
         return bool(np.convolve(firm, np.ones(several + 1)).max() > several)
 
 
 def cut_presses(
     sensor: MeasuringUnit, samples: Iterable[Sample], source: str, several: int, *, growing: bool = False
 ) -> Iterator[PressSamples]:
-    """Yield each press of a signal as it ends, or with `growing` the press up to each of its samples.
+    """Yield each press of a signal when it ends. With `growing`, yield the press up to each of its samples instead.
 
-    The samples contain the forces of the tips [N]. `source` is the name of the signal in messages, and `several` the
-    number of consecutive samples that a bad conversion affects. Raises InputError for a press that never ends, and if
-    the fruit changes within a press.
+    The samples hold the forces of the tips [N]. `source` is the name of the signal in messages, and `several` is the
+    number of consecutive samples that one bad conversion affects. Raises InputError for a press of more than
+    `MOST_SAMPLES` samples, and if the fruit changes within a press.
     """
     contact = _Contact(sensor)
     unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "several": several})
     touch: _Touch | None = None
     for sample in samples:
         is_touch = contact.touches(sample)
-        # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
+        # Whether a sample with a tip out of contact is a lift or a bad conversion shows only in later samples.
         if touch is not None and (touch.is_over(sample) if is_touch else touch.add_out_of_contact(sample)):
             yield from touch.end()
+            # The samples of the lift do not belong to a press, but the flesh relaxes during them too.
             for lifted in touch.lifted:
                 contact.add(lifted)
             touch = None
@@ -106,15 +108,13 @@ def cut_presses(
 
 
 def _are_above(forces: Sequence[float], bounds: Sequence[float]) -> bool:
-    """Return whether each force is above its bound."""
     return all(map(operator.gt, forces, bounds))
 
 
 class _Contact:
-    """The contact of the tips with the fruit: when it began, and the memory of flesh that relaxes."""
+    """The contact of the tips with the fruit: when it began, and how the flesh has relaxed since."""
 
     def __init__(self, sensor: MeasuringUnit) -> None:
-        """Begin without a contact."""
         relaxation = sensor.report.design.fruit.relaxation
         self._least = sensor.least_forces.tolist()
         self._flesh = None if relaxation is None else RelaxingFlesh(Relaxation(relaxation), sensor.least_forces)
@@ -123,11 +123,11 @@ class _Contact:
         self._smallest_total = math.inf
 
     def touches(self, sample: Sample) -> bool:
-        """Return whether all tips touch."""
+        """Return whether all tips touch the fruit in this sample."""
         return _are_above(sample.forces, self._least)
 
     def channels(self, sample: Sample) -> Iterable[float]:
-        """Return the forces of the next sample [N]; for flesh that relaxes, the forces of elastic flesh follow."""
+        """Return the forces of the next sample [N], and for flesh that relaxes also the forces of elastic flesh [N]."""
         if self._flesh is None:
             return sample.forces
         return self._flesh.channels(np.array(sample.forces), sample.t)
@@ -135,8 +135,8 @@ class _Contact:
     def begin_press(self, sample: Sample) -> None:
         """Take the time of a sample as the first touch, if its total force is the smallest of this contact.
 
-        A press begins at the smallest total force since no tip touched. The first force above zero may be a zero error
-        that the previous press has left.
+        The press begins at the smallest total force since the last sample without contact. It does not begin at the
+        first force above zero, which may be a zero error that the previous press left.
         """
         total = sum(sample.forces)
         if not any(map(operator.gt, sample.forces, self._least)):
@@ -145,37 +145,37 @@ class _Contact:
             self.touched_s, self._smallest_total = sample.t, total
 
     def end_press(self) -> None:
-        """Begin a new contact with the next touch."""
+        """Let the next touch begin a new contact."""
         self._smallest_total = math.inf
 
     def add(self, sample: Sample) -> None:
-        """Update the contact by a sample outside of a press."""
+        """Update the contact with a sample outside of a press."""
         self.begin_press(sample)
         self.channels(sample)
 
 
 class _Touch:
-    """A touch of all tips that has not ended, with the samples on which a decision is pending."""
+    """A touch of all tips that has not ended, including samples that are neither accepted nor dropped yet."""
 
     def __init__(self, contact: _Contact, unit: Unit, source: str, *, growing: bool) -> None:
         """Begin with no sample.
 
         `contact` converts the samples. `source` is the name of the signal in messages. With `growing`, the press up to
-        each accepted sample is yielded, and not the whole press at its end.
+        each accepted sample is yielded instead of the whole press at its end.
         """
         self._contact = contact
         self._source = source
         self._growing = growing
         self._core = press_core.Touch(unit, self._take, self._drop)
-        self._pending: dict[int, Sample] = {}  # by sample number
-        self._accepted: list[Sample] = []  # accepted since the last call of `_store_accepted`
+        self._pending: dict[int, Sample] = {}  # key: sample number
+        self._accepted: list[Sample] = []  # samples accepted since the last call of `_store_accepted`
         self._lines_left_out: list[int] = []
         self._fruit: str | None = None
         self._t = array("d")
         self._channels = array("d")
 
     def add(self, sample: Sample) -> Iterator[PressSamples]:
-        """Add a sample with all tips in contact; if the press is growing, yield the press up to each decided sample.
+        """Add a sample with all tips in contact; with `growing`, yield the press up to each newly accepted sample.
 
         Raises InputError if the fruit changes within a press.
         """
@@ -189,16 +189,16 @@ class _Touch:
         yield from self._store_accepted()
 
     def add_out_of_contact(self, sample: Sample) -> bool:
-        """Add a sample with a tip out of contact; return whether this is a lift."""
+        """Add a sample with a tip out of contact; return whether the sensor was lifted."""
         self._pending[self._core.number + 1] = sample
         return self._core.add_out_of_contact(sample.forces)
 
     def is_over(self, sample: Sample) -> bool:
-        """Return whether the samples out of contact before this touch were a lift, not bad conversions."""
+        """Return whether the samples out of contact before this sample were a lift rather than a bad conversion."""
         return self._core.out_of_contact > 0 and not self._core.is_bad_conversion(sample.forces)
 
     def end(self) -> Iterator[PressSamples]:
-        """End the touch: yield what is still pending, or the whole press."""
+        """End the touch and yield the whole press; with `growing`, yield it up to each pending sample instead."""
         self._core.close()
         yield from self._store_accepted()
         self._contact.end_press()
@@ -207,19 +207,17 @@ class _Touch:
 
     @property
     def lifted(self) -> Iterable[Sample]:
-        """Return the samples of the lift, after the touch has ended."""
+        """Return the samples of the lift; call this after the touch has ended."""
         return self._pending.values()
 
     def _take(self, _: Sequence[float], number: int) -> None:
-        """Accept the pending sample with this number."""
         self._accepted.append(self._pending.pop(number))
 
     def _drop(self, number: int) -> None:
-        """Drop the pending sample with this number, and note its line."""
         self._lines_left_out.append(self._pending.pop(number).line)
 
     def _store_accepted(self) -> Iterator[PressSamples]:
-        """Store the accepted samples; if the press is growing, yield it after each of them.
+        """Store the accepted samples; with `growing`, yield the press after each of them.
 
         Raises InputError for more than `MOST_SAMPLES` samples.
         """
@@ -237,7 +235,6 @@ class _Touch:
                 yield self._press()
 
     def _press(self) -> PressSamples:
-        """Return the press of all stored samples."""
         return PressSamples(
             channels=np.array(self._channels).reshape(len(self._t), -1),
             tips=self._contact.tips,
