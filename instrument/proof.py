@@ -1,8 +1,8 @@
-"""Proof of a design by simulation: random units press random fruit, and their readings are compared with the truth.
+"""Test a design by simulation: random units press random fruit, and their readings are compared with the true moduli.
 
-The simulation of units and presses shares no code with the law that reads. A unit is calibrated as its design states,
-and the error that calibration leaves in each quantity is drawn at random. If the design requires a reference ball, the
-unit presses that ball too.
+The simulation shares no code with the law by which presses are read. Each unit is calibrated as its design states, with
+random errors as large as the calibration leaves them. If the design requires a reference ball, the unit also presses
+that ball.
 """
 
 import math
@@ -31,21 +31,21 @@ from sensor.design.reading import ReadingRequirements
 from sensor.quantity import BOUNDED, InputError, report_field
 
 OUTSIDE = 0.05
-"""Fraction of readings outside their error bars if these contain the true value in 95 % of cases."""
-POINT = 0.99  # quantile of the binomial distribution: a correct design exceeds it once in a hundred times
-_LEAST_PERCENT = 1e-6  # lower bound on the error of a spring stiffness [%]; none is known exactly
-_BEFORE_BENCHES_PERCENT = 1.0  # error of a spring [%] in reports without errors after calibration
+"""Expected fraction of readings outside their error bars, which contain the true value in 95 % of cases."""
+POINT = 0.99  # quantile of the binomial distribution; a correct design exceeds it in one of a hundred tests
+_LEAST_PERCENT = 1e-6  # lower bound on the error of a spring stiffness [%], because no stiffness is known exactly
+_BEFORE_BENCHES_PERCENT = 1.0  # error of a spring stiffness [%], for reports that do not state calibration errors
 MOST_DRAWS = 5
-"""Maximum number of draws for one press, if a unit cannot be calibrated or a press has no solution."""
+"""Maximum number of draws for one press; a draw fails if its unit cannot be calibrated or its press not be solved."""
 MOST_BARS = 2.0
-"""Largest error of a reading without a flag, relative to its half width."""
+"""Largest allowed error of a reading without a flag, divided by its half width."""
 MOST_FLAGGED = 0.1
-"""Largest fraction of readings with a flag."""
+"""Largest allowed fraction of readings with a flag."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProvedReading:
-    """A simulated press: the truth of its fruit and pose, and the reading."""
+    """A simulated press: the true properties of its fruit and pose, and the reading."""
 
     E: float = report_field("MPa", "true modulus of the fruit", key="E_MPa")
     radii: tuple[float, float] = report_field("mm", "principal radii of the fruit", key="radii_mm")
@@ -60,21 +60,21 @@ class ProvedReading:
 
     @property
     def is_flagged(self) -> bool:
-        """Return whether there is no modulus, or a flag that questions it.
+        """Return whether there is no modulus, or a flag that casts doubt on it.
 
-        Flags for a bruise and for a modulus out of range do not question it.
+        Flags for a bruise or for a modulus out of range cast no doubt on the modulus.
         """
         return self.told is None or not ACCEPTED_FLAGS.issuperset(self.flags)
 
     @property
     def bars(self) -> float:
-        """Return the error of the reading divided by its half width [1]; infinite without a modulus."""
+        """Return the absolute error of the reading divided by its half width [1]; infinite without a modulus."""
         return math.inf if self.told is None or not self.u else abs(self.E / self.told - 1.0) / self.u
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProvedDesign:
-    """The result of all simulated presses."""
+    """The results of all simulated presses of a design, and whether it passes."""
 
     design: str = report_field("", "name of the design")
     seed: int = report_field("1", "seed of the draws")
@@ -93,7 +93,7 @@ class ProvedDesign:
 
     @property
     def failures(self) -> list[str]:
-        """Return as text each condition of the proof that fails."""
+        """Return a sentence for each condition that is not met."""
         texts = []
         if self.outside > self.most_outside:
             bound = f"at most {self.most_outside} may be"
@@ -106,15 +106,16 @@ class ProvedDesign:
 
 
 def prove(report: Report, count: int, seed: int, progress: Callable[[int], None] = lambda _: None) -> ProvedDesign:
-    """Return the proof of a design from `count` simulated presses, each by another unit on another fruit.
+    """Test a design by `count` simulated presses, each of a new random unit on a new random fruit.
 
     `seed` determines all random numbers. `progress` is called with the number of finished presses. A press is drawn
-    again if it has no solution or its unit cannot be calibrated. Raises InputError after `MOST_DRAWS` draws of a press.
+    again if it has no solution or its unit cannot be calibrated. Raises InputError if `MOST_DRAWS` draws of one press
+    fail.
     """
     readings, redraws = [], 0
     for number in range(count):
         for attempt in range(MOST_DRAWS):
-            # Each draw has its own seed, so that a repeated press does not change the others.
+            # Each draw has its own seed, so that a repeated draw does not change the other presses.
             draw_seed = [seed, number] if not attempt else [seed, number, attempt]
             try:
                 readings.append(_simulate_reading(report, np.random.default_rng(draw_seed)))
@@ -128,12 +129,12 @@ def prove(report: Report, count: int, seed: int, progress: Callable[[int], None]
 
 
 def evaluate_proof(design: str, seed: int, readings: Iterable[ProvedReading], redraws: int = 0) -> ProvedDesign:
-    """Return the proof of a design from the readings of its simulated presses, and whether it passes.
+    """Evaluate the readings of simulated presses, and decide whether the design passes.
 
-    `design` is the name of the design, and `redraws` the number of draws that were repeated.
+    `design` is the name of the design. `redraws` is the number of presses that were drawn again.
     """
     readings = tuple(readings)
-    bars = [each.bars for each in readings if not each.is_flagged]
+    bars = [each.bars for each in readings if not each.is_flagged]  # errors divided by half widths
     proof = ProvedDesign(
         design=design,
         seed=seed,
@@ -150,14 +151,14 @@ def evaluate_proof(design: str, seed: int, readings: Iterable[ProvedReading], re
 
 
 def _simulate_reading(report: Report, rng: np.random.Generator) -> ProvedReading:
-    """Simulate a press of a random unit on a random fruit; return its reading beside the truth.
+    """Simulate a press of a random unit on a random fruit; return its reading together with the true modulus.
 
     Raises InputError if the press has no solution or the unit cannot be calibrated.
     """
     real_unit = draw_unit(report, rng)
     unit = MeasuringUnit(report=report, unit=_calibrate_unit(report, real_unit, rng))
     fruit = draw_fruit(report, rng)
-    # The unit presses at another temperature than at its calibration.
+    # The temperature at the press differs from the temperature at the calibration.
     reading = read_by(unit, real_unit.at_other_temperature(report, rng), fruit, rng)
     return ProvedReading(
         E=fruit.E,
@@ -174,23 +175,23 @@ def _simulate_reading(report: Report, rng: np.random.Generator) -> ProvedReading
 def read_by(
     unit: MeasuringUnit, real_unit: SimulatedUnit, fruit: PressedFruit, rng: np.random.Generator | None = None
 ) -> FruitReading:
-    """Return the reading of a simulated press on a fruit.
+    """Simulate a press of `real_unit` on a fruit, and return the reading of its log with the calibration `unit`.
 
-    `real_unit` is pressed, and its log is read as by `unit`, its calibration. With `rng` the log has noise. Raises
-    InputError if the press has no solution.
+    If `rng` is given, the log has noise. Raises InputError if the press has no solution.
     """
     report = unit.report
     press = press_curve(real_unit, fruit, hand_of(report))
     lines = log_of(report, real_unit, [press], usual_rate(report), rng)
     readings = list(readings_of(unit, Signal(Rows(lines, "the simulated log"), len(report.tips))))
-    return max(readings, key=lambda reading: reading.samples or 0)  # noise may look like further, short presses
+    return max(readings, key=lambda reading: reading.samples or 0)  # noise may look like additional short presses
 
 
 def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Generator) -> PrintedUnit:
-    """Return the calibration of a real unit, with random errors as large as the design's calibration leaves them.
+    """Return a calibration of `real_unit`, with random errors as large as the calibration of the design leaves them.
 
-    With weights, the gain errors are errors of the forces. With a plate, they are errors of the deflections, and the
-    forces follow from the stiffness. Raises InputError if presses on a reference ball determine no correction.
+    With weights, the gain errors are errors of the forces. On a hard plate, they are errors of the deflections, and the
+    forces follow from the stiffnesses. If the design requires a reference ball, the correction comes from a press on
+    it. Raises InputError if that press does not determine a correction.
     """
     requirements = report.design.reading or ReadingRequirements()
     spring_errors, gain_errors = _calibration_percent(report)
@@ -214,7 +215,7 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
     ball = usual_ball(report)
     sensor = MeasuringUnit(report=report, unit=unit)
     reference = ReferenceBall(E_MPa=ball.E, radius_mm=ball.radius, percent=requirements.ball_percent)
-    # Presses without noise are equal, so one is counted three times. The error of the ball's modulus is drawn.
+    # Presses without noise are identical, so one press represents all three. The ball's modulus has a random error.
     reading = read_by(sensor.on_ball(ball.radius), real_unit, ball.fruit())
     correction = fit_ball_correction(3 * [reading], reference, sensor, "the ball")
     modulus_error = math.exp(0.01 * requirements.ball_percent * rng.normal())
@@ -222,12 +223,12 @@ def _calibrate_unit(report: Report, real_unit: SimulatedUnit, rng: np.random.Gen
 
 
 def _calibration_percent(report: Report) -> tuple[Floats, Floats]:
-    """Return the standard deviations of springs and gains [%], (tips,), after the calibration of the design."""
+    """Return the standard deviations [%] of the stiffnesses (tips,) and gains (tips,) after the calibration."""
     requirements = report.design.reading or ReadingRequirements()
     calibration = None if report.reading is None else report.reading.calibration
     if calibration is not None:
         return np.maximum(calibration.stiffness_percent, _LEAST_PERCENT), np.array(calibration.gain_percent)
     ones = np.ones(len(report.tips))
     stated = requirements.stiffness_percent
-    springs = _BEFORE_BENCHES_PERCENT if stated is None else stated
-    return max(springs, _LEAST_PERCENT) * ones, requirements.uncalibrated_gain_percent * ones
+    stiffness_percent = _BEFORE_BENCHES_PERCENT if stated is None else stated
+    return max(stiffness_percent, _LEAST_PERCENT) * ones, requirements.uncalibrated_gain_percent * ones

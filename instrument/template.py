@@ -1,4 +1,4 @@
-"""Templates of this package: answers as tables and sentences, and source code."""
+"""Fill in the templates of this package: text and tables for the terminal, and source code."""
 
 import itertools
 from pathlib import Path
@@ -16,9 +16,10 @@ _BAR = " | "
 
 
 def render_template(template: str, number: object = repr, **values: object) -> str:
-    """Return the text of a template, filled with `values`.
+    """Return the text of a template, filled in with `values`.
 
-    `number` is the function that the template's filter `number` applies to a number, for example a C literal.
+    `number` is the function behind the template filter of that name, which formats a number, for example as a C
+    literal.
     """
     environment = template_environment(_ROOM)
     environment.filters["number"] = number
@@ -27,9 +28,9 @@ def render_template(template: str, number: object = repr, **values: object) -> s
 
 
 def template_parts(template: str, **values: object) -> list[RenderableType]:
-    """Return a filled template as texts and tables for the terminal.
+    """Return a filled-in template as text and tables for the terminal.
 
-    Consecutive lines that contain ` | ` are a table, and the first of them is its header. Other lines are text.
+    Consecutive lines that contain ` | ` form a table, whose header is the first of them. All other lines are text.
     """
     parts: list[RenderableType] = []
     lines = render_template(template, **values).splitlines()
@@ -37,11 +38,11 @@ def template_parts(template: str, **values: object) -> list[RenderableType]:
         if not is_table:
             parts.append(escape("\n".join(block)))
             continue
-        heads, *rows = (escape(line).split(_BAR) for line in block)
+        headings, *rows = (escape(line).split(_BAR) for line in block)
         table = Table()
-        for index, head in enumerate(heads):
-            # A narrow terminal wraps a number over two lines, and truncates none.
-            table.add_column(head.strip(), justify="right" if index else "left", overflow="fold")
+        for index, heading in enumerate(headings):
+            # On a narrow terminal, a long number is wrapped over two lines instead of truncated.
+            table.add_column(heading.strip(), justify="right" if index else "left", overflow="fold")
         for row in rows:
             table.add_row(*row)
         parts.append(table)

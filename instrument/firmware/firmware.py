@@ -28,10 +28,10 @@ from sensor.theory.contrast_rise import FEWEST, LARGEST_BY_TIME, LARGEST_NOISE, 
 from sensor.turns import in_turn
 
 _SKETCH = "sketch"
-"""The name of the sketch for Arduino and of the folder that contains it."""
+"""The name of the Arduino sketch and of its folder."""
 SADDLE_STEPS = 12
-"""Number of iterations for the offset of a saddle; each leaves some per cent of the previous error."""
-SETTLED = 1e-4  # largest change of the offset in the last iteration, relative to the springs' part of the contrast
+"""Number of iterations for the offset of a saddle; each reduces the error to a few per cent of its previous value."""
+SETTLED = 1e-4  # largest change of the offset in the last iteration, divided by the springs' part of the contrast
 
 
 @in_turn()
@@ -97,9 +97,9 @@ def micropython(report: Report, unit: PrintedUnit | str | Path | None = None) ->
 
 
 def header_text(sensor: MeasuringUnit) -> str:
-    """Return the read-out of a unit as a C99 header in single precision, without a heap, with the unit's constants.
+    """Return a C99 header that reads presses of a unit, in single precision and without heap memory.
 
-    Raises InputError for a design with fruit.relaxation.
+    The header contains the constants of the unit. Raises InputError for a design with fruit.relaxation.
     """
     return render_template(
         "firmware/firmware.h.j2",
@@ -112,9 +112,10 @@ def header_text(sensor: MeasuringUnit) -> str:
 
 
 def module_text(sensor: MeasuringUnit) -> str:
-    """Return the read-out of a unit as a MicroPython module: the source of press_core.py with the unit's constants.
+    """Return a MicroPython module that reads presses of a unit.
 
-    The module imports only math. Raises InputError for a design with fruit.relaxation.
+    It consists of the source of press_core.py and the constants of the unit, and imports only math. Raises InputError
+    for a design with fruit.relaxation.
     """
     core = inspect.getsource(press_core).partition("\nimport math\n")[2]
     constants = {name: repr(value) for name, value in _constants(sensor).items() if name in Unit.__annotations__}
@@ -122,11 +123,11 @@ def module_text(sensor: MeasuringUnit) -> str:
 
 
 def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
-    """Return the programs of a design's board by their paths: in MicroPython, and as a sketch for Arduino.
+    """Return the files for a design's board, as a dict from path to text: a MicroPython program and an Arduino sketch.
 
-    They print the counts of all channels; if `calibrated`, they print E of each press. Raises InputError for a design
-    without a board, for a circuit that the programs do not drive, and for a calibration without counts. For a
-    calibrated unit it is also raised for a design with fruit.relaxation.
+    The programs print the counts of all channels or, if `calibrated`, the modulus of each press. Raises InputError for
+    a design without a board, for a circuit that the programs do not support, and for a unit whose counts are not
+    calibrated. If `calibrated`, it is also raised for flesh that relaxes, because the firmware does not read the hold.
     """
     _refuse_other_boards(sensor)
     if not calibrated:
@@ -144,9 +145,9 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
 
 
 def _refuse_other_boards(sensor: MeasuringUnit) -> None:
-    """Raise InputError for a design without a board, or with a circuit that the programs do not drive.
+    """Raise InputError for a design without a board, or with a circuit that the programs do not support.
 
-    The programs drive the default circuit of a read-out.
+    The programs support only the default circuit of a read-out, which converts the channels in turn.
     """
     design = sensor.report.design
     if _board_of(sensor) is None:
@@ -168,10 +169,10 @@ def _refuse_other_boards(sensor: MeasuringUnit) -> None:
 def _board_program(sensor: MeasuringUnit, *, core: str, constants: dict[str, str]) -> str:
     """Return the MicroPython program of a board.
 
-    `core` is the source of press_core.py, and `constants` are the unit's constants as source. If both are empty, the
-    program only prints counts.
+    `core` is the source of press_core.py, and `constants` are the unit's constants as source code. If both are empty,
+    the program only prints counts.
     """
-    # The driver's protocols, before its first constant, are only for type checkers.
+    # The protocols at the start of the driver are needed only by type checkers.
     driver = inspect.getsource(ads1220).partition("\n\n\nRESET = ")
     return render_template(
         "firmware/board.py.j2",
@@ -183,7 +184,7 @@ def _board_program(sensor: MeasuringUnit, *, core: str, constants: dict[str, str
 
 
 def _board_of(sensor: MeasuringUnit) -> Board | None:
-    """Return the board of a design, or None if the design has no read-out with a channel for each tip."""
+    """Return the board of a design, or None if the design has no read-out with one channel per tip."""
     signal = sensor.report.read_out.signal
     if signal is None or len(sensor.report.tips) > AMPLIFIERS[signal.amplifier].channels:
         return None
@@ -191,7 +192,7 @@ def _board_of(sensor: MeasuringUnit) -> Board | None:
 
 
 def _description(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the values for templates that describe a unit, its channels and its board, but not its numbers."""
+    """Return the values that describe a unit, its channels and its board in the templates, without its constants."""
     signal = sensor.report.read_out.signal
     board = _board_of(sensor)
     return {
@@ -214,10 +215,10 @@ def _description(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the constants of a unit by their names; `press_core.Unit` describes each of them.
+    """Return the constants of a unit, as a dict from their names, which `press_core.Unit` explains.
 
-    Forces are in N, lengths in mm and moduli in MPa. Raises InputError for flesh that relaxes, because its reading
-    requires the hold.
+    Forces are in N, lengths in mm and moduli in MPa. Raises InputError for flesh that relaxes, because its modulus
+    cannot be read without the hold.
     """
     if sensor.report.design.fruit.relaxation is not None:
         bound = "left out for firmware, which reads no hold"
@@ -232,7 +233,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "lowest_forces": sensor.lowest_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
         "later": delays,
-        "several": 2 if delays else 1,  # interpolation between two samples spreads a bad conversion to both
+        "several": 2 if delays else 1,  # interpolation between two samples spreads a bad conversion over both
         "time_deviation": 0.0 if signal is None else signal.time_deviation,
         "largest_by_time": LARGEST_BY_TIME,
         "least_E": softest * (1.0 - AT_THE_EDGE),
@@ -248,19 +249,20 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _inputs(signal: SignalPath) -> list[int]:
-    """Return the amplifier's inputs in the order of their conversion; inputs without a tip come last."""
+    """Return the amplifier's inputs in the order of conversion; inputs without a tip come last."""
     order = signal.conversion_order
     return [*order, *range(len(order), int(AMPLIFIERS[signal.amplifier].channels))]
 
 
 def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_factor: float) -> dict[str, object]:
-    """Return the table that corrects the modulus that a level sensor reads, and the factor in place of a single row.
+    """Return the table that corrects the readings of a level sensor, and `level_factor` to use with a single row.
 
-    `rows` are the level readings of the report. Springs are stiffer in a press than at the weighing by the factor
-    `stiffening` [1], so readings are too low by it. `ball_factor` [1] is the factor of a reference ball.
+    `rows` are the level readings of the report. Springs are stiffer in a press than under calibration weights by the
+    factor `stiffening` [1], so uncorrected readings are too low by this factor. `ball_factor` [1] is the factor of a
+    reference ball.
     """
     if not rows and stiffening != 1.0:
-        rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]  # without level readings, only creep is corrected
+        rows = [LevelReading(E_MPa=1.0, read_MPa=1.0)]  # creep is corrected even without level readings
     creep_shift = math.log(stiffening)
     return {
         "level_logs": [math.log(row.read_MPa) - creep_shift for row in rows],
@@ -272,7 +274,7 @@ def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_facto
 def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return the constants that determine the part of a press in which flat tips are fully seated.
 
-    They include the loads [N/mm] from which a press is summed, and the forces of the tips [N] at each load.
+    `loads` [N/mm] are the loads from which a press may be read, and `load_forces` [N] are the forces of the tips there.
     """
     seating = seating_of(sensor)
     return {
@@ -285,16 +287,16 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _single_literal(value: float) -> str:
-    """Return a number as a single-precision literal of C."""
+    """Return a number as a single-precision C literal."""
     text = f"{value:.9g}"
     return f"{text}f" if any(character in text for character in ".e") else f"{text}.0f"
 
 
 def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object]:
-    """Return the constants from which the firmware evaluates the contrast and reads a modulus from its rise.
+    """Return the constants with which the firmware computes the contrast and reads a modulus from its rise.
 
     The contrast is a weighted sum over the tips in which travel and tilt cancel. Forces are in N, lengths in mm and
-    moduli in MPa; a list has one value for each tip. Raises InputError for a report without level readings of presses.
+    moduli in MPa. A list holds one value per tip. Raises InputError for a report without level readings of presses.
     """
     sensor.refuse_without_rise_level()
     weights, C, S = law.contrast.arrays
@@ -305,21 +307,21 @@ def _contrast_constants(sensor: MeasuringUnit, law: RiseLaw) -> dict[str, object
         "domes": (law.contrast.hertz * weights).tolist(),  # weights of (F / E)^(2/3), through Hertz's flattening
         "gap": float(weights @ np.array(law.contrast.gaps)),  # contrast of the known gaps under the tips
         "noises": sensor.noises.tolist(),  # standard deviations of the forces
-        # A press is read only within these limits.
+        # A press outside of these limits is not read.
         "fewest": FEWEST,
         "latest_touch": LARGEST_TOUCH_FORCE,
         "least_rise": LEAST_RISE * float(np.linalg.norm(sensor.noises)),
         "largest_noise": LARGEST_NOISE,
-        # Iteration for the saddle of the skin, on which domes roll; other tips need a single step.
+        # Iteration for a saddle-shaped skin, on which domes roll; other tips need only one step.
         "saddle_steps": 1 if domes is None else SADDLE_STEPS,
         "settled": SETTLED,
         "weights": weights.tolist(),  # weight of each tip in the contrast
         "places": [] if domes is None else [coordinate for axis in domes.positions for coordinate in axis],  # x and y
         "dome_radius": 0.0 if domes is None else domes.dome_radius,
-        "rolled": 1.0 if domes is None else domes.rolling_factor,  # distance of axes over distance of contacts
+        "rolled": 1.0 if domes is None else domes.rolling_factor,  # distance of axes divided by distance of contacts
         "felt": 1.0 if domes is None else domes.contrast_of_xy,  # contrast of x y, the shape of a saddle
-        # Boussinesq's factor: a force F lowers the surface of a half-space at distance r by body F / (E r).
+        # Boussinesq's solution: a force F lowers the surface of a half-space at distance r by body F / (E r).
         "body": 0.0 if domes is None else (1.0 - domes.poisson**2) / math.pi,
-        # The part of `fruit` that stays when contacts move: the difference of the body from a half-space.
+        # The part of `fruit` that does not change as contacts move: the difference between fruit and half-space.
         "still": [] if domes is None else (weights @ (S - domes.S())).tolist(),
     }

@@ -1,4 +1,4 @@
-"""Simulated tables of a calibration bench: a unit under weights and on a hard plate; and the usual reference ball."""
+"""Simulate the tables of a calibration with weights or on a hard plate, and choose a reference ball for a design."""
 
 import math
 from collections.abc import Sequence
@@ -16,20 +16,21 @@ from sensor.quantity import STANDARD_GRAVITY
 
 G_PER_N = 1e3 / STANDARD_GRAVITY  # mass of a weight per force [g/N]
 BALL_PRESSES = 3
-_LEAST_RADIUS = 3.5  # smallest radius of a ball over the tip spacing; the far side of a smaller ball affects a press
-_ROUNDS = 20  # iterations of the flattening of a dome, which reduces its force
+_LEAST_RADIUS = 3.5  # minimum radius of a ball, in tip spacings; a press is affected by the far side of a smaller ball
+_ROUNDS = 20  # number of iterations for the flattening of a dome, which reduces its force
 
 
 def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
-    """Return the lines of a table of weights with their dial readings and counts.
+    """Return the lines of a table of weights with the readings of a dial gauge and the counts.
 
-    On each tip in turn, weights are hung up to nearly its full scale and taken off again. A weight is known to the
-    resolution of the balance. It is read at the time after hanging at which the unit's stiffnesses were measured.
+    On each tip in turn, weights are hung up to nearly its full scale and then removed again. A weight is known to the
+    resolution of the balance. Creep between hanging and reading a weight is not simulated, because the stiffnesses of
+    the unit hold for the time of the reading.
     """
     lines = [",".join(["tip", "weight_g", "deflection_mm", *count_keys(len(report.tips))])]
     for number, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
         largest = min(PRESSED * full_scale * G_PER_N, bench.balance_max_g)
-        weights = [_round(part * largest, bench.balance_g) for part in WEIGHED_AT]  # [g], as the balance shows them
+        weights = [_round(part * largest, bench.balance_g) for part in WEIGHED_AT]  # readings of the balance [g]
         true_weights = [
             0.0 if not index else _draw_before_rounding(grams, bench.balance_g, rng)
             for index, grams in enumerate(weights)
@@ -46,13 +47,13 @@ def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.ran
 def plate_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
     """Return the lines of a table of travels on a glass plate, with the counts of all channels.
 
-    All tips are in contact. The travel rises to nearly the first full scale of a tip, and falls again.
+    All tips are in contact. The travel increases until one of the tips is close to its full scale, and decreases again.
     """
     tips = len(report.tips)
     nominal = 1.0 / np.diag(report.read_out.springs_mm_per_N)
     largest = PRESSED * float(min(np.array(report.read_out.full_scale_N) / nominal))
     lines = [",".join(["travel_mm", *count_keys(tips)])]
-    # The travel is counted from the position at which the last tip touches the plate.
+    # The travel is counted from the touch of the last tip, so the other springs are already deflected there.
     initial_travels = unit.heights - unit.heights.min()
     for step in _up_and_down(len(PLATE_AT)):
         travel = PLATE_AT[step] * largest
@@ -63,7 +64,7 @@ def plate_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.rando
 
 @dataclass(frozen=True, kw_only=True)
 class Ball:
-    """A ball of rubber: its modulus [MPa] and its radius [mm]."""
+    """A rubber ball with the modulus E [MPa] and its radius [mm]."""
 
     E: float
     radius: float
@@ -74,7 +75,7 @@ class Ball:
         return self.E / (1.0 - RUBBER_POISSON**2)
 
     def fruit(self, tilt: tuple[float, float] = (0.0, 0.0)) -> PressedFruit:
-        """Return the ball as a pressed fruit, under a sensor that is tilted by `tilt` along x and y [deg]."""
+        """Return the ball as a fruit, pressed by a sensor that is tilted by `tilt` along x and y [deg]."""
         return PressedFruit(
             E=self.E,
             radii=(self.radius, self.radius),
@@ -88,8 +89,8 @@ class Ball:
 def usual_ball(report: Report) -> Ball:
     """Return a rubber ball that resembles the fruit of a design.
 
-    It has the mean curvature of the fruit, unless it would be too small. Its E / (1 - nu^2) is that of flesh with the
-    geometric mean of the design's range of moduli.
+    It has the mean curvature of the fruit, or the smallest allowed radius. Its E / (1 - nu^2) equals E / (1 - nu^2) of
+    flesh whose modulus is the geometric mean of the design's range.
     """
     first, second = designed_radii(report)
     radius = 2.0 / (1.0 / first + 1.0 / second)
@@ -99,19 +100,20 @@ def usual_ball(report: Report) -> Ball:
 
 
 def ball_presses(ball: Ball, steepest_deg: float, rng: np.random.Generator) -> Sequence[PressedFruit]:
-    """Return presses on a ball by a hand whose tilt is random, with a size of at most `steepest_deg` [deg]."""
+    """Return presses on a ball with random tilts of at most `steepest_deg` [deg]."""
     tilts = rng.uniform(-1.0, 1.0, (BALL_PRESSES, 2)) * steepest_deg / math.sqrt(2.0)
     return [ball.fruit((along, across)) for along, across in tilts.tolist()]
 
 
 def _deflections_on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
-    """Return the deflections (tips,) of springs of stiffness K [N/mm] whose tips are pressed on glass [mm].
+    """Return the deflections (tips,) [mm] of springs of stiffness K (tips,) [N/mm] whose tips are pressed on glass.
 
-    A deflection is the travel (tips,) [mm] minus the flattening of the dome by Hertz's law, which depends on the force.
+    The deflection d of a spring is its travel x minus the flattening of its dome by Hertz's law:
+    d = x - (9 (K d)^2 / (16 E*^2 R))^(1/3), with the reduced modulus E* of dome and glass, and the dome radius R.
     """
     reduced, radius = modulus_on_glass(report.design.process), report.design.tips.dome_radius_mm or math.inf
     deflections = travels
-    # Fixed-point iteration: a dome flattens much less than its spring deflects.
+    # The fixed-point iteration converges quickly, because a dome flattens much less than its spring deflects.
     for _ in range(_ROUNDS):
         flattened = (9.0 * (K * deflections) ** 2 / (16.0 * reduced**2 * radius)) ** (1.0 / 3.0)
         deflections = np.maximum(travels - flattened, 0.0)
@@ -119,7 +121,7 @@ def _deflections_on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
 
 
 def _counts(unit: SimulatedUnit, deflections: Floats, rng: np.random.Generator) -> list[str]:
-    """Return the noisy counts of all channels in one sample, as text, for deflections (tips,) [mm]."""
+    """Return the counts of all channels with noise, as text, for deflections (tips,) [mm]."""
     signals = unit.signals(deflections[None])[0] + unit.noise * rng.normal(size=len(deflections))
     return [str(count) for count in np.rint(signals).astype(int).tolist()]
 
@@ -130,15 +132,14 @@ def _up_and_down(steps: int) -> list[int]:
 
 
 def _round(value: float, resolution: float) -> float:
-    """Return the multiple of `resolution` that is nearest to `value`."""
     return resolution * round(value / resolution)
 
 
 def _draw_before_rounding(value: float, resolution: float, rng: np.random.Generator) -> float:
-    """Return a random number that an instrument with this resolution shows as `value`."""
+    """Return a random true value that an instrument with this resolution shows as `value`."""
     return value + resolution * float(rng.uniform(-0.5, 0.5))
 
 
 def _format(value: float, resolution: float) -> str:
-    """Return a number as text, rounded to a resolution and with as many decimals as the resolution has."""
+    """Return a number as text, rounded to the resolution and with as many decimals as the resolution has."""
     return f"{_round(value, resolution):.{max(0, math.ceil(-math.log10(resolution) - 1e-9))}f}"

@@ -1,4 +1,4 @@
-"""The fruit under a simulated unit and its pose, as given or drawn from all ranges of a design."""
+"""The fruit that a simulated unit presses and the pose of the unit, as given or drawn from the ranges of a design."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -11,11 +11,11 @@ from sensor.arrays import Floats
 from sensor.design.reading import ReadingRequirements
 from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone
 
-_WAVES = 24  # number of waves of an uneven skin
-_FLAT = 1e9  # radius of a flat fruit [mm]
-_LARGEST_POISSON = 0.495
+_WAVES = 24  # number of plane waves that an uneven skin consists of
+_FLAT = 1e9  # radius that represents a flat fruit [mm]
+_LARGEST_POISSON = 0.495  # upper limit of a random Poisson's ratio
 _AT_THE_EDGE = 1e-9  # relative tolerance at the ends of a range
-_UNDER_THE_TIP = 0.5  # largest distance from a tip's centre at which a bruise is under the tip [mm]
+_UNDER_THE_TIP = 0.5  # maximum distance between a tip and the centre of a bruise that lies under it [mm]
 
 Vector = tuple[float, float]
 
@@ -24,12 +24,12 @@ Vector = tuple[float, float]
 class PressedFruit:
     """A fruit of modulus E [MPa] and the pose of the sensor on it.
 
-    The first of its two radii [mm] lies at an `azimuth` [deg] from +x. The flesh has a `thickness` [mm] over a stone;
-    None is a fruit without a stone. The sensor is tilted by `tilt` [deg] from the normal of the skin; positive
-    components lower its sides at +x and +y. During the press the tilt changes by `turned` [deg]. The sensor is placed
-    at `off_centre` [mm] from the apex. `heights` is a function that returns the heights [mm] added to the skin at x and
-    y. `softness` (tips,) is the modulus of the fruit over the modulus of the flesh under each tip, within `soft_radius`
-    (tips,) [mm].
+    `radii` are the principal radii [mm]; the first one lies at the angle `azimuth` [deg] from +x. `thickness` [mm] is
+    the thickness of the flesh over a stone, or None if there is no stone. The sensor is tilted by `tilt` [deg] from the
+    normal of the skin; positive components lower its sides at +x and +y. During the press the tilt changes by `turned`
+    [deg]. The sensor is placed at `off_centre` [mm] from the apex. The function `heights` returns the heights [mm] that
+    are added to the skin at x and y. Under each tip, within `soft_radius` (tips,) [mm], the modulus of the flesh is E
+    divided by `softness` (tips,).
     """
 
     E: float
@@ -45,7 +45,7 @@ class PressedFruit:
     soft_radius: tuple[float, ...] = (math.inf,)
 
     def under(self, heights: Floats) -> EllipsoidFruit:
-        """Return the fruit for the solver, in the frame of the sensor, under domes that protrude by `heights` [mm]."""
+        """Return the fruit as the solver needs it, in the frame of a sensor whose domes protrude by `heights` [mm]."""
         layer = None if self.thickness is None else FleshOnStone(self.thickness, self.poisson)
         fruit = EllipsoidFruit(
             E=self.E,
@@ -60,7 +60,8 @@ class PressedFruit:
             soft_radius=self.soft_radius,
             layer=layer,
         )
-        # A hand tilts from the normal at the position of the press, which is inclined to the normal at the apex.
+        # The tilt is measured from the normal at the position of the press, which is inclined to the normal at the
+        # apex. For small slopes, the two add.
         slope = np.tan(np.radians(self.tilt)) + fruit.curvature @ np.array(self.off_centre)
         tilt = math.degrees(math.atan(float(np.hypot(*slope))))
         return replace(fruit, tilt=tilt, tilt_azimuth=math.degrees(math.atan2(slope[1], slope[0])))
@@ -71,9 +72,9 @@ class PressedFruit:
         return math.radians(self.turned[0]), math.radians(self.turned[1])
 
     def in_turned_frame(self, turn: float) -> "PressedFruit":
-        """Return the fruit in the frame of a sensor that is turned by the angle `turn` [deg] about the normal.
+        """Return the fruit in the frame of a sensor that is turned by `turn` [deg] about the normal.
 
-        Only the radii turn. The heights of an uneven skin stay, so they must be drawn anew.
+        Only the radii are turned. The heights of an uneven skin are not, so they must be drawn again.
         """
         return replace(self, azimuth=self.azimuth - turn)
 
@@ -81,7 +82,7 @@ class PressedFruit:
 def usual_fruit(report: Report) -> PressedFruit:
     """Return a typical fruit of a design, pressed level at its apex.
 
-    It has the geometric mean of the range of moduli, and the mean of each range of radii.
+    Its modulus is the geometric mean of the range of moduli, and its radii are the means of their ranges.
     """
     fruit, reading = report.design.fruit, report.design.reading or ReadingRequirements()
     softest, firmest = range_of_moduli(report)
@@ -98,10 +99,10 @@ def usual_fruit(report: Report) -> PressedFruit:
 
 
 def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
-    """Return a random fruit and pose, uniform over the ranges of a design.
+    """Return a random fruit and pose, distributed uniformly over the ranges of a design.
 
-    Moduli are uniform in their logarithm, and tilts and positions in area. Poisson's ratio is normal, with half its
-    spread as the standard deviation. Skin and flesh are uneven.
+    The modulus is uniform in its logarithm, and tilts and positions are uniform in area. Poisson's ratio is normally
+    distributed, and its standard deviation is half of its spread. Skin and flesh are uneven.
     """
     reading, fruit = report.design.reading or ReadingRequirements(), report.design.fruit
     softest, firmest = range_of_moduli(report)
@@ -122,7 +123,7 @@ def draw_fruit(report: Report, rng: np.random.Generator) -> PressedFruit:
 
 
 def make_uneven(fruit: PressedFruit, report: Report, rng: np.random.Generator) -> PressedFruit:
-    """Return a fruit with a random uneven skin, and flesh that differs from tip to tip, as the design states."""
+    """Return a copy of the fruit with random heights of the skin and a random modulus of the flesh under each tip."""
     design_fruit = report.design.fruit
     scatter = 0.01 * design_fruit.flesh_scatter_percent
     flesh_factors = np.exp(scatter * rng.normal(size=len(report.tips)))
@@ -134,11 +135,11 @@ def make_uneven(fruit: PressedFruit, report: Report, rng: np.random.Generator) -
 def waves_of_skin(
     rng: np.random.Generator, rms: float, shortest: float, longest: float
 ) -> Callable[[Floats, Floats], Floats]:
-    """Return a function for the heights [mm] of a random uneven skin, whose root mean square is `rms` [mm].
+    """Return a function that computes the heights [mm] of a random uneven skin with the root mean square `rms` [mm].
 
-    The skin is a sum of plane waves in random directions. Their lengths lie from `shortest` to `longest` [mm], uniform
-    in the logarithm. The function takes x and y [mm], (..., rows, columns); x must be constant along each row, and y
-    along each column.
+    The skin is a sum of plane waves in random directions. Their wavelengths, from `shortest` to `longest` [mm], are
+    uniform in the logarithm. The function takes x and y [mm], shape (..., rows, columns). x must be constant along each
+    row, and y along each column.
     """
     angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, _WAVES))
     lengths = np.exp(rng.uniform(math.log(shortest), math.log(longest), _WAVES))
@@ -151,7 +152,7 @@ def waves_of_skin(
             return np.asarray(amplitude * np.cos(kx * x[..., None] + ky * y[..., None] + phase).sum(axis=-1))
         x_phase = kx * x[..., :, :1] + phase  # (..., rows, waves)
         y_phase = ky[:, None] * y[..., :1, :]  # (..., waves, columns)
-        # cos(a + b) = cos(a) cos(b) - sin(a) sin(b), so that rows and columns are one matrix product.
+        # With cos(a + b) = cos(a) cos(b) - sin(a) sin(b), all heights are one matrix product of rows and columns.
         rows = np.concatenate([np.cos(x_phase), -np.sin(x_phase)], axis=-1)
         columns = np.concatenate([np.cos(y_phase), np.sin(y_phase)], axis=-2)
         return np.asarray(amplitude * (rows @ columns))
@@ -160,13 +161,13 @@ def waves_of_skin(
 
 
 def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) -> PressedFruit:
-    """Return a fruit with a bruise: half the modulus within a hemisphere of `radius` [mm].
+    """Return a copy of the fruit with a bruise, a hemisphere of `radius` [mm] with half of the modulus.
 
-    The bruise lies where the first tip pressed before the sensor was turned by the angle `turn` [deg]. A bruise that is
-    no longer under a tip has no effect.
+    The bruise lies where the first tip pressed before the sensor was turned by `turn` [deg]. It has no effect if it is
+    no longer under a tip.
     """
     positions = np.array([(tip.x_mm, tip.y_mm) for tip in report.tips])
-    angle = -math.radians(turn)  # in the frame of the sensor, the fruit turns back
+    angle = -math.radians(turn)  # in the frame of the sensor, the fruit turns in the opposite direction
     c, s = math.cos(angle), math.sin(angle)
     centre = np.array([[c, -s], [s, c]]) @ positions[0]
     is_over_bruise = np.linalg.norm(positions - centre, axis=1) < _UNDER_THE_TIP
@@ -179,17 +180,17 @@ def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) 
 
 
 def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
-    """Yield a note for each property of a fruit and its pose that is outside the ranges of a design."""
+    """Yield a note for each property of the fruit or the pose that lies outside the range of a design."""
     reading, design_fruit = report.design.reading or ReadingRequirements(), report.design.fruit
     least, largest = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
     radii: list[Vector] = [(least * radius, largest * radius) for radius in designed_radii(report)]
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         radii = [reading.radius_mm, reading.radius_across_mm]
     thickness = reading.thickness_mm or (design_fruit.depth_mm, design_fruit.depth_mm)
-    # name, value, the two ends of its range, unit
+    # Each row holds the name, the value, both ends of the range, and the unit.
     rows: list[tuple[str, float, float, float, str]] = [("E", fruit.E, *range_of_moduli(report), "MPa")]
     names = ("radius", "radius across")
-    # The order of the two radii is arbitrary, so the order with more matches is taken.
+    # The order of the two radii is arbitrary, so they are exchanged if more of them are then within their ranges.
     reversed_matches = sum(low <= r <= high for r, (low, high) in zip(fruit.radii[::-1], radii, strict=True))
     matches = sum(low <= r <= high for r, (low, high) in zip(fruit.radii, radii, strict=True))
     ordered_radii = fruit.radii[::-1] if reversed_matches > matches else fruit.radii
@@ -204,7 +205,7 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
 
 
 def designed_radii(report: Report) -> Vector:
-    """Return the principal radii of the design's fruit [mm]; a flat fruit has very large ones."""
+    """Return the principal radii of the design's fruit [mm]; a flat fruit has very large but finite radii."""
     first, second = report.design.fruit.radii_mm
     return min(first, _FLAT), min(second, _FLAT)
 
@@ -216,9 +217,9 @@ def range_of_moduli(report: Report) -> Vector:
 
 
 def _draw_radii(report: Report, rng: np.random.Generator) -> Vector:
-    """Return random principal radii [mm], uniform over the ranges of a design.
+    """Return random principal radii [mm], distributed uniformly over the ranges of a design.
 
-    Without a range for each radius, both radii are multiplied by one random factor.
+    If the design has no range for each radius, both radii are multiplied by the same random factor.
     """
     reading, fruit = report.design.reading or ReadingRequirements(), report.design.fruit
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
@@ -230,7 +231,7 @@ def _draw_radii(report: Report, rng: np.random.Generator) -> Vector:
 
 
 def _draw_in_disc(rng: np.random.Generator, radius: float) -> Vector:
-    """Return a random point in a disc of this radius about the origin, uniform in area."""
+    """Return a random point in a disc of this radius around the origin, uniform in area."""
     area, direction = rng.uniform(size=2).tolist()
     angle = 2.0 * math.pi * direction
     return radius * math.sqrt(area) * math.cos(angle), radius * math.sqrt(area) * math.sin(angle)

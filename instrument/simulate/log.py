@@ -1,4 +1,4 @@
-"""The simulated log of presses, in the format of a unit's program: time, and counts or newtons of each channel."""
+"""Write simulated presses as a log in the format of a board's program: the time, and counts or newtons per channel."""
 
 from collections.abc import Sequence
 
@@ -11,15 +11,15 @@ from pipeline.report.report import Report
 from sensor.arrays import Floats
 
 TARE_S = 0.5
-"""Shortest time before the first press [s], while the sensor touches nothing."""
+"""Minimum time before the first press [s], during which the sensor touches nothing."""
 TARE_SAMPLES = 14
-"""Minimum number of samples before the first press; the tare takes ten of them."""
+"""Minimum number of samples before the first press; ten of them are the tare."""
 PAUSE_S = 1.0
-"""Time from a lift to the next press [s]."""
+"""Time from the end of a press to the next press [s]."""
 AT_ONCE = 0.9
-"""Shortest interval of samples over the read-out's period [1].
+"""Minimum interval of samples divided by the read-out's period [1].
 
-A faster log comes from another logger, whose channels are simultaneous.
+A faster log is assumed to come from another logger, whose channels are simultaneous.
 """
 
 
@@ -36,10 +36,10 @@ def log_of(
     rate: float,
     rng: np.random.Generator | None = None,
 ) -> list[str]:
-    """Return the lines of a log of presses with a sampling `rate` [Hz], and its header.
+    """Return the header and the lines of a log of consecutive presses, sampled at `rate` [Hz].
 
-    With `rng`, the channels have noise, and the delays of their conversions have random errors. Zeros drift after the
-    tare by the drift of the unit.
+    If `rng` is given, the channels have noise, and the delays of their conversions have random errors. After the tare,
+    each zero is shifted by the drift of the unit.
     """
     signal = report.read_out.signal
     tips = len(unit.heights)
@@ -56,7 +56,7 @@ def log_of(
     if rng is not None:
         errors = rng.uniform(-1.0, 1.0, tips)
         if signal is not None:
-            # A uniform distribution has the standard deviation 1 / sqrt(3) of its half width.
+            # The errors are uniform between -1 and 1, so their standard deviation is 1 / sqrt(3).
             conversion_times = conversion_times + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * errors
     deflections = np.zeros((len(t), tips))
     for start, press in zip(starts, presses, strict=True):
@@ -69,7 +69,7 @@ def log_of(
 
 
 def _format_lines(unit: SimulatedUnit, t: Floats, signals: Floats) -> list[str]:
-    """Return a header and one line for each sample, from times [s] and signals (samples, tips) in newtons or counts."""
+    """Return a header and one line per sample, from times [s] and signals (samples, tips) in newtons or counts."""
     tips = signals.shape[1]
     if unit.saturation is None:
         names = [f"{key}_N" for key in force_keys(tips)]

@@ -1,4 +1,4 @@
-"""One press of a simulated unit: the deflections of its springs against time, solved at a few moments."""
+"""One press of a simulated unit: the deflections of its springs as functions of time, solved at a few moments."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,16 +13,16 @@ from sensor.quantity import InputError
 from solve.presses.over_time import PressMotionOverTime, creep_of, press_with_creep
 from solve.presses.pressing import Pressing
 
-CELLS = 20  # grid cells per direction; 32 change the forces by less than a thousandth
-SOLVED = 18  # moments of the press that are solved; twice as many change E by less than 0.7 %
-HELD = 8  # moments of a hold that are solved
+CELLS = 20  # grid cells per side of a contact; with 32 cells, the forces change by less than 0.1 %
+SOLVED = 18  # number of moments of the press that are solved; with twice as many, E changes by less than 0.7 %
+HELD = 8  # number of moments of a hold that are solved
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hand:
     """A press by hand: a `travel` [mm] from the first touch in `press_s` [s], a hold of `hold_s` [s], and the return.
 
-    `relaxation` is the Prony series of flesh that relaxes: the share [1] and the time constant [s] of each arm.
+    `relaxation` is the Prony series of the flesh: the fraction [1] and the time constant [s] of each Maxwell arm.
     """
 
     travel: float
@@ -38,9 +38,9 @@ class Hand:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressCurve:
-    """The deflections of springs (moments, tips) [mm] at the solved moments of a press.
+    """The deflections of the springs (moments, tips) [mm] at the solved moments of a press.
 
-    `times` (moments,) [s] count from the first touch. The last moment is the end of the hold.
+    `times` (moments,) [s] are counted from the first touch. The last moment is the end of the hold, if there is one.
     """
 
     hand: Hand
@@ -53,29 +53,29 @@ class PressCurve:
         return self.hand.press_s + self.hand.hold_s + self.hand.back_s
 
     def at(self, t: Floats) -> Floats:
-        """Return the deflections (samples, tips) [mm] at times `t` (samples, tips) [s] from the first touch.
+        """Return the deflections (samples, tips) [mm] at the times `t` (samples, tips) [s] since the first touch.
 
-        Each tip has its own times. The return is not solved: it is the reversed press, scaled so that it begins with
-        the deflection at the end of the hold.
+        Each tip has its own times. The return is not solved. It is taken as the press in reverse, scaled so that it
+        begins with the deflection at the end of the hold.
         """
         hand = self.hand
         forward_times = np.clip(t, 0.0, hand.press_s + hand.hold_s)
-        return_progress = np.clip((t - hand.press_s - hand.hold_s) / hand.back_s, 0.0, 1.0)  # from 0 to 1
+        return_progress = np.clip((t - hand.press_s - hand.hold_s) / hand.back_s, 0.0, 1.0)  # 1 is the lift
         is_return = return_progress > 0.0
         times = np.where(is_return, hand.press_s * (1.0 - return_progress), forward_times)
         result = np.zeros(t.shape)
         for tip, deflections in enumerate(self.deflections.T):
-            # The solved moment SOLVED - 1 is the end of the press, before the hold.
+            # The moment with the index SOLVED - 1 is the end of the press, before the hold.
             hold_ratio = deflections[-1] / max(float(deflections[SOLVED - 1]), 1e-300)
             scale = np.where(is_return[:, tip], hold_ratio, 1.0)
             result[:, tip] = scale * self._interpolate(deflections, times[:, tip])
         return result
 
     def _interpolate(self, deflections: Floats, t: Floats) -> Floats:
-        """Return the deflection of one tip [mm] at times [s], from its solved deflections (moments,) [mm].
+        """Return the deflection of one tip [mm] at the times `t` [s], from its solved `deflections` (moments,) [mm].
 
-        By Hertz's law the power 2/3 of a deflection rises nearly linearly with time. So this power is interpolated, and
-        extrapolated linearly from the first solved moment back to the touch. It is 0 before the touch.
+        By Hertz's law, deflection^(2/3) increases nearly linearly with time. So this power is interpolated by a spline,
+        and extrapolated linearly from the first moment in contact back to the touch. Before the touch it is 0.
         """
         first = int(np.argmax(deflections > 0.0))
         if not deflections[first] > 0.0:
@@ -93,16 +93,17 @@ def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCu
     """Solve a press of a unit on a fruit by boundary elements; raises InputError if it has no solution."""
     parts = np.arange(1, SOLVED + 1) / SOLVED
     times, travels = hand.press_s * parts, hand.travel * parts
-    if hand.hold_s:  # dense at the start of the hold, where the force falls fastest
+    if hand.hold_s:
+        # The moments are closest together at the start of the hold, where the force decreases fastest.
         times = np.append(times, hand.press_s + hand.hold_s * (np.arange(1, HELD + 1) / HELD) ** 2)
         travels = np.append(travels, np.full(HELD, hand.travel))
     drift = np.multiply(fruit.drift, 1.0)
     try:
         with np.errstate(invalid="raise", divide="raise"):
             pressing = Pressing(unit.domes, fruit.under(unit.heights), CELLS)
-            way = PressMotionOverTime(travels=travels, times=times, drift=drift)
+            motion = PressMotionOverTime(travels=travels, times=times, drift=drift)
             creep = creep_of(unit.creep, unit.weighed_s)
-            _, deflections = press_with_creep(pressing, way, hand.relaxation, creep)
+            _, deflections = press_with_creep(pressing, motion, hand.relaxation, creep)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         msg = "this press has no solution. Take less tilt, larger radii or a smoother skin."
         raise InputError(msg) from error

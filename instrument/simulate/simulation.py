@@ -1,4 +1,4 @@
-"""The files of a simulation as lines: logs of presses on a fruit and on a ball, and the tables of a bench."""
+"""Make the files of a simulation as lines of text: the logs of presses on a fruit or a ball, and calibration tables."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ class SimulationSettings:
     """The settings of a simulation of `presses` presses on a fruit, logged at a sampling `rate` [Hz].
 
     The sensor is turned between presses. With `noise`, the channels have noise and drift. With `uneven`, skin and flesh
-    vary with the position. `bruise_mm` is the radius of a bruise under the first tip of the first press. `relaxation`
-    is the Prony series of the flesh: the share [1] and the time constant [s] of each arm. `seed` determines all random
-    numbers.
+    vary with the position. `bruise_mm` [mm] is the radius of a bruise under the first tip in the first press.
+    `relaxation` is the Prony series of the flesh: the fraction [1] and the time constant [s] of each Maxwell arm.
+    `seed` determines all random numbers.
     """
 
     fruit: PressedFruit
@@ -36,7 +36,7 @@ class SimulationSettings:
     seed: int
 
     def random_generator(self, file_number: int) -> np.random.Generator:
-        """Return the random generator of one file, whose numbers do not depend on the other files."""
+        """Return the random generator of one file; its numbers do not depend on which other files are made."""
         return np.random.default_rng([self.seed, file_number])
 
 
@@ -48,7 +48,7 @@ def unit_of_seed(report: Report, seed: int) -> SimulatedUnit:
 def hand_of(report: Report, relaxation: Sequence[tuple[float, float]] | None = None) -> Hand:
     """Return a press by hand with the travel, duration and hold of a design.
 
-    `relaxation` is the Prony series of the flesh; None means the flesh of the design.
+    `relaxation` is the Prony series of the flesh. If it is None, the relaxation of the design is used.
     """
     design = report.design
     return Hand(
@@ -60,19 +60,19 @@ def hand_of(report: Report, relaxation: Sequence[tuple[float, float]] | None = N
 
 
 def bench_of(report: Report) -> Bench:
-    """Return the bench of a design, or the usual one."""
+    """Return the bench of a design, or the default bench."""
     return report.design.bench or Bench()
 
 
 def log_of_fruit(report: Report, unit: SimulatedUnit, settings: SimulationSettings, count: Count = silent) -> list[str]:
-    """Return the lines of the log of all presses on the fruit.
+    """Simulate all presses on the fruit and return the lines of their log.
 
-    `count` is called with the number of solved presses and the number of all presses. Raises InputError if a press has
-    no solution.
+    `count` is called with the number of solved presses and the total number of presses. Raises InputError if a press
+    has no solution.
     """
     rng = settings.random_generator(1)
     pressing_unit = unit.at_other_temperature(report, rng) if settings.noise else unit
-    turn = report.design.tips.tip_layout.turn_deg or 0.0  # a sensor that cannot be turned presses in one position
+    turn = report.design.tips.tip_layout.turn_deg or 0.0  # the sensor is not turned if its layout has no such angle
     hand = hand_of(report, settings.relaxation)
     presses = []
     for number in range(settings.presses):
@@ -87,9 +87,9 @@ def log_of_fruit(report: Report, unit: SimulatedUnit, settings: SimulationSettin
 
 
 def log_of_ball(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
-    """Return the lines of the log of presses by hand on a rubber ball, at the temperature of the bench.
+    """Simulate presses by hand on a rubber ball, at the calibration temperature, and return the lines of their log.
 
-    A hand tilts the sensor on a ball by at most half the tilt of the design.
+    On a ball, the sensor is tilted by at most half of the largest tilt of the design.
     """
     rng = settings.random_generator(2)
     steepest = (report.design.reading or ReadingRequirements()).tilt_deg
@@ -99,12 +99,10 @@ def log_of_ball(report: Report, unit: SimulatedUnit, settings: SimulationSetting
 
 
 def _weights_lines(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
-    """Return the lines of the table of weights."""
     return weights_table(report, unit, bench_of(report), settings.random_generator(3))
 
 
 def _plate_lines(report: Report, unit: SimulatedUnit, settings: SimulationSettings, _count: Count) -> list[str]:
-    """Return the lines of the table of a press on a hard plate."""
     return plate_table(report, unit, bench_of(report), settings.random_generator(4))
 
 
@@ -114,4 +112,4 @@ FILES: dict[str, Callable[[Report, SimulatedUnit, SimulationSettings, Count], li
     "ball": log_of_ball,
     "out": log_of_fruit,
 }
-"""The function that returns the lines of each file, by the flag of the file."""
+"""For each file, by the name of its flag, the function that returns its lines."""

@@ -1,7 +1,7 @@
-"""A simulated unit with its springs, domes and channels: as designed, from a unit.toml, or drawn from its process.
+"""A simulated unit with its springs, domes and channels: as designed, from a unit.toml, or with random print errors.
 
-Random errors have the distributions of a design's error analysis: half of a tolerance is one standard deviation, and a
-drift is uniform within its bound.
+Random errors have the same distributions as in the error analysis of a design: half of a tolerance is one standard
+deviation, and a drift is uniform within its bound.
 """
 
 import math
@@ -21,20 +21,21 @@ from solve.presses.pressed_bodies import SprungDomes
 if TYPE_CHECKING:
     from instrument.press.printed_unit import PrintedUnit
 
-_SENSITIVITY = 0.03  # standard deviation of the sensitivity of Hall sensors and magnets [1]; calibration removes it
-_ZERO = 0.02  # largest zero of a channel before calibration, as a fraction of the converter's range
-_FULL_COUNTS = 0.25  # counts at full scale of a design without a read-out, as a fraction of the converter's range
-_SOFTEST = 0.5  # smallest stiffness over its design; the largest is the inverse
+_SENSITIVITY = 0.03  # relative standard deviation of the sensitivity of a Hall sensor and its magnet [1]
+_ZERO = 0.02  # largest count of a free channel, as a fraction of the converter's range
+_FULL_COUNTS = 0.25  # counts at full scale for a design without a read-out, as a fraction of the converter's range
+_SOFTEST = 0.5  # smallest stiffness divided by the designed stiffness; the inverse is the largest ratio
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SimulatedUnit:
     """The springs, domes and channels of a unit, in the order of its tips.
 
-    The stiffnesses of its `domes` are those under weights that have hung for `weighed_s` [s]. The compliance grows with
-    the power `creep` of time [1]. Domes protrude by `heights` (tips,) [mm]. The signals of the channels are `zeros`
-    plus `per_mm` (channels, tips) times the deflections [mm]. `noise` is the standard deviation of each channel. The
-    signals are counts up to `saturation`, or newtons if that is None. Zeros drift by `zero_drift` after the tare.
+    `domes` are the domes on their springs, with the stiffnesses under weights that have hung for `weighed_s` [s]. The
+    compliance of the springs is proportional to time to the power `creep` [1]. The domes protrude by `heights` (tips,)
+    [mm]. The signals of the channels are `zeros` plus `per_mm` (channels, tips) times the deflections [mm]. `noise` is
+    the standard deviation of each channel. The signals are counts up to `saturation`, or newtons if `saturation` is
+    None. After the tare, the zeros drift by `zero_drift`.
     """
 
     domes: SprungDomes
@@ -49,7 +50,7 @@ class SimulatedUnit:
 
     @property
     def counted(self) -> bool:
-        """Return whether the channels show counts, not newtons."""
+        """Return whether the channels show counts instead of newtons."""
         return self.saturation is not None
 
     def signals(self, deflections: Floats) -> Floats:
@@ -57,7 +58,10 @@ class SimulatedUnit:
         return np.asarray(self.zeros + deflections @ self.per_mm.T)
 
     def at_other_temperature(self, report: Report, rng: np.random.Generator) -> "SimulatedUnit":
-        """Return the unit at another temperature, with random drifts of zeros, gains and the modulus of its leaves."""
+        """Return a copy of the unit in which zeros, gains and the modulus of the leaves have drifted at random.
+
+        The drifts are due to a change of temperature.
+        """
         channels = report.read_out.channels
         tips = len(self.heights)
         gains = 1.0 + 0.01 * np.array(channels.gain_drift_percent) * rng.uniform(-1.0, 1.0, tips)
@@ -70,7 +74,7 @@ class SimulatedUnit:
 
 
 def refuse_unsimulated(report: Report) -> None:
-    """Raise InputError for a design whose presses cannot be simulated: without domes, or on a fruit with a skin."""
+    """Raise InputError if a design has no domes or its fruit has a skin, because such presses cannot be simulated."""
     design = report.design
     if design.tips.dome_radius_mm is None:
         bound = "dome: presses of other tips are not simulated"
@@ -83,7 +87,7 @@ def refuse_unsimulated(report: Report) -> None:
 
 
 def designed_unit(report: Report) -> SimulatedUnit:
-    """Return a unit that equals its design, with channels that show newtons, and with springs that do not creep."""
+    """Return a unit that equals its design, with channels that show newtons and springs that do not creep."""
     K = 1.0 / np.diag(report.read_out.springs_mm_per_N)
     tips = len(K)
     return SimulatedUnit(
@@ -100,10 +104,10 @@ def designed_unit(report: Report) -> SimulatedUnit:
 
 
 def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
-    """Return the simulated unit with the springs and channels of a calibrated `unit`.
+    """Return a simulated unit with the springs and channels of a calibrated `unit`.
 
-    Its channels show counts if these were calibrated, and newtons otherwise. A reference ball gives one factor for all
-    readings, whatever its cause. Here it multiplies all stiffnesses, because E is proportional to the forces.
+    Its channels show counts if counts were calibrated, and newtons otherwise. If a reference ball corrects the readings
+    by a factor, all stiffnesses are multiplied by that factor, because E is proportional to the forces.
     """
     K = np.array(unit.stiffnesses)
     factor = 1.0 if unit.ball is None else unit.ball.factor
@@ -132,7 +136,8 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     process, nominal = design.process, designed.domes.K
     tips = len(nominal)
     thickness = np.array(design.tips.each(*process.leaf_thicknesses_mm))
-    # All leaves share their material; their thicknesses scatter independently. K is proportional to thickness^3.
+    # K is proportional to the modulus of the material, which all leaves share, and to thickness^3. The thickness errors
+    # of the leaves are independent; their standard deviation is half of the accuracy.
     thickness_errors = 3.0 * 0.5 * process.accuracy_mm / thickness * rng.normal(size=tips)
     log_factors = thickness_errors + process.E_scatter * rng.normal()
     factor = np.exp(np.clip(log_factors, math.log(_SOFTEST), -math.log(_SOFTEST)))
@@ -141,7 +146,7 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
         counts_per_N = _FULL_COUNTS * saturation / np.maximum(report.read_out.full_scale_N, 1e-9)
     else:
         counts_per_N = np.array(signal.counts_per_N)
-    # A Hall sensor responds to the deflection, so the counts per mm do not depend on the real stiffness of the spring.
+    # A Hall sensor responds to the deflection, so the counts per mm do not depend on the true stiffness of the spring.
     counts_per_mm = counts_per_N * nominal * (1.0 + _SENSITIVITY * rng.normal(size=tips))
     creep = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)
     accuracy, _ = form_deviations(design.tips, process)
@@ -158,16 +163,16 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
 
 
 def domes_of(design: Design, K: Floats) -> SprungDomes:
-    """Return the domes of a design on springs of stiffness K (tips,) [N/mm]; the radius of other tips is 0."""
+    """Return the domes of a design on springs of stiffness K (tips,) [N/mm]; tips without a dome have the radius 0."""
     tips = design.tips
     radius = tips.dome_radius_mm or 0.0
     return SprungDomes(dome_radius=radius, positions=np.array(tips.places_mm), K=K, rim=min(0.5 * tips.side_mm, radius))
 
 
 def draw_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> SprungDomes:
-    """Return domes with a random error of their radius, and with a random flat or pointed cap.
+    """Return a copy of the domes with a random error of the radius, and with a cap that is randomly flat or pointed.
 
-    All domes of a print have the same form.
+    All domes of one print have the same form error.
     """
     height_deviation, radius_deviation = form_deviations(design.tips, design.process)
     cap_radius, height = float(rng.choice(CAPS)), float(rng.normal(0.0, height_deviation))
@@ -179,7 +184,7 @@ def draw_form(design: Design, domes: SprungDomes, rng: np.random.Generator) -> S
 
 
 def _noise_N(report: Report) -> Floats:
-    """Return the standard deviation of each channel's noise [N], without the rounding to counts."""
+    """Return the standard deviation of the noise of each channel [N], without the error of rounding to counts."""
     if report.read_out.signal is not None:
         return np.array(report.read_out.signal.noise_N)
     reading = report.design.reading or ReadingRequirements()
