@@ -129,13 +129,13 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
     a design without a board, for a circuit that the programs do not support, and for a unit whose counts are not
     calibrated. If `calibrated`, it is also raised for flesh that relaxes, because the firmware does not read the hold.
     """
-    _refuse_other_boards(sensor)
+    _check_board_is_supported(sensor)
     if not calibrated:
         files = {"main.py": _board_program(sensor, core="", constants={})}
     elif sensor.unit.newtons_per_count:
         files = {"main.py": module_text(sensor), f"{_SKETCH}/unit.h": header_text(sensor)}
     else:
-        hint = "calibrate with counts, or leave it out to print counts"
+        hint = "calibrate with counts, or omit --unit to print counts"
         raise validation_error("--unit", sensor.unit.method, "", "a unit whose counts are calibrated", hint)
     chip_constants = {name: value for name, value in vars(ads1220).items() if name.isupper()}
     for name in ("ads1220.h", f"{_SKETCH}.ino"):
@@ -144,25 +144,25 @@ def board_files(sensor: MeasuringUnit, *, calibrated: bool) -> dict[str, str]:
     return files
 
 
-def _refuse_other_boards(sensor: MeasuringUnit) -> None:
+def _check_board_is_supported(sensor: MeasuringUnit) -> None:
     """Raise InputError for a design without a board, or with a circuit that the programs do not support.
 
     The programs support only the default circuit of a read-out, which converts the channels in turn.
     """
     design = sensor.report.design
     if _board_of(sensor) is None:
-        bound = "left out where the design has no [readout] with a channel for each tip"
+        bound = "left out, because the design has no [readout] with one channel per tip"
         raise validation_error("--logger", design.name, "", bound, "add [readout], and run pipeline design again")
     readout, default = design.readout or Readout(), Readout()
     for name in ("rate_Hz", "bits", "full_scale_mV"):
         key = f"readout.{name}"
         value, supported = getattr(readout.circuit, name), getattr(default.circuit, name)
         if value != supported:
-            bound = f"{supported:g} for --logger, as the {default.circuit.name} is driven"
-            raise validation_error(key, value, "", bound, "write the program of that amplifier yourself")
+            bound = f"{supported:g}, the only value that --logger supports for the {default.circuit.name}"
+            raise validation_error(key, value, "", bound, "use this value, or write the program yourself")
     if readout.delay_ms is not None:
-        bound = "left out for --logger, which converts the channels in turn"
-        hint = "write the program of that amplifier yourself"
+        bound = "left out for --logger, whose programs convert the channels in turn"
+        hint = "leave it out, or write the program yourself"
         raise validation_error("readout.delay_ms", list(readout.delay_ms), "ms", bound, hint)
 
 

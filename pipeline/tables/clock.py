@@ -1,4 +1,4 @@
-"""Clocks that restart: 32-bit counters of milliseconds and microseconds, and times of day at midnight."""
+"""Clocks that wrap around: 32-bit counters of milliseconds or microseconds, and times of day at midnight."""
 
 from collections.abc import Callable
 
@@ -12,14 +12,13 @@ _DAY = 86400.0  # [s]
 _MILLIS = 2.0**32 * 1e-3  # [s] period of a board's millis()
 _MICROS = 2.0**32 * 1e-6  # [s] period of a board's micros()
 _PERIODS = {"ms": (_MILLIS,), "us": (_MICROS,), "s": (_MILLIS, _MICROS)}
-_LONGEST_PAUSE = 60.0  # [s] longest pause between two samples at a restart, and between the two before
+_LONGEST_PAUSE = 60.0  # [s] longest pause between the two samples around a restart, and between the two before it
 
 
 class Clock:
-    """The times of a column [s], which continue to rise across restarts of its clock; `say` reports each restart."""
+    """The times of a column [s], which keep increasing when the clock restarts; `say` reports each restart."""
 
     def __init__(self, table: FoundTable, column: Column, say: Callable[[str], None]) -> None:
-        """Begin before the first row."""
         self._table = table
         self._column = column
         self._say = say
@@ -28,16 +27,17 @@ class Clock:
         self._offset = 0.0  # sum of the periods of all restarts until now [s]
 
     def seconds(self, row: Row, *, rises: bool = False) -> float:
-        """Return the time of a row [s], with the periods of all restarts added.
+        """Return the time of a row [s]; after each restart, the period of the clock is added.
 
-        Raises InputError if the time decreases without a restart of the clock; with `rises` also if it is unchanged.
+        Raises InputError if the time decreases without a restart of the clock. With `rises`, it is also raised if the
+        time does not increase.
         """
         t = self._table.number(row, self._column) + self._offset
         before, self._before = self._before, t
         if before is None or t > before or (t == before and not rises):
             self._was_pause = before is not None and t - before > _LONGEST_PAUSE
             return t
-        # A restart is assumed only if the two samples before it follow each other closely.
+        # A restart is assumed only if there is no long pause just before it.
         for period in () if self._was_pause else self._periods(row):
             if t < before and 0.0 <= t + period - before <= _LONGEST_PAUSE:
                 self._offset += period
@@ -53,7 +53,7 @@ class Clock:
         raise validation_error(place, t - self._offset, "s", bound, hint)
 
     def _periods(self, row: Row) -> tuple[float, ...]:
-        """Return the periods after which the clock of a row may restart [s]: those of a day or of a 32-bit counter."""
+        """Return the periods after which the clock may restart [s]: a day, or the range of a 32-bit counter."""
         if seconds_of_day(self._column.cell(row)) is not None:
             return (_DAY,)
         return _PERIODS.get(self._column.unit, ())

@@ -1,4 +1,4 @@
-"""The columns of a table with their units: all statements in a file about the unit of one column must agree."""
+"""The columns of a table and their units; all statements in a file about the unit of a column must agree."""
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -16,15 +16,15 @@ from sensor.quantity import validation_error
 _UNIT_WORDS = set(map(folded, WORDS["words"]["unit"]))
 _FILLERS = set(WORDS["fillers"])
 _SYSTEM_WORDS = {"", "system", "systems", "measure", "measurement", "measurements"}  # as in `Unit system,Imperial`
-_UNIT = r"(?!in\s+\w)([^\W\d_]{1,12}|\u00b5m|\u03bcm)"  # "in" is no unit if it is a preposition, as in `test 3 in air`
+_UNIT = r"(?!in\s+\w)([^\W\d_]{1,12}|\u00b5m|\u03bcm)"  # "in" is not a unit in `test 3 in air`, but a preposition
 _MENTION = re.compile(
-    rf"(?<![\w.,:])[+-]?\d[\d.,]*\s?{_UNIT}(?![\w^])"  # beside a number
+    rf"(?<![\w.,:])[+-]?\d[\d.,]*\s?{_UNIT}(?![\w^])"  # after a number
     rf"|[(\[{{<]\s*{_UNIT}\s*[)\]}}>/]"  # in brackets
 )
 
 
 class UnitStatement(NamedTuple):
-    """A text that states a unit, and the name of its place for error messages."""
+    """A text that states a unit, and its place in the file for error messages."""
 
     text: str
     place: str
@@ -32,11 +32,11 @@ class UnitStatement(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A column: its index from 0, its label in the header, its quantity, and its unit, "" for a column of texts.
+    """A column: its index, counted from 0, its label in the header, its quantity, and its unit, "" for text.
 
-    `name` is the name of the quantity. `note` says that the unit is assumed, if it is. `unit_index` is the index of the
-    column with the units, if there is one. The clock of a serial monitor is a column with the index -1. `place` is the
-    name of the header cell for error messages.
+    `name` is the name of the quantity. If the unit is assumed, `note` is a sentence that states this. `unit_index` is
+    the index of the column that holds the units, if there is one. The clock of a serial monitor is a column with the
+    index -1. `place` is the name of the header cell in error messages.
     """
 
     index: int
@@ -49,42 +49,41 @@ class Column:
     place: str = ""
 
     def __str__(self) -> str:
-        """Return the column as text for answers, as `force = 'Load' [N]`."""
+        """Return the column as text for summaries, such as `force = 'Load' [N]`."""
         unit = f" [{self.unit}]" if self.unit not in ("", "1") else ""
         return f"{self.name} = {self.label[:SHOWN_LABEL]!r}{unit}"
 
     @property
     def factor(self) -> float:
-        """Return the value of one unit [mm, N, s, MPa or 1]."""
+        """Return the size of the column's unit in mm, N, s, MPa or 1."""
         return self.quantity.units[self.unit]
 
     @property
     def is_written(self) -> bool:
-        """Return whether the column holds numbers in cells; the clock of a serial monitor does not."""
+        """Return whether the column holds numbers in cells, unlike the clock of a serial monitor."""
         return bool(self.unit) and self.index >= 0
 
     def cell(self, row: Row) -> str:
-        """Return the cell of a row in this column, "" beyond the end of the row."""
+        """Return the cell of a row in this column, or "" beyond the end of the row."""
         return row.clock if self.index < 0 else row.cell(self.index)
 
     def refuse_other_unit(self, statements: Iterable[UnitStatement]) -> None:
-        """Raise InputError if a statement gives the column a unit that differs from its own."""
+        """Raise InputError if a statement gives the column another unit than it has."""
         if self.is_written:
             agreed_unit(self.quantity, [UnitStatement(self.unit, self.place), *statements])
 
 
 class StatedUnits:
-    """The units that lines of text state, as `Force unit: kN`, or only mention, as `load cell 5 kN`.
+    """The units that lines of text state, as in `Force unit: kN`, or only mention, as in `load cell 5 kN`.
 
     A statement is valid for all tables below it, until another statement replaces it. A mention never determines a
-    unit, but it prevents that another unit is assumed.
+    unit, but it prevents the reader from assuming another one.
     """
 
     def __init__(self, words: HeaderWords) -> None:
-        """Begin without statements."""
         self._words = words
         self._stated: dict[str, list[UnitStatement]] = {}  # by quantity
-        self._mentioned: dict[str, list[UnitStatement]] = {}  # units that are not the default, by quantity
+        self._mentioned: dict[str, list[UnitStatement]] = {}  # by quantity, only units that are not the default
         self._assumed: dict[str, str] = {}  # for each quantity whose unit is assumed, the place of its header
 
     def record_statements(self, source: str, rows: Iterable[Row]) -> Mapping[str, list[UnitStatement]]:
@@ -104,11 +103,10 @@ class StatedUnits:
         return stated
 
     def record_mentions(self, source: str, row: Row, used: Collection[int] = ()) -> None:
-        """Record the units that cells mention by themselves, beside a number, or in brackets.
+        """Record the units that cells mention: a cell that is only a unit, or a unit after a number or in brackets.
 
-        `used` are the indices of cells that belong to the table, which are left out. A unit is recorded for each
-        quantity whose default is another unit. Units of time are not recorded, because text mentions them for many
-        reasons.
+        Cells with the indices `used` belong to the table and are left out. A unit is recorded for each quantity whose
+        default is another unit. Units of time are not recorded, because texts mention them for many other reasons.
         """
         for cell in (cell[:LONGEST_LABEL] for index, cell in enumerate(row.cells) if cell and index not in used):
             for text in (cell, *(after_number or bracketed for after_number, bracketed in _MENTION.findall(cell))):
@@ -120,10 +118,9 @@ class StatedUnits:
     def columns(self, source: str, header: Row, below: Sequence[Row], first: Row) -> list[Column]:
         """Return the columns that a header names, each with its unit.
 
-        `below` are the rows of text between the header and the `first` row of numbers. A unit may be stated in the
-        header, in these rows, beside the first number, in a line above the table, or by a flag. Raises InputError if
-        the statements about a column differ or are invalid, and if the default unit is assumed while a line mentions
-        another unit.
+        `below` are the rows of text between the header and the `first` row of numbers. Raises InputError if the
+        statements about the unit of a column differ or are invalid. It is also raised if no unit is stated, and a line
+        mentions another unit than the default.
         """
         named_columns = self._words.columns(header)
         unit_columns = self._unit_columns(header, named_columns, first)
@@ -151,29 +148,40 @@ class StatedUnits:
                 statements = [UnitStatement(text, "--units") for text in [quantity.flag_unit] if text]
                 statements += [UnitStatement(text, column.place) for text in label_units]
                 # If nothing else states a unit, any text below the header is taken for a unit, which may be unknown.
-                rows = unit_rows if statements else below
-                statements += [
-                    UnitStatement(row.cell(at), place_of(source, row.line))
-                    for row in rows
-                    if not is_missing(row.cell(at))
-                ]
-                number = as_number(first.cell(at))
-                first_units = (number.unit if number else "", first.cell(unit_columns.get(at, -1)))
-                statements += [UnitStatement(text, place_of(source, first.line, label)) for text in first_units if text]
-                # A line above the table is ignored if it states no unit of the quantity, and the table itself does.
+                statements += self._statements_in_rows(source, column, unit_rows if statements else below, first)
+                # A line above the table is ignored if it does not state a unit of the quantity, but the table does.
                 statements += [
                     each for each in self._stated.get(name, []) if not statements or unit_of(quantity, each.text)
                 ]
-                is_of_day = seconds_of_day(first.cell(at)) is not None
-                column = self._with_unit(column, statements, is_known=is_of_day)
+                is_time_of_day = seconds_of_day(first.cell(at)) is not None
+                column = self._with_unit(column, statements, is_known=is_time_of_day)
             columns.append(column)
         return columns
+
+    @staticmethod
+    def _statements_in_rows(source: str, column: Column, rows: Sequence[Row], first: Row) -> list[UnitStatement]:
+        """Return the units of a column that stand in `rows` below the header, and in the `first` row of numbers.
+
+        In the row of numbers, a unit follows the number or stands in the column of units.
+        """
+        statements = [
+            UnitStatement(column.cell(row), place_of(source, row.line))
+            for row in rows
+            if not is_missing(column.cell(row))
+        ]
+        number = as_number(column.cell(first))
+        unit_cell = "" if column.unit_index is None else first.cell(column.unit_index)
+        place = place_of(source, first.line, column.label)
+        return [
+            *statements,
+            *(UnitStatement(text, place) for text in (number.unit if number else "", unit_cell) if text),
+        ]
 
     def _with_unit(self, column: Column, statements: Sequence[UnitStatement], *, is_known: bool) -> Column:
         """Return a column with the unit that all statements give, or else with the default unit of its quantity.
 
-        A default unit is noted as assumed, unless `is_known`: the numbers themselves show it, as a time of day does.
-        Raises InputError if the statements differ, or if a mention contradicts the assumption.
+        A note states that the default unit is assumed, unless it `is_known`, as for a time of day. Raises InputError if
+        the statements differ, or if a mention contradicts the assumption.
         """
         quantity = column.quantity
         unit = agreed_unit(quantity, statements) or needed_unit(column.place, quantity, quantity.default)
@@ -187,10 +195,10 @@ class StatedUnits:
         )
 
     def _unit_columns(self, header: Row, named_columns: Sequence[NamedColumn], first: Row) -> dict[int, int]:
-        """Return, for the index of each column of numbers, the index of the column that holds its units.
+        """Return a dict from the index of a numeric column to the index of the column that holds its units.
 
-        A column of units has a word for "unit" in its label, or no label and a unit in the `first` row of numbers. It
-        belongs to the quantity that its label names, or else to the column before it.
+        A column of units has a word for "unit" in its label. Without a label, it has a unit in the `first` row of
+        numbers. It belongs to the quantity that its label names, or else to the column before it.
         """
         names = {column.at: column.name for column in reversed(named_columns)}
         unit_columns: dict[int, int] = {}
@@ -207,7 +215,7 @@ class StatedUnits:
         return unit_columns
 
     def _refuse_contradiction(self, name: str, statements: Iterable[UnitStatement]) -> None:
-        """Raise InputError for the first statement that contradicts the assumed default unit of a quantity."""
+        """Raise InputError for the first statement that differs from the default unit that was assumed for `name`."""
         quantity = self._words.quantities[name]
         for each in statements:
             if unit_of(quantity, each.text) != quantity.default:
@@ -218,7 +226,8 @@ class StatedUnits:
     def _statements(self, row: Row, index: int, cell: str) -> Iterator[tuple[str, str]]:
         """Yield the quantity and the unit of each statement that begins in a cell, as in `Force unit: kN`.
 
-        The value may also be in the next cell. The quantity is "" for a system of units that names no unit.
+        The unit may also stand in the next cell. The quantity is "" if a system of units is stated by a name that is
+        not a unit.
         """
         key, _, value = cell.replace("=", ":").partition(":")
         parts = folded(re.sub(r"[()\[\]]", " ", key)).split(" ")
@@ -240,7 +249,7 @@ class StatedUnits:
 def agreed_unit(quantity: Quantity, statements: Iterable[UnitStatement]) -> str:
     """Return the unit on which all statements agree, or "" if there are none.
 
-    Raises InputError for a text that is no unit of the quantity, and if two statements differ.
+    Raises InputError for a text that is not a unit of the quantity, and if two statements differ.
     """
     by_unit: dict[str, UnitStatement] = {}
     for each in statements:

@@ -1,4 +1,4 @@
-"""Lines of text from the bytes of a file or of the standard input, in any common encoding."""
+"""Decode the bytes of a file or of the standard input to lines of text, in any common encoding."""
 
 import io
 import itertools
@@ -11,14 +11,14 @@ from pipeline.tables.header_words import FOREIGN_WORDS
 from sensor.quantity import validation_error
 
 MAX_LINES = 1_000_000
-LONGEST_LINE = 65536  # maximum length of a line of a stream [bytes]; a longer one holds no numbers
+LONGEST_LINE = 65536  # maximum length of a line [bytes]; a longer line is not a row of a table
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 _LEGACY = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # legacy encodings of exported tables
 # Legacy encodings in which every byte is valid. They are accepted only if a known word is found in the text.
 _ANY_BYTES = ("mac_roman", "cp850")
-_NULL_SHARE = 0.3  # share of null bytes at every second place that indicates UTF-16 without a byte order mark
-_ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # colours of a terminal
-_NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x84\x86-\x9f\ufffd\ufffe\uffff]")  # characters that no text contains
+_NULL_SHARE = 0.3  # fraction of null bytes among every second byte above which a text is taken for UTF-16
+_ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # escape sequences for the colours of a terminal
+_NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x84\x86-\x9f\ufffd\ufffe\uffff]")  # characters that text never contains
 
 
 def place_of(source: str, line: int, label: str = "") -> str:
@@ -29,7 +29,7 @@ def place_of(source: str, line: int, label: str = "") -> str:
 def lines_of_text(source: str, content: bytes) -> list[str]:
     """Return the lines of a text file with their line ends.
 
-    Raises InputError for bytes that are no text, for too many lines, and for a line that is too long.
+    Raises InputError if the bytes are not text, if there are too many lines, and if a line is too long.
     """
     text = _ANSI.sub("", _decode_text(content).rstrip("\x1a")).replace("\r\r\n", "\n").replace("\ufeff", "")
     if _NO_TEXT.search(text):
@@ -48,7 +48,7 @@ def lines_of_text(source: str, content: bytes) -> list[str]:
 def lines_of_stream() -> Iterator[str]:
     """Yield the lines of the standard input with their line ends, as they arrive.
 
-    Raises InputError for bytes that are no text in UTF-8, and for a line that is too long.
+    Raises InputError for a line that is not UTF-8 text or is too long.
     """
     encoding = "utf-8-sig"  # only the first line may begin with a byte order mark
     number = 0
@@ -64,9 +64,9 @@ def lines_of_stream() -> Iterator[str]:
 def _decode_text(content: bytes) -> str:
     """Return the text of a file whose encoding is unknown.
 
-    Byte order marks, escape sequences and null bytes are tried first, then UTF-8. Of the legacy encodings it is the one
-    in which the text has the most letters of known header words, or else the first one that is possible. Bytes that are
-    no text give characters that no text contains.
+    Byte order marks, escape sequences and null bytes decide first. Then UTF-8 is tried. If the bytes are not valid
+    UTF-8, each legacy encoding is tried, and the one in which known header words have the most letters is chosen. If no
+    word is found, it is the first encoding without an error. Bytes that are not text become characters of `_NO_TEXT`.
     """
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):

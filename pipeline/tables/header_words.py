@@ -1,4 +1,4 @@
-"""The words used in headers and units, in the languages of words.toml."""
+"""The words that name quantities and units in tables, in each language of words.toml."""
 
 import tomllib
 import unicodedata

@@ -1,4 +1,4 @@
-"""Headers of tables: the quantity and the unit of each column, from known words or from flags."""
+"""Interpret table headers: the quantity and the unit of each column, from known words or from flags."""
 
 import functools
 import itertools
@@ -13,7 +13,7 @@ from pipeline.tables.rows import Row
 from pipeline.tables.units import LONGEST_LABEL, Quantity, is_other_unit, is_unit, needed_unit, unit_of
 from sensor.quantity import validation_error
 
-_MAX_HEADER_CHECKS = 50_000  # maximum number of lines that are checked for a header
+_MAX_HEADER_CHECKS = 50_000  # maximum number of lines that are checked for a header, which limits the time for a file
 _IN_BRACKETS = re.compile(r"([^(\[{<]*)[(\[{<]([^)\]}>]*)[)\]}>]")
 _WRITTEN_BY_R = re.compile(r"[^\W\d_]\w*([.]+[\w%]+)+[.]*")  # R turns Force (kgf) into Force..kgf.
 _SIGNS_BY_R = re.compile(r"[.]{3,}$")
@@ -23,7 +23,7 @@ _SEPARATOR = re.compile(r"[\s_/,:;-]+")
 class ColumnFlags(NamedTuple):
     """The flags `--columns NAME=HEADER,...` and `--units NAME=UNIT,...`.
 
-    `others` are names that are allowed in the flags because another table of the same command has them.
+    `others` are further names that the flags may contain, because another table of the same command has them.
     """
 
     columns: str | None = None
@@ -31,9 +31,9 @@ class ColumnFlags(NamedTuple):
     others: tuple[str, ...] = ()
 
     def applied(self, quantities: Mapping[str, Quantity]) -> dict[str, Quantity]:
-        """Return the quantities with the headers and units that the flags give.
+        """Return the quantities with the headers and units that the flags state.
 
-        Raises InputError for an unknown name, and for a text that is no unit of its quantity.
+        Raises InputError for an unknown name, and for a text that is not a unit of the quantity.
         """
         flagged = dict(quantities)
         names = (*quantities, *self.others)
@@ -50,24 +50,26 @@ NO_FLAGS = ColumnFlags()
 
 
 def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield each name and value of the text NAME=VALUE,... of a flag, whose values may contain commas.
+    """Yield each name and value of a flag's text NAME=VALUE,...; a value may contain commas.
 
-    Raises InputError for another form of text, an unknown name, or a name that occurs twice.
+    Raises InputError if the text does not have this form, or if a name is unknown or occurs twice.
     """
     if text is None:
         return
+    # A value ends before the next known name. Longer names are tried first, because a name may begin with another one.
     known = "|".join(sorted(map(re.escape, names), key=len, reverse=True))
     start, *parts = re.split(rf"(?:^|,)\s*({known})\s*=", text)
     values = dict(zip(parts[::2], map(str.strip, parts[1::2]), strict=True))
-    is_whole = not start and 0 < 2 * len(values) == len(parts) and all(values.values())
-    if not is_whole or any(re.search(r",\s*\w+\s*=", value) for value in values.values()):
+    is_complete = not start and 0 < 2 * len(values) == len(parts) and all(values.values())
+    # Another `, WORD =` in a value is an unknown name.
+    if not is_complete or any(re.search(r",\s*\w+\s*=", value) for value in values.values()):
         bound = f"NAME=TEXT separated by commas, each NAME once and one of {', '.join(names)}"
         raise validation_error(flag, text, "", bound, "write for instance force=Kraft, force=2 or force=kN")
     yield from values.items()
 
 
 class NamedColumn(NamedTuple):
-    """A column that a header names: its index from 0, the name of its quantity, and the units in its label."""
+    """A column that a header names: its index, counted from 0, the name of its quantity, and the units in its label."""
 
     at: int
     name: str
@@ -75,36 +77,40 @@ class NamedColumn(NamedTuple):
 
 
 class HeaderWords:
-    """The words by which labels of columns name the quantities of a table."""
+    """The words by which column labels name the quantities of a table."""
 
     def __init__(self, quantities: Mapping[str, Quantity]) -> None:
-        """Store the words of the quantities. If a flag chooses the column of a quantity, its words name no column."""
+        """Index the words that name each quantity.
+
+        If a flag selects the column of a quantity, the words of this quantity do not name a column.
+        """
         self.quantities = quantities
-        self._all_words: dict[str, str] = {}
-        self._header_words: dict[str, str] = {}
-        self._words_with_unit: dict[str, str] = {}  # words that name a quantity only together with a unit
+        self._quantity_by_word: dict[str, str] = {}  # in any text, for example in `Force unit: kN`
+        self._quantity_by_label: dict[str, str] = {}  # in column labels
+        self._quantity_by_label_with_unit: dict[str, str] = {}  # in column labels that also contain a unit
         for name, quantity in quantities.items():
-            words = dict.fromkeys(map(folded, (name, *quantity.words)), name)
-            words_with_unit = dict.fromkeys(map(folded, quantity.beside_unit), name)
-            self._all_words |= {**words_with_unit, **words, folded(quantity.chosen): name}
+            by_label = dict.fromkeys(map(folded, (name, *quantity.words)), name)
+            by_label_with_unit = dict.fromkeys(map(folded, quantity.beside_unit), name)
+            self._quantity_by_word |= {**by_label_with_unit, **by_label, folded(quantity.chosen): name}
             if not quantity.chosen:
-                self._words_with_unit |= words_with_unit
-                self._header_words |= words
-        for names in (self._all_words, self._header_words):
+                self._quantity_by_label_with_unit |= by_label_with_unit
+                self._quantity_by_label |= by_label
+        for index in (self._quantity_by_word, self._quantity_by_label):
             # A header may also write two words as one.
-            names |= {words.replace(" ", ""): name for words, name in names.items() if " " in words}
-            names.pop("", None)
+            index |= {words.replace(" ", ""): name for words, name in index.items() if " " in words}
+            index.pop("", None)  # the key of a quantity that no flag selects
         self._checks_left = _MAX_HEADER_CHECKS
         self.named = functools.lru_cache(maxsize=4096)(self._named)
 
     def quantity_of(self, words: str) -> str:
-        """Return the name of the quantity that some words mean, in a header or in other text; "" for none."""
-        return self._all_words.get(folded(words), "")
+        """Return the name of the quantity that `words` mean, in a header or in other text; "" if there is none."""
+        return self._quantity_by_word.get(folded(words), "")
 
     def columns(self, row: Row) -> list[NamedColumn]:
-        """Return the columns that a row names as a header, in order.
+        """Return the columns that a row names as a header, from left to right.
 
-        A column is named by a flag, by a known word, or by a word with a unit if no other column has its quantity.
+        The quantity of a column follows from a flag, or from a known word in its label. Some words name a quantity only
+        together with a unit, and only if no other column holds this quantity.
         """
         columns = [
             NamedColumn(index, name, tuple(_units_in(row.cells[index], name, quantity)))
@@ -114,12 +120,14 @@ class HeaderWords:
         labels = [(index, *self.named(label)) for index, label in enumerate(row.cells) if len(label) <= LONGEST_LABEL]
         columns += [
             NamedColumn(index, name, (unit,) if unit else ())
-            for index, name, unit, by_unit in labels
-            if name and not by_unit
+            for index, name, unit, needs_unit in labels
+            if name and not needs_unit
         ]
         names = {column.name for column in columns}
         columns += [
-            NamedColumn(index, name, (unit,)) for index, name, unit, by_unit in labels if by_unit and name not in names
+            NamedColumn(index, name, (unit,))
+            for index, name, unit, needs_unit in labels
+            if needs_unit and name not in names
         ]
         return sorted(columns)
 
@@ -128,11 +136,12 @@ class HeaderWords:
         return {column.name for column in self.columns(row)}
 
     def is_header(self, row: Row, needed: Sequence[Collection[str]]) -> bool:
-        """Return whether a row is a header: it names all quantities of at least one set in `needed`.
+        """Return whether a row is a header, which means that it names all quantities of at least one set in `needed`.
 
-        None of the cells that name them may be a number.
+        None of the cells that name these quantities may be a number.
         """
-        # A row of numbers and empty cells is no header; "" is in every text.
+        # Shortcut for speed: a row of numbers and empty cells is not a header. An empty cell passes, because "" is
+        # contained in every string.
         if all(cell[:1] in "+-.,0123456789" for cell in row.cells) or self._checks_left == 0:
             return False
         self._checks_left -= 1
@@ -142,53 +151,59 @@ class HeaderWords:
         return is_complete and not any(is_number(row.cells[column.at]) for column in columns)
 
     def measured(self, header: Row) -> list[int]:
-        """Return the indices of the columns of numbers that a header names."""
+        """Return the indices of the numeric columns that a header names."""
         return [column.at for column in self.columns(header) if self.quantities[column.name].units]
 
     def columns_by_number(self, needed: Sequence[Collection[str]]) -> dict[int, Quantity]:
-        """Return the quantities of the columns that flags select by number, by index from 0.
+        """Return the quantities of the columns that flags select by number; the keys are column indices from 0.
 
-        Empty unless the flags select all quantities of at least one set in `needed`. Columns of texts are left out.
+        The result is empty unless the flags select all quantities of at least one set in `needed`. Columns of text are
+        left out.
         """
-        chosen = {name: int(each.chosen) for name, each in self.quantities.items() if each.chosen.isdecimal()}
-        if not any(names and chosen.keys() >= set(names) for names in needed):
+        numbers = {name: int(each.chosen) for name, each in self.quantities.items() if each.chosen.isdecimal()}
+        if not any(names and numbers.keys() >= set(names) for names in needed):
             return {}
-        return {at - 1: self.quantities[name] for name, at in chosen.items() if at and self.quantities[name].units}
+        return {
+            number - 1: self.quantities[name]
+            for name, number in numbers.items()
+            if number and self.quantities[name].units
+        }
 
     def near(self, row: Row, names: Collection[str]) -> tuple[str, str, str] | None:
-        """Return the first label that names one of these quantities but ends in text that is no unit.
+        """Return the first label that names one of the quantities `names`, but ends in a text that is not a unit.
 
-        The label, the name of the quantity and the text after it are returned, or None if there is no such label.
+        The result is the label, the name of the quantity, and the text after the name; None if there is no such label.
         """
         for label in row.cells:
             for words, tail in reversed(list(label_parts(label)) if len(label) <= LONGEST_LABEL else []):
-                name = self._header_words.get(folded(words), "")
+                name = self._quantity_by_label.get(folded(words), "")
                 if name in names and self.quantities[name].units:
                     return label, name, tail
         return None
 
     def _named(self, label: str) -> tuple[str, str, bool]:
-        """Return the quantity that a label names, the unit in it, and whether the label names it only with that unit.
+        """Return the quantity that a label names, its unit, and whether the label names it only because of the unit.
 
-        The label must be a known word, by itself or with a unit of its quantity. The quantity and the unit are "" if
-        there is none.
+        The label must consist of known words, which may be followed by a unit of their quantity. The quantity and the
+        unit are "" if there is none.
         """
-        if name := self._header_words.get(folded(label), ""):
+        if name := self._quantity_by_label.get(folded(label), ""):
             return name, "", False
         for words, tail in label_parts(label):
-            name = self._header_words.get(folded(words), "")
+            name = self._quantity_by_label.get(folded(words), "")
             if name and self.quantities[name].units and (not tail or unit_of(self.quantities[name], tail)):
                 return name, tail, False
-            name = self._words_with_unit.get(folded(words), "")
+            name = self._quantity_by_label_with_unit.get(folded(words), "")
             if name and unit_of(self.quantities[name], tail):
                 return name, tail, True
         return "", "", False
 
 
 def _chosen_columns(labels: Sequence[str], chosen: str) -> list[int]:
-    """Return the indices of the columns that `chosen` selects, the value of a flag.
+    """Return the indices of the columns that the value `chosen` of a flag selects.
 
-    It is a label, the number of a column from 1, or a label without its unit, in this order of preference.
+    The value is a label, the number of a column counted from 1, or a label without its unit, in this order of
+    preference.
     """
     if not chosen:
         return []
@@ -210,27 +225,27 @@ def _chosen_columns(labels: Sequence[str], chosen: str) -> list[int]:
 
 
 def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
-    """Yield all units in the label of a column that a flag chose, including units of other quantities.
+    """Yield all units in the label of a column that a flag selects, including units of other quantities.
 
-    If there is none and no flag gives the unit, a text in brackets or after a known word is yielded as an unknown unit.
-    So are the dots that R writes for (%).
+    If the label has no unit and no flag states one, a text in brackets or after a known word is yielded as an unknown
+    unit. So are the dots that R writes instead of (%).
     """
     units = list(_trailing_units(label, name, quantity)) if quantity.units else []
-    known = set(map(folded, (*quantity.words, *quantity.beside_unit)))
+    known_words = set(map(folded, (*quantity.words, *quantity.beside_unit)))
     yield from units
-    if units or not quantity.units or quantity.flag_unit or folded(label) in known:
+    if units or not quantity.units or quantity.flag_unit or folded(label) in known_words:
         return
     if in_brackets := _IN_BRACKETS.fullmatch(label.strip(" :;,")):
         yield in_brackets[2].strip()
     elif dots := _SIGNS_BY_R.search(label):
         yield dots[0]
     else:
-        tails = (tail for words, tail in label_parts(label) if folded(words) in known and not tail.isdecimal())
+        tails = (tail for words, tail in label_parts(label) if folded(words) in known_words and not tail.isdecimal())
         yield from itertools.islice(tails, 1)
 
 
 def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
-    """Yield each unit at the end of a label, from the last one on, and stop at a unit of another quantity.
+    """Yield the units at the end of a label, from right to left, and stop at a unit of another quantity.
 
     The end of a quantity's name such as F_l is its channel, not a unit.
     """
@@ -250,7 +265,7 @@ def _trailing_units(label: str, name: str, quantity: Quantity) -> Iterator[str]:
 def label_parts(label: str) -> Iterator[tuple[str, str]]:
     """Yield each way to split a label into words and a tail, which may be a unit.
 
-    Text in brackets is the first tail; then come the splits at spaces and signs, those with the most words first.
+    Text in brackets is the first tail. The splits at spaces and punctuation follow, from right to left.
     """
     label = unicodedata.normalize("NFKC", label[:LONGEST_LABEL]).strip(" :;,\t")
     if ".." in label or _WRITTEN_BY_R.fullmatch(label):
@@ -263,7 +278,7 @@ def label_parts(label: str) -> Iterator[tuple[str, str]]:
         words, tail = label[: separator.start()], label[separator.end() :]
         if words and tail:
             yield words, re.sub(r"^(in|en|em) ", "", tail)
-    # Brackets that are not the only ones in the label.
+    # The last pair of brackets, if the label has more than one.
     without_closing = label.rstrip(")]}>")
     opening = max(map(without_closing.rfind, "([{<"))
     if without_closing != label and opening > 0:
@@ -271,7 +286,7 @@ def label_parts(label: str) -> Iterator[tuple[str, str]]:
 
 
 def folded(words: str) -> str:
-    """Return words for a comparison: in lower case, without accents and signs, and with single spaces between them."""
+    """Return words in a form for comparison: lower case, no accents or punctuation, and single spaces."""
     letters = unicodedata.normalize("NFKD", words[:LONGEST_LABEL].replace("\u00df", "ss")).casefold()
     plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
     return re.sub(r"[\s_-]+", " ", plain).strip(" .:;,*#\"'")

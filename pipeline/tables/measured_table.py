@@ -1,4 +1,4 @@
-"""The single table of a file, as arrays of numbers and as texts."""
+"""The only table of a file, as arrays of numbers and tuples of texts."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ from sensor.arrays import Floats
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredTable:
-    """The columns of a table by the name of their quantity: `texts`, and `numbers` (rows,) [mm, N, s, MPa or 1].
+    """The columns of a table by quantity: `texts` (rows,), and `numbers` (rows,) in mm, N, s, MPa or 1.
 
-    `last_digits` (rows,) is the resolution of each number: the value of one step in its last written digit. `lines` are
-    the numbers of the rows' lines in the file, and `header` is the line of the header. `passed_over` are the labels of
-    skipped columns. `understood` summarises in one line which columns and rows were read.
+    `last_digits` (rows,) is the resolution of each number: the value of one step in its last written digit. `header` is
+    the line number of the header in the file, and `lines` are the line numbers of the rows. `passed_over` holds the
+    labels of columns that were skipped. `understood` summarises in one line which columns and rows were read.
     """
 
     source: str
@@ -34,7 +34,7 @@ class MeasuredTable:
 def numbers_of(
     source: Path | str, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> MeasuredTable:
-    """Read the single table of a file as numbers and texts; the arguments are those of `only_table`.
+    """Read the only table of a file as numbers and texts, with the arguments of `only_table`.
 
     Raises InputError like `only_table`, and for the first invalid cell.
     """

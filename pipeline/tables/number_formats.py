@@ -1,4 +1,4 @@
-"""Notations of numbers: decimal signs, thousands separators, units after numbers, times of day, and empty cells."""
+"""How cells write numbers: decimal signs, thousands separators, units after numbers, times of day, and empty cells."""
 
 import datetime
 import functools
@@ -15,9 +15,9 @@ _SPACES = " '\u2019\u00a0\u202f\u2009"  # characters that may separate thousands
 
 
 def _number_pattern(decimal: str, other: str) -> re.Pattern[str]:
-    """Return the pattern of a number with the sign `decimal`, in which the sign `other` may separate thousands.
+    """Return the pattern of a number with the decimal sign `decimal`, in which the sign `other` may separate thousands.
 
-    A number with an exponent and a single sign has no thousands separator: 1,500e3 is 1.5e3.
+    If a number has an exponent and only one sign, the sign is decimal: 1,500e3 is 1.5e3.
     """
     whole = rf"[0-9]+|[0-9]{{1,3}}(?:[{_SPACES}][0-9]{{3}})+|[1-9][0-9]{{0,2}}(?:\{other}[0-9]{{3}})+"
     exponent = "[eEdD][+-]?[0-9]{1,4}"
@@ -38,10 +38,10 @@ _MISSING = frozenset(
 
 
 class WrittenNumber(NamedTuple):
-    """A cell that is a number: its text without spaces, and the unit after the number.
+    """A cell that holds a number: its text without spaces, and the unit after the number.
 
-    `with_point` is the number in Python's notation if a point is decimal in the cell, and `with_comma` if a comma is.
-    Each is None if the text is no number with that decimal sign.
+    `with_point` is the number in Python's notation if the point is the decimal sign, and `with_comma` if the comma is.
+    Each is None if the text is not a number with that decimal sign.
     """
 
     text: str
@@ -51,18 +51,18 @@ class WrittenNumber(NamedTuple):
 
     @property
     def is_sure(self) -> bool:
-        """Return whether the text is a number for only one of the two decimal signs."""
+        """Return whether the text is a number with only one of the two decimal signs."""
         return self.with_point is None or self.with_comma is None
 
     @property
     def unclear(self) -> bool:
-        """Return whether the sign in the text may be decimal or may separate thousands, as in 1,500 and 1.500."""
+        """Return whether a sign in the text may be decimal or may separate thousands, as in 1,500 and 1.500."""
         return not self.is_sure and self.with_point != self.with_comma
 
     def plain(self, decimal: str) -> str | None:
-        """Return the number in Python's notation for the decimal sign `decimal`, or None if it is none with that sign.
+        """Return the number in Python's notation, or None if the text is not a number with the sign `decimal`.
 
-        If `decimal` is "", the text itself determines the sign, and a point is preferred.
+        If `decimal` is "", the text itself determines the decimal sign; the point is preferred.
         """
         if decimal:
             return self.with_comma if decimal == "," else self.with_point
@@ -71,7 +71,7 @@ class WrittenNumber(NamedTuple):
 
 @functools.lru_cache(maxsize=4096)
 def as_number(cell: str) -> WrittenNumber | None:
-    """Return the number that a cell holds, in the digits 0 to 9 and perhaps with a unit; None for other text."""
+    """Return the number that a cell holds, which may be followed by a unit; None for other text."""
     if not cell or len(cell) > _MAX_NUMBER_LENGTH:
         return None
     text = cell.replace("\u2212", "-")
@@ -88,17 +88,17 @@ def as_number(cell: str) -> WrittenNumber | None:
 
 
 def is_number(cell: str) -> bool:
-    """Return whether a cell is a number, with a decimal point or comma, in digits 0 to 9."""
+    """Return whether a cell holds a number in digits 0 to 9, with a decimal point or comma."""
     return as_number(cell) is not None
 
 
 def is_missing(cell: str) -> bool:
-    """Return whether a cell is empty, or states in a common way that it holds no number."""
+    """Return whether a cell is empty, or holds a common sign for a missing number such as "-" or "n/a"."""
     return cell.lower() in _MISSING
 
 
 def seconds_of_day(text: str) -> float | None:
-    """Return a time of day in seconds, counted from year 1 if the text has a date; None for other text."""
+    """Return a time of day in seconds, counted from the year 1 if the text has a date; None for other text."""
     match = _TIME_OF_DAY.fullmatch(text)
     if match is None:
         return None
@@ -111,10 +111,11 @@ def seconds_of_day(text: str) -> float | None:
 
 
 def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> str:
-    """Return the decimal sign of all numbers in a table; each of its `columns` is a sequence of line numbers and cells.
+    """Return the decimal sign of all numbers in a table; each column is a sequence of pairs of line number and cell.
 
-    It is the comma if some number is valid only with a comma and none only with a point; otherwise it is the point.
-    Raises InputError if numbers have different decimal signs, or if a sign may be decimal or may separate thousands.
+    It is the comma if at least one number is valid only with a comma, and no number only with a point. Otherwise it is
+    the point. Raises InputError if numbers have different decimal signs, or if a sign may be decimal or may separate
+    thousands.
     """
     numbers_by_column = [[(line, number) for line, cell in cells if (number := as_number(cell))] for cells in columns]
     all_numbers = [number for column in numbers_by_column for _, number in column]
@@ -122,7 +123,8 @@ def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> s
     sign = "," if any(number.with_point is None for number in all_numbers) and not has_points else "."
     ambiguous = []
     for column in numbers_by_column:
-        # A column separates thousands if one of its numbers shows the decimal sign, and none has four adjacent digits.
+        # The other sign separates thousands if one number of the column shows the decimal sign, and if no number begins
+        # with four digits in a row.
         numbers = [number for _, number in column]
         has_thousands_sign = any(number.is_sure for number in numbers) and not any(
             _FOUR_DIGITS.match(number.text) for number in numbers

@@ -1,4 +1,4 @@
-"""Rows of cells from lines of text: delimiters, quotes, comments and clocks."""
+"""Split lines of text into rows of cells: delimiters, quotes, comments and clocks."""
 
 import csv
 import itertools
@@ -13,24 +13,24 @@ from pipeline.tables.workbook import cells_of_workbook
 from sensor.input_file import read_bytes
 from sensor.quantity import validation_error
 
-_MAX_JOINED = 5  # maximum number of lines over which a quoted cell extends
+_MAX_JOINED = 5  # maximum number of lines that a quoted cell spans
 _SAMPLE = 400  # number of lines that determine the delimiter
 _DELIMITERS = ("\t", ";", "|", ",", "  ", " ")
 _SPACES = {
-    " ": re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])"),  # a unit in brackets stays with its word
+    " ": re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])"),  # no split before a unit in brackets
     "  ": re.compile(r"[ \u3000]{2,}"),
 }
 _COMMENT = re.compile(r"\s*(?:#|%|//)\s*")
 _CLOCK_BEFORE = re.compile(r"\s*((?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)\s*(?:->|→)\s?")
-_MARKED = ('"', "'", ">", "\u2192", "#", "%", "/")  # signs of quoted cells, clocks and comments
+_MARKED = ('"', "'", ">", "\u2192", "#", "%", "/")  # characters of quoted cells, clocks and comments
 
 
 class Row(NamedTuple):
-    """One line of a file: its number from 1, and its cells without surrounding spaces.
+    """One line of a file: its number, counted from 1, and its cells without surrounding spaces.
 
-    `clock` is the time of day that a serial monitor writes before the line. `fault` is the reason why its cells are
-    invalid. A row is `cut` if it is the last one and has no line end, although earlier lines have one. It is
-    `commented` if a comment sign precedes it.
+    `clock` is the time of day that a serial monitor writes before the line. `fault` states why the cells are invalid.
+    `cut` is True for the last row if it has no line end although earlier lines have one. `commented` is True if the
+    line begins with a comment sign.
     """
 
     line: int
@@ -46,7 +46,7 @@ class Row(NamedTuple):
         return not any(self.cells)
 
     def cell(self, index: int) -> str:
-        """Return the cell at an index, or "" beyond the ends of the row."""
+        """Return the cell at an index, or "" beyond either end of the row."""
         return self.cells[index] if 0 <= index < len(self.cells) else ""
 
     @property
@@ -56,15 +56,14 @@ class Row(NamedTuple):
 
 
 class Rows:
-    """Rows of cells from lines of text, or from the cells of a workbook, as they arrive.
+    """An iterable of rows, split one by one from lines of text, or taken from the rows of a workbook.
 
     Lines are split at `delimiter`. If it is empty, each line determines its own delimiter, until the reader of a table
-    calls `keep_delimiter` at the header. A commented line with numbers is skipped, as data that somebody removed. A
-    commented line without numbers may be the header.
+    calls `keep_delimiter` at the header. A commented line with numbers is skipped, because somebody removed these data.
+    A commented line without numbers may be the header. `source` is the name of the file in messages.
     """
 
     def __init__(self, lines: Iterable[str | Sequence[str]], source: str, delimiter: str = "") -> None:
-        """Store the lines, with or without their line ends, and the name of their source."""
         self.source = source
         self._lines = lines
         self._kept_delimiter = delimiter
@@ -76,17 +75,18 @@ class Rows:
         return not self._last_delimiter.strip(" ")
 
     def keep_delimiter(self, *, keep: bool = True) -> None:
-        """Split all further lines at the delimiter of the last one; without `keep`, each at its own delimiter again."""
+        """Split all further lines at the delimiter of the last line; if `keep` is False, each at its own again."""
         self._kept_delimiter = self._last_delimiter if keep else ""
 
     def __iter__(self) -> Iterator[Row]:
-        """Yield the rows."""
+        """Yield the rows, without commented lines that hold numbers."""
         numbered_lines = enumerate(self._lines, start=1)
         lookahead: list[tuple[int, str | Sequence[str]]] = []  # lines that were read for a quoted cell, but not used
         has_line_ends = False
         while (line := lookahead.pop(0) if lookahead else next(numbered_lines, None)) is not None:
             row = self._split_line(*line)
-            if row.fault and str(line[1]).count('"') % 2:  # a quoted cell may continue in the next lines
+            if row.fault and str(line[1]).count('"') % 2:
+                # A quoted cell is open, and may continue in the next lines: join lines until the cell is closed.
                 lookahead += itertools.islice(numbered_lines, _MAX_JOINED - 1 - len(lookahead))
                 for end in range(1, len(lookahead) + 1):
                     text = " ".join(str(text).rstrip() for _, text in (line, *lookahead[:end]))
@@ -105,28 +105,26 @@ class Rows:
 
 
 class WholeRows(Rows):
-    """The rows of a sheet, which are all available at once.
+    """The rows of a sheet, which are all available at once and share one delimiter.
 
     If every second row is empty, as after a wrong conversion of line ends, the empty rows are removed.
     """
 
     def __init__(self, lines: Sequence[str | Sequence[str]], source: str) -> None:
-        """Store all lines, which share one delimiter."""
         super().__init__(lines, source, delimiter_of(lines))
         self.rows = list(super().__iter__())
         if all(one.empty or other.empty for one, other in itertools.pairwise(self.rows)):
             self.rows = [row for row in self.rows if not row.empty]
 
     def __iter__(self) -> Iterator[Row]:
-        """Yield the rows."""
         return iter(self.rows)
 
 
 def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
-    """Return the sheets of a file that are not empty. A text file is one sheet, as is the standard input for `-`.
+    """Return the sheets of a file that are not empty.
 
-    Raises InputError if the file cannot be read, or if all its sheets are empty. `name` is the name of the file's
-    parameter in the message.
+    A text file has one sheet, and so has the standard input, whose `source` is `-`. Raises InputError if the file
+    cannot be read, or if all its sheets are empty. `name` is how the message refers to the file's parameter.
     """
     lines_by_sheet: Iterable[tuple[str, Sequence[str | Sequence[str]]]]
     if str(source) == "-":
@@ -144,7 +142,7 @@ def sheets_of(source: Path | str, name: str = "FILE") -> list[WholeRows]:
 
 
 def single_sheet(source: Path | str, name: str = "FILE") -> WholeRows:
-    """Return the only sheet of a file that has numbers; raises InputError like `sheets_of`, and if several have."""
+    """Return the only sheet of a file with numbers; raises InputError like `sheets_of`, and if several have numbers."""
     sheets = sheets_of(source, name)
     with_numbers = [sheet for sheet in sheets if any(is_number(cell) for row in sheet.rows for cell in row.cells)]
     if len(with_numbers) > 1:
@@ -155,7 +153,7 @@ def single_sheet(source: Path | str, name: str = "FILE") -> WholeRows:
 
 
 def rows_of(source: Path | str, name: str = "FILE") -> Rows:
-    """Return the rows of a file, or of the standard input for `-` as they arrive.
+    """Return the rows of a file, or the rows of the standard input as they arrive if `source` is `-`.
 
     Raises InputError like `sheets_of`.
     """
@@ -163,15 +161,16 @@ def rows_of(source: Path | str, name: str = "FILE") -> Rows:
 
 
 def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
-    """Return the delimiter at which lines of text split into the most numbers.
+    """Return the delimiter that splits the lines into the most numbers.
 
-    Of two that give equally many numbers, it is the one with fewer other cells. If no delimiter gives two numbers, it
-    is the first one that occurs in half of the lines, or else a comma. Long files are judged by a sample of lines.
+    If two delimiters yield equally many numbers, the one with fewer other cells is chosen. If no delimiter yields two
+    numbers, it is the first one that occurs in half of the lines, or else a comma. Of a long file, only a sample of the
+    lines is tested.
     """
     sample = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
     sample = sample[:: max(1, len(sample) // _SAMPLE)]
     best = ""
-    best_score = (1, 0)  # a single number has no delimiter
+    best_score = (1, 0)  # (numbers, minus the number of other cells); one number alone needs no delimiter
     for delimiter in _DELIMITERS:
         cells = [cell for line in sample if delimiter in line for cell in row_of(delimiter, 0, line).cells]
         numbers = sum(map(is_number, cells))
@@ -184,10 +183,10 @@ def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
 def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
     """Split a line at a delimiter and return its row; `number` is the number of the line.
 
-    A comment sign and the clock of a serial monitor are removed from its start. An open quote or a huge cell is
-    recorded as the fault of the row.
+    A comment sign and the clock of a serial monitor are removed from the start of the line. An unclosed quote or a huge
+    cell is recorded as the fault of the row.
     """
-    # Most lines need none of the steps below, and this is faster.
+    # Shortcut for speed: most lines have no quotes, clocks or comments.
     if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _MARKED):
         return Row(number, tuple(map(str.strip, line.split(delimiter))))
     first, *others = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
@@ -208,7 +207,7 @@ def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
 
 
 def _strip_cell(cell: str) -> str:
-    """Return a cell without surrounding spaces, without single quotes, and without the ="" of a spreadsheet."""
+    """Return a cell without surrounding spaces and single quotes, and without the ="" that spreadsheets write."""
     stripped = cell.strip()
     if stripped.startswith('="') and stripped.endswith('"'):
         return stripped[2:-1].strip()

@@ -1,7 +1,7 @@
-"""Tables in rows of cells: a header that names each quantity with its unit, and the rows of numbers below it.
+"""Find tables in rows of cells: a header that names quantities and units, and the rows of numbers below it.
 
-The rows come from a file, or one by one from a board. Other columns and lines are skipped. A unit that they state is
-still compared with the units of the table, so that no contradiction passes unnoticed.
+The rows come from a file, or one by one from a board. Other columns and lines are skipped. The units that they state
+are still compared with the units of the table, so that no contradiction goes unnoticed.
 """
 
 import itertools
@@ -24,9 +24,9 @@ from sensor.quantity import InputError, validation_error
 MAX_ROWS_BELOW = 4  # maximum number of rows of units, or of a second language, below a header
 MAX_BANNER = 1000  # maximum number of lines of a stream before its header
 _MAX_SEARCHED = 50_000  # maximum number of lines of a file that are searched for a header
-_MAX_LISTED = 8  # maximum number of columns or lines that a sentence lists
-# Number of rows with equally many decimals that shows that trailing zeros are written: one of 50 numbers would end in 0
-# with probability 0.995.
+_MAX_LISTED = 8  # maximum number of columns or lines that a summary lists
+# If so many rows have the same number of decimals, trailing zeros are written: of 50 random numbers, at least one would
+# end in 0 with probability 0.995.
 _ROWS_FOR_DECIMALS = 50
 _STATISTICS = set(map(folded, WORDS["results"]["rows"]))
 _LABELLED = re.compile(
@@ -38,9 +38,9 @@ _LABELLED = re.compile(
 class FoundTable:
     """A table in a source: its header, the row above the header, its columns, and its rows that are not empty.
 
-    `decimal` is the decimal sign of all numbers; empty if each number determines its own, as those of a board do. The
-    rows of a board arrive one by one. `left_out` collects skipped lines of text and statistics, and `skipped` collects
-    lines whose cells state that a number is missing.
+    `decimal` is the decimal sign of all numbers. It is empty if each number determines its own sign, because the rows
+    of a board arrive one by one. `left_out` collects the lines of text and statistics between the rows, and `skipped`
+    collects rows without numbers, whose cells are empty or state that the number is missing.
     """
 
     source: str
@@ -57,9 +57,9 @@ class FoundTable:
         return place_of(self.source, line, column.label)
 
     def limited_to(self, columns: Sequence[Column], rows: Sequence[Row]) -> "FoundTable":
-        """Return the table with only these columns and rows, and with the decimal sign that their numbers have.
+        """Return a copy of the table with only these columns and rows, and with the decimal sign of their numbers.
 
-        Raises InputError if the numbers have different decimal signs or do not show which sign is decimal.
+        Raises InputError if the numbers have different decimal signs, or do not show which sign is decimal.
         """
         cells = [[(row.line, column.cell(row)) for row in rows] for column in columns if column.is_written]
         return replace(self, columns=list(columns), rows=rows, decimal=decimal_sign(self.source, cells))
@@ -67,7 +67,7 @@ class FoundTable:
     def plain(self, cell: str) -> str | None:
         """Return the number in a cell in Python's notation.
 
-        None for text that is not a number, and for a number whose comma may be decimal or may separate thousands.
+        The result is None if the text is not a number, or if its comma may be decimal or may separate thousands.
         """
         number = as_number(cell)
         if number is None or (not self.decimal and "," in number.text and number.unclear):
@@ -77,8 +77,8 @@ class FoundTable:
     def number(self, row: Row, column: Column) -> float:
         """Return the number in a cell, converted to mm, N, s, MPa or 1.
 
-        Raises InputError for a cell without a finite number, with a unit that differs from the unit of its column, or
-        with an implausibly large number. The message names the file, line and column.
+        Raises InputError if the cell does not hold a finite number, if its unit differs from the unit of its column, or
+        if the number is implausibly large. The message names the file, line and column.
         """
         cell = column.cell(row)
         notation = as_number(cell)
@@ -105,13 +105,13 @@ class FoundTable:
 
     @property
     def passed_over(self) -> list[str]:
-        """Return the labels of the skipped columns."""
+        """Return the labels of the columns that are not used."""
         used = {column.index for column in self.columns} | {column.unit_index for column in self.columns}
         return [label[:SHOWN_LABEL] for index, label in enumerate(self.header.cells) if label and index not in used]
 
     @property
     def understood(self) -> str:
-        """Return a summary of what was read as one line: the columns, the lines of the rows, and what was skipped."""
+        """Return a one-line summary of what was read: the columns, the lines of the rows, and what was skipped."""
         parts = [", ".join(map(str, self.columns))]
         if isinstance(self.rows, Sequence):
             lines = f", lines {self.rows[0].line} to {self.rows[-1].line}" if self.rows else ""
@@ -132,16 +132,16 @@ def _list_first(texts: Sequence[str]) -> str:
 
 
 def shown(row: Row) -> str:
-    """Return the name of a skipped line for notes: its number and the beginning of its text."""
+    """Return the description of a skipped line for notes: its number and the beginning of its text."""
     return f"line {row.line}, {row.text[:SHOWN_LABEL]!r}"
 
 
 class TableReader:
-    """A reader that finds tables in rows as they arrive. A table begins at the first row of numbers below a header.
+    """A reader that finds tables in rows as they arrive.
 
-    A header must name all quantities of at least one set in `needed`. Columns that flags select by number need no
-    header. A blank row or the next header ends a table. If the source has a single table (`is_single`), neither does.
-    Raises InputError for invalid units, and for rows that cannot belong to their table.
+    A table begins at the first row of numbers below a header. A header must name all quantities of at least one set in
+    `needed`. No header is required if flags select the columns by number. A table ends at a blank row or at the next
+    header, unless the source has only one table (`is_single`).
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class TableReader:
         *,
         is_single: bool = False,
     ) -> None:
-        """Store the quantities that columns may have, and an example of a header for error messages."""
+        """Prepare the search: `quantities` are those that columns may hold, and messages show the header `example`."""
         self.quantities = quantities
         self.needed = needed
         self.example = example
@@ -160,21 +160,25 @@ class TableReader:
         self.words = HeaderWords(quantities)
         self.stated_units = StatedUnits(self.words)
         self._by_number = self.words.columns_by_number(needed)
-        self._candidates: list[tuple[str, Row]] = []  # for each source without a table, the row most like a header
-        self._pending: list[Row] = []  # the row that ended a table, which the next search begins with
+        # For each source without a table, its name and the row that is most similar to a header.
+        self._candidates: list[tuple[str, Row]] = []
+        self._pending: list[Row] = []  # the row that ended a table, with which the next search begins
 
     def tables(self, rows: Rows) -> Iterator[FoundTable]:
-        """Yield the tables in the rows of one source."""
+        """Yield the tables of one source.
+
+        Raises InputError for invalid units, and for rows that cannot belong to their table.
+        """
         feed = iter(rows)
         table = self._find_table(rows, feed, None)
         while table is not None:
             yield table
-            for _ in table.rows:  # read the rest of the rows if the caller did not
+            for _ in table.rows:  # read the remaining rows if the caller did not
                 pass
             table = self._find_table(rows, feed, table)
 
     def no_header(self) -> InputError:
-        """Return the error for rows without a header; it is about the row that is most like a header."""
+        """Return the error for sources without a table; it states what the row most similar to a header lacks."""
         source, header = max(self._candidates, key=lambda candidate: self._name_count(candidate[1]))
         names, labels = self.words.names(header), self._labels(header)
         needed = max(self.needed, key=lambda each: len((names | labels) & set(each)))
@@ -188,22 +192,22 @@ class TableReader:
             label, name, tail = near
             return no_unit(place_of(source, header.line, label), self.quantities[name], tail)
         elif not missing:
-            self.stated_units.columns(source, header, [], Row(0, ()))  # its units may be invalid
+            self.stated_units.columns(source, header, [], Row(0, ()))  # raises InputError if a unit is invalid
             return validation_error(source, 0, "rows", "at least one row of numbers below the header", "add one")
         return validation_error(place_of(source, header.line), header.text, "", bound, hint)
 
     def _find_table(self, rows: Rows, feed: Iterator[Row], previous: FoundTable | None) -> FoundTable | None:
         """Return the next table after the `previous` one, or None if there is none; `feed` yields the rows to search.
 
-        A table begins at a row with numbers in the columns that the header names, or in all columns that flags select
-        by number.
+        Its first row has a number in at least one column that the header names. If flags select the columns by number,
+        all of these columns must have numbers.
         """
         is_stream = not isinstance(rows, WholeRows)
         max_searched = MAX_BANNER if is_stream else _MAX_SEARCHED
         above: list[Row] = []
         header_index: int | None = None  # index of the header in `above`
-        texts_left = 0  # number of text rows that may still follow the header
-        number_columns: Collection[int] = self._by_number  # indices of columns in which numbers begin a table
+        texts_left = 0  # number of rows of text that may still follow the header
+        number_columns: Collection[int] = self._by_number  # indices of the columns in which numbers are expected
         are_enough = all if self._by_number else any
         pending, self._pending = self._pending, []
         for row in itertools.chain(pending, feed):
@@ -221,23 +225,23 @@ class TableReader:
                 return self._open_table(rows, above, header_index, row, feed)
             elif header_index is not None and not all(map(is_missing, cells)):
                 texts_left -= 1
-                if texts_left < 0:  # too much text follows, so the row was no header
+                if texts_left < 0:  # too much text follows, so that row was not a header
                     header_index, number_columns = None, ()
                     rows.keep_delimiter(keep=False)
             above.append(row)
             if len(above) > max_searched or (is_stream and self._has_labels(row)):
                 break
         if header_index is not None and self.is_single and not self._has_labels(above[header_index]):
-            # A header without rows is a table too: the caller reports that it is empty.
+            # A header without rows counts as a table, so that the caller can report that it is empty.
             return self._open_table(rows, above, header_index, Row(above[header_index].line, ()), iter(()))
         self._check_rest(rows.source, above, header_index, previous)
         return None
 
     def _check_rest(self, source: str, rest: list[Row], header_index: int | None, previous: FoundTable | None) -> None:
-        """Check the rows in which no further table was found.
+        """Check the remaining rows, in which no further table was found.
 
-        Raises InputError if they state another unit than the `previous` table has, or hold a header without rows.
-        Without a previous table, the row that is most like a header is stored for `no_header`.
+        If there is no `previous` table, the row that is most similar to a header is stored for `no_header`. Otherwise,
+        InputError is raised if the rows state another unit than that table has, or hold a header without numbers.
         """
         stated = self.stated_units.record_statements(source, rest[:header_index])
         if previous is None:
@@ -252,11 +256,11 @@ class TableReader:
             column.refuse_other_unit(stated.get(column.name, []))
 
     def _name_count(self, row: Row) -> int:
-        """Return the number of quantities that a row names."""
+        """Return the number of quantities that a row names, as a header or as labels of numbers."""
         return max(len(self.words.names(row)), len(self._labels(row)))
 
     def _labels(self, row: Row) -> set[str]:
-        """Return the quantities whose names precede a number in a row, as in `Force: 1.5 N`."""
+        """Return the quantities that label a number in a row, as in `Force: 1.5 N`."""
         labels = _LABELLED.findall(" ".join(row.cells)[: 4 * LONGEST_LABEL])
         return {name for label in labels if (name := self.words.named(label[:LONGEST_LABEL])[0])}
 
@@ -265,7 +269,7 @@ class TableReader:
 
     @staticmethod
     def _refuse_stray_numbers(source: str, row: Row) -> None:
-        """Raise InputError for numbers that a blank line separates from their table."""
+        """Raise InputError for a row of numbers that a blank line separates from its table."""
         if len(row.cells) > 1 and all(map(is_number, filter(None, row.cells))):
             bound = "a header, or the end of the file, after a blank line"
             hint = "remove the blank line if no row is missing there"
@@ -276,7 +280,7 @@ class TableReader:
     ) -> FoundTable:
         """Return the table whose first row of numbers is `first`; its further rows are taken from `feed` when needed.
 
-        `header_index` is the index of its header in the rows `above`, None if flags select the columns by number.
+        `header_index` is the index of its header in the rows `above`, or None if flags select the columns by number.
         """
         if header_index is None:
             header_index = self._find_unnamed_header(above, first)
@@ -286,10 +290,11 @@ class TableReader:
         number_columns = self.words.measured(header)
         below = [row for row in texts if not all(is_missing(row.cell(index)) for index in number_columns)]
         columns = self.stated_units.columns(rows.source, header, below, first)
-        if not self.is_single:  # in a file of several tables, an optional column may have no numbers
+        if not self.is_single:
+            # In a file with several tables, an optional column may have a header but no numbers.
             required = set(itertools.chain.from_iterable(self.needed))
             columns = [column for column in columns if column.name in required or _has_number(column.cell(first))]
-        # A serial monitor writes the time of day before each line. It replaces a column of times that is missing.
+        # A serial monitor writes the time of day before each line. It replaces a missing column of times.
         times = [name for name, quantity in self.quantities.items() if quantity.by_clock]
         if first.clock and times and not any(column.name in times for column in columns):
             columns.append(Column(index=-1, label="clock", name=times[0], quantity=self.quantities[times[0]], unit="s"))
@@ -304,10 +309,10 @@ class TableReader:
         return replace(table, rows=self._number_rows(table, first, feed, by_spaces=rows.are_parted_by_spaces))
 
     def _find_unnamed_header(self, above: list[Row], first: Row) -> int:
-        """Return the index of the header if flags select the columns by number, so that its words may be unknown.
+        """Return the index in `above` of a header whose words may be unknown, because flags select the columns.
 
-        It is the last row above the rows of units. If that row has fewer cells than the first row of numbers, or has
-        numbers itself, an empty header is inserted.
+        It is the last row above the rows of units. If that row has numbers, or fewer cells than the `first` row of
+        numbers, an empty header is inserted into `above`.
         """
         end = len(above)
         while end and (above[end - 1].empty or self._are_units(above[end - 1])):
@@ -318,22 +323,22 @@ class TableReader:
         return end
 
     def _are_units(self, row: Row) -> bool:
-        """Return whether a row has units in the columns that flags select by number."""
+        """Return whether a row has units in all columns that flags select by number."""
         return all(unit_of(quantity, row.cell(index)) for index, quantity in self._by_number.items())
 
     def _number_rows(self, table: FoundTable, first: Row, feed: Iterator[Row], *, by_spaces: bool) -> Iterator[Row]:
-        """Yield the rows of a table that hold numbers, until the table ends; record other rows in the table.
+        """Yield the rows of a table that hold numbers, until the table ends; other rows are recorded in the table.
 
-        `by_spaces` states that spaces separate the cells, so that an empty cell would go unnoticed. Raises InputError
-        for a row of a wrong length, and for a line of text that contradicts the table.
+        With `by_spaces`, spaces separate the cells, so an empty cell shows only as a row that is too short. Raises
+        InputError for a row of the wrong length, and for a line of text that contradicts the table.
         """
         number_columns = [column for column in table.columns if column.is_written]
         has_texts = not all(column.unit for column in table.columns)
-        is_first_unused = all(column.index for column in table.columns)  # the first cell may then name a statistic
+        is_first_unused = all(column.index for column in table.columns)  # then the first cell may name a statistic
         width = len(table.header.cells)
         used_width = 1 + max(column.index for column in table.columns)
         min_width = width if by_spaces else used_width if self.is_single else 0
-        decimals: Counter[int] = Counter()  # number of rows by the number of decimals in their last cell
+        decimals: Counter[int] = Counter()  # number of rows for each number of decimals in the last cell
         for row in itertools.chain([first], feed):
             if row.empty and self.is_single:
                 continue
@@ -359,7 +364,7 @@ class TableReader:
                 yield row
 
     def _refuse_other_units(self, table: FoundTable, row: Row) -> None:
-        """Raise InputError for a line of text among the numbers if it states another unit, or is another header."""
+        """Raise InputError if a line of text between the rows states another unit, or is a different header."""
         place = place_of(table.source, row.line)
         if self.words.is_header(row, self.needed) and row.cells != table.header.cells:
             bound = f"the header of line {table.header.line}, or left out"
@@ -376,10 +381,10 @@ def is_statistic(row: Row) -> bool:
 
 
 def _is_cut(row: Row, needed: int, decimals: Mapping[int, int]) -> bool:
-    """Return whether the last line, which has no line end, was cut off while it was written.
+    """Return whether the last line, which has no line end, was not written completely.
 
-    It was if it has fewer cells than `needed`, or fewer decimals in its last cell than all earlier lines. `decimals`
-    holds the number of earlier lines for each number of decimals.
+    It then has fewer cells than `needed`, or fewer decimals in its last cell than all earlier lines. `decimals` maps a
+    number of decimals to the number of earlier lines that have it.
     """
     has_fixed_decimals = len(decimals) == 1 and sum(decimals.values()) >= _ROWS_FOR_DECIMALS
     return len(row.cells) < needed or (has_fixed_decimals and _decimal_count(row) < min(decimals))
@@ -392,7 +397,7 @@ def _decimal_count(row: Row) -> int:
 
 
 def _is_text(row: Row) -> bool:
-    """Return whether a row holds only text: no number, and nothing that begins like one."""
+    """Return whether a row holds only text: no cell is a number or begins like a number."""
     return not all(map(is_missing, row.cells)) and not any(
         _has_number(cell) or (cell[:1] in "+-.,0123456789" and not is_missing(cell)) for cell in row.cells
     )
@@ -403,7 +408,7 @@ def _has_number(cell: str) -> bool:
 
 
 def refuse_length(source: str, row: Row, columns: int) -> None:
-    """Raise InputError for a row that does not have as many cells as its header has `columns`."""
+    """Raise InputError for a row whose number of cells is not the number of `columns` in the header."""
     if len(row.cells) != columns:
         bound = f"{columns} cells, like its header"
         hint = "separate cells by semicolons if numbers have decimal commas"
@@ -413,7 +418,7 @@ def refuse_length(source: str, row: Row, columns: int) -> None:
 
 
 def _refuse_duplicates(table: FoundTable, example: str) -> None:
-    """Raise InputError if two columns hold the same quantity; the message has an example of a header."""
+    """Raise InputError if two columns hold the same quantity; the message shows the header `example`."""
     names: set[str] = set()
     for column in table.columns:
         if column.name in names:
@@ -425,11 +430,11 @@ def _refuse_duplicates(table: FoundTable, example: str) -> None:
 def one_table(
     rows: Rows, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> FoundTable:
-    """Return the only table of a source; `quantities` are those that its columns may have.
+    """Return the only table of a source; `quantities` are those that its columns may hold.
 
-    Its header must name all quantities of at least one set in `needed`, and each quantity only once. The rows of a
-    sheet are all available, and determine the decimal sign. Raises InputError if there is no such table; the message
-    has the `example` of a header.
+    The header must name all quantities of at least one set in `needed`, and each quantity only once. If all rows are
+    available, as in a file, they determine the decimal sign. Raises InputError if there is no such table; the message
+    shows the header `example`.
     """
     reader = TableReader(quantities, needed, example, is_single=True)
     table = next(reader.tables(rows), None)
@@ -442,7 +447,7 @@ def one_table(
 def only_table(
     source: Path | str, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> FoundTable:
-    """Return the only table of a file, like `one_table`; raises InputError also if the table has no rows."""
+    """Return the only table of a file, like `one_table`; InputError is also raised if the table has no rows."""
     table = one_table(single_sheet(source), quantities, needed, example)
     if not table.rows and table.left_out:
         (row, *_) = table.left_out

@@ -1,4 +1,4 @@
-"""The units of measured quantities, and their spellings in tables."""
+"""The units of measured quantities, and how tables spell them."""
 
 import difflib
 import math
@@ -11,7 +11,7 @@ from pipeline.tables.header_words import WORDS
 from sensor.quantity import STANDARD_GRAVITY, InputError, nearest, validation_error
 
 LONGEST_LABEL = 200  # maximum length of a label that is searched for words [characters]
-SHOWN_LABEL = 60  # length to which a label is cut in messages [characters]
+SHOWN_LABEL = 60  # length to which a label is truncated in messages [characters]
 FORCE = {
     "N": 1.0,
     "kN": 1e3,
@@ -27,7 +27,7 @@ FORCE = {
     "lb": 4.4482216152605,
     "oz": 4.4482216152605 / 16.0,
 }
-"""Newtons per unit of force, or per weight of a unit of mass; the pound-force is exact (NIST SP 811)."""
+"""Newtons per unit of force, or per weight of one unit of mass; the value of the pound-force is exact (NIST SP 811)."""
 LENGTH = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "nm": 1e-6, "in": 25.4, "mil": 25.4e-3, "ft": 304.8}
 """Millimetres per unit."""
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
@@ -39,15 +39,15 @@ _MEASURED = (FORCE, LENGTH, TIME, MODULUS)
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """The quantity that a column holds: a number in one of some units, or a text if `units` is empty.
+    """The quantity that a column holds: a number with a unit, or a text if `units` is empty.
 
-    `units` gives the factor of each unit. `default` is the unit that is assumed if none is stated; without a default a
-    unit is required. `most` is the maximum magnitude of the number in the unit with factor 1.
+    `units` maps each allowed unit to its factor. `default` is the unit that is assumed if no unit is stated; without a
+    default, a unit is required. `most` is the largest allowed absolute value, in the unit whose factor is 1.
 
-    `words` are further names of the quantity in headers. The words in `beside_unit` are names only together with one
-    of its units, and if no other column holds the quantity. From flags come `flag_unit`, a unit that a header may omit
-    but not contradict, and `chosen`, the header of its column or its number from 1. With `by_clock`, the clock of a
-    serial monitor may replace the column.
+    `words` are further names of the quantity in headers. A word in `beside_unit` names the quantity only together with
+    one of its units, and only if no other column holds the quantity. Two fields come from flags. `flag_unit` is a unit
+    that a header may omit but not contradict. `chosen` selects a column by its header or by its number, counted from 1.
+    With `by_clock`, the clock of a serial monitor may replace the column.
     """
 
     units: Mapping[str, float]
@@ -61,7 +61,7 @@ class Quantity:
 
 
 def _strip_signs(text: str) -> str:
-    """Return a text without spaces, and without the signs that are usual in and around a unit."""
+    """Return a text without spaces, and without punctuation that is common in and around units."""
     return re.sub(r"[\s_.-]+", "", unicodedata.normalize("NFKC", text)).strip("()[]{}<>:;*'\"")
 
 
@@ -72,14 +72,14 @@ _SPELLINGS = {
 
 
 def unit_of(quantity: Quantity, text: str) -> str:
-    """Return the unit of a quantity that a text spells, or "" if it spells none.
+    """Return the unit of a quantity that a text spells, or "" if it does not spell one.
 
     The case of letters is ignored, except in `m`, `ms`, `mN` and `MPa`.
     """
     short = _strip_signs(text[:LONGEST_LABEL])
     if short in quantity.units:
         return short
-    # A symbol in another case may be another unit: Ms is not ms, and mPa not MPa. This does not apply to words.
+    # In another case, a symbol may be another unit: Ms is not ms, and mPa is not MPa. This does not apply to words.
     unit = _SPELLINGS.get(short.casefold(), "")
     is_symbol = unit.casefold() == short.casefold()
     is_other = is_symbol and unit in ("m", "ms", "mN") and short[0] == "M"
@@ -98,7 +98,7 @@ def is_unit(text: str) -> bool:
 
 
 def is_other_unit(text: str) -> bool:
-    """Return whether a text spells a unit of a quantity that no table holds: V, %, counts, or a compound as N/mm."""
+    """Return whether a text spells a unit of another quantity, such as V, %, counts, or the compound N/mm."""
     if _strip_signs(text).casefold() in _NAMES:
         return True
     plain, powers = _POWER.subn("", unicodedata.normalize("NFKC", text).strip("()[]{}<> "))
@@ -107,7 +107,7 @@ def is_other_unit(text: str) -> bool:
 
 
 def needed_unit(place: str, quantity: Quantity, text: str) -> str:
-    """Return the unit of a quantity that a text spells; raises InputError, which names `place`, if it spells none."""
+    """Return the unit that a text spells; raises InputError about `place` if it is not a unit of the quantity."""
     unit = unit_of(quantity, text)
     if not unit:
         raise no_unit(place, quantity, text)
@@ -115,7 +115,7 @@ def needed_unit(place: str, quantity: Quantity, text: str) -> str:
 
 
 def no_unit(place: str, quantity: Quantity, text: str) -> InputError:
-    """Return the error for a text at `place` that spells no unit of a quantity."""
+    """Return the error for a text at `place` that is not a unit of the quantity."""
     near = difflib.get_close_matches(text.lower(), [unit.lower() for unit in quantity.units], n=1)
     hint = f"did you mean {nearest(text, [*quantity.units])}?" if near else "correct it, or name another column"
     return validation_error(place, text[:SHOWN_LABEL], "", f"in one of {', '.join(quantity.units)}", hint)

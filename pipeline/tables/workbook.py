@@ -1,4 +1,4 @@
-"""The cells of a workbook as texts."""
+"""Read the cells of a workbook as text."""
 
 import datetime
 import functools
@@ -13,14 +13,14 @@ from pipeline.tables.decoding import MAX_LINES
 from sensor.quantity import InputError, validation_error
 
 _MAX_UNPACKED = 64 * 2**20  # maximum size of an unpacked workbook [bytes]
-_MAX_CELLS = 2_000_000  # maximum number of cells of a sheet, in the rectangle of its rows and columns
-_MAX_TEXT = 2**26  # maximum number of characters of all texts, if each had the length of the longest
+_MAX_CELLS = 2_000_000  # maximum number of cells in the rectangle that encloses all cells of a sheet
+_MAX_TEXT = 2**26  # maximum number of text cells times the length of the longest text [characters]
 
 
 def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[str]]]]:
-    """Return the visible sheets of a workbook that are not empty: the name of each, and its rows of cells as text.
+    """Return the visible sheets of a workbook that are not empty, each with its name and its rows of cells as text.
 
-    Raises InputError for bytes that are no workbook, and for a workbook that is too large.
+    Raises InputError if the bytes are not a workbook, or if the workbook is too large.
     """
     sheets = []
     try:
@@ -52,9 +52,9 @@ def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[
 
 
 def _unpack(source: str, content: bytes) -> bytes:
-    """Return a workbook with the same parts, uncompressed.
+    """Return an uncompressed copy of a workbook, after a check of its size.
 
-    Raises InputError if it is no workbook, or if the library that reads it would need too much memory.
+    Raises InputError if the bytes are not a workbook, or if the library that reads it would need too much memory.
     """
     unpacked = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(content)) as packed, zipfile.ZipFile(unpacked, "w") as stored:
@@ -63,8 +63,8 @@ def _unpack(source: str, content: bytes) -> bytes:
         if "xl/workbook.xml" not in packed.namelist() or size > _MAX_UNPACKED:
             bound = f"a workbook, XLSX, of at most {_MAX_UNPACKED // 2**20} MiB unpacked"
             raise validation_error(source, size, "bytes", bound, "save the table as CSV in UTF-8")
-        # The library fills a complete rectangle of cells for each sheet, and copies a shared text into each cell that
-        # uses it. The size of both is estimated here from the XML text, without reading the workbook.
+        # The library allocates the whole rectangle that encloses the cells of a sheet, and copies a shared text into
+        # each cell that uses it. Both sizes are estimated here from the XML text, without parsing the workbook.
         shared_texts = max_cells = 0
         longest_text = 0
         for member in members:
@@ -72,7 +72,7 @@ def _unpack(source: str, content: bytes) -> bytes:
             if part.count(b"row") > 2 * MAX_LINES:
                 raise validation_error(source, part.count(b"row"), "rows", f"at most {MAX_LINES}", "export fewer")
             rows = re.split(rb"<(?:\w+:)?row\b", part)
-            # A cell may state its position, such as r="C5". If it does not, it follows the cell before it.
+            # A cell may state its position, as in r="C5". Otherwise it follows the previous cell.
             columns = [_column_number(match[1]) for match in re.finditer(rb"\br=[\"']([A-Z]{1,3})[0-9]", part)]
             lines = [int(match[1]) for match in re.finditer(rb"\br=[\"'][A-Z]{0,3}([0-9]{1,9})[\"']", part)]
             width = max([*columns, *(len(re.findall(rb"<(?:\w+:)?c\b", row)) for row in rows[1:])], default=0)
@@ -91,7 +91,7 @@ def _column_number(letters: bytes) -> int:
 
 
 def _cell_text(cell: object) -> str:
-    """Return the value of a cell as text: a number with all its digits, a time of day in ISO format, or text."""
+    """Return the value of a cell as text: a number with all digits, a time of day in ISO format, or the text itself."""
     if isinstance(cell, datetime.timedelta):
         seconds = cell.total_seconds()
         return f"{seconds // 3600:.0f}:{seconds % 3600 // 60:02.0f}:{seconds % 60:09.6f}"
