@@ -40,15 +40,15 @@ START = 0x08  # 8.5.3.2
 READ_DATA = 0x10  # 8.5.3.4
 READ_REGISTERS = 0x23  # read four registers, from the first one
 WRITE_REGISTERS = 0x43  # write the same four registers
-WRITE_INPUT = 0x40  # 8.5.3.6: write the first register, which selects the input
 FIRST_INPUT = 0x81  # 8.6.1: MUX 1000 is AIN0 against AVSS, gain 1, amplifier bypassed as 8.3.2.2 requires
 NEXT_INPUT = 0x10  # 8.6.1: MUX 1001 is AIN1, and so on
+WRITE_INPUT = 0x40  # 8.5.3.6: write the first register, which selects the input
 RATE = 0x60  # 8.6.1: 175 samples per second, normal mode, single-shot conversions
 SUPPLY = 0xC0  # 8.6.1: the supply is the reference, because the output of a ratiometric sensor scales with it
 NOTHING_ELSE = 0x00  # 8.6.1: no current sources, DRDY on its own pin only
-BAUD = 1000000  # 6.6: the period of the serial clock must be at least 150 ns
 RESET_US = 100  # 8.5.3.1: a reset takes 50 us and 32 periods of the 4.096 MHz clock, which is 58 us
 LATEST_US = 10000  # timeout of a conversion, which takes 5.8 ms (8.3.5)
+BAUD = 1000000  # 6.6: the period of the serial clock must be at least 150 ns
 RETRY_US = 1000000  # pause before the converter is set up again
 
 

@@ -8,9 +8,9 @@ The modulus is the Hodges-Lehmann estimate of ln E (`press_core.hodges_lehmann`)
 and is therefore also computed by the firmware. The standard deviation s between n presses has n - 1 degrees of freedom.
 The standard deviation v that the presses themselves state has a relative error of about one half, which corresponds to
 two degrees of freedom (JCGM 100:2008, G.4.2). The pooled variance is (2 v^2 + (n - 1) s^2) / (n + 1), with Student's
-factor for n + 1 degrees of freedom. If the presses disagree, v is too small: the half width is then at least the one
-from s alone with n - 1 degrees of freedom. Errors that all presses share are added, because more presses do not reduce
-them.
+factor for n + 1 degrees of freedom. If the presses disagree, v is too small. The half width is then at least the value
+that follows from s alone, with n - 1 degrees of freedom. Errors that all presses share are added, because more presses
+do not reduce them.
 """
 
 import math
@@ -192,22 +192,22 @@ def fruit_answer(sensor: MeasuringUnit, presses: Sequence[FruitReading], name: s
     causes = {"few_presses": len(counted) < (required or 2)}
     answer = FruitAnswer(fruit=name, presses=tuple(presses), counted=len(counted), turn=turn)
     if counted:
-        answer, modulus_causes = _with_modulus(sensor, answer, counted, [own[index] for index in indices])
+        answer, modulus_causes = _read_modulus(sensor, answer, counted, [own[index] for index in indices])
         causes |= modulus_causes
     fruit_flags = [flag for flag, applies in causes.items() if applies]
-    # Flags that depend on the modulus are evaluated for the fruit, so those of its presses are not repeated.
+    # Flags that depend on the modulus are evaluated for the fruit, so the same flags of its presses are left out.
     press_flags = dict.fromkeys(flag for press in presses for flag in press.flags if flag not in causes)
     advice = next((text for flag, text in PRESS_AGAIN.items() if flag in fruit_flags), None)
     hint = None if advice is None else advice.format(turn=TURN[turn is not None].format(turn=turn))
     return replace(answer, flags=(*fruit_flags, *press_flags), hint=hint)
 
 
-def _with_modulus(
+def _read_modulus(
     sensor: MeasuringUnit, answer: FruitAnswer, counted: Sequence[FruitReading], own: Sequence[float]
 ) -> tuple[FruitAnswer, dict[str, bool]]:
     """Return the answer with the modulus of the `counted` presses, and whether each flag of this modulus applies.
 
-    `own` are the standard deviations of ln E between presses [1], one per counted press.
+    `own` holds one standard deviation of ln E per counted press [1], without the errors that all presses share.
     """
     causes = {}
     logs = [math.log(press.E) for press in counted if press.E is not None]
@@ -263,9 +263,9 @@ def _root_mean_square(values: Sequence[float]) -> float:
 def _half_width_by_scatter(scatter: float, prior: float, presses: int, *, disagree: bool) -> float:
     """Return the half width at 95 % [1] of the mean of `presses` presses, whose standard deviation is `scatter` [1].
 
-    `prior` [1] is the standard deviation that the presses themselves state. It is pooled with the scatter, with
-    `PRIOR_FREEDOM` degrees of freedom. If the presses disagree, the half width is at least the one from the scatter
-    alone.
+    `prior` [1] is the standard deviation that the presses themselves state. It has `PRIOR_FREEDOM` degrees of freedom,
+    and is pooled with the scatter. If the presses disagree, the half width is at least the value that follows from the
+    scatter alone.
     """
     freedom = presses - 1  # degrees of freedom
     pooled_freedom = freedom + PRIOR_FREEDOM

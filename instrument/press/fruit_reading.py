@@ -43,7 +43,7 @@ def firmness_text(firmness: Estimate) -> str:
 
 
 def _flags_text(reading: "FruitReading") -> str:
-    """Return the flags as text; the flag `uncertain` is explained."""
+    """Return the flags as text, with an explanation of the flag `uncertain`."""
     consequence = "; E is hardly known: no symmetric interval holds it" if "uncertain" in reading.flags else ""
     return f"flags: {', '.join(reading.flags)}{consequence}"
 

@@ -32,7 +32,7 @@ class Deviations:
     def with_unit(
         cls, independent: Sequence[float], unit_errors: Mapping[str, float], shared: Sequence[float] = ()
     ) -> "Deviations":
-        """Return these deviations with `unit_errors`, the errors of channels and springs by cause, in their groups."""
+        """Return the deviations including `unit_errors` [1], the errors of channels and springs, grouped by cause."""
         undetermined = [unit_errors[cause] for cause in UNDETERMINED if cause in unit_errors]
         constant = [error for cause, error in unit_errors.items() if cause not in UNDETERMINED]
         return cls(independent=independent, undetermined=undetermined, shared=[*constant, *shared])
@@ -66,7 +66,7 @@ class HalfWidth:
         return math.hypot(self.undetermined, self.shared)
 
     def widened_to(self, u: float) -> "HalfWidth":
-        """Return the half widths for a total of `u` [1] if it is larger; the excess is added to `independent`."""
+        """Return half widths whose total is `u` [1], if that is larger; `independent` takes up the difference."""
         if u <= self.total:
             return self
         return replace(self, independent=math.sqrt((u - self.bend) ** 2 - self.largest_shared**2))

@@ -258,7 +258,7 @@ class MeasuringUnit:
 
     @property
     def lead_deviation(self) -> float:
-        """Return the standard deviation [mm] of the travel between the touches of the two tips of a pair, due to tilt.
+        """Return the standard deviation [mm] of the travel from the first touch of a pair to the second, due to tilt.
 
         The tilt is distributed uniformly up to the largest tilt of the design.
         """
@@ -309,7 +309,7 @@ class MeasuringUnit:
             raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
 
     def fruit_deviations(self, E: float) -> dict[str, float]:
-        """Return the relative standard deviations of E [MPa] due to fruit and poses, by source [1].
+        """Return the relative standard deviation [1] of E [MPa] due to each property of the fruit and the pose.
 
         They come from the error analysis of the design; its other sources of error depend on the individual unit.
         Without an error analysis, the sensor is assumed to be level at the centre of the fruit, so that only Poisson's
@@ -370,10 +370,10 @@ class MeasuringUnit:
         return E / (1.0 - self.report.design.fruit.poisson**2)
 
     def bruises(self, forces: Floats, E: float) -> bool:
-        """Return whether a pressure exceeds the bruise limit of a fruit of modulus E [MPa]; False if there is no limit.
+        """Return whether a contact pressure exceeds the bruise limit of a fruit of modulus E [MPa].
 
-        `forces` (tips,) [N] are corrected for creep. The contact area of a dome is corrected for large strain, as in
-        the verdict `bruise`.
+        The result is False if the fruit has no bruise limit. `forces` (tips,) [N] are corrected for creep. The contact
+        area of a dome is corrected for large strain, as in the verdict `bruise`.
         """
         fruit = self.report.design.fruit
         if not fruit.bruise_limits_MPa:
@@ -394,7 +394,7 @@ class MeasuringUnit:
         return np.multiply(self.unit.gain, channels)
 
     def are_plausible(self, forces: Sequence[float] | Floats) -> Flags:
-        """Return for each force [N] whether it is plausible: not far below zero and not far beyond full scale."""
+        """Return whether each force [N] is plausible: neither far below zero nor far above full scale."""
         return (self.lowest_forces <= forces) & (forces <= self.largest_forces)
 
     def ratio_modulus(self, forces: Floats) -> float:

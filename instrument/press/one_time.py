@@ -74,7 +74,7 @@ def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sa
     A sample is dropped if a channel has no conversion at or before this time. Raises InputError if the times of one
     line lie more than `MOST_LINES` lines apart.
     """
-    window: deque[Sample] = deque()  # the samples from the last one whose times are all at or before t
+    window: deque[Sample] = deque()  # the last sample whose times are all at or before t, and all later samples
     for sample in samples:
         window.append(sample)
         t = min(sample.times)

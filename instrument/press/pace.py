@@ -1,9 +1,9 @@
-"""The change of E because a press on flesh that relaxes is uneven in pace, compared with a press at a constant speed.
+"""Estimate how much an uneven pace changes the modulus that is read from a press on flesh that relaxes.
 
-A pause late in a press lowers its last forces, which looks like softer flesh. With a law of relaxation, the forces and
-times of a log determine the forces of elastic flesh, and so the displacement of each tip. The forces are then computed
-for the same displacement at a constant speed. The intended speed is unknown. So two are tried: the upper and the lower
-quartile of the speeds in equal parts of the travel. The larger change of E is returned.
+A pause late in a press lowers its last forces, which looks like softer flesh. If the law of relaxation is known, the
+forces and times of a log determine the forces of elastic flesh, and so the displacement of each tip. The forces are
+then computed for the same displacement at a constant speed. The intended speed is unknown. So two speeds are tried: the
+upper and the lower quartile of the speeds in equal parts of the travel. The larger change of E is returned.
 """
 
 import numpy as np
@@ -44,14 +44,14 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
 
 
 def _largest_shift(sensor: MeasuringUnit, flesh: Relaxation, before: float, t: Floats, forces: Floats) -> float:
-    """Return the larger relative change of E [1] if the displacement of a press is repeated at two constant speeds.
+    """Return the larger relative change of E [1] when the displacement of a press is repeated at two constant speeds.
 
     `forces` (samples, tips) [N] were measured at the times `t` [s]; the first sample is `before` [s] after the touch.
     Raises RiseError if a press does not determine a modulus, and SolveError if it has no solution.
     """
     law = sensor.rise_law
     elastic = _elastic_forces(flesh, forces, np.diff(t, prepend=t[0] - before))
-    E = _modulus(sensor, law.over_time, np.concatenate([forces, elastic], axis=1))  # modulus at the first instant
+    E = _modulus(sensor, law.over_time, np.concatenate([forces, elastic], axis=1))  # instantaneous modulus
     displacements = _displacements(law, E, forces, elastic)
     travel = np.maximum.accumulate(displacements.mean(axis=1))
     if not travel[-1] > travel[0]:

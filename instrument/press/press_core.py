@@ -50,8 +50,8 @@ class Unit:
     # The contrast: the mean of a quantity over the tips on high springs, minus its mean over the tips on low springs.
     springs: list[float]  # weights of the forces F in the contrast [mm/N]
     fruit: list[float]  # weights of F / E in the contrast [MPa mm/N]
-    domes: list[float]  # weights of (F / E)^(2/3) in the contrast [mm (MPa/N)^(2/3)]
     gap: float  # contrast of the known gaps under the tips [mm]
+    domes: list[float]  # weights of (F / E)^(2/3) in the contrast [mm (MPa/N)^(2/3)]
     noises: list[float]  # standard deviation of each force due to noise [N]
     fewest: int  # minimum number of samples for a reading
     latest_touch: float  # largest total force when the last tip touches, as a fraction of the largest total force
@@ -62,9 +62,9 @@ class Unit:
     places: list[float]  # x and y of each dome's axis [mm]
     dome_radius: float  # [mm]
     rolled: float  # distance of two axes divided by the distance of their contacts, on a spherical fruit [1]
-    felt: float  # contrast of the product x y at the axes, which is the shape of a saddle [mm^2]
+    felt: float  # contrast of x y at the axes [mm^2]; the height of a saddle is k_xy x y
+    still: list[float]  # part of `fruit` that does not change as contacts move: fruit minus half-space [1/mm]
     body: float  # (1 - nu^2) / pi: deflection of a half-space at distance r from a force F, times E r / F [1]
-    still: list[float]  # part of `fruit` that stays if contacts move: the fruit's difference from a half-space [1/mm]
     saddle_steps: int  # maximum number of iterations for the saddle
     settled: float  # largest change of the offset in the last iteration, divided by the springs' part of the contrast
     # The contrast at a fixed modulus, by which outliers are found.
@@ -74,11 +74,11 @@ class Unit:
     least_slope: float  # smallest slope of this contrast against the total force [mm/N]
     most_slope: float  # largest slope of this contrast against the total force [mm/N]
     of_whole: float  # variance of the total force [N^2]
-    slack: float  # largest difference between the slope of a chord and the slope of a press [mm/N]
     others: int  # number of samples to which a line is fitted
+    slack: float  # largest difference between the slope of a chord and the slope of a press [mm/N]
     beside: int  # number of samples on either side with which a sample is compared
-    firm: float  # multiple of `least_forces` [1]; noise does not end the contact of a tip with a larger force
     largest_residual: float  # largest allowed residual of a sample [standard deviations]
+    firm: float  # multiple of `least_forces` [1]; noise does not end the contact of a tip with a larger force
     # The part of a press in which flat tips are fully seated.
     loads: list[float]  # loads at which the sums of a press may begin, as E times depth [N/mm]
     load_forces: "Sequence[float]"  # forces of the tips at each load [N], load by load
@@ -138,11 +138,12 @@ class Unit:
         return read * math.exp(interpolate(logs, shifts, math.log(read)))
 
     def fruit_weights(self, offset: float) -> list[float]:
-        """Return w S [1/mm], the weight of each F / E in the contrast, on a saddle-shaped skin.
+        """Return the weights w S [1/mm] of F / E in the contrast, for tips on a saddle-shaped skin.
 
-        w are the weights of the tips in the contrast, and S is the compliance matrix of the fruit times E. `offset`
-        [mm] is the contrast of the gaps between the saddle and the tips. Domes roll on the skin. So their contacts are
-        closer to each other than their axes, and a force on one contact lowers the skin under the others more.
+        Here w are the weights of the tips in the contrast, and S is the compliance matrix of the fruit times E.
+        `offset` [mm] is the contrast of the gaps between the saddle and the tips. Domes roll on the skin. So their
+        contacts are closer to each other than their axes, and a force on one contact lowers the skin under the others
+        more.
         """
         if not self.places:
             return self.fruit
@@ -193,12 +194,12 @@ class Unit:
         return variance - slope * (2.0 * covariance - slope * self.of_whole)
 
     def are_firm(self, forces: "Sequence[float]") -> list[bool]:
-        """Return for each tip whether its force [N] is so large that noise cannot make it look out of contact."""
+        """Return for each tip whether its force [N] is so large that noise cannot make the tip look out of contact."""
         return [force > self.firm * least for force, least in zip(forces, self.least_forces)]
 
 
 def dot(weights: list[float], values: list[float]) -> float:
-    """Return the dot product."""
+    """Return the dot product of two lists."""
     return sum(weight * value for weight, value in zip(weights, values))
 
 
@@ -345,12 +346,13 @@ class Rising:
     def read(self, *, whole: bool) -> tuple[float | None, float, int]:
         """Return E [MPa], the offset [mm] and flags; E is None if it cannot be determined.
 
-        With z = E^(-1/3) and the forces F of the tips, each sample fulfils
+        With z = E^(-1/3) and the forces F of the tips, each sample fulfils this equation, in which the weights and the
+        forces are multiplied and summed over the tips:
 
-            gap + springs . F + domes . F^(2/3) z^2 + fruit . F z^3 = -offset
+            gap + springs F + domes F^(2/3) z^2 + fruit F z^3 = -offset.
 
-        where the offset is the contrast of the unknown gaps under the tips. It is constant during a press, and so drops
-        out of the co-moments with the instrument. They give a cubic for z: rigid + dome z^2 + body z^3 = 0.
+        The offset is the contrast of the unknown gaps under the tips. It is constant during a press, and so drops out
+        of the co-moments with the instrument. They give a cubic for z: rigid + dome z^2 + body z^3 = 0.
 
         With `whole`, the flag NO_RISE is set if the last tip touches late or if the force hardly rises after that.
         """
@@ -466,7 +468,7 @@ class Touch:
     def __init__(
         self, unit: Unit, take: "Callable[[Sequence[float], int], object]", drop: "Callable[[int], object]"
     ) -> None:
-        """Begin without a touch.
+        """Prepare for the first touch.
 
         `take` is called with the forces [N] of each accepted sample and its number, counted from 1. `drop` is called
         with the number of each rejected sample.
@@ -479,7 +481,7 @@ class Touch:
         self.begin()
 
     def begin(self) -> None:
-        """Begin a touch."""
+        """Reset the window and all sums, because the next sample begins a new touch."""
         self.window: list[TouchSample] = []  # the last `length` samples with all tips in contact
         self.out_of_contact = 0  # number of later samples with a tip out of contact
         # The sum of squared residuals of all fits, divided by their variance, and the number of fits.
@@ -493,8 +495,8 @@ class Touch:
     def add_out_of_contact(self, forces: "Sequence[float]") -> bool:
         """Add a sample with a tip out of contact; return whether the sensor was lifted.
 
-        Otherwise the sample may be a bad conversion, which affects at most `unit.several` samples. So the sensor was
-        lifted if more samples are out of contact, or if in a second sample no force [N] is firm.
+        One bad conversion affects at most `unit.several` samples. So the sensor was lifted if more samples are out of
+        contact, or if none of the `forces` [N] is firm in a second one.
         """
         self.number += 1
         if self.window:
@@ -546,8 +548,8 @@ class Touch:
     def slope_limits(self, line: ContrastLine, scale: float) -> tuple[float, float]:
         """Return the smallest and the largest slope [mm/N] of the contrast against the total force.
 
-        The range of moduli limits the slope. So do the points of `line`, and the chord from the accepted samples to
-        these points. `scale` [1] multiplies the stated variance of the forces.
+        The slope is limited by the range of moduli, by the points of `line`, and by the chord from the accepted samples
+        to these points. `scale` [1] multiplies the stated variance of the forces.
         """
         unit = self.unit
         smallest = unit.least_slope
@@ -695,7 +697,7 @@ class UnitPress:
         self.firm_samples = 0
 
     def count_dropped(self, _: int) -> None:
-        """Count a dropped sample."""
+        """Count a dropped sample; its number is not needed."""
         self.left_out += 1
 
     def accept(self, forces: "Sequence[float]", number: int) -> None:
@@ -745,8 +747,8 @@ class UnitPress:
 def own_deviation(logs: list[float], deviations: list[float], E: float, noise: float) -> float:
     """Return the standard deviation of ln E of one press, without the errors that all presses of a fruit share.
 
-    `deviations` are this standard deviation without noise, at the logarithms of moduli `logs`; they are interpolated
-    to E [MPa]. `noise`, the standard deviation of ln E due to noise, is added in quadrature.
+    `deviations` are standard deviations without noise at the logarithms `logs` of moduli. They are interpolated to E
+    [MPa]. `noise`, the standard deviation of ln E due to noise, is added in quadrature.
     """
     without_noise = interpolate(logs, deviations, math.log(E))
     return math.sqrt(without_noise * without_noise + noise * noise)
@@ -798,7 +800,7 @@ class UnitFruit:
         self.deviations: list[float] = []
 
     def add(self, E: float | None, noise: float) -> None:
-        """Add a press with its modulus E [MPa] and the standard deviation of ln E due to noise; ignore E = None."""
+        """Add a press, unless its modulus E [MPa] is None; `noise` is the standard deviation of ln E due to noise."""
         if E is None:
             return
         self.logs = self.logs[1 - MOST_PRESSES :]

@@ -1,4 +1,4 @@
-"""A printed unit: what calibration measured of its springs, tips and channels, stored as unit.toml."""
+"""A printed unit: its springs, tips and channels as calibrated, stored in unit.toml."""
 
 import hashlib
 import itertools
@@ -282,9 +282,10 @@ def check_weighed_after(name: str, after_s: float | None) -> None:
 
 
 def nominal_unit(report: Report) -> PrintedUnit:
-    """Return an uncalibrated unit with the springs of its design, which are as uncertain as the process prints them.
+    """Return an uncalibrated unit with the springs of its design.
 
-    The scatter of the process modulus includes creep, so the creep of the unit is 0 with no error.
+    Their stiffnesses have the uncertainty of the print process. The scatter of the process modulus includes creep, so
+    the creep of the unit is 0 with no error.
     """
     unit = unit_of(
         report,

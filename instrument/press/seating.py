@@ -1,9 +1,9 @@
 """The part of a press in which flat tips are fully seated.
 
 A tilted flat tip touches with an edge first. It is seated, which means in full contact, once its depth exceeds its side
-times its tilt. From then on the law of a flat tip holds. (K. L. Johnson, Contact Mechanics, 1985, 5.2: a tilted punch
-stays in full contact while M / F < side/6.) The tilt is known only from the reading of the press. So the press is read
-again from the load at which the tips are seated. This load is one of a geometric series, which the firmware uses too.
+times its tilt. From then on the law of a flat tip holds (Johnson, Contact Mechanics, 1985, 5.2: a tilted punch stays in
+full contact while M / F < side/6). The tilt is known only from the reading of the press. So the press is read again
+from the load at which the tips are seated. This load is one of a geometric series, which the firmware uses too.
 """
 
 from contextlib import suppress
@@ -52,7 +52,7 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
     least = sensor.least_forces
     if not sensor.reads_moments:
         return Seating(loads=(0.0,), least_forces=(least,))
-    force_per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)  # F / (E depth) of each tip [mm]
+    force_per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)  # force divided by E times depth [mm]
     first = float((least / force_per_load).min())
     last = float((np.array(sensor.report.read_out.full_scale_N) / force_per_load).min())
     decreasing = [last / FACTOR**step for step in range(1, MOST_LOADS)]

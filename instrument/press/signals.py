@@ -104,7 +104,7 @@ class Signal:
             raise validation_error(table.source, 0, "samples", bound, "record a press")
 
     def _report_left_out(self) -> None:
-        """Report the lines that were left out since the last call; a stream may never end, so this does not wait."""
+        """Report the lines that were left out since the last call, because a stream may never end."""
         for row in (*self._table.left_out, *self._table.skipped):
             self._say(f"left out {shown(row)}")
         self._table.left_out.clear()

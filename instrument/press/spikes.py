@@ -12,8 +12,8 @@ direction that no modulus explains. Three conditions limit the slope of the line
 
 **The test.** Each sample of the window is left out in turn. The sample without which the sum of squared residuals is
 smallest is the suspect. It is an outlier if it is five standard deviations away from every line that the other samples
-allow. The standard deviation comes from the force errors out of contact, or from the residuals of the press if these
-are larger. With normally distributed noise, one sample in 1.7 million is dropped by mistake.
+allow. The standard deviation follows from the force errors of a free sensor, or from the residuals of the press if
+these are larger. With normally distributed noise, one sample in 1.7 million is dropped by mistake.
 
 If channels were interpolated to one time, a bad conversion affects two samples, so two consecutive samples are tested
 together. A sample is decided on when two more samples have arrived, and the memory does not grow.
@@ -30,8 +30,8 @@ from sensor.design.reading import LEAST_OVER_NOISE
 FIRM = 2.0  # multiple of the smallest force of a tip in contact; at larger forces, noise does not end a touch
 _LARGEST_RESIDUAL = 5.0  # [standard deviations]
 _OTHERS = 4  # number of samples in a window to which the line is fitted
-_BESIDE = 2  # number of samples on either side of the sample that is decided on
 _SLACK = 0.1  # largest difference between the slopes of a chord and of the press, as a fraction of the slopes' range
+_BESIDE = 2  # number of samples on either side of the sample that is decided on
 _BEYOND = 1.5  # factor by which the range of moduli is extended at both ends [1]
 _FORCES = (0.02, 0.1, 0.4, 1.0)  # forces at which slopes are computed, as fractions of full scale
 

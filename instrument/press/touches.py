@@ -1,7 +1,7 @@
 """Split a signal into presses, each from the moment the last tip touches to the moment the first tip lifts off.
 
 A sample is firm if the force of every tip is at least twice the smallest force of a touch. A sample with a tip out of
-contact between two firm samples is a bad conversion, not a lift. A press with firm samples does not end by noise.
+contact between two firm samples is a bad conversion, not a lift. Noise does not end a press that has firm samples.
 """
 
 import math
@@ -91,7 +91,7 @@ def cut_presses(
     touch: _Touch | None = None
     for sample in samples:
         is_touch = contact.touches(sample)
-        # Whether a sample with a tip out of contact is a lift or a bad conversion shows only in later samples.
+        # Only later samples show whether a sample with a tip out of contact is a lift or a bad conversion.
         if touch is not None and (touch.is_over(sample) if is_touch else touch.add_out_of_contact(sample)):
             yield from touch.end()
             # The samples of the lift do not belong to a press, but the flesh relaxes during them too.
@@ -158,7 +158,7 @@ class _Touch:
     """A touch of all tips that has not ended, including samples that are neither accepted nor dropped yet."""
 
     def __init__(self, contact: _Contact, unit: Unit, source: str, *, growing: bool) -> None:
-        """Begin with no sample.
+        """Prepare a touch without samples.
 
         `contact` converts the samples. `source` is the name of the signal in messages. With `growing`, the press up to
         each accepted sample is yielded instead of the whole press at its end.

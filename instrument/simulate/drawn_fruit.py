@@ -12,8 +12,8 @@ from sensor.design.reading import ReadingRequirements
 from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone
 
 _WAVES = 24  # number of plane waves that an uneven skin consists of
-_FLAT = 1e9  # radius that represents a flat fruit [mm]
 _LARGEST_POISSON = 0.495  # upper limit of a random Poisson's ratio
+_FLAT = 1e9  # radius that represents a flat fruit [mm]
 _AT_THE_EDGE = 1e-9  # relative tolerance at the ends of a range
 _UNDER_THE_TIP = 0.5  # maximum distance between a tip and the centre of a bruise that lies under it [mm]
 

@@ -8,8 +8,8 @@ from pipeline.tables.rows import Row
 from pipeline.tables.table import FoundTable
 from sensor.quantity import validation_error
 
-_DAY = 86400.0  # [s]
 _MILLIS = 2.0**32 * 1e-3  # [s] period of a board's millis()
+_DAY = 86400.0  # [s]
 _MICROS = 2.0**32 * 1e-6  # [s] period of a board's micros()
 _PERIODS = {"ms": (_MILLIS,), "us": (_MICROS,), "s": (_MILLIS, _MICROS)}
 _LONGEST_PAUSE = 60.0  # [s] longest pause between the two samples around a restart, and between the two before it
