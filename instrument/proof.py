@@ -36,7 +36,7 @@ POINT = 0.99  # quantile of the binomial distribution; a correct design exceeds 
 _LEAST_PERCENT = 1e-6  # lower bound on the error of a spring stiffness [%], because no stiffness is known exactly
 _BEFORE_BENCHES_PERCENT = 1.0  # error of a spring stiffness [%], for reports that do not state calibration errors
 MOST_DRAWS = 5
-"""Maximum number of draws for one press; a draw fails if its unit cannot be calibrated or its press not be solved."""
+"""Maximum number of draws for one press; a draw fails if its unit cannot be calibrated or its press has no solution."""
 MOST_BARS = 2.0
 """Largest allowed error of a reading without a flag, divided by its half width."""
 MOST_FLAGGED = 0.1

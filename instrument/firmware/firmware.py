@@ -1,4 +1,4 @@
-"""The read-out of a unit as source code for a microcontroller: a C99 header, or a MicroPython module."""
+"""Write the program that reads a unit on a microcontroller, as a C99 header or a MicroPython module."""
 
 import inspect
 import math
@@ -215,7 +215,7 @@ def _description(sensor: MeasuringUnit) -> dict[str, object]:
 
 
 def _constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return the constants of a unit, as a dict from their names, which `press_core.Unit` explains.
+    """Return the constants of a unit as a dict; `press_core.Unit` explains each of them.
 
     Forces are in N, lengths in mm and moduli in MPa. Raises InputError for flesh that relaxes, because its modulus
     cannot be read without the hold.
@@ -255,7 +255,7 @@ def _inputs(signal: SignalPath) -> list[int]:
 
 
 def _level_constants(rows: Sequence[LevelReading], stiffening: float, ball_factor: float) -> dict[str, object]:
-    """Return the table that corrects the readings of a level sensor, and `level_factor` to use with a single row.
+    """Return the table that corrects the readings of a level sensor, and the factor that replaces a table of one row.
 
     `rows` are the level readings of the report. Springs are stiffer in a press than under calibration weights by the
     factor `stiffening` [1], so uncorrected readings are too low by this factor. `ball_factor` [1] is the factor of a

@@ -6,7 +6,7 @@ tips, and the pose of the sensor.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -47,6 +47,18 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
     second = _held_reading(sensor, press, seated.found) if relaxes else _ratio_reading(sensor, press, seated)
     if second is None:
         return without_modulus("released_early")
+    reading = _evaluate_reading(sensor, law, press, timing, seated, second)
+    return replace(reading, flags=(*reading.flags, *spikes))
+
+
+def _evaluate_reading(
+    sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, timing: Timing, seated: Seated, second: "_SecondReading"
+) -> FruitReading:
+    """Return the reading of a press whose modulus was found: correct the modulus, and determine its error and flags.
+
+    `seated` is the modulus that `law` reads from the part of the press in which the tips are seated. `second` is the
+    result of another method for the same press.
+    """
     found = seated.found
     press_s = press.duration_s
     E = sensor.corrected(found.E, press_s)
@@ -59,7 +71,7 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
     # Springs are stiffer in a press than under calibration weights, so the true forces are larger by this factor.
     forces = sensor.press_over_weighed(press_s) * seated.deepest[: press.tips]
     flags = flags_of_modulus(sensor, E, u, forces, tilt)
-    # If one sample changes the reading by more than the half width, that sample may be bad: the half width then grows.
+    # If one sample changes the reading by more than the half width, it may be bad, and the half width is increased.
     sample_shift = _largest_sample_shift(sensor, law, seated, timing.lag, press_s)
     widened_u = u + sample_shift if sample_shift > u else u
     shift_by_pace = pace_shift(sensor, press)
@@ -74,16 +86,13 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         "too_fast": unit_errors["times"] > LARGEST_BY_TIME,
     }
     noise = COVERAGE * sensor.steepness(E) * found.noise
-    # Noise changes the offset directly. All other errors change it through the error of E.
-    other_errors = math.sqrt(max(u**2 - noise**2, 0.0))
-    offset_u = math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * other_errors)
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
         u=widened_u,
         tilt=tilt,
         direction=direction,
-        flags=(*flags, *(flag for flag, applies in causes.items() if applies), *spikes),
+        flags=(*flags, *(flag for flag, applies in causes.items() if applies)),
         ripeness=None if sensor.classes is None else sensor.classes.class_of(E),
         samples=found.samples,
         noise=noise,
@@ -91,7 +100,7 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         # The offset is the gap under the high tips minus the gap under the low tips. The reading states how much nearer
         # to the skin the high tips are, so the sign changes. The offset of a pair is reported as a tilt.
         offset=None if sensor.report.read_out.is_pair else -found.offset,
-        offset_u=None if sensor.report.read_out.is_pair else offset_u,
+        offset_u=None if sensor.report.read_out.is_pair else _offset_half_width(found, u, noise),
         lines_left_out=press.lines_left_out,
         others=second.others,
         relaxation=second.relaxation,
@@ -100,6 +109,15 @@ def press_reading(sensor: MeasuringUnit, press: PressSamples, timing: Timing = A
         time_s=timing.deviation,
         parts=parts,
     )
+
+
+def _offset_half_width(found: RiseReading, u: float, noise: float) -> float:
+    """Return the half width of the offset [mm], from the half width `u` of E [1] and its part due to `noise` [1].
+
+    Noise changes the offset directly. All other errors change it through the error of E.
+    """
+    other_errors = math.sqrt(max(u**2 - noise**2, 0.0))
+    return math.hypot(COVERAGE * found.offset_noise, found.offset_per_log_E * other_errors)
 
 
 @dataclass(frozen=True, kw_only=True)

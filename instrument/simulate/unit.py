@@ -130,7 +130,7 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
 
 
 def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
-    """Return a random unit with counts, from the scatter of its process in leaves and domes, and of its channels."""
+    """Return a unit with random errors of leaves, domes and channels; its channels show counts."""
     designed = designed_unit(report)
     design, signal = report.design, report.read_out.signal
     process, nominal = design.process, designed.domes.K
