@@ -221,7 +221,7 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
     cannot be read without the hold.
     """
     if sensor.report.design.fruit.relaxation is not None:
-        bound = "left out for firmware, which reads no hold"
+        bound = "left out for firmware, which does not read the hold"
         raise validation_error("fruit.relaxation", "given", "", bound, "read a press with pipeline read")
     softest, firmest = sensor.range_MPa
     signal = sensor.report.read_out.signal

@@ -34,8 +34,8 @@ def signed_counts(
         elif counts_as == "unsigned" and count >= half:
             value = count - 2 * half
         if abs(value) >= saturation or not lowest <= count <= highest:
-            bound = f"within {lowest} and {highest}, the ends of the converter's range"
-            hint = "check the channel, take a smaller load, or give --counts-as for counts without signs"
+            bound = f"between {lowest} and {highest}, the ends of the converter's range"
+            hint = "check the channel, use a smaller load, or give --counts-as if the counts have no signs"
             raise validation_error(place(channel), count, "counts", bound, hint)
         signed.append(value)
     return tuple(signed)
@@ -56,5 +56,5 @@ def with_signed_counts(
 def refuse_without_counts(counts_as: str | None, source: object) -> None:
     """Raise InputError if `--counts-as` is given for a source without counts."""
     if counts_as is not None:
-        bound = f"left out where {source} has no counts"
+        bound = f"left out, because {source} has no counts"
         raise validation_error("--counts-as", counts_as, "", bound, "leave it out")

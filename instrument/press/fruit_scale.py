@@ -34,7 +34,7 @@ class FruitScale:
             raise validation_error("unit.scale.firmness", list(self.firmness), self.unit, bound, _HINT)
         for name, values in (("unit.scale.E_MPa", self.E_MPa), ("unit.scale.firmness", self.firmness)):
             if list(values) != sorted(values):
-                raise validation_error(name, list(values), "", "numbers that rise", _HINT)
+                raise validation_error(name, list(values), "", "a list of increasing numbers", _HINT)
 
     def firmness_of(self, E: float) -> Estimate | None:
         """Return the firmness of fruit that reads as E [MPa], with its standard deviation; None beyond the curve."""

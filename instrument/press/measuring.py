@@ -305,7 +305,7 @@ class MeasuringUnit:
         Reports from versions before 0.2 lack them. So do reports of designs whose travel is too short for a reading.
         """
         if not self.report.read_out.is_pair and not self.report.read_out.level_readings:
-            hint = "run the design again; if that does not help, press.travel_mm is too short for a rise"
+            hint = "run the design again; if that does not help, increase press.travel_mm, which is too short to read"
             raise validation_error("read_out.rise_level", None, "", "readings of whole presses in report.json", hint)
 
     def fruit_deviations(self, E: float) -> dict[str, float]:

@@ -59,7 +59,7 @@ def simultaneous_samples(
     interval = statistics.median(intervals) if intervals else math.inf
     if not interval > 0.0:
         name = f"{source}: time from line to line"
-        bound = "above 0 s, because the read-out converts one channel after the other"
+        bound = "above 0 s, because the read-out converts the channels in turn"
         raise validation_error(name, interval, "s", bound, "write the time of each line")
     if interval < CLOSEST * (1.0 / signal.rate_Hz):
         # The time of a conversion is distributed uniformly between two lines (JCGM 100:2008, 4.3.7).

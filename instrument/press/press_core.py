@@ -310,9 +310,10 @@ class Rising:
             self.begin_sums()
 
     def add_to_sums(self, forces: "Sequence[float]", steps: list[float]) -> None:
-        """Update the means, and the co-moments with the instrument, for the forces of a sample and their changes [N].
+        """Add the forces of a sample and their changes [N] to the means, and to the co-moments with the instrument.
 
-        Welford's method avoids the cancellation that sums of squares would suffer.
+        Welford's method avoids the cancellation that sums of squares would suffer: a co-moment grows by the deviation
+        of one variable from its old mean, times the deviation of the other variable from its new mean.
         """
         instrument = self.previous[0]
         total = sum(forces)
@@ -324,15 +325,15 @@ class Rising:
         self.spread += deviation * (instrument - self.mean_instrument)
         means = []
         rising = []
-        for force, mean, moment in zip(forces, self.means, self.rising):
+        for force, old_mean, moment in zip(forces, self.means, self.rising):
             power = force ** (2.0 / 3.0)
-            new = (
-                mean[0] + (force - mean[0]) / self.count,
-                mean[1] + (power - mean[1]) / self.count,
-                mean[2] + (force ** (-1.0 / 3.0) - mean[2]) / self.count,
+            mean = (
+                old_mean[0] + (force - old_mean[0]) / self.count,
+                old_mean[1] + (power - old_mean[1]) / self.count,
+                old_mean[2] + (force ** (-1.0 / 3.0) - old_mean[2]) / self.count,
             )
-            means.append(new)
-            rising.append((moment[0] + deviation * (force - new[0]), moment[1] + deviation * (power - new[1])))
+            means.append(mean)
+            rising.append((moment[0] + deviation * (force - mean[0]), moment[1] + deviation * (power - mean[1])))
         self.means = means
         self.rising = rising
         self.steps = [mean + (step - mean) / self.count for mean, step in zip(self.steps, steps)]

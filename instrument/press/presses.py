@@ -139,26 +139,29 @@ def tare_of(
     """
     unit = sensor.unit
     if not unit.newtons_per_count:
-        bound = "a record of forces: the counts of this unit are not calibrated"
-        raise validation_error("FILE.csv", "counts", "", bound, "calibrate weights with counts, and give --unit")
+        bound = "a record of forces, because the counts of this unit are not calibrated"
+        hint = "calibrate the unit with a table that has counts, and give --unit"
+        raise validation_error("FILE.csv", "counts", "", bound, hint)
 
-    def signed(sample: Sample) -> Sample:
+    def convert_to_signed(sample: Sample) -> Sample:
         counts = signed_counts(sample.forces, counts_as, unit.saturation_counts, partial(signal.place, sample))
         return sample._replace(forces=counts)
 
-    samples = map(signed, signal)
-    untouched = list(itertools.islice(samples, TARE_SAMPLES))
+    samples = map(convert_to_signed, signal)
+    tare_samples = list(itertools.islice(samples, TARE_SAMPLES))
     hint = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
-    if len(untouched) < TARE_SAMPLES:
-        place = signal.place(untouched[-1], 0)
-        raise validation_error(place, len(untouched), "samples", f"at least {TARE_SAMPLES}", hint)
-    tare = np.mean([sample.forces for sample in untouched], axis=0).tolist()
+    if len(tare_samples) < TARE_SAMPLES:
+        place = signal.place(tare_samples[-1], 0)
+        raise validation_error(place, len(tare_samples), "samples", f"at least {TARE_SAMPLES}", hint)
+    tare = np.mean([sample.forces for sample in tare_samples], axis=0).tolist()
+    # The force of the tare above the zero of the calibration, as a fraction of full scale.
     zero_errors = np.abs(unit.forces_of_counts(tare, unit.zero_counts)) / sensor.report.read_out.full_scale_N
     if zero_errors.max() > 1.0:
-        bound = "within a full scale of the calibration's zero"
+        bound = "within one full scale of the zero in the calibration"
         tip = int(zero_errors.argmax())
-        raise validation_error(signal.place(untouched[0], tip), tare[tip], "counts", bound, hint)
-    for sample in untouched:
+        raise validation_error(signal.place(tare_samples[0], tip), tare[tip], "counts", bound, hint)
+    for sample in tare_samples:
+        # The force of the sample above the tare, as a multiple of the smallest force of a tip in contact.
         deviations = np.abs(unit.forces_of_counts(sample.forces, tare)) / sensor.least_forces
         if deviations.max() > 1.0:
             tip = int(deviations.argmax())
@@ -175,6 +178,6 @@ def refuse_out_of_scale(sensor: MeasuringUnit, forces: Sequence[float] | Floats,
     if not plausible.all():
         tip = int(plausible.argmin())
         lowest = sensor.lowest_forces[tip]
-        bound = f"from {lowest:.3g} N, zero minus its noise, to {sensor.largest_forces[tip]:.3g} N, 20 full scales"
-        hint = "check zero, sign and unit of the channel"
+        bound = f"from {lowest:.3g} N, the limit of noise, to {sensor.largest_forces[tip]:.3g} N, 20 full scales"
+        hint = "check the zero, the sign and the unit of the channel"
         raise validation_error(place(tip), float(forces[tip]), "N", bound, hint)

@@ -368,7 +368,7 @@ def refuse_other_design(unit: PrintedUnit, report: Report) -> None:
         hint = f"calibrate the unit with this design, whose digest begins with {digest[:12]}"
         raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
     if unit.ball is not None and not report.design.takes_ball:
-        bound = f"left out except for {SHOWN_BY_BALL}"
+        bound = f"left out, because a ball corrects only {SHOWN_BY_BALL}"
         raise validation_error("unit.ball", unit.ball.factor, "", bound, "calibrate the unit")
     if unit.ball is not None:
         _refuse_ball_of_other_numbers(unit.ball, report)

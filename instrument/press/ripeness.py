@@ -32,10 +32,10 @@ def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
         name, colon, limit = part.strip().partition(":")
         number = parse_number(limit) if colon else math.inf
         if not name or not name.isprintable() or number is None or number <= limits[-1]:
-            bound = "a list of names, each but the last with a limit in MPa; the limits must rise"
+            bound = "a list of names, all but the last with a limit in MPa, in increasing order"
             raise validation_error(flag, text, "", bound, _HINT)
         names.append(name)
         limits.append(number)
     if math.isfinite(limits[-1]):
-        raise validation_error(flag, text, "", "classes of which the last has no limit", _HINT)
+        raise validation_error(flag, text, "", "a list whose last class has no limit", _HINT)
     return RipenessClasses(tuple(names), tuple(limits[1:]))

@@ -77,22 +77,24 @@ class Seated(NamedTuple):
 def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag: int) -> Seated:
     """Return the reading of a press from the load at which its tips are seated.
 
-    The channels of the press are those of `law`. `lag` is the distance in samples at which noise is independent. If
-    the samples above that load do not determine a modulus, the next lower load is used. Raises RiseError if the whole
-    press does not determine a modulus.
+    The press has the same channels as `law`. `lag` is the distance in samples at which noise is independent. If the
+    samples above that load do not determine a modulus, the next lower load is used. Raises RiseError if the whole press
+    does not determine a modulus.
     """
-    # The load depends on the modulus and on the tilt that are read from it, so load and reading are iterated.
+    # The load depends on the modulus and on the tilt that are read from it, so load and reading are iterated. The
+    # iteration begins with load 0, which is the whole press.
     seating = seating_of(sensor)
     load, (rise, found) = 0, _reading_from(sensor, law, press, lag, seating.least_forces[0])
     deepest = rise.forces[-1]
     for _ in range(ROUNDS):
-        seated = seating.load(found.E, found.offset)
-        if seated == load:
+        seating_load = seating.load(found.E, found.offset)
+        if seating_load == load:
             break
-        for lower in range(seated, -1, -1):
+        for candidate in range(seating_load, -1, -1):
             with suppress(RiseError):
-                rise, found = _reading_from(sensor, law, press, lag, seating.least_forces[lower], whole=not lower)
-                load = lower
+                least = seating.least_forces[candidate]
+                rise, found = _reading_from(sensor, law, press, lag, least, whole=not candidate)
+                load = candidate
                 break
     return Seated(found, rise, deepest)
 

@@ -133,7 +133,7 @@ def _check_columns(table: FoundTable, required: Sequence[str], optional: Sequenc
             unknown += [label] if any(re.fullmatch(_CHANNEL_LABEL, folded(word)) for word in words) else []
     if unknown:
         place = place_of(table.source, table.header.line, unknown[0])
-        bound = f"one of {', '.join((*optional, *required))}, as this sensor has"
+        bound = f"one of {', '.join((*optional, *required))}, the columns of this sensor"
         raise validation_error(place, unknown[0], "", bound, f"write for instance {example}")
 
 

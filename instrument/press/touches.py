@@ -181,7 +181,7 @@ class _Touch:
         """
         if self._fruit not in (None, sample.fruit):
             name = f"{self._source}, line {sample.line}: fruit"
-            bound = f"{self._fruit!r} to the end of its press"
+            bound = f"{self._fruit!r} until the end of the press"
             raise validation_error(name, sample.fruit, "", bound, "lift the sensor between two fruits")
         self._fruit = sample.fruit
         self._pending[self._core.number + 1] = sample

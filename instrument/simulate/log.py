@@ -43,21 +43,21 @@ def log_of(
     """
     signal = report.read_out.signal
     tips = len(unit.heights)
-    delays = np.zeros(tips)
+    delays = np.zeros(tips)  # [s]
     if signal is not None and signal.delay_ms and rate * (1.0 / signal.rate_Hz) < 1.0 / AT_ONCE:
         delays = 1e-3 * np.array(signal.delay_ms)
     tare_s = max(TARE_S, TARE_SAMPLES / rate)
-    starts, end = [], tare_s
+    starts, end = [], tare_s  # times at which the presses start and the log ends [s]
     for press in presses:
         starts.append(end)
         end += press.lasts_s + PAUSE_S
     t = np.arange(int(np.ceil(end * rate)) + 1) / rate
     conversion_times = t[:, None] + delays  # (samples, tips) [s]
     if rng is not None:
-        errors = rng.uniform(-1.0, 1.0, tips)
+        delay_errors = rng.uniform(-1.0, 1.0, tips)
         if signal is not None:
-            # The errors are uniform between -1 and 1, so their standard deviation is 1 / sqrt(3).
-            conversion_times = conversion_times + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * errors
+            # The factor sqrt(3) turns the standard deviation of a uniform distribution into its half width.
+            conversion_times = conversion_times + np.sqrt(3.0) * (signal.time_deviation / signal.rate_Hz) * delay_errors
     deflections = np.zeros((len(t), tips))
     for start, press in zip(starts, presses, strict=True):
         deflections += press.at(conversion_times - start)

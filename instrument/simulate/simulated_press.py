@@ -105,6 +105,6 @@ def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCu
             creep = creep_of(unit.creep, unit.weighed_s)
             _, deflections = press_with_creep(pressing, motion, hand.relaxation, creep)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
-        msg = "this press has no solution. Take less tilt, larger radii or a smoother skin."
+        msg = "The simulation of this press has no solution. Choose a smaller tilt, larger radii or a smoother skin."
         raise InputError(msg) from error
     return PressCurve(hand=hand, times=times, deflections=deflections)

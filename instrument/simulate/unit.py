@@ -77,10 +77,10 @@ def refuse_unsimulated(report: Report) -> None:
     """Raise InputError if a design has no domes or its fruit has a skin, because such presses cannot be simulated."""
     design = report.design
     if design.tips.dome_radius_mm is None:
-        bound = "dome: presses of other tips are not simulated"
+        bound = "dome, because presses of other tips cannot be simulated"
         raise validation_error("tips.shape", design.tips.shape, "", bound, "simulate a design with domes")
     if design.fruit.skin_mm is not None:
-        bound = "left out: presses on a skin are not simulated"
+        bound = "left out, because presses on a skin cannot be simulated"
         raise validation_error(
             "fruit.skin_mm", design.fruit.skin_mm, "mm", bound, "simulate the fruit without its skin"
         )
@@ -130,7 +130,11 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
 
 
 def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
-    """Return a unit with random errors of leaves, domes and channels; its channels show counts."""
+    """Return a unit with random errors of leaves, domes and channels; its channels show counts.
+
+    The process of the design states how much its prints scatter. The stiffnesses stay within a factor of two of the
+    design.
+    """
     designed = designed_unit(report)
     design, signal = report.design, report.read_out.signal
     process, nominal = design.process, designed.domes.K
@@ -140,7 +144,7 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     # of the leaves are independent; their standard deviation is half of the accuracy.
     thickness_errors = 3.0 * 0.5 * process.accuracy_mm / thickness * rng.normal(size=tips)
     log_factors = thickness_errors + process.E_scatter * rng.normal()
-    factor = np.exp(np.clip(log_factors, math.log(_SOFTEST), -math.log(_SOFTEST)))
+    stiffness_factors = np.exp(np.clip(log_factors, math.log(_SOFTEST), -math.log(_SOFTEST)))
     saturation = report.read_out.channels.saturation_counts
     if signal is None:
         counts_per_N = _FULL_COUNTS * saturation / np.maximum(report.read_out.full_scale_N, 1e-9)
@@ -148,13 +152,13 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
         counts_per_N = np.array(signal.counts_per_N)
     # A Hall sensor responds to the deflection, so the counts per mm do not depend on the true stiffness of the spring.
     counts_per_mm = counts_per_N * nominal * (1.0 + _SENSITIVITY * rng.normal(size=tips))
-    creep = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)
-    accuracy, _ = form_deviations(design.tips, process)
+    creep_per_decade = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)
+    height_deviation, _ = form_deviations(design.tips, process)
     return replace(
         designed,
-        domes=draw_form(design, domes_of(design, factor * nominal), rng),
-        heights=rng.normal(0.0, accuracy, tips),
-        creep=math.log10(1.0 + creep),
+        domes=draw_form(design, domes_of(design, stiffness_factors * nominal), rng),
+        heights=rng.normal(0.0, height_deviation, tips),
+        creep=math.log10(1.0 + creep_per_decade),
         per_mm=np.diag(counts_per_mm),
         zeros=np.rint(_ZERO * saturation * rng.uniform(-1.0, 1.0, tips)),
         noise=counts_per_N * designed.noise,

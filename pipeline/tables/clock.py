@@ -48,8 +48,8 @@ class Clock:
                 )
                 return self._before
         place = self._table.place(row.line, self._column)
-        bound = f"{'after' if rises else 'at least'} the {before - self._offset:g} s of the line before"
-        hint = "the clock stood still or restarted there: give each press a file of its own, or correct its times"
+        bound = f"{'after' if rises else 'at least'} the {before - self._offset:g} s of the previous line"
+        hint = "the clock stopped or restarted there: save each press in its own file, or correct the times"
         raise validation_error(place, t - self._offset, "s", bound, hint)
 
     def _periods(self, row: Row) -> tuple[float, ...]:

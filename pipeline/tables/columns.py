@@ -220,7 +220,7 @@ class StatedUnits:
         for each in statements:
             if unit_of(quantity, each.text) != quantity.default:
                 bound = f"in {quantity.default}, or the unit of {name} given in the header of {self._assumed[name]}"
-                hint = f"set the unit by --units {name}={quantity.default} or another one"
+                hint = f"state the unit with --units, for example --units {name}={quantity.default}"
                 raise validation_error(each.place, each.text[:SHOWN_LABEL], "", bound, hint)
 
     def _statements(self, row: Row, index: int, cell: str) -> Iterator[tuple[str, str]]:
@@ -259,6 +259,6 @@ def agreed_unit(quantity: Quantity, statements: Iterable[UnitStatement]) -> str:
         by_unit.setdefault(unit, each)
     if len(by_unit) > 1:
         (unit, first), (_, second), *_ = by_unit.items()
-        bound = f"in {unit}, as {first.place} says"
-        raise validation_error(second.place, second.text[:SHOWN_LABEL], "", bound, "correct or leave out one of them")
+        bound = f"in {unit}, the unit that {first.place} states"
+        raise validation_error(second.place, second.text[:SHOWN_LABEL], "", bound, "correct or remove one of them")
     return next(iter(by_unit), "")

@@ -37,10 +37,10 @@ def lines_of_text(source: str, content: bytes) -> list[str]:
         raise validation_error(source, "bytes", "", "a text file, CSV, or a workbook, XLSX", hint)
     lines = list(itertools.islice(io.StringIO(text, newline=None), MAX_LINES + 1))
     if len(lines) > MAX_LINES:
-        raise validation_error(source, "its lines", "", f"at most {MAX_LINES}", "export fewer samples a second")
+        raise validation_error(source, "its lines", "", f"at most {MAX_LINES}", "export fewer samples per second")
     too_long = next((number for number, line in enumerate(lines, start=1) if len(line) >= LONGEST_LINE), None)
     if too_long is not None:
-        bound = f"a line of less than {LONGEST_LINE} letters"
+        bound = f"a line of fewer than {LONGEST_LINE} characters"
         raise validation_error(place_of(source, too_long), lines[too_long - 1][:40], "", bound, "correct that line")
     return lines
 

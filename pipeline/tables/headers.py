@@ -269,7 +269,7 @@ def label_parts(label: str) -> Iterator[tuple[str, str]]:
     """
     label = unicodedata.normalize("NFKC", label[:LONGEST_LABEL]).strip(" :;,\t")
     if ".." in label or _WRITTEN_BY_R.fullmatch(label):
-        label = re.sub(r"[.]+", " ", label).strip()
+        label = re.sub(r"[.]+", " ", label).strip()  # R writes dots instead of spaces and brackets
     in_brackets = _IN_BRACKETS.fullmatch(label)
     if in_brackets:
         yield in_brackets[1].strip(" _/,:;-"), in_brackets[2].strip()
@@ -277,7 +277,7 @@ def label_parts(label: str) -> Iterator[tuple[str, str]]:
     for separator in reversed(separators):
         words, tail = label[: separator.start()], label[separator.end() :]
         if words and tail:
-            yield words, re.sub(r"^(in|en|em) ", "", tail)
+            yield words, re.sub(r"^(in|en|em) ", "", tail)  # "in", as in `Force in N`, in several languages
     # The last pair of brackets, if the label has more than one.
     without_closing = label.rstrip(")]}>")
     opening = max(map(without_closing.rfind, "([{<"))

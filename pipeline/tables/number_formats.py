@@ -50,14 +50,14 @@ class WrittenNumber(NamedTuple):
     unit: str
 
     @property
-    def is_sure(self) -> bool:
+    def is_unambiguous(self) -> bool:
         """Return whether the text is a number with only one of the two decimal signs."""
         return self.with_point is None or self.with_comma is None
 
     @property
     def unclear(self) -> bool:
         """Return whether a sign in the text may be decimal or may separate thousands, as in 1,500 and 1.500."""
-        return not self.is_sure and self.with_point != self.with_comma
+        return not self.is_unambiguous and self.with_point != self.with_comma
 
     def plain(self, decimal: str) -> str | None:
         """Return the number in Python's notation, or None if the text is not a number with the sign `decimal`.
@@ -126,7 +126,7 @@ def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> s
         # The other sign separates thousands if one number of the column shows the decimal sign, and if no number begins
         # with four digits in a row.
         numbers = [number for _, number in column]
-        has_thousands_sign = any(number.is_sure for number in numbers) and not any(
+        has_thousands_sign = any(number.is_unambiguous for number in numbers) and not any(
             _FOUR_DIGITS.match(number.text) for number in numbers
         )
         for line, number in column:
@@ -134,6 +134,6 @@ def decimal_sign(source: str, columns: Iterable[Sequence[tuple[int, str]]]) -> s
                 ambiguous.append((line, number.text))
     if ambiguous:
         line, text = min(ambiguous)
-        bound = "a number whose comma or point is surely decimal: commas may separate thousands here"
+        bound = "a number whose comma or point is clearly decimal, because commas may separate thousands here"
         raise validation_error(place_of(source, line), text, "", bound, "export it with decimal points")
     return sign

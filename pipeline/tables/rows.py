@@ -82,7 +82,7 @@ class Rows:
         """Yield the rows, without commented lines that hold numbers."""
         numbered_lines = enumerate(self._lines, start=1)
         lookahead: list[tuple[int, str | Sequence[str]]] = []  # lines that were read for a quoted cell, but not used
-        has_line_ends = False
+        has_line_ends = False  # whether an earlier line has a line end
         while (line := lookahead.pop(0) if lookahead else next(numbered_lines, None)) is not None:
             row = self._split_line(*line)
             if row.fault and str(line[1]).count('"') % 2:
@@ -189,11 +189,12 @@ def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
     # Shortcut for speed: most lines have no quotes, clocks or comments.
     if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _MARKED):
         return Row(number, tuple(map(str.strip, line.split(delimiter))))
-    first, *others = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
+    # A line of text is one piece until it is split; the cells of a workbook are separate already.
+    first, *other_cells = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
     comment = _COMMENT.match(first)
     first = first[comment.end() :] if comment else first
     clock = _CLOCK_BEFORE.match(first)
-    cells = [first[clock.end() :] if clock else first, *others]
+    cells = [first[clock.end() :] if clock else first, *other_cells]
     fault = ""
     is_text = isinstance(line, str)
     if is_text and delimiter in _SPACES:

@@ -87,13 +87,13 @@ class FoundTable:
         if value is None or not math.isfinite(value):
             bound = "a finite number" if cell else "a number, and not an empty cell"
             if value is None and notation is not None:
-                bound = "a number whose comma is surely decimal: commas may separate thousands here"
+                bound = "a number whose comma is clearly decimal, because commas may separate thousands here"
             raise self._cell_error(row, column, cell, bound, "correct it, or leave the row out")
         unit_cell = "" if column.unit_index is None else row.cell(column.unit_index)
         for unit, text in ((notation.unit if notation else "", cell), (unit_cell, unit_cell)):
             if unit and unit_of(column.quantity, unit) != column.unit:
-                bound = f"in {column.unit}, like its column"
-                raise self._cell_error(row, column, text, bound, "write one unit in a column")
+                bound = f"in {column.unit}, the unit of its column"
+                raise self._cell_error(row, column, text, bound, "use the same unit in the whole column")
         value *= column.factor
         if abs(value) > column.quantity.most:
             bound = f"at most {column.quantity.most / column.factor:g}"
@@ -187,7 +187,7 @@ class TableReader:
         bound = f"a header that also has {' and '.join(missing)}"
         hint = f"write for instance {self.example}, or name columns by their header or number: --columns {numbers}"
         if labels >= set(needed):
-            hint = f"this file has labels in each line: write {self.example} once, and each line without labels"
+            hint = f"every line of this file has labels: write {self.example} once, and then lines without labels"
         elif near := self.words.near(header, missing):
             label, name, tail = near
             return no_unit(place_of(source, header.line, label), self.quantities[name], tail)
@@ -216,6 +216,7 @@ class TableReader:
                 above.append(row)
                 continue
             if header_index is None and previous is not None and above and above[-1].empty:
+                # Numbers after a blank line, but without a header, may belong to the previous table.
                 self._refuse_stray_numbers(rows.source, row)
             if not self._by_number and self.words.is_header(row, self.needed):
                 header_index, texts_left, number_columns = len(above), MAX_ROWS_BELOW, self.words.measured(row)
@@ -229,6 +230,7 @@ class TableReader:
                     header_index, number_columns = None, ()
                     rows.keep_delimiter(keep=False)
             above.append(row)
+            # A stream never ends, so the search is given up if its lines have labels instead of a header.
             if len(above) > max_searched or (is_stream and self._has_labels(row)):
                 break
         if header_index is not None and self.is_single and not self._has_labels(above[header_index]):
@@ -271,7 +273,7 @@ class TableReader:
     def _refuse_stray_numbers(source: str, row: Row) -> None:
         """Raise InputError for a row of numbers that a blank line separates from its table."""
         if len(row.cells) > 1 and all(map(is_number, filter(None, row.cells))):
-            bound = "a header, or the end of the file, after a blank line"
+            bound = "a header, because it follows a blank line"
             hint = "remove the blank line if no row is missing there"
             raise validation_error(place_of(source, row.line), row.text, "", bound, hint)
 
@@ -367,8 +369,8 @@ class TableReader:
         """Raise InputError if a line of text between the rows states another unit, or is a different header."""
         place = place_of(table.source, row.line)
         if self.words.is_header(row, self.needed) and row.cells != table.header.cells:
-            bound = f"the header of line {table.header.line}, or left out"
-            raise validation_error(place, row.text, "", bound, "give each table a file of its own")
+            bound = f"the same as the header in line {table.header.line}, or left out"
+            raise validation_error(place, row.text, "", bound, "save each table in its own file")
         stated = self.stated_units.record_statements(table.source, [row])
         for column in table.columns:
             in_column = [UnitStatement(column.cell(row), place)] if is_unit(column.cell(row)) else []
@@ -413,7 +415,7 @@ def refuse_length(source: str, row: Row, columns: int) -> None:
         bound = f"{columns} cells, like its header"
         hint = "separate cells by semicolons if numbers have decimal commas"
         if len(row.cells) < columns:
-            hint = "the line may be cut: complete it, or leave it out"
+            hint = "the line may be incomplete: correct it, or leave it out"
         raise validation_error(place_of(source, row.line), len(row.cells), "cells", bound, hint)
 
 
@@ -451,7 +453,7 @@ def only_table(
     table = one_table(single_sheet(source), quantities, needed, example)
     if not table.rows and table.left_out:
         (row, *_) = table.left_out
-        bound = "a row of numbers like its header"
+        bound = "a row of numbers that fits its header"
         raise validation_error(place_of(table.source, row.line), row.text, "", bound, "complete that line")
     if not table.rows:
         raise validation_error(table.source, 0, "rows", "at least one row below the header", "measure the unit")
