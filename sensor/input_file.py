@@ -11,8 +11,8 @@ from sensor.quantity import validation_error
 
 MOST_BYTES = 16 * 2**20
 MOST_LEVELS = 16  # maximum nesting depth of tables and lists; a design file has four levels
-# A dotted key with more than MOST_LEVELS names is refused, because the time that Python's parser takes for it grows
-# with the square of their number.
+# A dotted key with more than MOST_LEVELS names is refused. The time that Python's parser takes for such a key is
+# proportional to the square of the number of names.
 _NAME = r"""(?:"[^"\n]*"|'[^'\n]*'|[^\s.,=#"']+)[ \t]*"""
 _DEEP_KEY = re.compile(rf"(?<![^\s\[{{,])(?:{_NAME}\.[ \t]*){{{MOST_LEVELS}}}")
 

@@ -165,10 +165,10 @@ def tetrahedral_compliance(
 def extrapolate_to_size_zero(sizes: Sequence[float], values: Sequence[float]) -> tuple[float, float]:
     """Extrapolate values on three or more meshes to element size 0, and return the limit and its error.
 
-    `sizes` are the element sizes in decreasing order. The error of a value is assumed to be proportional to the size,
-    because the error at a sharp corner decreases at least at this rate. A convergence rate estimated on unstructured
-    meshes would mainly reflect scatter. The error of the limit is the larger of the last two extrapolation steps, each
-    scaled to the last size. Two steps are used because a single one may be small by chance.
+    `sizes` are the element sizes in decreasing order. The error of a value is assumed to be proportional to the size.
+    The error at a sharp corner decreases at least at this rate, and a convergence rate estimated on unstructured meshes
+    would mainly reflect scatter. The error of the limit is the larger of the last two extrapolation steps, each scaled
+    to the last size. Two steps are used because a single one may be small by chance.
     """
     slopes = np.diff(values[-3:]) / np.diff(sizes[-3:])
     steps = slopes * sizes[-1]

@@ -55,9 +55,9 @@ def contact_compliance(
 ) -> FruitCompliance:
     """Return E times the compliance matrix of the fruit under its tips [1/mm]. The springs are sized from it.
 
-    The tips are assumed to be level, sharp and flat, and to press vertically. Other tips are replaced: a filleted tip
-    by a sharp one, a spherical tip by the cylinder of its diameter, and a dome by a circle of half its width at its
-    contact. The status of the result names the replacement.
+    The tips are assumed to be level, sharp and flat, and to press vertically. Other tips are replaced by such tips. A
+    filleted tip is replaced by a sharp tip, and a spherical tip by the cylinder of its diameter. A dome is replaced by
+    a circle of half its width at its contact. The status of the result names the replacement.
 
     The fruit is solved as a block, on the coarsest mesh whose relative error is below `tolerance` [1]. The effects of
     the curved shape and of the skin are then added.

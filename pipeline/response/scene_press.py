@@ -76,7 +76,7 @@ def refuse_unsolvable_scene(design: Design) -> None:
 def _check_skin(scene: Scene) -> None:
     """Raise InputError if the fruit has a skin on which contact cannot be solved.
 
-    Contact on a skin can be solved for flat tips and domes, if the fruit is the piece of flesh under the tips.
+    Contact on a skin can be solved only for flat tips and domes, and not on a whole fruit.
     """
     thickness = scene.fruit.skin_mm
     if thickness is None:
@@ -126,8 +126,8 @@ def scan_moduli(fruit: Fruit) -> Floats:
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
     """Return the presses at full travel with the tilt minus its spread and with the tilt plus its spread.
 
-    The result is empty if contact is linear, if the tilt has no spread, or if contact cannot be solved at one of the
-    two tilts.
+    The result is empty if contact is linear or the tilt has no spread. It is also empty if contact cannot be solved at
+    one of the two tilts.
     """
     press = scene.press
     spread = press.tilt_spread_deg

@@ -1,7 +1,7 @@
 """Displacement, strain and stress of the loaded housing for viewing, at the nodes of its 20-node hexahedra.
 
-Strain is extrapolated from the points where it is most accurate: the 2^3 Gauss points of a cell or, on an unloaded
-surface, the 2^2 Gauss points of a facet. See J. Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243,
+Strain is extrapolated from the points where it is most accurate. They are the 2^3 Gauss points of a cell or, on an
+unloaded surface, the 2^2 Gauss points of a facet. See J. Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243,
 doi:10.1002/nme.1620100202. The extrapolation is linear along each axis of the cell or facet. The values at a node are
 averaged over the adjacent cells or facets.
 """
@@ -56,8 +56,9 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, unloaded: str) -> 
     """Return the strain [1] at the nodes, shape (3, 3, nodes), for displacements u (dofs,) [mm].
 
     `basis` has 20-node cells with 2^3 Gauss points, and `unloaded` is the name of the unloaded boundary. At nodes on
-    this boundary, the strain is extrapolated only within facets of the boundary. At a fillet, strain varies nonlinearly
-    through the thickness of a leaf, so linear extrapolation from two points in a cell would miss the peak strain.
+    this boundary, the strain is extrapolated only within facets of the boundary. The reason is that strain at a fillet
+    varies nonlinearly through the thickness of a leaf. Linear extrapolation from two points in a cell would miss the
+    peak strain.
     """
     nodes = nodes_of_cells(basis.mesh)
     # The extrapolation is more accurate in a small cell, so small cells get a larger weight in the average.

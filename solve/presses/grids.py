@@ -24,8 +24,8 @@ def love(cells: int) -> Complexes:
 
     Cells have unit size, and the deflection is multiplied by pi E*. Love's closed form is the sum, over the four
     corners of the loaded cell, of a arsinh(b / |a|) + b arsinh(a / |b|) with alternating signs. Here (a, b) is the
-    position of the point relative to the corner. Offsets between cells run from -cells to cells - 1, so that a product
-    of transforms gives the convolution on a grid with `cells` cells per side without wrap-around.
+    position of the point relative to the corner. Offsets between cells run from -cells to cells - 1. A product of
+    transforms therefore gives the convolution on a grid with `cells` cells per side, without wrap-around.
     """
     offsets = np.fft.fftfreq(2 * cells, 1.0 / (2 * cells))
     x, y = np.meshgrid(offsets, offsets, indexing="ij")
@@ -126,8 +126,8 @@ class Grids:
     def deflection(self, forces: Floats) -> Floats:
         """Return pi E* times the deflection of all cells [N/mm] under forces on the cells [N].
 
-        Both arrays are (tips, cells, cells). The deflection due to the forces on the same grid is a convolution, which
-        is computed on a grid padded to twice the size to avoid wrap-around. The forces on other grids are collected at
+        Both arrays are (tips, cells, cells). The deflection due to the forces on the same grid is a convolution. It is
+        computed on a grid padded to twice the size to avoid wrap-around. The forces on other grids are collected at
         their Chebyshev nodes. The resulting deflection of the nodes of this grid is interpolated to its cells.
         """
         padded = (2 * self.cells, 2 * self.cells)

@@ -55,8 +55,8 @@ class Pressing:
     def __init__(self, sensor: SprungDomes, fruit: EllipsoidFruit, cells: int = CELLS) -> None:
         """Find the point of first contact under each dome.
 
-        Newton's method finds it for ideal spheres on a smooth ellipsoid. If the skin has bumps, or if the domes have a
-        form error or a rim, three successively finer grids are then searched around that point.
+        Newton's method finds it for ideal spheres on a smooth ellipsoid. If the skin has bumps, or the domes have a
+        form error or a rim, three successively finer grids around that point are then searched.
         """
         self.sensor, self.fruit, self.cells = sensor, fruit, cells
         self.kernel = love(cells)
@@ -107,8 +107,8 @@ class Pressing:
         """Return the gap between each dome and the skin [mm] at points x, y (tips, ...) [mm].
 
         The sensor is at height 0, and both the skin and the springs are undeformed. The gap is the height of the dome
-        above its lowest point plus the depth of the skin below the apex, minus the rise of the skin due to its slope,
-        and minus the protrusion of the dome.
+        above its lowest point, plus the depth of the skin below its tangent plane at the apex. The rise of this plane
+        and the protrusion of the dome are subtracted.
         """
         r = self.sensor.dome_radius
         dx = x - self.sensor.positions[:, 0, None, None]
