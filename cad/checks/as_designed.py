@@ -59,8 +59,8 @@ def as_designed_verdict(
 ) -> Verdict:
     """Return geometry.as_designed, the verdict on the largest distance [mm] between files and their designs.
 
-    `pairs` holds the triangles [mm] of each file and of its design, by the name of the file. If `limit` [mm] is None,
-    each file gets the limit for files of this program. The verdict is given for the file that exceeds its limit most or
+    `pairs` holds the triangles [mm] of each file and of its design, keyed by file name. If `limit` [mm] is None, each
+    file gets the limit for files of this program. The verdict is given for the file that exceeds its limit most or
     comes closest to it. If its distance exceeds the limit, the reference text begins with the likely causes. `against`
     names the part of the design with which the file was compared.
     """

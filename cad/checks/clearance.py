@@ -18,8 +18,8 @@ from cad.parts.sensor import SensorSolids
 from sensor.arrays import Floats
 from sensor.verdict import Verdict, judge
 
-STOP_SAFETY = 1.2  # smallest ratio of the deflection at the stop to the deflection at full travel; chosen by judgement
-HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] direction that a tilt lowers, from +x towards +y
+STOP_SAFETY = 1.2  # smallest allowed deflection at the stop, divided by the deflection at full travel; a judgement
+HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] directions in which the sensor tilts, from +x towards +y
 _MARGIN_MM = 1.0  # distance by which a cutting box extends beyond the plate, so that no thin layer remains
 _CHORD_MM = 2e-3  # largest distance between a face and the triangles that preselect headings
 _CHORD_ANGLE_RAD = 0.5  # largest angle between neighbouring triangles of a face
@@ -108,7 +108,7 @@ def nearest_headings(shape: cq.Shape, fruit: cq.Shape, travel: float, tilt: floa
         corner_distances = np.linalg.norm(
             np.maximum(0.0, np.maximum(bounds[0] - posed_corners, posed_corners - bounds[1])), axis=1
         )
-        # Manifold searches only up to a given distance. The nearest corner is an upper bound on the gap.
+        # The distance of the nearest corner is an upper bound on the gap. manifold3d does not search beyond it.
         gaps[heading] = body.transform(matrix).min_gap(box, corner_distances.min() + _CHORD_MM)
     largest_gap = min(gaps.values()) + 2.0 * _CHORD_MM
     return tuple(heading for heading, gap in gaps.items() if gap <= largest_gap)
@@ -161,8 +161,8 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
     """Return the verdicts on the stop of an arm and on the gap above its upper leaf at the stop.
 
     `deflection` [mm] is the deflection of the shuttle at full travel. The frame stops the shuttle or a point of the
-    leaf, whichever meets it first. If the shuttle deflects by d, a point at the fraction s of the leaf deflects by
-    `guided_leaf_shape`(s) d. So a gap g above this point stops the arm at d = g / `guided_leaf_shape`(s).
+    leaf, whichever meets it first. If the shuttle deflects by d, a point at the fraction s of the leaf length deflects
+    by `guided_leaf_shape`(s) d. So a gap g above this point stops the arm at d = g / `guided_leaf_shape`(s).
     """
     stop_name = f"geometry.stops_{arm.name}"
     gap_name = f"geometry.deflected_gap_{arm.name}"
@@ -186,7 +186,10 @@ def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: flo
 
 
 def _gap_above_shuttle(lines: Lines, housing: Housing, arm: Arm) -> float:
-    """Return the smallest gap [mm] above the shuttle of an arm, infinite if there is no gap above the whole shuttle."""
+    """Return the smallest gap [mm] above the shuttle of an arm.
+
+    The gap is infinite if there is no gap above any measured point.
+    """
     smallest = math.inf
     for fraction in _SHUTTLE_FRACTIONS:
         x = arm.shuttle - arm.sign * fraction * housing.shuttle_width

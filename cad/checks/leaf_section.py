@@ -7,7 +7,7 @@ from cad.checks.line_probe import UP, Lines, Vector
 from cad.parts.housing import Arm, Housing
 from sensor.verdict import Verdict, judge
 
-THICKNESS_TOLERANCE_MM = 1e-3  # the drawing rounds to 0.001 mm; single precision in a mesh file is finer, 4e-6 mm
+THICKNESS_TOLERANCE_MM = 1e-3  # precision of the drawing; the single precision of a mesh file is finer, 4e-6 mm
 _LENGTH_FRACTIONS = (0.02, 0.25, 0.5, 0.75, 0.98)  # measured points along a leaf, as fractions of its straight part
 _BESIDE_MIDDLE = 0.03  # fraction of the depth; a line in the plane of symmetry would coincide with triangle edges
 _DEPTH_FRACTIONS = (-0.42, _BESIDE_MIDDLE, 0.42)  # measured points from mid-depth, as fractions of the depth

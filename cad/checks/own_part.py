@@ -23,20 +23,20 @@ Place = tuple[float, float, float]
 _Segment = tuple[tuple[float, float], tuple[float, float]]  # the ends ((x, z), (x, z)) of a line in the section [mm]
 
 _INCH_MM = 25.4
-_SIZE_TOLERANCE = 0.1  # relative tolerance of the length ratio from which a part in inches is recognised
+_SIZE_TOLERANCE = 0.1  # relative tolerance of the length ratio by which a part in inches is recognised
 _ON_FACE_MM = 0.05  # a point this close to a face lies on it; also the limit of geometry.as_designed for other programs
 _ANGLE_TOLERANCE = 1e-4  # a unit normal is perpendicular to an axis if its component along the axis is below this
 _MIN_SWEPT_FRACTION = 0.8  # smallest fraction of the surface area that is parallel or perpendicular to the sweep
 _SAMPLES = (0.1, 0.5, 0.9)  # surface parameters at which a normal is evaluated, as fractions of their range
 _NEAR_MM = 1e-5  # geometric tolerance: points closer than this are treated as one point
-_MIN_MEAN_NORMAL = 0.5  # smallest length of the mean unit normal of a face to press; for a closed ring it is 0
+_MIN_MEAN_NORMAL = 0.5  # smallest length of the mean unit normal of faces that can be pressed; 0 for a closed ring
 _WALL_POINTS = 3000  # approximate number of points on a part at which its wall thickness is measured
 _STEP_MM = 1e-3  # step into the material before a ray is cast; also the thinnest layer in which a section is cut
 _CORNER_FRACTION = 0.25  # element size at a cylindrical face, as a fraction of half its circumference
 _CHORD_MM, _ANGLE_RAD = 0.01, 0.3  # largest deviations of triangles from their face
 _OUTSIDE_MM2 = 0.01  # largest area of another section that may lie outside the swept section
 _OFF_CENTRE = 1e-3  # largest distance of the centroid of a face from mid-depth, as a fraction of the depth
-_PIECE_MM = 0.5  # size of the pieces of a face on which the depth of the part is compared with that of the mesh
+_PIECE_MM = 0.5  # size of the pieces of a face at which the depths of part and mesh are compared
 _MARGIN_MM = 1.0  # distance by which rays and cutting planes extend beyond the part
 
 
@@ -80,7 +80,7 @@ def _volume_and_centre(solid: cq.Solid) -> str:
 def _check_size(solid: cq.Solid, name: str, housing: Housing | None) -> None:
     """Raise InputError if a solid is too small or too large for a part in millimetres.
 
-    A solid that is 25.4 times smaller or larger than its `housing` was exported in inches, and is refused too.
+    A solid that is 25.4 times smaller or larger than `housing` is refused too, because its unit was converted wrongly.
     """
     box = solid.BoundingBox()
     longest = max(box.xlen, box.ylen, box.zlen)
@@ -151,7 +151,7 @@ def _reject_edge(
     for index, face in enumerate(faces):
         if index in wall or distances[index] > min(distances) + _NEAR_MM:
             continue
-        # If a face continues the wall smoothly, the point is not ambiguous: a press acts on both in one direction.
+        # If a face continues the wall smoothly, the point is not ambiguous: a press has the same direction on both.
         if abs(face.normalAt(location).dot(faces[wall[0]].normalAt(location))) < 1.0 - _ANGLE_TOLERANCE:
             point_text = ",".join(f"{value:g}" for value in point)
             bound = "on one face: it lies on the edge between two faces"
@@ -274,7 +274,7 @@ def fill_round_tips(solid: cq.Solid, points: Iterable[Place]) -> cq.Solid:
 
 
 def tip_points(housing: Housing) -> dict[str, Place]:
-    """Return the point [mm] at which each tip of a housing first touches the fruit, by the name of its spring."""
+    """Return the point [mm] at which each tip of a housing first touches the fruit, keyed by spring name."""
     return {arm.name: (arm.centre, 0.0, 0.0) for arm in housing.arms}
 
 
@@ -512,7 +512,7 @@ def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
 def _levels_and_edges(shape: cq.Shape) -> tuple[list[float], dict[float, float], tuple[_Segment, ...]]:
     """Return the levels y [mm] at which the section of a shape may change, its cap areas, and its slanted edges.
 
-    The cap areas [mm^2] are the areas of the faces perpendicular to y, by their levels. The slanted edges are straight
+    The cap areas [mm^2] are the areas of the faces perpendicular to y, keyed by level. The slanted edges are straight
     edges of slanted faces, projected onto the section.
     """
     y_axis = np.array([0.0, 1.0, 0.0])

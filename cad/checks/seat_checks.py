@@ -45,7 +45,7 @@ def window_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
 
 
 def _thinnest_wall_verdict(name: str, walls: Mapping[str, float], limit: float) -> Verdict:
-    """Return the verdict on the thinnest wall. `walls` holds the wall thicknesses [mm] by their places."""
+    """Return the verdict on the thinnest wall; `walls` holds the wall thicknesses [mm], keyed by place."""
     place = min(walls, key=walls.__getitem__)
     reference = f"thinnest wall by the lengths of the design: {place}"
     return judge(name, walls[place], reference, limit=limit, tolerance=PLACE_TOLERANCE_MM)

@@ -56,7 +56,7 @@ _FONT = "MONOSPACED"
 _STYLE = "WORKSHOP"
 _BY_LAYER = 256
 _OFF_CORNERS_MM = 0.00271  # shift of the hatch on paper; not a round number, so that hatch lines miss all corners
-_VERTICAL_DEG = 45.0  # a text rotated by more than this is vertical, because texts are rotated by 0 or 90 degrees
+_VERTICAL_DEG = 45.0  # a text rotated by more than this is vertical; texts are rotated by either 0 or 90 degrees
 LINE_TO_TEXT = 0.8  # distance from a dimension line to the middle of its text, in text heights
 _LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # horizontal text, no centre mark
 _CODES = {"Ø": "%%c", "±": "%%p"}  # DXF control codes, which every viewer can show in any font
@@ -138,7 +138,7 @@ class Canvas:
         return paper
 
     def entity_count(self) -> int:
-        """Return the number of entities drawn until now, for the argument `after` of `extents`."""
+        """Return the current number of entities, which can be passed to `extents` as `after`."""
         return len(self.space)
 
     def extents(self, after: int = 0) -> Box:
@@ -229,7 +229,7 @@ class Canvas:
     def texts(self) -> list[tuple[str, Box]]:
         """Return every text of the drawing and its bounding box [mm].
 
-        Plain texts, texts in the block of the sheet and texts of dimensions are included.
+        This includes plain texts, texts in the sheet block, and texts of dimensions.
         """
         texts = []
         sheet_entities = [

@@ -244,8 +244,8 @@ def _draw_thickness_and_name(canvas: Canvas, arm: Arm, measured: MeasuredDimensi
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDimension) -> None:
     """Draw the gap above a shuttle, which is the distance to its stop.
 
-    The text is above the frame, beside the dimension line, in the direction of the spring. `measured` is the entry of
-    the measuring table for the gap.
+    The text is above the frame, beside the dimension line, on the side of the leaves. `measured` is the entry of the
+    measuring table for the gap.
     """
     height = canvas.text_height
     x = arm.centre
@@ -258,7 +258,7 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm, measured: MeasuredDim
 
 
 def _draw_callouts(canvas: Canvas, housing: Housing, fillet: MeasuredDimension) -> None:
-    """Draw the radius of the fillets and the diameter of the screw holes, each once for all places.
+    """Draw one dimension for the radius of all fillets, and one for the diameter of all screw holes.
 
     The radius is drawn at the fillet between the wall of the low spring and the top of its lower leaf. The diameter is
     drawn at the upper hole beside the low spring. `fillet` is the entry of the measuring table for the fillets. Screw

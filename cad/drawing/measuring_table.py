@@ -68,9 +68,9 @@ def general_mm(process: Process, length: float, *, is_radius: bool = False) -> f
 
 
 def measuring_table(sensor: SensorSolids, process: Process) -> Mapping[str, MeasuredDimension]:
-    """Return the dimensions to be measured on a housing, by their names.
+    """Return the dimensions to be measured on a housing, keyed by name.
 
-    They are in the order of the table, and get their letters in this order.
+    They are in the order of the table, and their letters are assigned in this order.
     """
     housing = sensor.housing
     dimensions = {
@@ -110,7 +110,7 @@ def _change_text(name: str, ratio: float) -> str:
 
 
 def stiffness_gain(flexure: Flexure, *, thickness: float = 0.0, length: float = 0.0) -> float:
-    """Return the factor [1] by which the stiffness of a pair of leaves grows if its dimensions [mm] are changed.
+    """Return the factor [1] by which the stiffness of a pair of leaves changes with its dimensions [mm].
 
     `thickness` and `length` are the changes in thickness and length.
     """

@@ -17,7 +17,7 @@ POINTS = 72.0 / 25.4  # points per millimetre
 
 
 class PdfPage(Recorder):
-    """A black-and-white page. It collects the PDF operators of everything that ezdxf draws on it [mm]."""
+    """A black-and-white page. It collects the PDF operators for everything that ezdxf draws on it."""
 
     def __init__(self, corner: tuple[float, float], scale: float) -> None:
         """Create an empty page.

@@ -66,7 +66,7 @@ class Title:
 
     @property
     def decimals(self) -> int:
-        """Return the number of decimals of lengths. One is enough for the tolerance of a plastic print."""
+        """Return the number of decimals of lengths; one is enough for the tolerance of a plastic print."""
         return DECIMALS if self.process.is_metal else 1
 
 

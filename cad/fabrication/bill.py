@@ -38,8 +38,8 @@ def bill_of_materials(
 ) -> tuple[BillLine, ...]:
     """Return every line of the bill; the parts are counted in the assembly of the sensor.
 
-    `masses` holds the masses of the printed parts [g] by their names. If there is a signal path, the bill also lists
-    the electronic parts, wire and glue.
+    `masses` holds the masses of the printed parts [g], keyed by part name. If there is a signal path, the bill also
+    lists the electronic parts, wire and glue.
     """
     housing = sensor.housing
     text = render_template(

@@ -28,7 +28,7 @@ from sensor.quantity import COVERAGE, STANDARD_GRAVITY
 from sensor.theory.straight_line import slope_error_of_resolution
 
 _COUPON_FRACTION = 0.5  # fraction of the strain limit that is reached under the largest weight on a coupon
-_SLICER_MASS_RATIO = (0.99, 1.04)  # range of a slicer's mass at 100 % infill over the solid mass; see the template
+_SLICER_MASS_RATIO = (0.99, 1.04)  # range of a slicer's mass (100 % infill) divided by the solid mass; see the template
 _TORQUE_N_M = 0.5  # causes 0.8 kN per screw and 28 MPa under its washer, half the strength of the softest plastic
 _K_ERROR = 0.01  # largest relative error of a stiffness (95 %) caused by rounded calibration readings
 _FIXED_SIZES = {  # sizes [mm], and the fit of a pin, which are the same for all sensors
@@ -48,7 +48,7 @@ _FIXED_SIZES = {  # sizes [mm], and the fit of a pin, which are the same for all
 
 
 def coarsest_resolution(largest_reading: float) -> float:
-    """Return the coarsest resolution, as a power of ten, from which K is determined to 1 %.
+    """Return the coarsest resolution, rounded down to a power of ten, with which K can be determined to within 1 %.
 
     The resolution has the unit of `largest_reading`. The 1 % is an expanded uncertainty (95 %), to which force and
     deflection contribute equally.
@@ -60,7 +60,7 @@ def coarsest_resolution(largest_reading: float) -> float:
 
 
 def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
-    """Return the row of the sheet on a leaf of the coupon: its largest weight [g] and its sag under this weight [mm].
+    """Return the table row for a leaf of the coupon: its largest weight [g] and its sag under this weight [mm].
 
     `factor` [1/mm] converts force / sag into E, as in `modulus_factor`.
     """
@@ -76,10 +76,10 @@ def _coupon_row(arm: Arm, process: Process) -> dict[str, str | float]:
 
 
 def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str | float]:
-    """Return the row of the sheet on the calibration of a spring: its largest deflection [mm] and weight [g].
+    """Return the table row for the calibration of a spring: its largest deflection [mm] and weight [g].
 
     The resolutions of the dial gauge [mm] and the balance [g] are taken from the bench. Without a bench, they are the
-    coarsest resolutions from which K is determined to 1 %.
+    coarsest resolutions with which K can be determined to within 1 %.
     """
     deflection = PRESSED * spring.deflection
     weight_g = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY

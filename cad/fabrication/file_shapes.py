@@ -30,7 +30,7 @@ RUN_FILES = (*HOUSING_FILES, "assembly.step")
 
 
 def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]:
-    """Return the functions that draw the parts added by `pipeline design`, by the names of the parts.
+    """Return the functions that draw the parts added by `pipeline design`, keyed by part name.
 
     Each part is written to a STEP file and an STL file.
     """
@@ -42,7 +42,7 @@ def maker_parts(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Assembly]]
 
 
 def file_shapes(sensor: SensorSolids) -> Mapping[str, Callable[[], cq.Shape]]:
-    """Return the functions that draw the shape in each file of a sensor [mm], by the names of the files.
+    """Return the functions that draw the shapes in the files of a sensor [mm], keyed by file name.
 
     The shapes are in the poses of the files. A shape is drawn only when its function is called.
     """
@@ -100,7 +100,7 @@ def part_as_designed(sensor: SensorSolids, path: Path) -> Verdict:
 
 
 def _compared_kind(name: str) -> str:
-    """Return ".step" for a STEP file, and ".stl" for an STL or 3MF file, because these are in the same pose."""
+    """Return ".step" for a STEP file, or ".stl" for an STL or 3MF file, because STL and 3MF use the same pose."""
     return ".step" if name.lower().endswith(STEP_KINDS) else ".stl"
 
 

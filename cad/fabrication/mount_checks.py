@@ -11,7 +11,8 @@ from sensor.design.processes import Process
 from sensor.verdict import Verdict, judge
 
 _BOX_MM = 1e3  # width of a box that is larger than any sensor
-_BELOW_SHELF_MM = 0.5  # the bracket is measured only this far below its shelf, because the heads touch the shelf
+# The heads of the flange screws touch the shelf, so their distance is measured only from parts this far below it.
+_BELOW_SHELF_MM = 0.5
 
 
 def mount_verdicts(sensor: SensorSolids, mount: cq.Shape, process: Process) -> tuple[Verdict, ...]:

@@ -77,7 +77,7 @@ def bracket_sizes(sensor: SensorSolids) -> tuple[SizeLine, ...]:
 
 
 def _screw_hole_lines(housing: Housing, top: float) -> tuple[SizeLine, ...]:
-    """Return the lines on the screw holes; their centres are measured from the left edge and from z = `top` [mm]."""
+    """Return the table lines for the screw holes, with their positions from the left edge and from z = `top` [mm]."""
     centres = [(x - housing.left, top - z) for x, z in housing.holes]
     return (
         SizeLine("holes for screws, diameter", f"{len(centres)} x {_number(housing.hole_diameter)}"),

@@ -21,15 +21,15 @@ _TO_Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # in 
 _M_PER_MM = 1e-3  # glTF is in metres
 _COMPONENT_TYPES = {"<f4": 5126, "<u4": 5125, "|u1": 5121}  # glTF's code of each NumPy data type
 _LINEAR_LIMIT = 0.04045  # up to this value, sRGB is proportional to linear colour
-_HEADER_BYTES = 12  # length of the file header: magic bytes, version 2, and length of the file
+_HEADER_BYTES = 12  # size of the file header: the magic bytes, the version, and the size of the file
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GlbBody:
     """A body: its name, vertices (n, 3) [mm], triangles (m, 3), colour, and displacement in the animation.
 
-    `colour` holds red, green and blue from 0 to 1, and `moved` is the displacement [mm]. Each applies to the whole
-    body, shape (3,), or to each vertex, shape (n, 3).
+    `colour` holds red, green and blue from 0 to 1, and `moved` is the displacement [mm]. Each is given for the whole
+    body, shape (3,), or for each vertex, shape (n, 3).
     """
 
     name: str

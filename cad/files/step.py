@@ -89,7 +89,7 @@ def _step_document(assembly: cq.Assembly) -> OCP.TDocStd.TDocStd_Document:
 
 
 def _parts(assembly: cq.Assembly) -> Sequence[cq.Assembly]:
-    """Return the parts of an assembly, or a list with the single part."""
+    """Return the parts of an assembly; a single part is returned in a list."""
     return assembly.children or [assembly]
 
 

@@ -59,7 +59,7 @@ class Package:
 def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path, settings: Mapping[str, str] | None = None) -> None:
     """Write closed meshes with merged vertices [mm] as the objects of a 3MF file; `bodies` holds them by name.
 
-    `settings` holds PrusaSlicer settings for all objects. The entries of the package are dated by `file_date`. The
+    `settings` holds PrusaSlicer settings for all objects. All entries of the package have the date of `file_date`. The
     package has no extensions and no 64-bit sizes, so that old slicers can read it. Raises OSError if the file cannot be
     written.
     """

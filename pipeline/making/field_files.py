@@ -34,7 +34,7 @@ _COLUMNS = (0, 1, 2, 1, 2, 2)
 def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, folder: Path) -> tuple[str, ...]:
     """Write the mesh of the half housing y >= 0 [mm] to flexure.vtu, and the fields if `options.fields` is set.
 
-    With fields, three files are written:
+    With this option, three files are written:
 
     - flexure.vtu holds the fields of the housing under the forces for which the root strains are judged. An array for
       each spring is 1 at the node with the largest strain on its leaves, and 0 elsewhere.
@@ -77,7 +77,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
     half = clamped_half(mesh, process.E_MPa, process.poisson, mount_layers(springs.housing))
     write_flexure_deck(springs, half, folder / NAME)
     fields = fields_at_full_travel(springs, half)
-    marks = {}  # for each spring, an array that is 1 at the node with the largest strain on its leaves, and else 0
+    marks = {}  # for each spring, an array that is 1 at the node with the largest strain on its leaves, 0 elsewhere
     for name in springs.springs:
         mark = np.zeros(len(fields.displacement))
         mark[most_strained_node(mesh, leaf_faces(name), fields)] = 1.0
@@ -98,7 +98,7 @@ def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFie
 
 
 def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
-    """Return the arrays of a VTU file for these fields, by names that contain the units.
+    """Return the arrays of a VTU file for these fields, keyed by names that contain the units.
 
     The components of the stress tensor are xx, yy, zz, xy, yz, xz.
     """

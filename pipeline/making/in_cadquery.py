@@ -22,7 +22,7 @@ def housing(result: SensorResult) -> cq.Workplane:
     """Return the housing of a result [mm] as a CadQuery workplane.
 
     It is the solid in housing.step, in sensor coordinates. The x axis runs along the tips, whose faces lie at z = 0,
-    and z points away from the fruit. A square of tips has two equal plates, and one of them is returned.
+    and z points away from the fruit. A square of tips has two identical plates, and one of them is returned.
 
     Parameters
     ----------

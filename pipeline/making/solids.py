@@ -1,4 +1,4 @@
-"""The stage that makes the files of a sensor's solids, as a part and as an assembly, and their geometry verdicts."""
+"""The stage that writes the solids of a sensor, as a part and as an assembly, and checks their geometry."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class SolidMaker:
     """
 
     def __init__(self, design: Design, executor: Executor | None) -> None:
-        """Store the design and the executor that runs the tasks; with None, they run in this process."""
+        """Store the design and the executor that runs the tasks; if it is None, they run in this process."""
         self._design = design
         self._executor = executor
         self._started: tuple[Housing, Future[KeptFiles]] | None = None

@@ -86,7 +86,7 @@ class FieldPicture:
 
 
 def deformed_surface(scene: FieldPicture, subdivision: int = SUBDIVISION) -> tuple[Mesh, Mesh]:
-    """Return the undeformed surface of a scene [mm], and its deformed surface with the displacements as drawn.
+    """Return the undeformed surface of a scene [mm], and its surface with the displacements as they are drawn.
 
     `subdivision` is the number of times that each facet of a second-order cell is halved.
     """

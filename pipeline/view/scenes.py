@@ -147,7 +147,7 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldPicture:
 def bend_to_true_shape(design: Design, block: Mesh) -> Mesh:
     """Return the mesh of a fruit's block [mm], bent to the curved skin of the fruit.
 
-    The mesh of a flat fruit is returned unchanged, as a copy.
+    If the fruit is flat, an unchanged copy is returned.
     """
     mesh = block.copy()
     if design.fruit.radius_mm is None:
@@ -197,7 +197,7 @@ def draw_exploded_view(plotter: Plotter, parts: Sequence[cq.Assembly], title: st
 def _draw_parts_apart(
     plotter: Plotter, parts: Sequence[cq.Assembly]
 ) -> tuple[list[Mesh], dict[str, Floats], dict[str, Floats]]:
-    """Draw the parts of an assembly moved outwards across the sensor, and the fruit moved down.
+    """Draw the parts of an assembly, moved outwards across the sensor; the fruit is moved down instead.
 
     Return the surfaces of all parts, and two mappings from the kind of part to the starting point [mm] of a leader
     line. The lines of the first mapping lead to labels above the parts, and the lines of the second to labels below.
