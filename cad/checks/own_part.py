@@ -56,7 +56,7 @@ def require_one_solid(
         raise validation_error("PART", name, "", bound, "close its surface and export the solid")
     if len(solids) > 1:
         bodies = "; ".join(_volume_and_centre(solid) for solid in solids[:3])
-        bound = f"one body: it has {len(solids)}, of {bodies}"
+        bound = f"one body: it has {len(solids)} bodies, {bodies}"
         raise validation_error("PART", name, "", bound, "join them, or export the part that is printed")
     unattached = len(shape.Faces()) - len(solids[0].Faces())
     if unattached:
@@ -208,7 +208,7 @@ def tagged_faces(plane: object, solid: cq.Solid, flag: str, tag: str) -> tuple[i
     faces = solid.Faces()
     indices = [index for index, face in enumerate(faces) if any(face.isSame(other) for other in tagged_shapes)]
     if not indices:
-        bound = "a tag of faces that the part still has"
+        bound = "a tag of faces that the finished part still has"
         raise validation_error(flag, tag, "", bound, "tag the faces of the finished part")
     return tuple(indices)
 
@@ -247,7 +247,7 @@ def combine_shapes(solid: object) -> cq.Shape:
     if isinstance(solid, cq.Shape):
         return solid
     if not isinstance(solid, cq.Workplane):
-        bound = "a workplane or a shape of CadQuery"
+        bound = "a CadQuery workplane or shape"
         raise validation_error(
             "PART", type(solid).__name__, "", bound, "pass the shape of one part, not an assembly or a path"
         )

@@ -191,6 +191,6 @@ def compare_volume(path: Path, volume_read: float, expected: Estimate) -> None:
     if not abs(volume_read - expected.value) <= expected.error:
         msg = (
             f"{path.name}: volume read back = {volume_read:.9g} mm^3: must be {expected.value:.9g} within "
-            f"{expected.error:.2g} mm^3; export again, the disk may be full"
+            f"{expected.error:.2g} mm^3; export it again, because the disk may have been full"
         )
         raise ExportError(msg)

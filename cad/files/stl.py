@@ -58,7 +58,7 @@ def read_stl(path: Path) -> trimesh.Trimesh:
             corners = np.array(_VERTEX.findall(data), dtype=bytes).astype(np.float64).reshape(-1, 3)
         faces = np.arange(len(corners)).reshape(-1, 3)
     except ValueError as error:
-        msg = f"STL: {path.name} is truncated, or a corner is not a number; export it again"
+        msg = f"STL: {path.name} is truncated, or a coordinate is not a number; export it again"
         raise ValueError(msg) from error
     if len(corners) == 0 or not np.isfinite(corners).all():
         msg = f"STL: {path.name} holds no triangles; export it again"

@@ -53,14 +53,14 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
     try:
         _write_flexure(springs, folder)
     except SolveError as error:
-        return (f"the fields of housing and fruit are left out: {error}",)
+        return (f"the fields of the housing and the fruit are not written: {error}",)
     scene = scene_of(sensor.design, press.scene.height_offset_mm)
     E = float(press.at_largest_E.E[-1])
     try:
         pressure = footprint_pressure(scene, sensor.contact, sensor.C, E, scene.press.travel_mm)
         mesh, fields = fruit_fields(scene.fruit, pressure)
     except (InputError, SolveError) as error:
-        return (f"fruit.vtu is left out: {error}",)
+        return (f"fruit.vtu is not written: {error}",)
     write_vtu(folder / FRUIT, mesh, field_arrays(fields))
     return ()
 

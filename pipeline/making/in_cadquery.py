@@ -147,5 +147,5 @@ def _solids_of(result: SensorResult) -> SensorSolids:
     housing_of_result = result.springs.housing
     if housing_of_result is None:
         hint = "see the verdicts printable.low and printable.high; a line of tips has no housing"
-        raise validation_error("housing", result.design.name, "", "of a design whose springs are made", hint)
+        raise validation_error("housing", result.design.name, "", "of a design whose springs can be made", hint)
     return sensor_of(result.design, housing_of_result)
