@@ -225,15 +225,15 @@ def _half_space(points: Floats, loads: Sequence[_TipLoad]) -> halfspace.Potentia
     The patches of a tip are used near it, and its point forces elsewhere.
     """
     x, y, z = points
-    total = np.zeros((len(fields(halfspace.Potentials)), len(x)))
-    total[0] = z  # the first field of the potentials is the depth; the others are sums over the loads
+    potential_sums = np.zeros((len(fields(halfspace.Potentials)), len(x)))
+    potential_sums[0] = z  # the first field of the potentials is the depth; the others are sums over the loads
     for patches, point_forces in loads:
         middle = point_forces.centres.mean(axis=0)
         reach = NEAR * float(np.ptp(patches.centres, axis=0).max() + patches.sides.max())
         is_near = np.maximum(np.maximum(np.abs(x - middle[0]), np.abs(y - middle[1])), z) <= reach
-        total[1:, is_near] += _potentials(x[is_near], y[is_near], z[is_near], patches)
-        total[1:, ~is_near] += _potentials(x[~is_near], y[~is_near], z[~is_near], point_forces)
-    return halfspace.Potentials(*total)
+        potential_sums[1:, is_near] += _potentials(x[is_near], y[is_near], z[is_near], patches)
+        potential_sums[1:, ~is_near] += _potentials(x[~is_near], y[~is_near], z[~is_near], point_forces)
+    return halfspace.Potentials(*potential_sums)
 
 
 def _potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
@@ -241,11 +241,11 @@ def _potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
 
     The first potential, which is the depth z, is left out.
     """
-    total = np.zeros((len(fields(halfspace.Potentials)) - 1, len(x)))
+    potential_sums = np.zeros((len(fields(halfspace.Potentials)) - 1, len(x)))
     for centre, (a, b), force in zip(loads.centres, loads.sides.tolist(), loads.forces, strict=True):
         dx = x - centre[0]
         dy = y - centre[1]
         unit = halfspace.rectangle_load(dx, dy, z, a, b) if a > 0.0 else halfspace.point_load(dx, dy, z)
         # On a rectangle, the pressure is force / (a b). If its sides are 0, the force acts at a point.
-        total += force / (a * b or 1.0) * np.asarray(astuple(unit)[1:])
-    return total
+        potential_sums += force / (a * b or 1.0) * np.asarray(astuple(unit)[1:])
+    return potential_sums

@@ -205,14 +205,14 @@ def _cell_forces(
     largest_travel = max(pose.travel for pose in poses)
     tilts = [float(np.hypot(*each.turn)) for each in scenes]
     steepest = scenes[tilts.index(max(tilts))]
-    built = dataclasses.replace(scene, press=steepest.press)
-    coarse, fine = scene_cells(built, compliance, largest_travel, all(each.mirrored for each in scenes))
-    F, area = _grid_forces(built, coarse, C, poses, scenes)
+    grid_scene = dataclasses.replace(scene, press=steepest.press)
+    coarse, fine = scene_cells(grid_scene, compliance, largest_travel, all(each.mirrored for each in scenes))
+    F, area = _grid_forces(grid_scene, coarse, C, poses, scenes)
 
     # About COMPARED_POSES poses, spread evenly from the most to the least tilted one, are solved on the finer grid too.
     order = np.argsort(tilts)[::-1]
     compared = order[:: max(1, len(order) // COMPARED_POSES)]
-    fine_F, _ = _grid_forces(built, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
+    fine_F, _ = _grid_forces(grid_scene, fine, C, [poses[i] for i in compared], [scenes[i] for i in compared])
 
     moduli = np.array([pose.E for pose in poses])
     difference, total_difference = _grid_differences(F, fine_F, compared, moduli)
@@ -243,9 +243,9 @@ def _grid_differences(F: Floats, fine_F: Floats, compared: Ints, moduli: Floats)
 
     # The common error of all tips is estimated from their total force. A tip that has just touched has a large relative
     # error of its own, which does not act like an error in the modulus of the flesh.
-    total = F.sum(axis=1)
-    largest_total = np.array([total[moduli == E].max(initial=TINY_FORCE) for E in moduli[compared]])
-    total_difference = float((np.abs(fine_F.sum(axis=1) - total[compared]) / largest_total).max())
+    total_force = F.sum(axis=1)
+    largest_total = np.array([total_force[moduli == E].max(initial=TINY_FORCE) for E in moduli[compared]])
+    total_difference = float((np.abs(fine_F.sum(axis=1) - total_force[compared]) / largest_total).max())
     return float(differences.max(initial=0.0)), total_difference
 
 
@@ -274,18 +274,18 @@ def _decrease_by_softer_flesh(compliance: FruitCompliance, C: Floats, moduli: Fl
 
 
 def _grid_forces(
-    built: Scene, grid: SceneCells, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
+    grid_scene: Scene, grid: SceneCells, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> tuple[Floats, Floats]:
     """Return the forces [N] and the contact areas [mm^2] on one grid of cells, both (poses, tips).
 
-    The cells keep their positions on the block, under the tips of the scene `built`, so that one compliance matrix
-    serves all poses.
+    The cells keep their positions on the block, under the tips of `grid_scene`, so that one compliance matrix serves
+    all poses.
     """
     cells = grid.cells
     contact = UnilateralContact(cells)
     grids = {}
     for scene in dict.fromkeys(scenes):
-        grids[scene] = dataclasses.replace(grid, gap=initial_gap(scene, built, cells))
+        grids[scene] = dataclasses.replace(grid, gap=initial_gap(scene, grid_scene, cells))
     F = np.zeros((len(poses), len(cells.centres)))
     area = np.zeros_like(F)
     for i, (pose, scene) in enumerate(zip(poses, scenes, strict=True)):

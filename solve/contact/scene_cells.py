@@ -106,17 +106,17 @@ def scene_cells(
     block = scene.fruit.equivalent_block
     layer = None if compliance.flesh_E is None else layer_on(scene.fruit, compliance.flesh_E)
     middle = np.mean(scene.centres, axis=0)
-    solved = []
-    for grid in _grid_layouts(scene, compliance, scene.mirrored if is_half is None else is_half):
-        cells = _cells(block, footprints, layer, grid)
-        gap = initial_gap(scene, built=scene, cells=cells)
+    grids = []
+    for layout in _grid_layouts(scene, compliance, scene.mirrored if is_half is None else is_half):
+        cells = _cells(block, footprints, layer, layout)
+        gap = initial_gap(scene, grid_scene=scene, cells=cells)
         correction = compliance.shape_change
         if scene.tips.tip_shape.has_flat_face:
             # The given compliance is for full contact of these faces, so the correction also removes the grid error.
             correction = compliance.S - _level_compliance(cells, np.isfinite(gap))
-        edges = footprints[0].side * np.array(grid.edges)
-        solved.append(SceneCells(cells, edges, gap, middle, correction, grid.is_half))
-    coarse, fine = solved
+        edges = footprints[0].side * np.array(layout.edges)
+        grids.append(SceneCells(cells, edges, gap, middle, correction, layout.is_half))
+    coarse, fine = grids
     return coarse, fine
 
 
@@ -210,12 +210,13 @@ def scene_footprints(scene: Scene, largest_travel: float) -> tuple[Footprint, ..
     return footprints
 
 
-def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
+def initial_gap(scene: Scene, grid_scene: Scene, cells: ContactCells) -> Floats:
     """Return the initial gap of each cell at first touch (cells,) [mm], for the tip positions of `scene`.
 
-    The cells lie under the tips of the scene `built`. Its tips may have other positions on the fruit.
+    The cells lie under the tips of `grid_scene`, the scene for which they were made. Its tips may have other positions
+    on the fruit.
     """
-    centres = np.array(built.centres)
+    centres = np.array(grid_scene.centres)
     shift = (np.array(scene.centres) - centres)[cells.owner]
     local = cells.points - centres[cells.owner]
     return scene.fruit_gap(*(cells.points + shift).T) + tip_gap(scene.tips.tip_shape, *local.T) - scene.first_touch_mm

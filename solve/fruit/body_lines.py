@@ -72,8 +72,8 @@ def _lines_of_steps(
         step_size = _step_size(centres[:, axis], extent, smallest_deviation, steps)
         line = np.array(marks[:1])
         for start, stop in pairwise(marks):
-            part = graded_line(start, stop, step_size, steps.fraction)
-            line = np.concatenate([line, part[1:]])
+            segment = graded_line(start, stop, step_size, steps.fraction)
+            line = np.concatenate([line, segment[1:]])
         lines.append(line)
     skin = fruit.skin_mm or 0.0
     step_size = _step_size(np.zeros(1), fruit.depth_mm, smallest_deviation, steps)

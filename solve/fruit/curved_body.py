@@ -86,7 +86,8 @@ def curved_compliance(
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
-    for steps in (ROUGH_STEPS, STEPS) if block.rough or tolerance > LARGEST_ERROR else (STEPS,):
+    may_be_rough = block.rough or tolerance > LARGEST_ERROR
+    for steps in (ROUGH_STEPS, STEPS) if may_be_rough else (STEPS,):
         shape = shape_change(fruit, footprints, steps, along_normals)
         S = block.S + shape.change
         errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
@@ -238,8 +239,8 @@ def _compliance(forces: Floats, solve: Callable[[Floats], Floats]) -> Floats:
     signs = np.sign(np.take_along_axis(forces, np.argmax(forces != 0.0, axis=0)[None], axis=0))[0]
     normalised = [column.tobytes() for column in (forces * signs + 0.0).T]  # adding 0 removes the sign of zeros
     representative = [normalised.index(column) for column in normalised]  # index of the first equal load
-    solved = sorted(set(representative))
-    solved_compliance = forces[:, solved].T @ solve(forces[:, solved])
-    row = [solved.index(load) for load in representative]
+    distinct = sorted(set(representative))
+    distinct_compliance = forces[:, distinct].T @ solve(forces[:, distinct])
+    row = [distinct.index(load) for load in representative]  # row of each load in the compliance of distinct loads
     relative_sign = signs * signs[representative]
-    return np.asarray(np.outer(relative_sign, relative_sign) * solved_compliance[np.ix_(row, row)])
+    return np.asarray(np.outer(relative_sign, relative_sign) * distinct_compliance[np.ix_(row, row)])

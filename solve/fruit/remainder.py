@@ -241,18 +241,19 @@ def _load_vector(faces: FaceQuadrature, traction: Floats, size: int) -> Floats:
     return forces
 
 
-def _projection(faces: FaceQuadrature, field: Floats, kept: Ints, size: int) -> Floats:
+def _projection(faces: FaceQuadrature, field: Floats, used_dofs: Ints, size: int) -> Floats:
     """Return the least-squares approximation (dofs, loads) of a field on some faces.
 
-    The field has shape (loads, 3, facets, q). Only the dofs `kept` are used, and `size` is the total number of dofs.
-    Unlike interpolation, this projection leaves an error that does no work on tractions of the same smoothness.
+    The field has shape (loads, 3, facets, q). The approximation uses only the dofs `used_dofs`; `size` is the total
+    number of dofs. Unlike interpolation, this projection leaves an error that does no work on tractions of the same
+    smoothness.
     """
     mass = np.einsum("bfq,dfq,fq->fbd", faces.shapes, faces.shapes, faces.weights, optimize=True)
     right_side = _load_vector(faces, field, size)
     displacements = np.zeros_like(right_side)
     for component in range(3):
         component_dofs = faces.dofs[:, component].T
-        used = np.intersect1d(component_dofs, kept)
+        used = np.intersect1d(component_dofs, used_dofs)
         matrix = assemble_elements(mass, component_dofs, size)[used][:, used].toarray()
         displacements[used] = np.linalg.solve(matrix, right_side[used])
     return displacements

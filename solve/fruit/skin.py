@@ -239,8 +239,8 @@ def body_change(body: BentBlock, layers: Sequence[Layer], solves: int) -> Floats
         fixed = body.fixed_dofs(parity)
         compliance_without_skin = forces.T @ factorise(without_skin, fixed).solve(forces)
         # Galerkin's method with an orthonormal basis of the solved fields.
-        solved = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in solved_moduli]
-        reduced_basis, _ = np.linalg.qr(np.hstack(solved))
+        fields = [factorise(flesh + modulus * skin, fixed).solve(forces) for modulus in solved_moduli]
+        reduced_basis, _ = np.linalg.qr(np.hstack(fields))
         reduced_forces = reduced_basis.T @ forces
         reduced_flesh = reduced_basis.T @ (flesh @ reduced_basis)
         reduced_skin = reduced_basis.T @ (skin @ reduced_basis)

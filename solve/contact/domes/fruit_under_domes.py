@@ -102,21 +102,21 @@ def _compliance_change(scene: Scene, compliance: FruitCompliance, feet: Floats, 
     curvatures is neglected, and increases the bound. The effect of the thickness is computed for an infinite layer on a
     rigid base.
     """
-    solved = scene.fruit
+    solved_fruit = scene.fruit
     change = np.zeros_like(compliance.S)
     bound = np.zeros_like(compliance.S)
     if scene.curved:
-        solved_mean, solved_half_difference = _curvature_mean_and_half_difference(solved)
+        solved_mean, solved_half_difference = _curvature_mean_and_half_difference(solved_fruit)
         mean, half_difference = _curvature_mean_and_half_difference(fruit)
         change = (mean / solved_mean - 1.0) * compliance.shape_change
         bound = RADIUS_SCALING_ERROR * np.abs(change)
-        if fruit.radii_mm != solved.radii_mm or fruit.azimuth_deg != solved.azimuth_deg:
+        if fruit.radii_mm != solved_fruit.radii_mm or fruit.azimuth_deg != solved_fruit.azimuth_deg:
             half_differences = solved_half_difference + half_difference
             bound = bound + half_differences / solved_mean * np.abs(compliance.shape_change)
-    if fruit.depth_mm != solved.depth_mm:
+    if fruit.depth_mm != solved_fruit.depth_mm:
         points = tuple(map(tuple, feet.tolist()))
-        base_effect = _base_effect(fruit.depth_mm, solved.poisson, points)
-        thickness_change = base_effect - _base_effect(solved.depth_mm, solved.poisson, points)
+        base_effect = _base_effect(fruit.depth_mm, solved_fruit.poisson, points)
+        thickness_change = base_effect - _base_effect(solved_fruit.depth_mm, solved_fruit.poisson, points)
         change = change + thickness_change
         bound = bound + THICKNESS_SCALING_ERROR * np.abs(thickness_change)
     return change, bound
