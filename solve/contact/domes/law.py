@@ -54,7 +54,7 @@ MOVED_CONTACT_FACTOR = 2.0
 # cells.
 VARIATION_OVER_CONTACT = 0.25  # variation of the added deflection over a contact, as a factor of (a / size)^2
 NEXT_MOMENT_FACTOR = 0.5  # terms of the crosstalk in the fourth power of a
-DEPTH_FRACTION = 7e-4  # all other terms, as a fraction of the depth
+DEPTH_FRACTION = 7e-4  # all smaller terms, as a fraction of the depth
 RESIDUAL_LIMIT = 1e-12  # largest residual divided by the largest coordinate of a dome, unless round-off is larger
 # Round-off error divided by the largest semi-axis. Contacts are computed relative to the centre of the fruit; errors of
 # up to 3 epsilon were observed.
@@ -349,8 +349,8 @@ class _Law:
     def bound_interference_error(self, state: _DomeState) -> Floats:
         """Return the error bound of the interference [mm] at fixed forces, shape (poses, tips).
 
-        It is the sum of four bounds: for the compliance, for Hertz's law, for the lateral compliance, and for the
-        large-strain corrections.
+        It is the sum of four bounds: for the compliance, for the lateral compliance, for the large-strain corrections,
+        and for smaller neglected terms.
         """
         _, distance = _vectors_between(state.approach.foot)
         radius = state.contact_radius
