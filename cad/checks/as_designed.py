@@ -306,6 +306,7 @@ def _aligning_transforms(mesh: trimesh.Trimesh, design: trimesh.Trimesh) -> list
     axes of inertia. Because the axes have no sign, there are eight ways to align them. Rotations come first, in
     ascending order of their angles, and mirror images come last.
     """
+    # The rows of these matrices are the principal axes, so `design_axes.T @ own_axes` aligns the axes of both.
     own_axes, design_axes = (np.asarray(each.principal_inertia_vectors) for each in (mesh, design))
     rotations = [np.eye(3)]
     rotations += [design_axes.T @ np.diag(signs) @ own_axes for signs in itertools.product((1.0, -1.0), repeat=3)]

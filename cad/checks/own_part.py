@@ -149,6 +149,7 @@ def _reject_edge(
     """
     location = cq.Vector(*point)
     for index, face in enumerate(faces):
+        # A face that is farther away than the nearest face does not contain the point.
         if index in wall or distances[index] > min(distances) + _NEAR_MM:
             continue
         # If a face continues the wall smoothly, the point is not ambiguous: a press has the same direction on both.
@@ -442,6 +443,7 @@ def _plane_normals(faces: Sequence[_FaceNormals]) -> Iterator[Floats]:
         normal = face.normals[0]
         if not np.allclose(face.normals, normal, atol=_ANGLE_TOLERANCE) or not normal.any():
             continue
+        # Opposite normals give the same direction, because their largest component is made positive.
         normal = np.round(normal * np.sign(normal[np.argmax(np.abs(normal))]), 9) + 0.0
         if all(abs(normal @ other) < 1.0 - _ANGLE_TOLERANCE**2 for other in earlier):
             earlier.append(normal)
@@ -500,6 +502,7 @@ def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     # Cut one section in the middle of the sweep, and one between each pair of neighbouring levels.
     planes = [0.5 * (low + high), *(round(0.5 * (a + b), 6) for a, b in neighbours if b - a > _STEP_MM)]
     sections = [(_cut_across_y(part.shape, box, plane), plane) for plane in dict.fromkeys(planes)]
+    # Areas are rounded, so that round-off does not decide between sections of the same area.
     section, plane = max(sections, key=lambda each: round(each[0].Area(), 3))
     if len(section.Faces()) != 1:
         return None

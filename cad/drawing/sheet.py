@@ -353,6 +353,7 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
     Three cells are left empty, to be filled in by hand.
     """
     date = given_date()
+    # The widths of the cells of each row add up to the width of the title block.
     empty_cells = (
         _Cell("legal owner", "", 44.0),
         _Cell("created by", "", 40.0),

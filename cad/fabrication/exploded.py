@@ -65,7 +65,7 @@ def explode(assembly: cq.Assembly) -> dict[str, list[cq.Assembly]]:
     parts = assembly.children
     pins = [part for part in parts if product_of(part) == "pin"]
     groups: dict[str, list[cq.Assembly]] = {}
-    front_y = 0.0
+    front_y = 0.0  # y coordinate at which the next group begins
     for position in _STACK:
         group = [part for part in parts if part.name == position or part.name.startswith(f"{position}_")]
         if not group:

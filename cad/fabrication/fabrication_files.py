@@ -60,6 +60,7 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
         paths += [step, stl]
     paths.append(folder / "plate.3mf")
     write_plate(meshes, volumes, bill, slicer_settings(process, housing), paths[-1])
+
     signal = read_out.signal
     if signal is not None:
         paths.append(folder / "wiring.svg")
@@ -67,11 +68,11 @@ def write_fabrication(sensor: SensorSolids, title: Title, read_out: SpringReadOu
     paths.append(folder / "exploded.svg")
     # The bracket is added only now, because the bill counts the parts of an assembly without the bracket.
     write_exploded(assembly.add(parts["mount"]), bill, paths[-1])
-    texts = {
+    documents = {
         "bom.csv": bill_csv(bill),
         "fabrication.md": fabrication_sheet(sensor, title, bill, read_out),
     }
-    for name, text in texts.items():
+    for name, text in documents.items():
         (folder / name).write_text(text, encoding="utf-8")
         paths.append(folder / name)
     return MakerFiles(paths=tuple(paths), cover=read_back["cover"], mount=read_back["mount"])

@@ -81,6 +81,7 @@ def _calibration_row(spring: SpringToRead, bench: Bench | None) -> dict[str, str
     The resolutions of the dial gauge [mm] and the balance [g] are taken from the bench. Without a bench, they are the
     coarsest resolutions with which K can be determined to within 1 %.
     """
+    # A calibration does not load a spring as far as it is loaded in use.
     deflection = PRESSED * spring.deflection
     weight_g = 1e3 * PRESSED * spring.force / STANDARD_GRAVITY
     return {
