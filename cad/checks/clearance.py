@@ -146,9 +146,9 @@ def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
 def stop_verdicts(sensor: SensorSolids, deflections: tuple[float, ...]) -> tuple[Verdict, ...]:
     """Return geometry.stops_* and geometry.deflected_gap_* [mm] for the low and the high spring.
 
-    geometry.stops_* is the deflection at which the shuttle or a leaf first meets the frame. It must be at least 1.2
-    times the deflection at full travel, which `deflections` [mm] holds for both springs. geometry.deflected_gap_* is
-    the gap that remains between leaf and frame when the shuttle is at its stop.
+    The value of geometry.stops_* is the deflection at which the shuttle or a leaf first meets the frame. It must be at
+    least 1.2 times the deflection at full travel, which `deflections` [mm] holds for both springs. The value of
+    geometry.deflected_gap_* is the gap that remains between leaf and frame when the shuttle is at its stop.
     """
     lines = solid_lines(sensor.part.shape)
     verdicts: list[Verdict] = []

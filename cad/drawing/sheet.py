@@ -88,7 +88,7 @@ class Table(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """A drawing on its sheet: size, scale, and the part of the drawing that the sheet covers [mm on the part]."""
+    """A drawing on its sheet: size, scale, and the window of the drawing that the sheet covers [mm on the part]."""
 
     canvas: Canvas
     size: str

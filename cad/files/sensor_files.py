@@ -55,8 +55,8 @@ class SensorFiles:
 def write_sensor(sensor: SensorSolids, folder: Path, settings: Mapping[str, str] | None = None) -> SensorFiles:
     """Write the files of a sensor: housing (STEP, STL, 3MF), assembly (STEP, GLB), and pin (STEP) if it has pins.
 
-    housing.stl and housing.3mf are in print pose, with the engraved name. The 3MF file also holds `settings` for a
-    slicer. assembly.glb has coloured bodies, and an animation that moves them to an exploded view.
+    The files housing.stl and housing.3mf are in print pose, with the engraved name. The 3MF file also holds `settings`
+    for a slicer. The file assembly.glb has coloured bodies, and an animation that moves them to an exploded view.
 
     Raises OSError if a file cannot be written, and ExportError if the volume read back from a file is wrong.
     """

@@ -187,8 +187,8 @@ def _count_printable(path: Path) -> int:
 def _reader_faults(reader: lib3mf.Reader, printable_count: int) -> list[str]:
     """Return lib3mf's warnings about a file, except the warnings about the attribute `printable`.
 
-    lib3mf warns once for each of the `printable_count` items with this attribute. The attribute is not a fault, because
-    all slicers write and read it.
+    For each of the `printable_count` items with this attribute, lib3mf warns once. The attribute is not a fault,
+    because all slicers write and read it.
     """
     faults = []
     for code, text in (reader.GetWarning(i) for i in range(reader.GetWarningCount())):

@@ -36,10 +36,10 @@ def write_fields(sensor: PressedSensor, press: ScenePress, options: RunOptions, 
 
     With this option, three files are written:
 
-    - flexure.vtu holds the fields of the housing under the forces for which the root strains are judged. An array for
-      each spring is 1 at the node with the largest strain on its leaves, and 0 elsewhere.
-    - flexure.inp is the CalculiX deck of the housing.
-    - fruit.vtu holds the fields of the fruit under the forces of the scene.
+    - The file flexure.vtu holds the fields of the housing under the forces for which the root strains are judged. An
+      array for each spring is 1 at the node with the largest strain on its leaves, and 0 elsewhere.
+    - The file flexure.inp is the CalculiX deck of the housing.
+    - The file fruit.vtu holds the fields of the fruit under the forces of the scene.
 
     The fields at the nodes are displacement [mm], stress and von Mises stress [MPa], and largest principal strain [1].
     Without a housing, only fruit.vtu is written. If a solve fails, the files that depend on it are not written, and the
