@@ -30,16 +30,16 @@ from sensor.arrays import Floats
 from sensor.design.reading import ReadingRequirements
 from sensor.quantity import BOUNDED, InputError, report_field
 
-OUTSIDE = 0.05
+EXPECTED_OUTSIDE = 0.05
 """Expected fraction of readings outside their error bars, which contain the true value in 95 % of cases."""
-POINT = 0.99  # quantile of the binomial distribution; a correct design exceeds it in one of a hundred tests
-_LEAST_PERCENT = 1e-6  # lower bound on the error of a spring stiffness [%], because no stiffness is known exactly
-_BEFORE_BENCHES_PERCENT = 1.0  # error of a spring stiffness [%], for reports that do not state calibration errors
-MOST_DRAWS = 5
+BINOMIAL_QUANTILE = 0.99  # quantile of the binomial distribution; a correct design exceeds it in one of a hundred tests
+_MIN_PERCENT = 1e-6  # lower bound on the error of a spring stiffness [%], because no stiffness is known exactly
+_UNSTATED_PERCENT = 1.0  # error of a spring stiffness [%], for reports that do not state calibration errors
+MAX_DRAWS = 5
 """Maximum number of draws for one press; a draw fails if its unit cannot be calibrated or its press has no solution."""
-MOST_BARS = 2.0
+MAX_ERROR_IN_BARS = 2.0
 """Largest allowed error of a reading without a flag, divided by its half width."""
-MOST_FLAGGED = 0.1
+MAX_FLAGGED = 0.1
 """Largest allowed fraction of readings with a flag."""
 
 
@@ -54,7 +54,7 @@ class ProvedReading:
     told: float | None = report_field("MPa", "modulus that was read; null if there is none", key="told_MPa")
     u: float | None = report_field("%", "half width at 95 % of the modulus that was read", key="u_percent", times=100.0)
     error: float | None = report_field(
-        "%", "error of the modulus that was read, over the true one", key="error_percent", times=100.0
+        "%", "error of the modulus that was read, divided by the true modulus", key="error_percent", times=100.0
     )
     flags: tuple[str, ...] = report_field("", "flags of the reading, each a reason to doubt it")
 
@@ -79,17 +79,17 @@ class ProvedDesign:
     design: str = report_field("", "name of the design")
     seed: int = report_field("1", "seed of the draws")
     presses: int = report_field("1", "number of presses")
-    outside: int = report_field("1", "readings beyond their 95 % bar without a flag")
-    most_outside: int = report_field("1", "most that may be outside: the 99 % point of a binomial distribution of 5 %")
-    farthest: float = report_field(
-        "1", "largest distance from the truth over the bar, of readings without a flag; at most 2"
+    outside: int = report_field("1", "readings without a flag whose error exceeds the 95 % error bar")
+    most_outside: int = report_field(
+        "1", "largest allowed number of readings outside: the 99 % quantile of a binomial distribution with 5 %"
     )
-    flagged: int = report_field("1", "readings with a flag that speaks against E; at most a tenth")
+    farthest: float = report_field("1", "largest error divided by the error bar, of readings without a flag; at most 2")
+    flagged: int = report_field("1", "readings with a flag that casts doubt on E; at most a tenth")
     drawn_again: int = report_field(
         "1", "presses that were drawn again: their unit could not be calibrated, or they had no solution"
     )
-    passed: bool = report_field("", "whether all three hold")
-    readings: tuple[ProvedReading, ...] = report_field("", "truth and answer of each press")
+    passed: bool = report_field("", "whether all three conditions are met")
+    readings: tuple[ProvedReading, ...] = report_field("", "true values and reading of each press")
 
     @property
     def failures(self) -> list[str]:
@@ -98,9 +98,11 @@ class ProvedDesign:
         if self.outside > self.most_outside:
             bound = f"at most {self.most_outside} may be"
             texts.append(f"{self.outside} of {self.presses} readings are outside their error bars, but {bound}")
-        if self.farthest > MOST_BARS:
-            texts.append(f"one error is {self.farthest:.2g} times its half width, but at most {MOST_BARS:g} is allowed")
-        if self.flagged > MOST_FLAGGED * self.presses:
+        if self.farthest > MAX_ERROR_IN_BARS:
+            texts.append(
+                f"one error is {self.farthest:.2g} times its half width, but at most {MAX_ERROR_IN_BARS:g} is allowed"
+            )
+        if self.flagged > MAX_FLAGGED * self.presses:
             texts.append(f"{self.flagged} of {self.presses} readings are flagged, but at most a tenth may be")
         return texts
 
@@ -109,19 +111,19 @@ def prove(report: Report, count: int, seed: int, progress: Callable[[int], None]
     """Test a design by `count` simulated presses, each of a new random unit on a new random fruit.
 
     `seed` determines all random numbers. `progress` is called with the number of finished presses. A press is drawn
-    again if it has no solution or its unit cannot be calibrated. Raises InputError if `MOST_DRAWS` draws of one press
+    again if it has no solution or its unit cannot be calibrated. Raises InputError if `MAX_DRAWS` draws of one press
     fail.
     """
     readings, redraws = [], 0
     for number in range(count):
-        for attempt in range(MOST_DRAWS):
+        for attempt in range(MAX_DRAWS):
             # Each draw has its own seed, so that a repeated draw does not change the other presses.
             draw_seed = [seed, number] if not attempt else [seed, number, attempt]
             try:
                 readings.append(_simulate_reading(report, np.random.default_rng(draw_seed)))
                 break
             except InputError:
-                if attempt + 1 == MOST_DRAWS:
+                if attempt + 1 == MAX_DRAWS:
                     raise
                 redraws += 1
         progress(number + 1)
@@ -140,7 +142,7 @@ def evaluate_proof(design: str, seed: int, readings: Iterable[ProvedReading], re
         seed=seed,
         presses=len(readings),
         outside=sum(bar > 1.0 for bar in bars),
-        most_outside=int(binom.ppf(POINT, len(readings), OUTSIDE)),
+        most_outside=int(binom.ppf(BINOMIAL_QUANTILE, len(readings), EXPECTED_OUTSIDE)),
         farthest=max(bars, default=0.0),
         flagged=len(readings) - len(bars),
         drawn_again=redraws,
@@ -158,7 +160,7 @@ def _simulate_reading(report: Report, rng: np.random.Generator) -> ProvedReading
     real_unit = draw_unit(report, rng)
     unit = MeasuringUnit(report=report, unit=_calibrate_unit(report, real_unit, rng))
     fruit = draw_fruit(report, rng)
-    # The temperature at the press differs from the temperature at the calibration.
+    # The temperature during the press differs from the temperature during the calibration.
     reading = read_by(unit, real_unit.at_other_temperature(report, rng), fruit, rng)
     return ProvedReading(
         E=fruit.E,
@@ -227,8 +229,8 @@ def _calibration_percent(report: Report) -> tuple[Floats, Floats]:
     requirements = report.design.reading or ReadingRequirements()
     calibration = None if report.reading is None else report.reading.calibration
     if calibration is not None:
-        return np.maximum(calibration.stiffness_percent, _LEAST_PERCENT), np.array(calibration.gain_percent)
+        return np.maximum(calibration.stiffness_percent, _MIN_PERCENT), np.array(calibration.gain_percent)
     ones = np.ones(len(report.tips))
     stated = requirements.stiffness_percent
-    stiffness_percent = _BEFORE_BENCHES_PERCENT if stated is None else stated
-    return max(stiffness_percent, _LEAST_PERCENT) * ones, requirements.uncalibrated_gain_percent * ones
+    stiffness_percent = _UNSTATED_PERCENT if stated is None else stated
+    return max(stiffness_percent, _MIN_PERCENT) * ones, requirements.uncalibrated_gain_percent * ones

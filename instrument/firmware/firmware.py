@@ -10,12 +10,12 @@ import numpy as np
 from instrument.firmware import ads1220
 from instrument.press import press_core
 from instrument.press.fruit_of_presses import chi_square_limit, press_deviation_constants
-from instrument.press.fruit_reading import AT_THE_EDGE
+from instrument.press.fruit_reading import RANGE_TOLERANCE
 from instrument.press.measuring import MeasuringUnit
 from instrument.press.press_core import Unit
 from instrument.press.presses import TARE_SAMPLES
 from instrument.press.printed_unit import PrintedUnit
-from instrument.press.seating import ROUNDS, seating_of
+from instrument.press.seating import MAX_ITERATIONS, seating_of
 from instrument.press.signals import count_keys
 from instrument.press.spikes import spike_constants
 from instrument.template import render_template
@@ -236,8 +236,8 @@ def _constants(sensor: MeasuringUnit) -> dict[str, object]:
         "several": 2 if delays else 1,  # interpolation between two samples spreads a bad conversion over both
         "time_deviation": 0.0 if signal is None else signal.time_deviation,
         "largest_by_time": LARGEST_BY_TIME,
-        "least_E": softest * (1.0 - AT_THE_EDGE),
-        "largest_E": firmest * (1.0 + AT_THE_EDGE),
+        "least_E": softest * (1.0 - RANGE_TOLERANCE),
+        "largest_E": firmest * (1.0 + RANGE_TOLERANCE),
         "reduced": sensor.reduced(1.0),
         **_level_constants(sensor.report.read_out.level_readings, sensor.press_over_weighed(), sensor.ball_factor),
         **_contrast_constants(sensor, sensor.rise_law),
@@ -282,7 +282,7 @@ def _seating_constants(sensor: MeasuringUnit) -> dict[str, object]:
         "load_forces": [force for forces in seating.least_forces for force in forces.tolist()],
         "per_offset": seating.per_offset,
         "by_skin": seating.by_skin,
-        "rounds": ROUNDS,
+        "rounds": MAX_ITERATIONS,
     }
 
 

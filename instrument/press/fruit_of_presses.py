@@ -35,9 +35,9 @@ FALSE_ALARMS = 0.01
 """Probability that `presses_disagree` is set although the errors are normally distributed and as large as stated."""
 PRIOR_FREEDOM = 2
 """Degrees of freedom of the standard deviation that a press states: 1 / (2 * 0.5^2), for a relative error of 0.5."""
-LEAST_OWN = 0.01
+MIN_PRESS_DEVIATION = 0.01
 """Smallest standard deviation of ln E between presses; an estimate from experience."""
-OWN_ROWS = 8  # number of moduli in the table for the firmware
+TABLE_ROWS = 8  # number of moduli in the table for the firmware
 
 PRESS_AGAIN = {
     "presses_disagree": "press this place again in a pair, {turn}; where pairs disagree too, the fruit is uneven there",
@@ -142,14 +142,14 @@ def press_deviation_constants(sensor: MeasuringUnit) -> dict[str, list[float]]:
     """
     softest, firmest = sensor.range_MPa
     # A design may have only one modulus; 1.01 keeps the logarithms distinct.
-    moduli = np.geomspace(softest, max(firmest, 1.01 * softest), OWN_ROWS)
+    moduli = np.geomspace(softest, max(firmest, 1.01 * softest), TABLE_ROWS)
     rows = sensor.report.moduli
     deviations = []
     for E in moduli.tolist():
         sources = list(sensor.unevenness_deviations(E))
         for source in ("pose", "zero_drift", "times") if rows else ():
             sources.append(sensor.interpolate_percent(E, [row.sources.get(f"{source}_percent", 0.0) for row in rows]))
-        deviations.append(max(math.hypot(*sources), LEAST_OWN))
+        deviations.append(max(math.hypot(*sources), MIN_PRESS_DEVIATION))
     return {"own_logs": np.log(moduli).tolist(), "own_deviations": deviations}
 
 
@@ -212,7 +212,7 @@ def _read_modulus(
     causes = {}
     logs = [math.log(press.E) for press in counted if press.E is not None]
     E = math.exp(press_core.hodges_lehmann(logs))
-    parts = [press.parts.widened_to(press.u) for press in counted if press.parts and press.u is not None]
+    parts = [press.parts.with_total(press.u) for press in counted if press.parts and press.u is not None]
     u = parts[0].total
     shared = _root_mean_square([part.largest_shared for part in parts])
     bend = math.fsum(part.bend for part in parts) / len(parts)

@@ -11,13 +11,14 @@ from sensor.attributes import with_attributes
 from sensor.quantity import COVERAGE, Estimate, report_field
 from sensor.words import value_with_bar
 
-AT_THE_EDGE = 1e-3  # relative tolerance at the ends of the range, so that round-off does not exclude a fruit at an end
+# Relative tolerance at the ends of the range, so that round-off does not exclude a fruit at an end.
+RANGE_TOLERANCE = 1e-3
 UNCERTAIN = 0.5
 """Relative half width [1] above which a reading is flagged, because a symmetric interval no longer describes it."""
 ZERO_AFTER_S = 1.0
 """Time after the lift of a press for which its zero error is reported [s]."""
 
-FEELS_AS_TOUCH = 0.5
+SHOWN_ZERO_ERROR = 0.5
 """Zero error as a fraction of the smallest contact force; a smaller one is in the JSON data, but not on the screen."""
 
 
@@ -30,7 +31,7 @@ def _tilt_text(reading: "FruitReading") -> str:
 def _zero_text(reading: "FruitReading") -> str:
     """Return the zero error after a press as text; empty if it is too small to be mistaken for a touch."""
     # Both fields are None if the springs do not creep; None is read as 0 here.
-    if (reading.zero_left_of_touch or 0.0) <= FEELS_AS_TOUCH:
+    if (reading.zero_left_of_touch or 0.0) <= SHOWN_ZERO_ERROR:
         return ""
     zero = f"{reading.zero_left:.2g} N, {reading.zero_left_of_touch:.2g} of a touch,"
     return f"leaves a zero error of up to {zero} {ZERO_AFTER_S:g} s after its lift"
@@ -258,7 +259,7 @@ def causes_of_modulus(sensor: MeasuringUnit, E: float, u: float) -> dict[str, bo
     least, largest = sensor.range_MPa
     scale = sensor.unit.scale
     return {
-        "out_of_range": not least * (1.0 - AT_THE_EDGE) <= E <= largest * (1.0 + AT_THE_EDGE),
+        "out_of_range": not least * (1.0 - RANGE_TOLERANCE) <= E <= largest * (1.0 + RANGE_TOLERANCE),
         "uncertain": u > UNCERTAIN,
         "beyond_scale": scale is not None and scale.firmness_of(E) is None,
     }

@@ -10,7 +10,7 @@ CURVES = ("factor", "power", "rising")
 """Forms of the function: a constant factor on E (only version 0.2), a power of E, or any increasing curve."""
 _HINT = "take the numbers that pipeline calibrate wrote"
 _POSITIVE = Bounds(above=0.0, at_most=1e6)
-_AT_THE_EDGE = 1e-6  # relative tolerance for E at an end of the curve
+_RANGE_TOLERANCE = 1e-6  # relative tolerance for E at an end of the curve
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +38,7 @@ class FruitScale:
 
     def firmness_of(self, E: float) -> Estimate | None:
         """Return the firmness of fruit that reads as E [MPa], with its standard deviation; None beyond the curve."""
-        if not self.E_MPa[0] * (1.0 - _AT_THE_EDGE) <= E <= self.E_MPa[-1] * (1.0 + _AT_THE_EDGE):
+        if not self.E_MPa[0] * (1.0 - _RANGE_TOLERANCE) <= E <= self.E_MPa[-1] * (1.0 + _RANGE_TOLERANCE):
             return None
         value = float(np.exp(np.interp(np.log(E), np.log(self.E_MPa), np.log(self.firmness))))
         return Estimate(value, 0.01 * self.percent / COVERAGE * value, self.unit)

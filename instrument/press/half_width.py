@@ -65,7 +65,7 @@ class HalfWidth:
         """Return the part of the half width that may be the same in all presses on a fruit [1], without `bend`."""
         return math.hypot(self.undetermined, self.shared)
 
-    def widened_to(self, u: float) -> "HalfWidth":
+    def with_total(self, u: float) -> "HalfWidth":
         """Return half widths whose total is `u` [1], if that is larger; `independent` takes up the difference."""
         if u <= self.total:
             return self

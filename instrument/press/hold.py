@@ -9,10 +9,11 @@ from instrument.press.touches import PressSamples
 from sensor.design.parameters import Design
 from sensor.theory.contrast_law import ContrastLaw, read_modulus
 
-LATE = 0.95  # fraction of the hold at which the relaxation is read; at its end the sensor may already be retracting
+# Fraction of the hold at which the relaxation is read; at the end of the hold the sensor may already be retracting.
+LATE_FRACTION = 0.95
 
 
-class Held(NamedTuple):
+class HeldReading(NamedTuple):
     """The apparent modulus [MPa] at the moment at which the design reads, and the relaxation ratio [1].
 
     The relaxation ratio is the apparent modulus late in the hold divided by the apparent modulus at its start. It is
@@ -25,7 +26,7 @@ class Held(NamedTuple):
 
 def held_moduli(
     design: Design, press: PressSamples, contrast: ContrastLaw, offset: float, stiffening: Callable[[float], float]
-) -> Held | None:
+) -> HeldReading | None:
     """Return the apparent modulus and the relaxation ratio in the hold of a press.
 
     Each apparent modulus follows from the forces at one moment, by the law `contrast` with the `offset` [mm] of the
@@ -34,7 +35,7 @@ def held_moduli(
     before the moment at which the design reads. Raises ReadingError if the forces at a moment do not determine a
     modulus.
     """
-    moments = (0.0, design.read_s - design.stop_s, LATE * (design.release_s - design.stop_s))
+    moments = (0.0, design.read_s - design.stop_s, LATE_FRACTION * (design.release_s - design.stop_s))
     stop = press.t[press.deepest]
     recorded = [moment for moment in moments if press.t[-1] >= stop + moment]
     if moments[1] not in recorded:
@@ -44,4 +45,4 @@ def held_moduli(
         forces = [float(np.interp(stop + moment, press.t, tip_forces)) for tip_forces in press.forces.T]
         apparent.append(stiffening(moment) * read_modulus(contrast, forces, offset))
     at_stop, at_read, *late = apparent
-    return Held(at_read, late[0] / at_stop if late else None)
+    return HeldReading(at_read, late[0] / at_stop if late else None)

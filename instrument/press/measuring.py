@@ -30,8 +30,8 @@ LEAST_CURVATURE_SPREAD = 0.25
 The cheek of a mango has principal radii of about 47 and 110 mm, so its mean curvature is 1/66 per mm. This is 47 % less
 than for a design with a radius of 35 mm: two standard deviations.
 """
-_BELOW_OVER_LEAST = 2.0  # noise does not exceed this multiple of the smallest force of a tip in contact
-_ALLOWED_OVER_SCALE = 20.0  # a force of more full scales comes from another sensor, or is in another unit
+_NOISE_FACTOR = 2.0  # noise does not exceed this multiple of the smallest force of a tip in contact
+_MAX_FULL_SCALES = 20.0  # a force of more full scales comes from another sensor, or is in another unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,12 +223,12 @@ class MeasuringUnit:
     @cached_property
     def lowest_forces(self) -> Floats:
         """Return for each channel the lowest plausible force [N], which is further below zero than noise reaches."""
-        return -_BELOW_OVER_LEAST * self.least_forces
+        return -_NOISE_FACTOR * self.least_forces
 
     @cached_property
     def largest_forces(self) -> Floats:
         """Return for each channel the largest plausible force [N]."""
-        return _ALLOWED_OVER_SCALE * np.array(self.report.read_out.full_scale_N)
+        return _MAX_FULL_SCALES * np.array(self.report.read_out.full_scale_N)
 
     @property
     def range_MPa(self) -> tuple[float, float]:

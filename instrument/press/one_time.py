@@ -17,11 +17,12 @@ from instrument.press.measuring import MeasuringUnit
 from instrument.press.signals import Sample
 from sensor.quantity import validation_error
 
-MOST_LINES = 64
+MAX_LINES_APART = 64
 """Maximum number of lines between the earliest and the latest conversion of one line."""
-AHEAD = 9
+FIRST_SAMPLES = 9
 """Number of samples at the start of a log whose median interval is its sampling period; a single gap has no effect."""
-CLOSEST = 0.9  # minimum interval of lines divided by the read-out's period [1]; the read-out may run faster than stated
+# Minimum interval of lines divided by the read-out's period [1]; the read-out may run faster than stated.
+SHORTEST_INTERVAL = 0.9
 
 
 class Timing(NamedTuple):
@@ -43,9 +44,9 @@ def simultaneous_samples(
     The log states the sampling times, or they follow from the delays of the unit's read-out. Lines that arrive faster
     than the read-out converts come from another logger. They are not interpolated, because each channel may have been
     converted at any moment between two lines. Raises InputError if the time does not increase although channels are
-    delayed, and for a line whose times lie too many lines apart. `source` is the name of the log in messages.
+    delayed, and if the times of one line are too many lines apart. `source` is the name of the log in messages.
     """
-    first_samples = list(itertools.islice(iterator := iter(samples), AHEAD))
+    first_samples = list(itertools.islice(iterator := iter(samples), FIRST_SAMPLES))
     samples = itertools.chain(first_samples, iterator)
     if first_samples and first_samples[0].times:
         return Timing(lag=2), _interpolate_channels(samples, source)
@@ -61,7 +62,7 @@ def simultaneous_samples(
         name = f"{source}: time from line to line"
         bound = "above 0 s, because the read-out converts the channels in turn"
         raise validation_error(name, interval, "s", bound, "write the time of each line")
-    if interval < CLOSEST * (1.0 / signal.rate_Hz):
+    if interval < SHORTEST_INTERVAL * (1.0 / signal.rate_Hz):
         # The time of a conversion is distributed uniformly between two lines (JCGM 100:2008, 4.3.7).
         return Timing(max(deviation, interval / math.sqrt(12.0))), samples
     timed = (sample._replace(times=tuple(sample.t + 1e-3 * delay for delay in signal.delay_ms)) for sample in samples)
@@ -72,7 +73,7 @@ def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sa
     """Yield samples in which all channels are interpolated to the earliest time of the sample.
 
     A sample is dropped if a channel has no conversion at or before this time. Raises InputError if the times of one
-    line lie more than `MOST_LINES` lines apart.
+    line lie more than `MAX_LINES_APART` lines apart.
     """
     window: deque[Sample] = deque()  # the last sample whose times are all at or before t, and all later samples
     for sample in samples:
@@ -86,8 +87,8 @@ def _interpolate_channels(samples: Iterable[Sample], source: str) -> Iterator[Sa
                 for tip in range(len(sample.forces))
             )
             yield sample._replace(t=t, forces=forces, times=())
-        elif len(window) > MOST_LINES:
-            bound = f"less than {MOST_LINES} lines"
+        elif len(window) > MAX_LINES_APART:
+            bound = f"less than {MAX_LINES_APART} lines"
             name = f"{source}, line {sample.line}: from the first time of a channel to the last"
             interval = max(sample.times) - t
             raise validation_error(name, interval, "s", bound, "write the conversions of one sample in one line")

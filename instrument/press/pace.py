@@ -18,7 +18,7 @@ from solve.contact.relaxing import forces_over_time
 from solve.solve_error import SolveError
 
 LARGEST_BY_PACE = 0.02  # relative change of E that raises a standard uncertainty of 5 % to 5.4 %
-MOST_SAMPLES = 64  # maximum number of samples, spread evenly over a press, so that a pause lasts several of them
+MAX_SAMPLES = 64  # maximum number of samples, spread evenly over a press, so that a pause lasts several of them
 PARTS = 8  # number of equal parts of the travel, each with its mean speed; a pause lies in one or two of them
 
 
@@ -29,7 +29,7 @@ def pace_shift(sensor: MeasuringUnit, press: PressSamples) -> float:
     Otherwise a relaxation is assumed. The result is 0 if the log has no increasing times or the press cannot be solved.
     """
     count = press.deepest + 1
-    indices = np.unique(np.linspace(0, count - 1, min(count, MOST_SAMPLES)).round().astype(int))
+    indices = np.unique(np.linspace(0, count - 1, min(count, MAX_SAMPLES)).round().astype(int))
     t, forces = press.t[indices], press.forces[indices]
     if not np.isfinite(t).all() or not (np.diff(t) > 0.0).all() or not t[-1] > t[0] or press.duration_s is None:
         return 0.0

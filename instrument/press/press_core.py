@@ -76,7 +76,7 @@ class Unit:
     of_whole: float  # variance of the total force [N^2]
     others: int  # number of samples to which a line is fitted
     slack: float  # largest difference between the slope of a chord and the slope of a press [mm/N]
-    beside: int  # number of samples on either side with which a sample is compared
+    beside: int  # number of samples on either side of the sample under test
     largest_residual: float  # largest allowed residual of a sample [standard deviations]
     firm: float  # multiple of `least_forces` [1]; noise does not end the contact of a tip with a larger force
     # The part of a press in which flat tips are fully seated.
@@ -511,7 +511,7 @@ class Touch:
         `forces` [N] are the forces of the first sample in contact after them.
         """
         unit = self.unit
-        # Interpolation spreads a bad conversion over two samples, so the next sample may be affected and not be firm.
+        # Interpolation spreads a bad conversion over two samples, so the next sample may be affected too.
         if unit.several > 1:
             return any(all(unit.are_firm(sample.forces)) for sample in self.window[-unit.several :])
         return all(unit.are_firm(forces)) and all(unit.are_firm(self.window[-1].forces))

@@ -30,7 +30,7 @@ WEIGHED_AFTER = Bounds(above=0.0, at_most=365.25 * 86400.0)
 """Allowed time between hanging a weight and reading it [s]: at most a year."""
 _BEND = Bounds(at_least=-1e6, at_most=1e6)
 _CREEP = Bounds(at_least=0.0, below=1.0)
-_TOGETHER = (
+_KEY_PAIRS = (
     ("creep_per_decade", "creep_error"),
     ("force_bend", "force_bend_per_N"),
     ("deflection_bend", "deflection_bend_per_N"),
@@ -38,7 +38,7 @@ _TOGETHER = (
 _LARGEST_COUNT = 2**31 - 1  # firmware stores counts as 32-bit integers
 _FORMER_KEYS = ("height_mm", "height_error_mm")
 """Keys that version 0.1 wrote. They are ignored, because the heights of the tips cancel in a press."""
-_PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # characters that are safe in a comment of the firmware
+_SAFE_TEXT = re.compile(r"[\w ,.:()-]*", re.ASCII)  # characters that are safe in a comment of the firmware
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,10 +125,10 @@ class PrintedUnit:
     def __post_init__(self) -> None:
         """Raise InputError for an invalid field, or for a list that does not hold one number per tip.
 
-        The two keys of each pair in `_TOGETHER` must be given together or not at all.
+        The two keys of each pair in `_KEY_PAIRS` must be given together or not at all.
         """
         check_fields(self, "unit")
-        if not _PLAIN.fullmatch(self.method):
+        if not _SAFE_TEXT.fullmatch(self.method):
             raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _HINT)
         for item in fields(self):
             values = getattr(self, item.name)
@@ -136,7 +136,7 @@ class PrintedUnit:
                 bound = f"a list of {len(self.tips)} numbers, one for each tip"
                 name = f"unit.{item.name}"
                 raise validation_error(name, list(values), "", bound, _HINT)
-        for first, other in _TOGETHER:
+        for first, other in _KEY_PAIRS:
             if (getattr(self, first) is None) != (getattr(self, other) is None):
                 missing, given = (first, other) if getattr(self, first) is None else (other, first)
                 name = f"unit.{missing}"
@@ -217,26 +217,26 @@ def design_digest(design: Design) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-_BEFORE_STIFFNESS = ("radius_spread", "radius_mm", "radius_across_mm", "thickness_mm", "noise_percent", "noise_N")
-_OF_0_2 = (
+_KEYS_BEFORE_STIFFNESS = ("radius_spread", "radius_mm", "radius_across_mm", "thickness_mm", "noise_percent", "noise_N")
+_WRITTEN_BY_0_2 = (
     ("press", "strain", "linear", ("attitude",)),
     ("print", "gauges", "none", ("max_length_mm", "E_MPa")),
     ("readout", "transducer", "displacement", ()),
-    ("reading", "stiffness_percent", 1.0, _BEFORE_STIFFNESS),
-    ("reading", "gain_percent", 0.5, (*_BEFORE_STIFFNESS, "stiffness_percent")),
+    ("reading", "stiffness_percent", 1.0, _KEYS_BEFORE_STIFFNESS),
+    ("reading", "gain_percent", 0.5, (*_KEYS_BEFORE_STIFFNESS, "stiffness_percent")),
 )
 """Keys that version 0.2 wrote: the table, the key, its value, and the keys that it wrote before this one.
 
 The value is used only if the key is no longer written.
 """
 
-_SINCE_0_2 = (
+_KEYS_SINCE_0_2 = (
     *("fruit.name", "fruit.roughness_mm", "fruit.roughness_wave_mm", "fruit.flesh_scatter_percent"),
     *("reading.presses", "reading.ball_percent"),
 )
 """Keys that were added after version 0.2."""
 
-_OF_CALIBRATION: dict[str, tuple[object, ...]] = {
+_FORMER_CALIBRATION_VALUES: dict[str, tuple[object, ...]] = {
     "calibrated_by": ("plate",),
     "stiffness_percent": (1.0,),
     "gain_percent": (0.5, 0.1),
@@ -253,18 +253,20 @@ def digests_of_0_2(design: Design) -> set[str]:
     reading = design.reading
     if reading is None:
         return {_digest_of_0_2(design)}
-    choices = [{getattr(reading, key), *former} for key, former in _OF_CALIBRATION.items()]
-    calibrations = [dict(zip(_OF_CALIBRATION, values, strict=True)) for values in itertools.product(*choices)]
+    choices = [{getattr(reading, key), *former} for key, former in _FORMER_CALIBRATION_VALUES.items()]
+    calibrations = [
+        dict(zip(_FORMER_CALIBRATION_VALUES, values, strict=True)) for values in itertools.product(*choices)
+    ]
     return {_digest_of_0_2(replace(design, bench=None, reading=replace(reading, **keys))) for keys in calibrations}
 
 
 def _digest_of_0_2(design: Design) -> str:
     """Return the sha256 of the text of a whole design, with the keys that version 0.2 wrote and in their order."""
     tables = design_as_mapping(design, derived=True)
-    for name in _SINCE_0_2:
+    for name in _KEYS_SINCE_0_2:
         table, key = name.split(".")
         tables.get(table, {}).pop(key, None)
-    for table, key, value, preceding_keys in _OF_0_2:
+    for table, key, value, preceding_keys in _WRITTEN_BY_0_2:
         if table in tables and key not in tables[table]:
             items = list(tables[table].items())
             index = max((1 + index for index, (name, _) in enumerate(items) if name in preceding_keys), default=0)
@@ -338,7 +340,7 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
     try:
         unit = from_plain(PrintedUnit, tables, "unit")
     except ValueError as error:
-        # The error of a field is nested in a group of errors, and already names the field and its bound.
+        # The error of a field is nested in an exception group, and already names the field and its bound.
         for cause in _nested_errors(error.__cause__):
             if isinstance(cause, InputError):
                 raise cause from error
@@ -353,7 +355,7 @@ def read_unit(path: Path, report: Report) -> PrintedUnit:
 
 
 def _nested_errors(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield all errors of a nested group of errors."""
+    """Yield all exceptions in a nested exception group."""
     for nested in getattr(error, "exceptions", ()):
         yield nested
         yield from _nested_errors(nested)

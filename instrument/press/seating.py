@@ -17,9 +17,9 @@ from instrument.press.touches import PressSamples
 from sensor.arrays import Floats
 from sensor.theory.contrast_rise import Rise, RiseError, RiseLaw, RiseReading, read_rise, rise_of
 
-FACTOR = 1.25  # ratio of successive loads
-MOST_LOADS = 16
-ROUNDS = 3  # number of iterations between reading the modulus and choosing the load at which tips are seated
+LOAD_RATIO = 1.25  # ratio of successive loads
+MAX_LOADS = 16
+MAX_ITERATIONS = 3  # number of iterations between reading the modulus and choosing the load at which tips are seated
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ def seating_of(sensor: MeasuringUnit) -> Seating:
     force_per_load = 1.0 / np.diag(sensor.report.contact.compliance_per_mm)  # force divided by E times depth [mm]
     first = float((least / force_per_load).min())
     last = float((np.array(sensor.report.read_out.full_scale_N) / force_per_load).min())
-    decreasing = [last / FACTOR**step for step in range(1, MOST_LOADS)]
+    decreasing = [last / LOAD_RATIO**step for step in range(1, MAX_LOADS)]
     loads = [first, *(load for load in reversed(decreasing) if load > first)]
     return Seating(
         loads=tuple(loads),
@@ -86,7 +86,7 @@ def seated_reading(sensor: MeasuringUnit, law: RiseLaw, press: PressSamples, lag
     seating = seating_of(sensor)
     load, (rise, found) = 0, _reading_from(sensor, law, press, lag, seating.least_forces[0])
     deepest = rise.forces[-1]
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         seating_load = seating.load(found.E, found.offset)
         if seating_load == load:
             break

@@ -29,11 +29,11 @@ from sensor.design.reading import LEAST_OVER_NOISE
 
 FIRM = 2.0  # multiple of the smallest force of a tip in contact; at larger forces, noise does not end a touch
 _LARGEST_RESIDUAL = 5.0  # [standard deviations]
-_OTHERS = 4  # number of samples in a window to which the line is fitted
+_FITTED_SAMPLES = 4  # number of samples in a window to which the line is fitted
 _SLACK = 0.1  # largest difference between the slopes of a chord and of the press, as a fraction of the slopes' range
-_BESIDE = 2  # number of samples on either side of the sample that is decided on
-_BEYOND = 1.5  # factor by which the range of moduli is extended at both ends [1]
-_FORCES = (0.02, 0.1, 0.4, 1.0)  # forces at which slopes are computed, as fractions of full scale
+_NEIGHBOURS = 2  # number of samples on either side of the sample under test
+_RANGE_MARGIN = 1.5  # factor by which the range of moduli is extended at both ends [1]
+_FORCE_FRACTIONS = (0.02, 0.1, 0.4, 1.0)  # forces at which slopes are computed, as fractions of full scale
 
 
 def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
@@ -49,7 +49,7 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
     domes = sensor.rise_law.contrast.hertz * z * z * weights
     errors = sensor.least_forces / LEAST_OVER_NOISE
     slopes = []
-    for E in (softest / _BEYOND, firmest * _BEYOND):
+    for E in (softest / _RANGE_MARGIN, firmest * _RANGE_MARGIN):
         slopes += _level_slopes(sensor, E, linear, domes)
     return {
         "least_forces": sensor.least_forces.tolist(),
@@ -59,8 +59,8 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
         "least_slope": min(slopes),
         "most_slope": max(slopes),
         "of_whole": math.fsum(errors**2),
-        "others": _OTHERS,
-        "beside": _BESIDE,
+        "others": _FITTED_SAMPLES,
+        "beside": _NEIGHBOURS,
         "slack": _SLACK * (max(slopes) - min(slopes)),
         "firm": FIRM,
         "largest_residual": _LARGEST_RESIDUAL,
@@ -77,7 +77,7 @@ def _level_slopes(sensor: MeasuringUnit, E: float, linear: Floats, domes: Floats
     law = sensor.rise_law.contrast
     _, C, S = law.arrays
     slopes = []
-    for forces in np.outer(_FORCES, sensor.report.read_out.full_scale_N):
+    for forces in np.outer(_FORCE_FRACTIONS, sensor.report.read_out.full_scale_N):
         power_slopes = forces ** (-1.0 / 3.0) / 1.5  # d F^(2/3) / dF
         tip_slopes = linear + domes * power_slopes
         if sensor.report.design.fruit.relaxation is not None:

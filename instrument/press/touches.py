@@ -23,8 +23,8 @@ from sensor.arrays import Floats
 from sensor.quantity import validation_error
 from sensor.theory.relaxation import Relaxation
 
-MOST_NAMED = 10  # maximum number of dropped samples whose lines a reading lists
-MOST_SAMPLES = 1_000_000  # maximum number of samples of a press: after 3.5 hours at 80 Hz a lift must have been missed
+MAX_NAMED_LINES = 10  # maximum number of dropped samples whose lines a reading lists
+MAX_SAMPLES = 1_000_000  # maximum number of samples of a press: after 3.5 hours at 80 Hz a lift must have been missed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,7 +84,7 @@ def cut_presses(
 
     The samples hold the forces of the tips [N]. `source` is the name of the signal in messages, and `several` is the
     number of consecutive samples that one bad conversion affects. Raises InputError for a press of more than
-    `MOST_SAMPLES` samples, and if the fruit changes within a press.
+    `MAX_SAMPLES` samples, and if the fruit changes within a press.
     """
     contact = _Contact(sensor)
     unit = Unit({**spike_constants(sensor), "gains": [1.0] * contact.tips, "several": several})
@@ -219,7 +219,7 @@ class _Touch:
     def _store_accepted(self) -> Iterator[PressSamples]:
         """Store the accepted samples; with `growing`, yield the press after each of them.
 
-        Raises InputError for more than `MOST_SAMPLES` samples.
+        Raises InputError for more than `MAX_SAMPLES` samples.
         """
         accepted, self._accepted = self._accepted, []
         for sample in accepted:
@@ -227,10 +227,10 @@ class _Touch:
                 self._contact.begin_press(sample)
             self._t.append(sample.t)
             self._channels.extend(self._contact.channels(sample))
-            if len(self._t) > MOST_SAMPLES:
+            if len(self._t) > MAX_SAMPLES:
                 name = f"{self._source}, line {sample.line}: samples of one press"
                 hint = "lift the sensor after each press, and tare it"
-                raise validation_error(name, len(self._t), "", f"at most {MOST_SAMPLES}", hint)
+                raise validation_error(name, len(self._t), "", f"at most {MAX_SAMPLES}", hint)
             if self._growing:
                 yield self._press()
 
@@ -240,6 +240,6 @@ class _Touch:
             tips=self._contact.tips,
             t=np.array(self._t),
             touched_s=self._contact.touched_s,
-            lines_left_out=tuple(self._lines_left_out[:MOST_NAMED]),
+            lines_left_out=tuple(self._lines_left_out[:MAX_NAMED_LINES]),
             fruit=self._fruit or "",
         )

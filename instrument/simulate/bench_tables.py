@@ -16,8 +16,9 @@ from sensor.quantity import STANDARD_GRAVITY
 
 G_PER_N = 1e3 / STANDARD_GRAVITY  # mass of a weight per force [g/N]
 BALL_PRESSES = 3
-_LEAST_RADIUS = 3.5  # minimum radius of a ball, in tip spacings; a press is affected by the far side of a smaller ball
-_ROUNDS = 20  # number of iterations for the flattening of a dome, which reduces its force
+# Minimum radius of a ball, in tip spacings; a press is affected by the far side of a smaller ball.
+_MIN_RADIUS_IN_SPACINGS = 3.5
+_MAX_ITERATIONS = 20  # number of iterations for the flattening of a dome, which reduces its force
 
 
 def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.random.Generator) -> list[str]:
@@ -96,7 +97,7 @@ def usual_ball(report: Report) -> Ball:
     radius = 2.0 / (1.0 / first + 1.0 / second)
     softest, firmest = range_of_moduli(report)
     E = math.sqrt(softest * firmest) * (1.0 - RUBBER_POISSON**2) / (1.0 - report.design.fruit.poisson**2)
-    return Ball(E=E, radius=max(radius, _LEAST_RADIUS * report.design.tips.spacing_mm))
+    return Ball(E=E, radius=max(radius, _MIN_RADIUS_IN_SPACINGS * report.design.tips.spacing_mm))
 
 
 def ball_presses(ball: Ball, steepest_deg: float, rng: np.random.Generator) -> Sequence[PressedFruit]:
@@ -114,7 +115,7 @@ def _deflections_on_glass(report: Report, K: Floats, travels: Floats) -> Floats:
     reduced, radius = modulus_on_glass(report.design.process), report.design.tips.dome_radius_mm or math.inf
     deflections = travels
     # The fixed-point iteration converges quickly, because a dome flattens much less than its spring deflects.
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ITERATIONS):
         flattened = (9.0 * (K * deflections) ** 2 / (16.0 * reduced**2 * radius)) ** (1.0 / 3.0)
         deflections = np.maximum(travels - flattened, 0.0)
     return deflections

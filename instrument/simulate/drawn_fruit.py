@@ -13,9 +13,9 @@ from solve.presses.pressed_bodies import EllipsoidFruit, FleshOnStone
 
 _WAVES = 24  # number of plane waves that an uneven skin consists of
 _LARGEST_POISSON = 0.495  # upper limit of a random Poisson's ratio
-_FLAT = 1e9  # radius that represents a flat fruit [mm]
-_AT_THE_EDGE = 1e-9  # relative tolerance at the ends of a range
-_UNDER_THE_TIP = 0.5  # maximum distance between a tip and the centre of a bruise that lies under it [mm]
+_FLAT_RADIUS = 1e9  # radius that represents a flat fruit [mm]
+_RANGE_TOLERANCE = 1e-9  # relative tolerance at the ends of a range
+_LARGEST_BRUISE_OFFSET = 0.5  # maximum distance between a tip and the centre of a bruise that lies under it [mm]
 
 Vector = tuple[float, float]
 
@@ -170,7 +170,7 @@ def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) 
     angle = -math.radians(turn)  # in the frame of the sensor, the fruit turns in the opposite direction
     c, s = math.cos(angle), math.sin(angle)
     centre = np.array([[c, -s], [s, c]]) @ positions[0]
-    is_over_bruise = np.linalg.norm(positions - centre, axis=1) < _UNDER_THE_TIP
+    is_over_bruise = np.linalg.norm(positions - centre, axis=1) < _LARGEST_BRUISE_OFFSET
     softness = np.broadcast_to(fruit.softness, len(positions)) * np.where(is_over_bruise, 2.0, 1.0)
     return replace(
         fruit,
@@ -200,14 +200,14 @@ def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     rows.append(("tilt", math.hypot(*fruit.tilt), 0.0, reading.tilt_deg, "deg"))
     rows.append(("distance from the apex", math.hypot(*fruit.off_centre), 0.0, reading.off_centre_mm, "mm"))
     for name, value, least, largest, unit in rows:
-        if not least * (1.0 - _AT_THE_EDGE) <= value <= largest * (1.0 + _AT_THE_EDGE):
+        if not least * (1.0 - _RANGE_TOLERANCE) <= value <= largest * (1.0 + _RANGE_TOLERANCE):
             yield f"{name} {value:.4g} {unit} is outside {least:.4g} to {largest:.4g} {unit}, the range of the design"
 
 
 def designed_radii(report: Report) -> Vector:
     """Return the principal radii of the design's fruit [mm]; a flat fruit has very large but finite radii."""
     first, second = report.design.fruit.radii_mm
-    return min(first, _FLAT), min(second, _FLAT)
+    return min(first, _FLAT_RADIUS), min(second, _FLAT_RADIUS)
 
 
 def range_of_moduli(report: Report) -> Vector:
@@ -225,7 +225,7 @@ def _draw_radii(report: Report, rng: np.random.Generator) -> Vector:
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
         return float(rng.uniform(*reading.radius_mm)), float(rng.uniform(*reading.radius_across_mm))
     if fruit.radius_mm is None:
-        return _FLAT, _FLAT
+        return _FLAT_RADIUS, _FLAT_RADIUS
     factor = float(rng.uniform(1.0 - reading.radius_spread, 1.0 + reading.radius_spread))
     return factor * fruit.radii_mm[0], factor * fruit.radii_mm[1]
 

@@ -16,7 +16,7 @@ TARE_SAMPLES = 14
 """Minimum number of samples before the first press; ten of them are the tare."""
 PAUSE_S = 1.0
 """Time from the end of a press to the next press [s]."""
-AT_ONCE = 0.9
+SHORTEST_INTERVAL = 0.9
 """Minimum interval of samples divided by the read-out's period [1].
 
 A faster log is assumed to come from another logger, whose channels are simultaneous.
@@ -44,7 +44,7 @@ def log_of(
     signal = report.read_out.signal
     tips = len(unit.heights)
     delays = np.zeros(tips)  # [s]
-    if signal is not None and signal.delay_ms and rate * (1.0 / signal.rate_Hz) < 1.0 / AT_ONCE:
+    if signal is not None and signal.delay_ms and rate * (1.0 / signal.rate_Hz) < 1.0 / SHORTEST_INTERVAL:
         delays = 1e-3 * np.array(signal.delay_ms)
     tare_s = max(TARE_S, TARE_SAMPLES / rate)
     starts, end = [], tare_s  # times at which the presses start and the log ends [s]

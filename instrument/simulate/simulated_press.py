@@ -13,9 +13,9 @@ from sensor.quantity import InputError
 from solve.presses.over_time import PressMotionOverTime, creep_of, press_with_creep
 from solve.presses.pressing import Pressing
 
-CELLS = 20  # grid cells per side of a contact; with 32 cells, the forces change by less than 0.1 %
-SOLVED = 18  # number of moments of the press that are solved; with twice as many, E changes by less than 0.7 %
-HELD = 8  # number of moments of a hold that are solved
+CELLS_PER_SIDE = 20  # grid cells per side of a contact; with 32 cells, the forces change by less than 0.1 %
+PRESS_MOMENTS = 18  # number of moments of the press that are solved; with twice as many, E changes by less than 0.7 %
+HOLD_MOMENTS = 8  # number of moments of a hold that are solved
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class Hand:
 
     @property
     def back_s(self) -> float:
-        """Return the duration of the return [s]."""
+        """Return the duration of the retraction [s]."""
         return 0.5 * self.press_s
 
 
@@ -65,8 +65,8 @@ class PressCurve:
         times = np.where(is_return, hand.press_s * (1.0 - return_progress), forward_times)
         result = np.zeros(t.shape)
         for tip, deflections in enumerate(self.deflections.T):
-            # The moment with the index SOLVED - 1 is the end of the press, before the hold.
-            hold_ratio = deflections[-1] / max(float(deflections[SOLVED - 1]), 1e-300)
+            # The moment with the index PRESS_MOMENTS - 1 is the end of the press, before the hold.
+            hold_ratio = deflections[-1] / max(float(deflections[PRESS_MOMENTS - 1]), 1e-300)
             scale = np.where(is_return[:, tip], hold_ratio, 1.0)
             result[:, tip] = scale * self._interpolate(deflections, times[:, tip])
         return result
@@ -91,16 +91,16 @@ class PressCurve:
 
 def press_curve(unit: SimulatedUnit, fruit: PressedFruit, hand: Hand) -> PressCurve:
     """Solve a press of a unit on a fruit by boundary elements; raises InputError if it has no solution."""
-    parts = np.arange(1, SOLVED + 1) / SOLVED
+    parts = np.arange(1, PRESS_MOMENTS + 1) / PRESS_MOMENTS
     times, travels = hand.press_s * parts, hand.travel * parts
     if hand.hold_s:
         # The moments are closest together at the start of the hold, where the force decreases fastest.
-        times = np.append(times, hand.press_s + hand.hold_s * (np.arange(1, HELD + 1) / HELD) ** 2)
-        travels = np.append(travels, np.full(HELD, hand.travel))
+        times = np.append(times, hand.press_s + hand.hold_s * (np.arange(1, HOLD_MOMENTS + 1) / HOLD_MOMENTS) ** 2)
+        travels = np.append(travels, np.full(HOLD_MOMENTS, hand.travel))
     drift = np.multiply(fruit.drift, 1.0)
     try:
         with np.errstate(invalid="raise", divide="raise"):
-            pressing = Pressing(unit.domes, fruit.under(unit.heights), CELLS)
+            pressing = Pressing(unit.domes, fruit.under(unit.heights), CELLS_PER_SIDE)
             motion = PressMotionOverTime(travels=travels, times=times, drift=drift)
             creep = creep_of(unit.creep, unit.weighed_s)
             _, deflections = press_with_creep(pressing, motion, hand.relaxation, creep)

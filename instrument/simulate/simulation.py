@@ -1,4 +1,4 @@
-"""Make the files of a simulation as lines of text: the logs of presses on a fruit or a ball, and calibration tables."""
+"""Generate the files of a simulation as lines of text: logs of presses on a fruit or a ball, and calibration tables."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -21,10 +21,12 @@ from solve.presses.pressed_bodies import SprungDomes
 if TYPE_CHECKING:
     from instrument.press.printed_unit import PrintedUnit
 
-_SENSITIVITY = 0.03  # relative standard deviation of the sensitivity of a Hall sensor and its magnet [1]
-_ZERO = 0.02  # largest count of a free channel, as a fraction of the converter's range
-_FULL_COUNTS = 0.25  # counts at full scale for a design without a read-out, as a fraction of the converter's range
-_SOFTEST = 0.5  # smallest stiffness divided by the designed stiffness; the inverse is the largest ratio
+_SENSITIVITY_DEVIATION = 0.03  # relative standard deviation of the sensitivity of a Hall sensor and its magnet [1]
+_LARGEST_ZERO = 0.02  # largest count of a free channel, as a fraction of the converter's range
+# Counts at full scale for a design without a read-out, as a fraction of the converter's range.
+_FULL_SCALE_FRACTION = 0.25
+# Smallest stiffness divided by the designed stiffness; the inverse is the largest ratio.
+_SMALLEST_STIFFNESS_RATIO = 0.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,14 +146,16 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
     # of the leaves are independent; their standard deviation is half of the accuracy.
     thickness_errors = 3.0 * 0.5 * process.accuracy_mm / thickness * rng.normal(size=tips)
     log_factors = thickness_errors + process.E_scatter * rng.normal()
-    stiffness_factors = np.exp(np.clip(log_factors, math.log(_SOFTEST), -math.log(_SOFTEST)))
+    stiffness_factors = np.exp(
+        np.clip(log_factors, math.log(_SMALLEST_STIFFNESS_RATIO), -math.log(_SMALLEST_STIFFNESS_RATIO))
+    )
     saturation = report.read_out.channels.saturation_counts
     if signal is None:
-        counts_per_N = _FULL_COUNTS * saturation / np.maximum(report.read_out.full_scale_N, 1e-9)
+        counts_per_N = _FULL_SCALE_FRACTION * saturation / np.maximum(report.read_out.full_scale_N, 1e-9)
     else:
         counts_per_N = np.array(signal.counts_per_N)
     # A Hall sensor responds to the deflection, so the counts per mm do not depend on the true stiffness of the spring.
-    counts_per_mm = counts_per_N * nominal * (1.0 + _SENSITIVITY * rng.normal(size=tips))
+    counts_per_mm = counts_per_N * nominal * (1.0 + _SENSITIVITY_DEVIATION * rng.normal(size=tips))
     creep_per_decade = max(rng.normal(report.creep.per_decade, report.creep.error), 0.0)
     height_deviation, _ = form_deviations(design.tips, process)
     return replace(
@@ -160,7 +164,7 @@ def draw_unit(report: Report, rng: np.random.Generator) -> SimulatedUnit:
         heights=rng.normal(0.0, height_deviation, tips),
         creep=math.log10(1.0 + creep_per_decade),
         per_mm=np.diag(counts_per_mm),
-        zeros=np.rint(_ZERO * saturation * rng.uniform(-1.0, 1.0, tips)),
+        zeros=np.rint(_LARGEST_ZERO * saturation * rng.uniform(-1.0, 1.0, tips)),
         noise=counts_per_N * designed.noise,
         saturation=saturation,
     )

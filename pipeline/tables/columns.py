@@ -68,7 +68,7 @@ class Column:
         return row.clock if self.index < 0 else row.cell(self.index)
 
     def refuse_other_unit(self, statements: Iterable[UnitStatement]) -> None:
-        """Raise InputError if a statement gives the column another unit than it has."""
+        """Raise InputError if a statement gives the column a unit other than its own."""
         if self.is_written:
             agreed_unit(self.quantity, [UnitStatement(self.unit, self.place), *statements])
 
@@ -119,8 +119,8 @@ class StatedUnits:
         """Return the columns that a header names, each with its unit.
 
         `below` are the rows of text between the header and the `first` row of numbers. Raises InputError if the
-        statements about the unit of a column differ or are invalid. It is also raised if no unit is stated, and a line
-        mentions another unit than the default.
+        statements about the unit of a column differ or are invalid. It is also raised if no unit is stated, but a line
+        mentions a unit other than the default.
         """
         named_columns = self._words.columns(header)
         unit_columns = self._unit_columns(header, named_columns, first)
@@ -160,9 +160,9 @@ class StatedUnits:
 
     @staticmethod
     def _statements_in_rows(source: str, column: Column, rows: Sequence[Row], first: Row) -> list[UnitStatement]:
-        """Return the units of a column that stand in `rows` below the header, and in the `first` row of numbers.
+        """Return the units of a column that are stated in `rows` below the header, and in the `first` row of numbers.
 
-        In the row of numbers, a unit follows the number or stands in the column of units.
+        In the row of numbers, the unit follows the number or is in the column of units.
         """
         statements = [
             UnitStatement(column.cell(row), place_of(source, row.line))
@@ -180,8 +180,8 @@ class StatedUnits:
     def _with_unit(self, column: Column, statements: Sequence[UnitStatement], *, is_known: bool) -> Column:
         """Return a column with the unit that all statements give, or else with the default unit of its quantity.
 
-        A note states that the default unit is assumed, unless it `is_known`, as for a time of day. Raises InputError if
-        the statements differ, or if a mention contradicts the assumption.
+        A note states that the default unit is assumed, unless `is_known` is True because the numbers are times of day.
+        Raises InputError if the statements differ, or if a mention contradicts the assumption.
         """
         quantity = column.quantity
         unit = agreed_unit(quantity, statements) or needed_unit(column.place, quantity, quantity.default)
@@ -197,8 +197,8 @@ class StatedUnits:
     def _unit_columns(self, header: Row, named_columns: Sequence[NamedColumn], first: Row) -> dict[int, int]:
         """Return a dict from the index of a numeric column to the index of the column that holds its units.
 
-        A column of units has a word for "unit" in its label. Without a label, it has a unit in the `first` row of
-        numbers. It belongs to the quantity that its label names, or else to the column before it.
+        The label of a column of units contains a word for "unit". A column without a label holds units if the `first`
+        row of numbers has a unit there. It belongs to the quantity that its label names, or else to the column before.
         """
         names = {column.at: column.name for column in reversed(named_columns)}
         unit_columns: dict[int, int] = {}
@@ -226,8 +226,8 @@ class StatedUnits:
     def _statements(self, row: Row, index: int, cell: str) -> Iterator[tuple[str, str]]:
         """Yield the quantity and the unit of each statement that begins in a cell, as in `Force unit: kN`.
 
-        The unit may also stand in the next cell. The quantity is "" if a system of units is stated by a name that is
-        not a unit.
+        The unit may also be in the next cell. The quantity is "" if the statement names a system of units, as in `Unit
+        system: Imperial`.
         """
         key, _, value = cell.replace("=", ":").partition(":")
         parts = folded(re.sub(r"[()\[\]]", " ", key)).split(" ")

@@ -15,8 +15,8 @@ LONGEST_LINE = 65536  # maximum length of a line [bytes]; a longer line is not a
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 _LEGACY = ("cp1252", "cp1250", "cp932", "euc_jp", "gb18030", "cp949", "big5")  # legacy encodings of exported tables
 # Legacy encodings in which every byte is valid. They are accepted only if a known word is found in the text.
-_ANY_BYTES = ("mac_roman", "cp850")
-_NULL_SHARE = 0.3  # fraction of null bytes among every second byte above which a text is taken for UTF-16
+_ALWAYS_VALID = ("mac_roman", "cp850")
+_NULL_FRACTION = 0.3  # fraction of null bytes among every second byte above which a text is taken for UTF-16
 _ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")  # escape sequences for the colours of a terminal
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x84\x86-\x9f\ufffd\ufffe\uffff]")  # characters that text never contains
 
@@ -66,7 +66,8 @@ def _decode_text(content: bytes) -> str:
 
     Byte order marks, escape sequences and null bytes decide first. Then UTF-8 is tried. If the bytes are not valid
     UTF-8, each legacy encoding is tried, and the one in which known header words have the most letters is chosen. If no
-    word is found, it is the first encoding without an error. Bytes that are not text become characters of `_NO_TEXT`.
+    word is found, the first encoding that decodes without an error is chosen. Bytes that are not text become characters
+    of `_NO_TEXT`.
     """
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
@@ -75,10 +76,10 @@ def _decode_text(content: bytes) -> str:
         return content.decode("iso2022_jp", "replace")
     half = len(content) // 2
     for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
-        if content[start::2].count(0) > _NULL_SHARE * half:
+        if content[start::2].count(0) > _NULL_FRACTION * half:
             return content[: 2 * half].decode(encoding, "replace")
     best, most_letters = content.decode("cp1252", "replace"), -1
-    for encoding in ("utf-8", *_LEGACY, *_ANY_BYTES):
+    for encoding in ("utf-8", *_LEGACY, *_ALWAYS_VALID):
         try:
             text = content.decode(encoding)
         except UnicodeDecodeError:

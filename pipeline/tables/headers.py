@@ -16,7 +16,7 @@ from sensor.quantity import validation_error
 _MAX_HEADER_CHECKS = 50_000  # maximum number of lines that are checked for a header, which limits the time for a file
 _IN_BRACKETS = re.compile(r"([^(\[{<]*)[(\[{<]([^)\]}>]*)[)\]}>]")
 _WRITTEN_BY_R = re.compile(r"[^\W\d_]\w*([.]+[\w%]+)+[.]*")  # R turns Force (kgf) into Force..kgf.
-_SIGNS_BY_R = re.compile(r"[.]{3,}$")
+_R_DOTS = re.compile(r"[.]{3,}$")
 _SEPARATOR = re.compile(r"[\s_/,:;-]+")
 
 
@@ -150,7 +150,7 @@ class HeaderWords:
         is_complete = bool(names) and any(names.issuperset(each) for each in needed)
         return is_complete and not any(is_number(row.cells[column.at]) for column in columns)
 
-    def measured(self, header: Row) -> list[int]:
+    def numeric_columns(self, header: Row) -> list[int]:
         """Return the indices of the numeric columns that a header names."""
         return [column.at for column in self.columns(header) if self.quantities[column.name].units]
 
@@ -169,7 +169,7 @@ class HeaderWords:
             if number and self.quantities[name].units
         }
 
-    def near(self, row: Row, names: Collection[str]) -> tuple[str, str, str] | None:
+    def find_near_miss(self, row: Row, names: Collection[str]) -> tuple[str, str, str] | None:
         """Return the first label that names one of the quantities `names`, but ends in a text that is not a unit.
 
         The result is the label, the name of the quantity, and the text after the name; None if there is no such label.
@@ -237,7 +237,7 @@ def _units_in(label: str, name: str, quantity: Quantity) -> Iterator[str]:
         return
     if in_brackets := _IN_BRACKETS.fullmatch(label.strip(" :;,")):
         yield in_brackets[2].strip()
-    elif dots := _SIGNS_BY_R.search(label):
+    elif dots := _R_DOTS.search(label):
         yield dots[0]
     else:
         tails = (tail for words, tail in label_parts(label) if folded(words) in known_words and not tail.isdecimal())

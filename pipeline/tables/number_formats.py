@@ -93,7 +93,7 @@ def is_number(cell: str) -> bool:
 
 
 def is_missing(cell: str) -> bool:
-    """Return whether a cell is empty, or holds a common sign for a missing number such as "-" or "n/a"."""
+    """Return whether a cell is empty, or holds a common placeholder for a missing number, such as "-" or "n/a"."""
     return cell.lower() in _MISSING
 
 

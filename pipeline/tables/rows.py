@@ -14,7 +14,7 @@ from sensor.input_file import read_bytes
 from sensor.quantity import validation_error
 
 _MAX_JOINED = 5  # maximum number of lines that a quoted cell spans
-_SAMPLE = 400  # number of lines that determine the delimiter
+_SAMPLE_LINES = 400  # number of lines that determine the delimiter
 _DELIMITERS = ("\t", ";", "|", ",", "  ", " ")
 _SPACES = {
     " ": re.compile(r"(?<![ \u3000])[ \u3000]++(?![(\[{<])"),  # no split before a unit in brackets
@@ -22,7 +22,7 @@ _SPACES = {
 }
 _COMMENT = re.compile(r"\s*(?:#|%|//)\s*")
 _CLOCK_BEFORE = re.compile(r"\s*((?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)\s*(?:->|→)\s?")
-_MARKED = ('"', "'", ">", "\u2192", "#", "%", "/")  # characters of quoted cells, clocks and comments
+_SPECIAL_CHARACTERS = ('"', "'", ">", "\u2192", "#", "%", "/")  # characters of quoted cells, clocks and comments
 
 
 class Row(NamedTuple):
@@ -56,7 +56,7 @@ class Row(NamedTuple):
 
 
 class Rows:
-    """An iterable of rows, split one by one from lines of text, or taken from the rows of a workbook.
+    """The rows of a file, which are split from lines of text one by one, or taken from a sheet of a workbook.
 
     Lines are split at `delimiter`. If it is empty, each line determines its own delimiter, until the reader of a table
     calls `keep_delimiter` at the header. A commented line with numbers is skipped, because somebody removed these data.
@@ -71,11 +71,14 @@ class Rows:
 
     @property
     def are_parted_by_spaces(self) -> bool:
-        """Return whether spaces separate the cells of the last row, so that an empty cell is invisible."""
+        """Return whether spaces separate the cells of the last row, so that an empty cell cannot be recognised."""
         return not self._last_delimiter.strip(" ")
 
     def keep_delimiter(self, *, keep: bool = True) -> None:
-        """Split all further lines at the delimiter of the last line; if `keep` is False, each at its own again."""
+        """Split all further lines at the delimiter of the last line.
+
+        If `keep` is False, each further line determines its own delimiter again.
+        """
         self._kept_delimiter = self._last_delimiter if keep else ""
 
     def __iter__(self) -> Iterator[Row]:
@@ -164,11 +167,11 @@ def delimiter_of(lines: Sequence[str | Sequence[str]]) -> str:
     """Return the delimiter that splits the lines into the most numbers.
 
     If two delimiters yield equally many numbers, the one with fewer other cells is chosen. If no delimiter yields two
-    numbers, it is the first one that occurs in half of the lines, or else a comma. Of a long file, only a sample of the
+    numbers, it is the first one that occurs in half of the lines, or else a comma. In a long file, only a sample of the
     lines is tested.
     """
     sample = [line[:LONGEST_LINE] for line in lines if isinstance(line, str) and line.strip()]
-    sample = sample[:: max(1, len(sample) // _SAMPLE)]
+    sample = sample[:: max(1, len(sample) // _SAMPLE_LINES)]
     best = ""
     best_score = (1, 0)  # (numbers, minus the number of other cells); one number alone needs no delimiter
     for delimiter in _DELIMITERS:
@@ -187,7 +190,7 @@ def row_of(delimiter: str, number: int, line: str | Sequence[str]) -> Row:
     cell is recorded as the fault of the row.
     """
     # Shortcut for speed: most lines have no quotes, clocks or comments.
-    if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _MARKED):
+    if isinstance(line, str) and delimiter.strip(" ") and not any(mark in line for mark in _SPECIAL_CHARACTERS):
         return Row(number, tuple(map(str.strip, line.split(delimiter))))
     # A line of text is one piece until it is split; the cells of a workbook are separate already.
     first, *other_cells = [line.rstrip("\r\n")] if isinstance(line, str) else line or [""]
@@ -219,4 +222,5 @@ def refuse_fault(source: str, row: Row) -> None:
     """Raise InputError if the cells of a row are invalid."""
     if row.fault:
         name = place_of(source, row.line)
-        raise validation_error(name, row.cells[0][:40], "", f"cells of a table ({row.fault})", "correct that line")
+        bound = f"a valid row of a table ({row.fault})"
+        raise validation_error(name, row.cells[0][:40], "", bound, "correct that line")

@@ -25,8 +25,8 @@ MAX_ROWS_BELOW = 4  # maximum number of rows of units, or of a second language, 
 MAX_BANNER = 1000  # maximum number of lines of a stream before its header
 _MAX_SEARCHED = 50_000  # maximum number of lines of a file that are searched for a header
 _MAX_LISTED = 8  # maximum number of columns or lines that a summary lists
-# If so many rows have the same number of decimals, trailing zeros are written: of 50 random numbers, at least one would
-# end in 0 with probability 0.995.
+# If this many rows have the same number of decimals, trailing zeros are written: of 50 random numbers, at least one
+# ends in 0 with probability 0.995.
 _ROWS_FOR_DECIMALS = 50
 _STATISTICS = set(map(folded, WORDS["results"]["rows"]))
 _LABELLED = re.compile(
@@ -152,7 +152,7 @@ class TableReader:
         *,
         is_single: bool = False,
     ) -> None:
-        """Prepare the search: `quantities` are those that columns may hold, and messages show the header `example`."""
+        """Prepare the search for tables whose columns hold `quantities`; messages show the header `example`."""
         self.quantities = quantities
         self.needed = needed
         self.example = example
@@ -188,7 +188,7 @@ class TableReader:
         hint = f"write for instance {self.example}, or name columns by their header or number: --columns {numbers}"
         if labels >= set(needed):
             hint = f"every line of this file has labels: write {self.example} once, and then lines without labels"
-        elif near := self.words.near(header, missing):
+        elif near := self.words.find_near_miss(header, missing):
             label, name, tail = near
             return no_unit(place_of(source, header.line, label), self.quantities[name], tail)
         elif not missing:
@@ -219,7 +219,7 @@ class TableReader:
                 # Numbers after a blank line, but without a header, may belong to the previous table.
                 self._refuse_stray_numbers(rows.source, row)
             if not self._by_number and self.words.is_header(row, self.needed):
-                header_index, texts_left, number_columns = len(above), MAX_ROWS_BELOW, self.words.measured(row)
+                header_index, texts_left, number_columns = len(above), MAX_ROWS_BELOW, self.words.numeric_columns(row)
                 rows.keep_delimiter()
             elif cells and are_enough(map(is_number, cells)):
                 rows.keep_delimiter()
@@ -236,22 +236,24 @@ class TableReader:
         if header_index is not None and self.is_single and not self._has_labels(above[header_index]):
             # A header without rows counts as a table, so that the caller can report that it is empty.
             return self._open_table(rows, above, header_index, Row(above[header_index].line, ()), iter(()))
-        self._check_rest(rows.source, above, header_index, previous)
+        self._check_remaining_rows(rows.source, above, header_index, previous)
         return None
 
-    def _check_rest(self, source: str, rest: list[Row], header_index: int | None, previous: FoundTable | None) -> None:
+    def _check_remaining_rows(
+        self, source: str, remaining: list[Row], header_index: int | None, previous: FoundTable | None
+    ) -> None:
         """Check the remaining rows, in which no further table was found.
 
         If there is no `previous` table, the row that is most similar to a header is stored for `no_header`. Otherwise,
-        InputError is raised if the rows state another unit than that table has, or hold a header without numbers.
+        InputError is raised if the rows state a unit that contradicts that table, or hold a header without numbers.
         """
-        stated = self.stated_units.record_statements(source, rest[:header_index])
+        stated = self.stated_units.record_statements(source, remaining[:header_index])
         if previous is None:
-            texts = [row for row in rest if not row.empty][:MAX_BANNER]
+            texts = [row for row in remaining if not row.empty][:MAX_BANNER]
             self._candidates.append((source, max(texts, key=self._name_count, default=Row(1, ()))))
             return
         if header_index is not None:
-            header = rest[header_index]
+            header = remaining[header_index]
             bound = "a header with rows of numbers below it"
             raise validation_error(place_of(source, header.line), header.text, "", bound, "remove it, or add its rows")
         for column in previous.columns:
@@ -289,7 +291,7 @@ class TableReader:
         header = above[header_index]
         self.stated_units.record_statements(rows.source, above if self._by_number else above[:header_index])
         texts = [row for row in above[header_index + 1 :] if not row.empty]
-        number_columns = self.words.measured(header)
+        number_columns = self.words.numeric_columns(header)
         below = [row for row in texts if not all(is_missing(row.cell(index)) for index in number_columns)]
         columns = self.stated_units.columns(rows.source, header, below, first)
         if not self.is_single:
@@ -355,7 +357,7 @@ class TableReader:
                     return
                 self._refuse_other_units(table, row)
                 table.left_out.append(row)
-            elif (is_first_unused and is_statistic(row)) or (row.cut and _is_cut(row, used_width, decimals)):
+            elif (is_first_unused and is_statistic(row)) or (row.cut and _is_incomplete(row, used_width, decimals)):
                 table.left_out.append(row)
             elif is_without_numbers and all(is_missing(column.cell(row)) for column in number_columns):
                 table.skipped.append(row)
@@ -382,7 +384,7 @@ def is_statistic(row: Row) -> bool:
     return not row.cells[0][:1].isdecimal() and folded(row.cells[0]) in _STATISTICS
 
 
-def _is_cut(row: Row, needed: int, decimals: Mapping[int, int]) -> bool:
+def _is_incomplete(row: Row, needed: int, decimals: Mapping[int, int]) -> bool:
     """Return whether the last line, which has no line end, was not written completely.
 
     It then has fewer cells than `needed`, or fewer decimals in its last cell than all earlier lines. `decimals` maps a
@@ -432,7 +434,7 @@ def _refuse_duplicates(table: FoundTable, example: str) -> None:
 def one_table(
     rows: Rows, quantities: Mapping[str, Quantity], needed: Sequence[Collection[str]], example: str
 ) -> FoundTable:
-    """Return the only table of a source; `quantities` are those that its columns may hold.
+    """Return the only table of a source, whose columns may hold `quantities`.
 
     The header must name all quantities of at least one set in `needed`, and each quantity only once. If all rows are
     available, as in a file, they determine the decimal sign. Raises InputError if there is no such table; the message

@@ -9,7 +9,7 @@ from firmware_presses import BALL as BALL_OF_A_UNIT
 from measured_units import MeasuredDesign, readings_at
 from squares import BALL
 
-from instrument.press.hold import LATE
+from instrument.press.hold import LATE_FRACTION
 from pipeline.reading.over_time import reading_over_time
 from pipeline.response.scene_press import scene_of
 from sensor.theory.contrast_law import ContrastLaw
@@ -123,7 +123,7 @@ def test_pair_reads_the_first_instant_however_one_tip_leads(pair, lead):
     """0.05 mm over 8 mm are 0.36 degrees, by which the force ratio alone would be 10 % off."""
     times = times_of(pair.design)
     level = reading_over_time(pair.sensor)
-    late = pair.design.stop_s + LATE * pair.design.press.hold_s
+    late = pair.design.stop_s + LATE_FRACTION * pair.design.press.hold_s
     for E, apparent in ((0.5, level.apparent[0]), (2.5, level.apparent[4])):
         reading = read_log(pair.measuring(), times, pair_press(pair, E, times, lead))
         assert pytest.approx(E, rel=6e-3) == reading.E  # what lies below the noise is not seen
@@ -150,7 +150,7 @@ def test_springs_that_creep_are_no_relaxation_of_the_flesh(pair):
     creeping = replace(sensor, unit=unit)
     forces = pair_press(pair, 1.5, times)
     still, soft = (read_log(each, times, forces).relaxation for each in (sensor, creeping))
-    g = creeping.creep.growth_in_hold(LATE * pair.design.press.hold_s, pair.design.stop_s)
+    g = creeping.creep.growth_in_hold(LATE_FRACTION * pair.design.press.hold_s, pair.design.stop_s)
     assert g > 1.01
     assert soft == pytest.approx(still / g, rel=1e-3)  # the offset is read with stiffer springs
 

@@ -36,7 +36,7 @@ def test_a_press_of_a_log_without_an_end_is_read_when_it_ends(paper, forces):
 
 
 def test_a_press_without_an_end_is_refused_at_its_last_line(paper, forces, monkeypatch):
-    monkeypatch.setattr(touches, "MOST_SAMPLES", 30)
+    monkeypatch.setattr(touches, "MAX_SAMPLES", 30)
     readings = readings_of(paper.measuring(), Signal(Rows(lines_of(forces), "-"), 2), every_sample=True)
     assert len(list(itertools.islice(readings, 30))) == 30
     told = refusal(next, readings)

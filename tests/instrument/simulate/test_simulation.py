@@ -22,7 +22,7 @@ from instrument.simulate.drawn_fruit import (
     waves_of_skin,
 )
 from instrument.simulate.log import log_of
-from instrument.simulate.simulated_press import SOLVED, Hand, press_curve
+from instrument.simulate.simulated_press import PRESS_MOMENTS, Hand, press_curve
 from instrument.simulate.simulation import SimulationSettings, hand_of, log_of_fruit, unit_of_seed
 from instrument.simulate.unit import designed_unit, draw_unit, given_unit, refuse_unsimulated
 from pipeline.options import load_design
@@ -181,7 +181,7 @@ def test_the_curve_between_solved_samples(mango):
     found = press.at(t)
     assert not found[[0, 1, 5, 6]].any()
     assert found[4] == pytest.approx(found[2])
-    assert found[3] == pytest.approx(press.deflections[SOLVED - 1])
+    assert found[3] == pytest.approx(press.deflections[PRESS_MOMENTS - 1])
 
 
 def test_designs_without_domes_or_with_a_skin_are_refused(mango):
