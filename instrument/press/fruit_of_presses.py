@@ -158,8 +158,9 @@ def fruits_of(
 ) -> Iterator[FruitAnswer]:
     """Yield one answer per fruit from consecutive readings.
 
-    `presses` is the number of presses per fruit; with 0, all readings belong to one fruit. With `named`, a new fruit
-    also begins where the fruit's name in the readings changes.
+    `presses` is the number of presses per fruit, or 0 for any number. With `named`, a new fruit also begins where the
+    fruit's name in the readings changes. The answer has that name, or a running number if `named` is False or all
+    `presses` of the fruit were read.
     """
     number = 0
     group: list[FruitReading] = []

@@ -268,6 +268,7 @@ def _digest_of_0_2(design: Design) -> str:
         tables.get(table, {}).pop(key, None)
     for table, key, value, preceding_keys in _WRITTEN_BY_0_2:
         if table in tables and key not in tables[table]:
+            # The order of the keys affects the digest, so the key is inserted after the last one that preceded it.
             items = list(tables[table].items())
             index = max((1 + index for index, (name, _) in enumerate(items) if name in preceding_keys), default=0)
             tables[table] = dict([*items[:index], (key, value), *items[index:]])

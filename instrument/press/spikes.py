@@ -44,7 +44,7 @@ def spike_constants(sensor: MeasuringUnit) -> dict[str, object]:
     """
     weights, C, S = sensor.rise_law.contrast.arrays
     softest, firmest = sensor.range_MPa
-    z = (softest * firmest) ** (-1.0 / 6.0)
+    z = (softest * firmest) ** (-1.0 / 6.0)  # E^(-1/3) at the geometric mean
     linear = weights @ (C + z**3 * S)
     domes = sensor.rise_law.contrast.hertz * z * z * weights
     errors = sensor.least_forces / LEAST_OVER_NOISE

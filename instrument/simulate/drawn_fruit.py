@@ -182,26 +182,26 @@ def add_bruise(fruit: PressedFruit, report: Report, radius: float, turn: float) 
 def beyond_design(fruit: PressedFruit, report: Report) -> Iterator[str]:
     """Yield a note for each property of the fruit or the pose that lies outside the range of a design."""
     reading, design_fruit = report.design.reading or ReadingRequirements(), report.design.fruit
-    least, largest = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
-    radii: list[Vector] = [(least * radius, largest * radius) for radius in designed_radii(report)]
+    smallest, largest = 1.0 - reading.radius_spread, 1.0 + reading.radius_spread
+    radius_ranges: list[Vector] = [(smallest * radius, largest * radius) for radius in designed_radii(report)]
     if reading.radius_mm is not None and reading.radius_across_mm is not None:
-        radii = [reading.radius_mm, reading.radius_across_mm]
-    thickness = reading.thickness_mm or (design_fruit.depth_mm, design_fruit.depth_mm)
+        radius_ranges = [reading.radius_mm, reading.radius_across_mm]
+    thickness_range = reading.thickness_mm or (design_fruit.depth_mm, design_fruit.depth_mm)
     # Each row holds the name, the value, both ends of the range, and the unit.
     rows: list[tuple[str, float, float, float, str]] = [("E", fruit.E, *range_of_moduli(report), "MPa")]
     names = ("radius", "radius across")
     # The order of the two radii is arbitrary, so they are exchanged if more of them are then within their ranges.
-    reversed_matches = sum(low <= r <= high for r, (low, high) in zip(fruit.radii[::-1], radii, strict=True))
-    matches = sum(low <= r <= high for r, (low, high) in zip(fruit.radii, radii, strict=True))
+    reversed_matches = sum(low <= r <= high for r, (low, high) in zip(fruit.radii[::-1], radius_ranges, strict=True))
+    matches = sum(low <= r <= high for r, (low, high) in zip(fruit.radii, radius_ranges, strict=True))
     ordered_radii = fruit.radii[::-1] if reversed_matches > matches else fruit.radii
-    rows += [(name, r, *ends, "mm") for name, r, ends in zip(names, ordered_radii, radii, strict=True)]
+    rows += [(name, r, *ends, "mm") for name, r, ends in zip(names, ordered_radii, radius_ranges, strict=True)]
     if fruit.thickness is not None:
-        rows.append(("thickness", fruit.thickness, *thickness, "mm"))
+        rows.append(("thickness", fruit.thickness, *thickness_range, "mm"))
     rows.append(("tilt", math.hypot(*fruit.tilt), 0.0, reading.tilt_deg, "deg"))
     rows.append(("distance from the apex", math.hypot(*fruit.off_centre), 0.0, reading.off_centre_mm, "mm"))
-    for name, value, least, largest, unit in rows:
-        if not least * (1.0 - _RANGE_TOLERANCE) <= value <= largest * (1.0 + _RANGE_TOLERANCE):
-            yield f"{name} {value:.4g} {unit} is outside {least:.4g} to {largest:.4g} {unit}, the range of the design"
+    for name, value, low, high, unit in rows:
+        if not low * (1.0 - _RANGE_TOLERANCE) <= value <= high * (1.0 + _RANGE_TOLERANCE):
+            yield f"{name} {value:.4g} {unit} is outside {low:.4g} to {high:.4g} {unit}, the range of the design"
 
 
 def designed_radii(report: Report) -> Vector:

@@ -77,13 +77,14 @@ class PressCurve:
         By Hertz's law, deflection^(2/3) increases nearly linearly with time. So this power is interpolated by a spline,
         and extrapolated linearly from the first moment in contact back to the touch. Before the touch it is 0.
         """
-        first = int(np.argmax(deflections > 0.0))
+        first = int(np.argmax(deflections > 0.0))  # index of the first moment in contact
         if not deflections[first] > 0.0:
             return np.zeros(t.shape)
         powers = deflections[first:] ** (2.0 / 3.0)
         spline = CubicSpline(self.times[first:], powers)
         start = float(self.times[first])
         previous = float(self.times[first - 1]) if first else 0.0
+        # The tangent of the spline reaches 0 at the touch, which must lie between the two moments.
         touch = min(max(start - powers[0] / max(float(spline(start, 1)), 1e-300), previous), start)
         extrapolated = powers[0] * (t - touch) / max(start - touch, 1e-300)
         return np.maximum(np.where(t < start, extrapolated, spline(t)), 0.0) ** 1.5

@@ -114,6 +114,7 @@ def given_unit(report: Report, unit: "PrintedUnit") -> SimulatedUnit:
     K = np.array(unit.stiffnesses)
     factor = 1.0 if unit.ball is None else unit.ball.factor
     designed = designed_unit(report)
+    # per_N (channels, tips) is the signal of each channel per force on each tip [counts/N], or [1] for newtons.
     if unit.newtons_per_count:
         per_N = np.linalg.inv(np.array(unit.newtons_per_count))
         zeros, saturation = np.array(unit.zero_counts), unit.saturation_counts

@@ -74,12 +74,12 @@ def as_number(cell: str) -> WrittenNumber | None:
     """Return the number that a cell holds, which may be followed by a unit; None for other text."""
     if not cell or len(cell) > _MAX_NUMBER_LENGTH:
         return None
-    text = cell.replace("\u2212", "-")
+    text = cell.replace("\u2212", "-")  # the typographic minus sign
     matches = [pattern.fullmatch(text) for pattern in (_WITH_POINT, _WITH_COMMA)]
     match = matches[0] or matches[1]
     if match is None or (match["unit"] and not is_unit(match["unit"])):
         return None
-    number = match["number"].replace("D", "e").replace("d", "e")
+    number = match["number"].replace("D", "e").replace("d", "e")  # Fortran writes exponents with D
     for space in _SPACES:
         number = number.replace(space, "")
     with_point = number.replace(",", "") if matches[0] else None

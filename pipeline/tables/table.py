@@ -181,17 +181,20 @@ class TableReader:
         """Return the error for sources without a table; it states what the row most similar to a header lacks."""
         source, header = max(self._candidates, key=lambda candidate: self._name_count(candidate[1]))
         names, labels = self.words.names(header), self._labels(header)
+        # Compare the row with the set of quantities of which it names the most.
         needed = max(self.needed, key=lambda each: len((names | labels) & set(each)))
         missing = [name for name in needed if name not in names]
         numbers = ",".join(f"{name}={index}" for index, name in enumerate(needed, start=1))
         bound = f"a header that also has {' and '.join(missing)}"
-        hint = f"write for instance {self.example}, or name columns by their header or number: --columns {numbers}"
+        hint = f"write, for example, {self.example}, or name columns by their header or number: --columns {numbers}"
         if labels >= set(needed):
             hint = f"every line of this file has labels: write {self.example} once, and then lines without labels"
         elif near := self.words.find_near_miss(header, missing):
+            # A label names a missing quantity, but its unit is unknown.
             label, name, tail = near
             return no_unit(place_of(source, header.line, label), self.quantities[name], tail)
         elif not missing:
+            # The header is complete, so its numbers are missing.
             self.stated_units.columns(source, header, [], Row(0, ()))  # raises InputError if a unit is invalid
             return validation_error(source, 0, "rows", "at least one row of numbers below the header", "add one")
         return validation_error(place_of(source, header.line), header.text, "", bound, hint)
