@@ -31,7 +31,7 @@ def weights_table(report: Report, unit: SimulatedUnit, bench: Bench, rng: np.ran
     lines = [",".join(["tip", "weight_g", "deflection_mm", *count_keys(len(report.tips))])]
     for number, (tip, full_scale) in enumerate(zip(report.tips, report.read_out.full_scale_N, strict=True)):
         largest = min(PRESSED * full_scale * G_PER_N, bench.balance_max_g)
-        weights = [_round(part * largest, bench.balance_g) for part in WEIGHED_AT]  # readings of the balance [g]
+        weights = [_round(fraction * largest, bench.balance_g) for fraction in WEIGHED_AT]  # balance readings [g]
         # The first step has no weight, so its force is exactly 0.
         true_weights = [
             0.0 if not index else _draw_before_rounding(grams, bench.balance_g, rng)

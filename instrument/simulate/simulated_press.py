@@ -65,7 +65,8 @@ class PressCurve:
         times = np.where(is_return, hand.press_s * (1.0 - return_progress), forward_times)
         result = np.zeros(t.shape)
         for tip, deflections in enumerate(self.deflections.T):
-            # The moment with the index PRESS_MOMENTS - 1 is the end of the press, before the hold.
+            # The moment with the index PRESS_MOMENTS - 1 is the end of the press, before the hold. The tiny number
+            # prevents a division by zero for a tip that never touches.
             hold_ratio = deflections[-1] / max(float(deflections[PRESS_MOMENTS - 1]), 1e-300)
             scale = np.where(is_return[:, tip], hold_ratio, 1.0)
             result[:, tip] = scale * self._interpolate(deflections, times[:, tip])

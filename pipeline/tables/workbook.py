@@ -25,13 +25,14 @@ def cells_of_workbook(source: str, content: bytes) -> list[tuple[str, list[list[
     sheets = []
     try:
         book = python_calamine.CalamineWorkbook.from_filelike(io.BytesIO(_unpack(source, content)))
-        for about in book.sheets_metadata:
+        for sheet in book.sheets_metadata:
             if (
-                about.visible == python_calamine.SheetVisibleEnum.Visible
-                and about.typ == python_calamine.SheetTypeEnum.WorkSheet
+                sheet.visible == python_calamine.SheetVisibleEnum.Visible
+                and sheet.typ == python_calamine.SheetTypeEnum.WorkSheet
             ):
-                rows = book.get_sheet_by_name(about.name).to_python(skip_empty_area=False)
-                sheets.append((about.name, [list(map(_cell_text, row)) for row in rows]))
+                rows = book.get_sheet_by_name(sheet.name).to_python(skip_empty_area=False)
+                sheets.append((sheet.name, [list(map(_cell_text, row)) for row in rows]))
+    # A damaged workbook may raise any of these exceptions.
     except (
         python_calamine.CalamineError,
         zipfile.BadZipFile,
