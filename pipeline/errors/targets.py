@@ -111,8 +111,7 @@ class ForceRatioCurve:
 
     def _estimate(self, law: Law) -> Estimate:
         """Return the value of a law, with the error caused by the errors of the springs and of the fruit stiffness."""
-        # At the centre of the fruit, both tips press on the same stiffness. An error of the contact then does not
-        # change their ratio.
+        # At the centre of the fruit, both tips see the same fruit stiffness. Its error does not change their ratio.
         ratio_error = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
         values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
         errors = (*self.spring_errors, self.K_m_error, ratio_error * self.stiffness_ratio)

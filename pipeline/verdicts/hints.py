@@ -1,4 +1,4 @@
-"""Hints: for each verdict that did not pass, one sentence on what to change. Nothing is solved for a hint."""
+"""Hints: for each verdict that did not pass, one sentence on what to change. No solver is needed."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -123,13 +123,13 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
 
 
 def _shorter_travel_text(context: _HintContext) -> str | None:
-    """Return the shorter travel [mm] at which the verdict passes as text, or None if there is none."""
+    """Return, as text, a shorter travel [mm] at which the verdict passes, or None if there is none."""
     travel = shorter_travel(context.verdict, context.design, context.springs)
     return None if travel is None else f"{travel:g}"
 
 
 def _longer_travel_text(context: _HintContext) -> str | None:
-    """Return a travel [mm] that is long enough for the verdict on the last touch as text, or None without a value."""
+    """Return, as text, a travel [mm] at which the verdict on the last touch passes, or None without a value."""
     verdict = context.verdict
     if verdict.value is None or not isinstance(verdict.limit, float):
         return None

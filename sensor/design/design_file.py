@@ -30,7 +30,7 @@ TABLE_TYPES: dict[str, Any] = {
 
 
 def not_a_table(name: str, value: object) -> InputError:
-    """Return the error for a key `name` whose value must be a table, but is not."""
+    """Return the error for a key whose value must be a table."""
     message = f"{name} = {value} must be a table. Write [{name}] and its keys below it."
     return InputError(message, field=name, value=value, bound="a table")
 

@@ -329,7 +329,7 @@ class Fruit:
 
     @property
     def derived_keys(self) -> tuple[str, ...]:
-        """Return the keys of length and width that equal those of the whole fruit. A file may omit these keys."""
+        """Return which of `length_mm` and `width_mm` are those of the whole fruit, so that a file may omit them."""
         if self.radius_mm is None:
             return ()
         sizes = zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True)

@@ -42,8 +42,8 @@ class ReadingRequirements:
     `tilt_deg` is the largest tilt against the normal of the skin, in any direction, and `tilt_change_deg` is its
     largest change during a press. `off_centre_mm` is the largest distance of a press from the apex. `radius_mm` and
     `radius_across_mm` are the ranges of the principal radii of the fruits, at any azimuth. `thickness_mm` is the range
-    of the thickness of their flesh. Without these ranges, the fruit is a ball whose radius may differ by the fraction
-    `radius_spread`. `noise_percent` is a percentage of the largest force of each tip.
+    of the thickness of their flesh. If `radius_mm` is None, the radius of a fruit may differ from the radius of the
+    design by the fraction `radius_spread`. `noise_percent` is a percentage of the largest force of each tip.
 
     `stiffness_percent` and `gain_percent` are uncertainties after calibration; if they are None, they are computed from
     the bench of the design. If weights calibrate the unit, they are the uncertainties of each spring and each force. A

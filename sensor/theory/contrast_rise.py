@@ -23,7 +23,7 @@ E = 1 / z^3.
 
 **No bias due to noise.** The instrument of a sample is the sum of all forces in the previous sample. If the noise is
 independent from sample to sample, u and F have independent noise, and noise does not change the mean of cov(u, F). The
-sum of the sample itself would not do, because its noise is part of F (errors in variables). A sample is used if all
+sum of the sample itself cannot be used, because its noise is part of F (errors in variables). A sample is used if all
 tips touched the fruit in the previous sample. Selecting a sample by its own forces would favour positive noise. The
 remaining bias is of second order: noise changes the mean of F^(2/3), and E is about 0.2 % too high for a noise of 0.5 %
 of full scale.
@@ -94,7 +94,7 @@ STEP = 1e-4  # step of the offset in its difference quotient [mm]
 
 
 class RiseError(ReadingError):
-    """A press that gives no modulus. `flag` is the reason: few_samples, no_rise or out_of_range."""
+    """A press that does not determine a modulus. `flag` is the reason: few_samples, no_rise or out_of_range."""
 
     def __init__(self, flag: str, message: str) -> None:
         super().__init__(message)
@@ -171,7 +171,7 @@ class RollingDomes:
 
     @cached_property
     def _self_distance(self) -> Floats:
-        """Return (tips, tips) with infinity on the diagonal and 0 elsewhere, so that no contact acts on itself."""
+        """Return a matrix of zeros with infinity on its diagonal, (tips, tips), so that no contact acts on itself."""
         return np.where(np.eye(len(self.positions)) > 0.0, math.inf, 0.0)
 
     @cached_property

@@ -24,8 +24,8 @@ are correct.
 
     g(h) = (1 + h/T)^(1 + n) - (h/T)^(1 + n),
 
-which is the mean of J at the end of the hold divided by the mean of J at the stop. A hand holds the travel instead, so
-the force falls during the hold. The error of g is then at most (g - 1)^2.
+which is the mean of J at the end of the hold divided by the mean of J at the stop. A hand keeps the travel constant
+instead, so the force falls during the hold. The error of g is then at most (g - 1)^2.
 
 **The zero.** By superposition, a press of duration T shifts the zero at a time s after its lift. The shift is at most
 J(s + T) - J(s) times the largest force. J grows more and more slowly, so the shift is largest if the force stays at its

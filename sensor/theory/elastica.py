@@ -11,7 +11,7 @@ _DEFLECTIONS = Bounds(at_least=0.0, at_most=0.5)  # deflection divided by length
 _SINES = Bounds(at_least=0.0, below=1.0)
 _ROUND_OFF = 1e-17
 _CONVERGED = 4.0 * float(np.finfo(np.float64).eps)  # relative error of a deflection at convergence
-_MAX_STEPS = 40  # each iteration reduces the error to a quarter or less
+_MAX_STEPS = 40  # each iteration reduces the error to at most a quarter
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -55,7 +55,7 @@ def frictionless_press(poisson: float, slope: float) -> float:
 
 
 def stretch_factor(slope: float) -> float:
-    """Return the compliance along the normal of a skin that falls by `slope` [1], divided by its level value [1].
+    """Return the factor [1] by which a `slope` [1] of the skin changes the compliance along its normal.
 
     The load is circular when seen from above, so it is elongated down the slope. The factor is the mean of 1 / r over
     all directions.

@@ -158,7 +158,7 @@ def slope_error_of_resolution(digit: float, largest: float, at: Sequence[float])
 class _PointsOfLine(NamedTuple):
     """Points of a line, and the QR decomposition of the columns 1, p and p^2 of a parabola, with p = (x - mean) / span.
 
-    Q and R are better conditioned than the normal equations. Their first two columns are those of the straight line.
+    Q and R are better conditioned than the normal equations. Their first two columns describe the straight line.
     `components` are the products of the columns of Q with the values minus their mean. `residuals` are the deviations
     from the straight line. `resolution` is the coarsest of the resolutions.
     """
