@@ -91,13 +91,13 @@ class DesignTables:
             if name == "name":
                 tables[name] = value
             elif key:
-                old = tables.get(table, {})
-                if not isinstance(old, Mapping):
-                    raise not_a_table(table, old)
+                old_table = tables.get(table, {})
+                if not isinstance(old_table, Mapping):
+                    raise not_a_table(table, old_table)
                 if value is not None:
-                    tables[table] = {**old, key: value}
-                elif key in old:
-                    tables[table] = {other: old_value for other, old_value in old.items() if other != key}
+                    tables[table] = {**old_table, key: value}
+                elif key in old_table:
+                    tables[table] = {old_key: old for old_key, old in old_table.items() if old_key != key}
         if settings.keys().isdisjoint(_PROCESS_SETTINGS):
             return DesignTables(tables=tables, own=self.own)
         return self._with_other_processes(tables, settings)

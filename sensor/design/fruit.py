@@ -311,8 +311,8 @@ class Fruit:
         """
         if self.radius_mm is None:
             return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
-        # The half axes of the ellipsoid are R along the tips and upwards, and sqrt(R R_across) across, with R =
-        # radius_mm. Its centre is R below the apex. Its widest section is the base if the base is above the centre, and
+        # With R = radius_mm, the half axes of the ellipsoid are R along the tips and upwards, and sqrt(R R_across)
+        # across. Its centre is R below the apex. Its widest section is the base if the base is above the centre, and
         # otherwise the equator. `base_height` is the height of the base above the centre, divided by R.
         base_height = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
         width_over_R = 2.0 * math.sqrt(1.0 - base_height**2) if base_height < 1.0 else 2.0

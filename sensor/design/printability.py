@@ -147,8 +147,8 @@ def _judge_leaf(leaf: _Leaf, length: float, margin: float) -> tuple[bool | None,
     The relative error of the length is at most `margin` [1]. If it could change the answer, the answer is None. The
     text is empty if no limit is violated.
     """
-    # In the most favourable case, the true length differs by the factor 1 + margin. So limits relax by 1 / (1 +
-    # margin).
+    # In the most favourable case, the true length differs by the factor 1 + margin. So the limits are relaxed by
+    # 1 / (1 + margin).
     certain_faults = leaf.faults(length, -margin / (1.0 + margin))
     possible_faults = leaf.faults(length, margin)
     if not possible_faults:

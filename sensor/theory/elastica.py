@@ -79,8 +79,8 @@ def large_deflection_stiffening(length: float, deflection: Floats | float) -> Fl
     """Return the relative increase [1] of the secant stiffness of a guided leaf, or of a pair, with its deflection.
 
     `length` L and `deflection` d are in mm. For small d the increase is 36/35 (d / L)^2. The shuttle does not rotate,
-    but it is free to move along the leaves. So each half of a leaf is a cantilever of length L / 2 and deflection d /
-    2. Raises InputError beyond d = L / 2.
+    but it is free to move along the leaves. So each half of a leaf is a cantilever of length L / 2 and deflection
+    d / 2. Raises InputError beyond d = L / 2.
     """
     relative = np.asarray(deflection, dtype=np.float64) / length
     _check_bounds("deflection / leaf length", relative, _DEFLECTIONS, "use a longer leaf or press less")

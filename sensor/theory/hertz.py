@@ -53,10 +53,11 @@ def contact_reach(force: float, E: float, poisson: float, radius: float, slope: 
 def equivalent_radius(radius: float, radius_across: float) -> float:
     """Return the radius [mm] of the sphere that a plate indents like a body with two given principal radii [mm].
 
-    The contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii determines m = 1 -
-    (b / a)^2, the square of its eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in Carlson's
-    forms, which do not subtract nearly equal numbers. They are K = R_F(0, 1 - m, 1), K - E = m / 3 R_D(0, 1 - m, 1) and
-    E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m), https://dlmf.nist.gov/19.25.
+    The contact is an ellipse with half axes a > b: Johnson (4.26) to (4.28). The ratio of the radii determines
+    m = 1 - (b / a)^2, the square of its eccentricity. The complete elliptic integrals K(m) and E(m) are evaluated in
+    Carlson's forms (https://dlmf.nist.gov/19.25), which do not subtract nearly equal numbers:
+
+        K = R_F(0, 1 - m, 1),    K - E = m / 3 R_D(0, 1 - m, 1),    E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m).
     """
     from scipy.optimize import brentq  # rarely needed, and slow to import
     from scipy.special import elliprd, elliprf

@@ -22,8 +22,8 @@ _MIDPOINTS = (np.arange(_POINTS) + 0.5) / _POINTS
 def edge_loss(depth: Floats | float, side: float, radius: float) -> Floats:
     """Return the relative loss of force [1] caused by a rounded edge, compared with a sharp tip at the same depth.
 
-    `depth`, an array of any shape, the `side` of the tip and the `radius` of its edge are in mm. The loss is 2 radius /
-    side at first contact and decreases with depth; it is 0 for a sharp edge. The radius is at most side / 2.
+    `depth`, an array of any shape, the `side` of the tip and the `radius` of its edge are in mm. The loss is
+    2 radius / side at first contact and decreases with depth; it is 0 for a sharp edge. The radius is at most side / 2.
     """
     relative_depth = np.asarray(2.0 / side * depth, dtype=np.float64)
     if radius <= 0.0:
