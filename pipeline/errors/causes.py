@@ -209,22 +209,22 @@ def _contact_effects(design: Design, depths: Floats) -> Iterator[Cause]:
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
     yield Cause(name="no slip", reason=reason, fruit=np.array([grip_change, grip_change]))
 
-    sides_deep = depths / design.tips.side_mm
-    deepest = float(sides_deep.max())
+    depths_in_sides = depths / design.tips.side_mm
+    deepest = float(depths_in_sides.max())
     # The finite elements cover flat faces up to a certain depth. Beyond it, the user has to check the sensor.
-    is_solved = design.tips.tip_shape.has_flat_face and deepest <= deepest_solved()
-    advice = "Calibrate at full travel" if is_solved else "Check the deepest press on a body of known modulus"
+    is_covered = design.tips.tip_shape.has_flat_face and deepest <= deepest_solved()
+    advice = "Calibrate at full travel" if is_covered else "Check the deepest press on a body of known modulus"
     method = f"(FE of one tip, at most {deepest:.2g} tip sides deep)"
     yield Cause(
         name="large strain",
         reason=f"large strain {method}",
-        fruit=large_strain_factor(sides_deep, poisson) - 1.0,
+        fruit=large_strain_factor(depths_in_sides, poisson) - 1.0,
         advice=advice,
     )
     yield Cause(
         name="law of the flesh",
         reason=f"the law of the flesh, Hencky's or foam {method}",
-        fruit=constitutive_spread(sides_deep, poisson),
+        fruit=constitutive_spread(depths_in_sides, poisson),
         advice=advice,
     )
 

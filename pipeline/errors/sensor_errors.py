@@ -132,13 +132,13 @@ def _bands_of_readings(curve: SensorResponse, rows: Sequence[ModulusAccuracy], s
     bands = np.full((*curve.P.shape, 2), np.nan)
     if not rows:
         return bands
-    widths = []
+    half_widths = []
     for row in rows:
         two_sigma = math.hypot(2.0 * row.sources.total, spring_error * row.sources.stiffness_slope)
-        widths.append(abs(row.bias.value) + two_sigma)
+        half_widths.append(abs(row.bias.value) + two_sigma)
     E_read = [row.E for row in rows]
     E = curve.E[1:]  # the first modulus is a limit, and has no band
-    width = np.interp(np.log(E), np.log(E_read), widths)
-    bands[1:, -1, 0] = E * (1.0 - width)
-    bands[1:, -1, 1] = E * (1.0 + width)
+    half_width = np.interp(np.log(E), np.log(E_read), half_widths)
+    bands[1:, -1, 0] = E * (1.0 - half_width)
+    bands[1:, -1, 1] = E * (1.0 + half_width)
     return bands

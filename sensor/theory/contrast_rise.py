@@ -476,7 +476,7 @@ def uneven_slopes(law: RiseLaw, rise: Rise, wave_numbers: Floats, relative_radiu
     contact_radius = np.sqrt(relative_radius * law.contrast.hertz * np.cbrt(rise.forces / E) ** 2)
     heights = [weights * rise.rise_and_mean(effective_heights(k, contact_radius)) for k in wave_numbers]
     return UnevenSlopes(
-        heights=np.array([root.slope_with_saddle(*each) for each in heights]),
+        heights=np.array([root.slope_with_saddle(*height) for height in heights]),
         flesh=root.slope_with_saddle(*root.own_flesh),
     )
 
