@@ -66,7 +66,7 @@ def _ratio_verdict(
 
 
 def _stiffness_verdict(name: str, kind: str, sensor: "Sensor") -> Verdict | None:
-    """Return the verdict on the stiffness of a spring, or None if the springs are ideal, exactly as stiff as sized."""
+    """Return the verdict on the stiffness of a spring, or None for ideal springs, which are as stiff as sized."""
     springs = sensor.springs.as_pair
     return None if springs.ideal else stiffness_verdict(name, springs.springs[kind], monolithic=springs.monolithic)
 

@@ -21,7 +21,7 @@ from sensor.quantity import (
 from sensor.theory.creep import CreepLaw
 
 _FRACTION = Bounds(above=0.0, below=1.0)
-# Random prints deviate by up to 4.3 standard deviations. Even then, the modulus and the leaf thicknesses are positive.
+# Random prints deviate by up to 4.3 standard deviations. This limit keeps their modulus and leaf thicknesses positive.
 _SCATTER = Bounds(above=0.0, at_most=0.23)
 _MAX_THICKNESS_ERROR = 0.45  # maximum thickness error (two sigma), as a fraction of the thickness of the thinnest leaf
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium, the densest element, has 22.6
