@@ -215,8 +215,8 @@ def _farthest_point(points: Floats, surface: _Surface) -> tuple[float, Floats]:
     for index in np.argsort(-bounds):
         if bounds[index] <= (1.0 + _RELATIVE_ACCURACY) * largest + _SAME_MM:
             break
-        # The nearest triangle has a sample point within this radius: no point of it is farther than `_COVER_MM` from
-        # one of its sample points.
+        # The nearest triangle has a sample point within this radius, because every point of a triangle is at most
+        # `_COVER_MM` away from a sample point.
         nearby = tree.query_ball_point(points[index], bounds[index] + _COVER_MM)
         bounds[index] = _triangle_distances(points[index], surface.corners[np.unique(triangle_index[nearby])]).min()
         largest = max(largest, bounds[index])

@@ -58,7 +58,8 @@ def plate_verdicts(sensor: SensorSolids) -> tuple[Verdict, ...]:
     """Return geometry.plates [mm] for two back-to-back plates, or an empty tuple for a sensor with one plate.
 
     The verdict fails if the plates intersect or their pads do not meet. Otherwise its value is the smallest distance
-    between the moving parts of one plate and the other plate: at rest, half way to the stops and at the stops.
+    between the moving parts of one plate and the other plate. It is measured at rest, half way to the stops, and at the
+    stops.
     """
     if not sensor.housing.back_to_back:
         return ()

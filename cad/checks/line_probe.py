@@ -48,9 +48,9 @@ def solid_lines(shape: cq.Shape) -> Lines:
 def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
     """Return a function that measures the chords [mm] of lines in a closed triangle mesh.
 
-    A line with the start s and the direction d crosses the plane of a triangle, with the corner o and the sides a and
-    b, where s + t d = o + u a + v b. This equation is solved for t, u and v as in T. Moller and B. Trumbore, J.
-    Graphics Tools 2 (1997) 21.
+    The line starts at s and has the direction d. A triangle has the corner o and the sides a and b. The line crosses
+    its plane where s + t d = o + u a + v b. This equation is solved for t, u and v as in T. Moller and B. Trumbore,
+    J. Graphics Tools 2 (1997) 21.
     """
     corners = np.asarray(mesh.triangles)
     origin = corners[:, 0]

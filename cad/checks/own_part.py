@@ -489,8 +489,9 @@ def _rotation_location(rotation: Floats) -> cq.Location:
 def _largest_section(part: Part, rotation: Floats) -> Extrusion | None:
     """Return the extrusion of the largest section perpendicular to y, or None if it does not describe the part.
 
-    `rotation` (3, 3) is the rotation that was already applied to the part. None is returned in three cases: fewer than
-    two levels have a face perpendicular to y, the section is in pieces, or another section has material outside it.
+    `rotation` (3, 3) is the rotation that was already applied to the part. None is returned if fewer than two levels
+    have a face perpendicular to y. It is also returned if the section is in pieces, or if another section has material
+    outside it.
     """
     box = part.shape.BoundingBox()
     levels, cap_areas, edges = _levels_and_edges(part.shape)

@@ -1,1 +1,1 @@
-"""Files of solids. Identical solids give identical files on every machine."""
+"""Files of solids. Identical solids give identical files, but OCCT may order the entities of STEP files differently."""

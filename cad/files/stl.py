@@ -43,9 +43,9 @@ def triangles(shape: cq.Shape, angle: float = ANGLE_RAD) -> trimesh.Trimesh:
 def read_stl(path: Path) -> trimesh.Trimesh:
     """Return the triangles [mm] of a binary or text STL file.
 
-    Text files begin with the word `solid`, but some binary files do too. So a file is read as binary if its size agrees
-    with its number of triangles, or if it does not contain the words `facet normal`. Raises ValueError if the file is
-    damaged or has no triangles.
+    Text files begin with the word `solid`, but some binary files do too. So a file counts as binary if its size agrees
+    with its number of triangles, or if the words `facet normal` are missing. Raises ValueError if the file is damaged
+    or has no triangles.
     """
     data = path.read_bytes()
     has_binary_size = len(data) == _HEADER_BYTES + _FACET.itemsize * _triangle_count(data)

@@ -34,7 +34,7 @@ class SolidMaker:
         """Start making the solid of a housing, and return a future of its size.
 
         `deflections` [mm] are the deflections of its springs at full travel. If there is a worker process, it also
-        starts making the files of this housing, before the solves have shown whether it is the final one.
+        starts making the files of this housing, which may not be the final one.
         """
         size = submit(self._executor, solid_size, housing)
         if self._executor is not None:
