@@ -124,24 +124,26 @@ class StatedUnits:
         """
         named_columns = self._words.columns(header)
         unit_columns = self._unit_columns(header, named_columns, first)
-        used = {column.at for column in named_columns} | set(unit_columns.values())
+        used = {column.position for column in named_columns} | set(unit_columns.values())
         units = first._replace(cells=tuple(cell if is_unit(cell) else "" for cell in first.cells))
         for row in (header, *below, units):
             self.record_mentions(source, row, used)
         quantities = self._words.quantities
         unit_rows = [
-            row for row in below if any(unit_of(quantities[each.name], row.cell(each.at)) for each in named_columns)
+            row
+            for row in below
+            if any(unit_of(quantities[column.name], row.cell(column.position)) for column in named_columns)
         ]
         columns = []
-        for at, name, label_units in named_columns:
+        for position, name, label_units in named_columns:
             quantity = quantities[name]
-            label = header.cell(at) or f"{at + 1}"
+            label = header.cell(position) or f"{position + 1}"
             column = Column(
-                index=at,
+                index=position,
                 label=label,
                 name=name,
                 quantity=quantity,
-                unit_index=unit_columns.get(at),
+                unit_index=unit_columns.get(position),
                 place=place_of(source, header.line, label),
             )
             if quantity.units:
@@ -153,7 +155,7 @@ class StatedUnits:
                 statements += [
                     each for each in self._stated.get(name, []) if not statements or unit_of(quantity, each.text)
                 ]
-                is_time_of_day = seconds_of_day(first.cell(at)) is not None
+                is_time_of_day = seconds_of_day(first.cell(position)) is not None
                 column = self._with_unit(column, statements, is_known=is_time_of_day)
             columns.append(column)
         return columns
@@ -200,16 +202,18 @@ class StatedUnits:
         The label of a column of units contains a word for "unit". A column without a label holds units if the `first`
         row of numbers has a unit there. It belongs to the quantity that its label names, or else to the column before.
         """
-        names = {column.at: column.name for column in reversed(named_columns)}
+        names = {column.position: column.name for column in reversed(named_columns)}
         unit_columns: dict[int, int] = {}
         for index in range(max(len(header.cells), len(first.cells))):
             label = header.cell(index)
             words = re.sub(r"[()\[\]]", " ", folded(label[:LONGEST_LABEL])).split()
             other_words = [word for word in words if re.sub(r"[.\d]+$", "", word) not in _UNIT_WORDS]
-            if index in names or (len(other_words) == len(words) and (label or not is_unit(first.cell(index)))):
+            has_unit_word = len(other_words) < len(words)
+            if index in names or (not has_unit_word and (label or not is_unit(first.cell(index)))):
                 continue
             name = self._words.quantity_of(" ".join(word for word in other_words if not word.isdecimal()))
-            owner = next((at for at in reversed(names) if names[at] == name), None) if name else index - 1
+            # The numeric column to which the units belong.
+            owner = next((each for each in reversed(names) if names[each] == name), None) if name else index - 1
             if owner in names:
                 unit_columns.setdefault(owner, index)
         return unit_columns

@@ -71,7 +71,7 @@ def _named_values(flag: str, text: str | None, names: Collection[str]) -> Iterat
 class NamedColumn(NamedTuple):
     """A column that a header names: its index, counted from 0, the name of its quantity, and the units in its label."""
 
-    at: int
+    position: int
     name: str
     units: tuple[str, ...]
 
@@ -95,12 +95,14 @@ class HeaderWords:
             if not quantity.chosen:
                 self._quantity_by_label_with_unit |= by_label_with_unit
                 self._quantity_by_label |= by_label
-        for index in (self._quantity_by_word, self._quantity_by_label):
+        for quantity_by_words in (self._quantity_by_word, self._quantity_by_label):
             # A header may also write two words as one.
-            index |= {words.replace(" ", ""): name for words, name in index.items() if " " in words}
-            index.pop("", None)  # the key of a quantity that no flag selects
+            quantity_by_words |= {
+                words.replace(" ", ""): name for words, name in quantity_by_words.items() if " " in words
+            }
+            quantity_by_words.pop("", None)  # the key of quantities that no flag selects
         self._checks_left = _MAX_HEADER_CHECKS
-        self.named = functools.lru_cache(maxsize=4096)(self._named)
+        self.interpret_label = functools.lru_cache(maxsize=4096)(self._interpret_label)  # labels recur in many rows
 
     def quantity_of(self, words: str) -> str:
         """Return the name of the quantity that `words` mean, in a header or in other text; "" if there is none."""
@@ -112,17 +114,22 @@ class HeaderWords:
         The quantity of a column follows from a flag, or from a known word in its label. Some words name a quantity only
         together with a unit, and only if no other column holds this quantity.
         """
-        columns = [
+        columns_by_flag = [
             NamedColumn(index, name, tuple(_units_in(row.cells[index], name, quantity)))
             for name, quantity in self.quantities.items()
             for index in _chosen_columns(row.cells, quantity.chosen)
         ]
-        labels = [(index, *self.named(label)) for index, label in enumerate(row.cells) if len(label) <= LONGEST_LABEL]
-        columns += [
+        labels = [
+            (index, *self.interpret_label(label))
+            for index, label in enumerate(row.cells)
+            if len(label) <= LONGEST_LABEL
+        ]
+        columns_by_word = [
             NamedColumn(index, name, (unit,) if unit else ())
             for index, name, unit, needs_unit in labels
             if name and not needs_unit
         ]
+        columns = columns_by_flag + columns_by_word
         names = {column.name for column in columns}
         columns += [
             NamedColumn(index, name, (unit,))
@@ -148,11 +155,11 @@ class HeaderWords:
         columns = self.columns(row)
         names = {column.name for column in columns}
         is_complete = bool(names) and any(names.issuperset(each) for each in needed)
-        return is_complete and not any(is_number(row.cells[column.at]) for column in columns)
+        return is_complete and not any(is_number(row.cells[column.position]) for column in columns)
 
     def numeric_columns(self, header: Row) -> list[int]:
         """Return the indices of the numeric columns that a header names."""
-        return [column.at for column in self.columns(header) if self.quantities[column.name].units]
+        return [column.position for column in self.columns(header) if self.quantities[column.name].units]
 
     def columns_by_number(self, needed: Sequence[Collection[str]]) -> dict[int, Quantity]:
         """Return the quantities of the columns that flags select by number; the keys are column indices from 0.
@@ -181,7 +188,7 @@ class HeaderWords:
                     return label, name, tail
         return None
 
-    def _named(self, label: str) -> tuple[str, str, bool]:
+    def _interpret_label(self, label: str) -> tuple[str, str, bool]:
         """Return the quantity that a label names, its unit, and whether the label names it only because of the unit.
 
         The label must consist of known words, which may be followed by a unit of their quantity. The quantity and the
