@@ -252,7 +252,7 @@ class MeasuringUnit:
             return 0.0
         positions = np.array(self.report.design.tips.places_mm)
         spread = float(np.sqrt(np.square(positions - positions.mean(axis=0)).sum(axis=0)).max())
-        # A dome rolls on a round fruit, so the tilt lowers its contact less than its axis.
+        # A dome rolls on a round fruit, so a tilt changes the height of its contact less than the height of its axis.
         rolling = 1.0 if self.domes is None else self.domes.rolling_factor
         return math.degrees(math.atan(rolling * self.height_deviation / spread))
 

@@ -156,7 +156,7 @@ class PrintedUnit:
         has_saturation = 0 < self.saturation_counts <= _LARGEST_COUNT
         if not is_complete or not all(map(math.isfinite, numbers)) or not has_saturation:
             bound = (
-                f"{count} lists of {count} finite numbers, beside {count} zero_counts "
+                f"{count} lists of {count} finite numbers, together with {count} zero_counts "
                 f"and saturation_counts of 1 to {_LARGEST_COUNT}"
             )
             raise validation_error("unit.newtons_per_count", str(self.newtons_per_count), "", bound, _HINT)

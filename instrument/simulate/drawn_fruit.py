@@ -144,11 +144,11 @@ def waves_of_skin(
     angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, _WAVES))
     lengths = np.exp(rng.uniform(math.log(shortest), math.log(longest), _WAVES))
     kx, ky = 2.0 * math.pi / lengths * np.array([np.cos(angle), np.sin(angle)])
-    amplitude = rms * math.sqrt(2.0 / _WAVES)
+    amplitude = rms * math.sqrt(2.0 / _WAVES)  # the mean square of one wave is amplitude^2 / 2
 
     def heights(x: Floats, y: Floats) -> Floats:
         shape = np.broadcast_shapes(x.shape, y.shape)
-        if shape[-1] == 1 or shape[-2] == 1:
+        if shape[-1] == 1 or shape[-2] == 1:  # a line of points needs no matrix product
             return np.asarray(amplitude * np.cos(kx * x[..., None] + ky * y[..., None] + phase).sum(axis=-1))
         x_phase = kx * x[..., :, :1] + phase  # (..., rows, waves)
         y_phase = ky[:, None] * y[..., :1, :]  # (..., waves, columns)

@@ -74,6 +74,7 @@ def _decode_text(content: bytes) -> str:
             return content.decode(encoding, "replace")
     if b"\x1b$" in content:  # the escape sequence that begins Japanese characters
         return content.decode("iso2022_jp", "replace")
+    # In UTF-16, every second byte of a Latin character is null.
     half = len(content) // 2
     for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
         if content[start::2].count(0) > _NULL_FRACTION * half:
